@@ -24,8 +24,6 @@ using Numbers = hn::CappedTag<double, 8>;
 using Integers = hn::Rebind<int32_t, Numbers>;
 inline constexpr size_t step = hn::MaxLanes(Numbers());
 
-} // namespace
-
 void PlacePoints(const PointAxes& axes, const Vec4* points, size_t count, bool clip, PointPlace* places) {
   const Numbers d;
   const Integers di;
@@ -92,6 +90,7 @@ size_t ScalePoints(const PointAxes& axes, const Vec4* points, const uint64_t* at
   return misses;
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

@@ -7,12 +7,17 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
+
 #include "fit/layer.h"
+#include "fit/packed_block.h"
+#include "formats/bcc4/coding/layer_codes.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 // Sixteen sites of a block as numbers: packed ones are whole numbers of the unit.
 template<class D> hn::Vec<D> LoadSites(D d, const float* at) { return hn::Load(d, at); }
@@ -59,16 +64,12 @@ void Compare(const float* HWY_RESTRICT made, const float* HWY_RESTRICT stored, s
       }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-
-#include "fit/packed_block.h"
-#include "formats/bcc4/coding/layer_codes.h"
-
 namespace bccsplat {
 HWY_EXPORT(Combine);
 HWY_EXPORT(CombinePacked);

@@ -9,9 +9,12 @@
 #include <cmath>
 #include <cstddef>
 
+#include "fit/lowpass_row.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 void LowpassRow(const float* HWY_RESTRICT v, const float* const* HWY_RESTRICT q,
                 const float* HWY_RESTRICT weight, size_t count, size_t n, float* HWY_RESTRICT out) {
@@ -30,13 +33,12 @@ void LowpassRow(const float* HWY_RESTRICT v, const float* const* HWY_RESTRICT q,
   }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include "fit/lowpass_row.h"
-
 namespace bccsplat {
 HWY_EXPORT(LowpassRow);
 

@@ -6,12 +6,16 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <cmath>
+
+#include "fit/packed_block.h"
 #include "points/brick.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 // to = from / unit, rounded to nearest, ties to even, for the first `planes` planes and `rows` rows of each.
 // Returns whether all of it fits.
@@ -41,15 +45,12 @@ void UnpackValues(const int16_t* HWY_RESTRICT from, float unit, float* HWY_RESTR
   }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <cmath>
-
-#include "fit/packed_block.h"
-
 namespace bccsplat {
 HWY_EXPORT(PackValues);
 HWY_EXPORT(UnpackValues);

@@ -6,10 +6,13 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <bit>
 #include <cfloat>
 #include <cmath>
 
+#include "base/error.h"
+#include "base/half.h"
 #include "fit/relevance.h"
 
 #ifndef BCCSPLAT_FIT_ROUNDED_ROW
@@ -27,6 +30,7 @@ struct RoundedRow {
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 using Kind = Relevance::Rounding::Kind;
 
@@ -118,16 +122,12 @@ void RoundSites(const Relevance::Rounding& rounding, float ringing, const float*
   }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-
-#include "base/error.h"
-#include "base/half.h"
-
 namespace bccsplat {
 HWY_EXPORT(RoundSites);
 

@@ -15,6 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 // Vectors hold at most one row of a brick, so that lanes never cross bricks.
 using D = hn::CappedTag<float, 16>;
@@ -158,6 +159,7 @@ void PassYX(const float* in, size_t pitch, int z_count, const TileTaps& y, const
     }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

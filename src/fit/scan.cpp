@@ -6,11 +6,17 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+
+#include "base/sizes.h"
+#include "fit/scan.h"
+#include "fit/unpack.h"
 
 #ifndef BCCSPLAT_FIT_SCAN_LANES
 #define BCCSPLAT_FIT_SCAN_LANES
@@ -33,6 +39,7 @@ struct ScanSums {
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 HWY_INLINE void ScanSample(float value, float air, float threshold, size_t lane, ScanLanes& cell,
                            ScanSums& sums) {
@@ -66,18 +73,12 @@ uint32_t ScanRow(const float* HWY_RESTRICT row, size_t count, size_t phase, floa
   return nonfinite;
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-#include <atomic>
-
-#include "base/sizes.h"
-#include "fit/scan.h"
-#include "fit/unpack.h"
-
 namespace bccsplat {
 HWY_EXPORT(ScanRow);
 

@@ -14,6 +14,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 template<class T> HWY_INLINE float Relative(T value, float air) {
   if constexpr (sizeof(T) >= 4 && !std::is_same_v<T, float>)
@@ -76,6 +77,7 @@ void Unpack(SourceType type, const std::byte* data, int64_t stride, size_t count
   }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

@@ -6,12 +6,17 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "points/brick.h"
+#include "points/rounded_brick.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 using Line = hn::CappedTag<float, brick_edge>;
 
@@ -43,16 +48,12 @@ void ReadNumbers(const int16_t* from, float step, int width, int height, float* 
     }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-#include <cmath>
-
-#include "points/rounded_brick.h"
-
 namespace bccsplat {
 HWY_EXPORT(LargestMagnitude);
 HWY_EXPORT(RoundValues);

@@ -6,12 +6,24 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+
+#include "base/would_block.h"
+#include "kernel/kernel_time.h"
 #include "points/brick.h"
+#include "slice/corrected_slice.h"
+#include "slice/masked_slice.h"
+#include "slice/maximum_slice.h"
+#include "slice/time_slice.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 // Sets a plane of a brick to sum_k weight[k] * plane[k], summed in the order given, and widens `range` by it.
 void MergePlanes(const float* const* planes, const float* weights, size_t count, float* out, float* range) {
@@ -27,23 +39,12 @@ void MergePlanes(const float* const* planes, const float* weights, size_t count,
   range[0] = hn::GetLane(hn::MinOfLanes(d, low)), range[1] = hn::GetLane(hn::MaxOfLanes(d, high));
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <cmath>
-
-#include "base/would_block.h"
-#include "kernel/kernel_time.h"
-#include "slice/corrected_slice.h"
-#include "slice/masked_slice.h"
-#include "slice/maximum_slice.h"
-#include "slice/time_slice.h"
-
 namespace bccsplat {
 HWY_EXPORT(MergePlanes);
 

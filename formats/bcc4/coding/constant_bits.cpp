@@ -93,8 +93,6 @@ class ByteCounts {
 // Bits of some of the sites are no more than those of all. Logarithms are too low by up to 0.09, with either.
 constexpr uint64_t slack_256 = 24;
 
-} // namespace
-
 std::array<uint64_t, constant_predictors> ConstantBits(const ChunkSites& sites, const ChunkCodes& codes,
                                                        uint64_t limit) {
   const uint32_t mask = codes.mask(), bytes = codes.bytes();
@@ -129,6 +127,7 @@ std::array<uint64_t, constant_predictors> ConstantBits(const ChunkSites& sites, 
   return result;
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

@@ -12,9 +12,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
-namespace {
-
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 // The code whose value a number is, where there is one, by a multiplication: faster than rounding to the
 // nearest as a coder does.
@@ -60,8 +59,6 @@ class CodeFinder {
   double scale_, bias_, per_scale_, most_;
 };
 
-} // namespace
-
 size_t FindCodes(const SampleCoder& coder, const Brick& brick, uint16_t* HWY_RESTRICT codes) {
   const CodeFinder finder(coder);
   size_t count = 0;
@@ -81,6 +78,7 @@ size_t FindCodes(const SampleCoder& coder, const Brick& brick, uint16_t* HWY_RES
   return count;
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

@@ -6,13 +6,16 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "formats/bcc4/coding/normal_equations.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
-
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 // Four rows of the sums at a time are kept in registers.
 void AddSamples(NormalEquations& equations, std::span<const double> samples, size_t n) {
@@ -40,14 +43,12 @@ void AddSamples(NormalEquations& equations, std::span<const double> samples, siz
   }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-#include <cmath>
-
 namespace bccsplat {
 
 HWY_EXPORT(AddSamples);

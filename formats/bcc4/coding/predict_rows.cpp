@@ -16,6 +16,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 // Computes the folded differences of the sixteen sites of a row to what these weights predict.
 template<class D>
@@ -71,6 +72,7 @@ void Predict32(const ChunkSites& s, const ChunkCodes& c, std::span<const Predict
   Predict<int64_t>(s, c, wanted);
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

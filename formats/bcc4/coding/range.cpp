@@ -14,8 +14,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
-
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 template<class Stored> std::array<uint32_t, 2> PackedRange(std::span<const std::byte> packed) {
   constexpr size_t most = 64 / sizeof(Stored);
@@ -45,6 +45,7 @@ std::array<uint32_t, 2> Range8(std::span<const std::byte> packed) { return Packe
 std::array<uint32_t, 2> Range16(std::span<const std::byte> packed) { return PackedRange<uint16_t>(packed); }
 std::array<uint32_t, 2> Range32(std::span<const std::byte> packed) { return PackedRange<uint32_t>(packed); }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

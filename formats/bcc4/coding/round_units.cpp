@@ -9,7 +9,9 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <array>
+#include <memory>
 
 #include "formats/bcc4/coding/round_units.h"
 
@@ -86,8 +88,6 @@ HWY_INLINE void RoundLanes(hn::Vec<Lanes> handed_on, const float* HWY_RESTRICT v
   hn::StoreU(hn::DemoteTo(Units(), hn::IfThenElseZero(given, rounded)), Units(), units);
 }
 
-} // namespace
-
 void RoundSteps(const StepRows& rows, const ErrorTaps& taps, double unit, double most) {
   const Lanes d;
   const size_t lanes = hn::Lanes(d);
@@ -126,14 +126,12 @@ void RoundValues(const float* HWY_RESTRICT values, double unit, double most, int
   }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-#include <memory>
-
 namespace bccsplat {
 
 HWY_EXPORT(RoundSteps);

@@ -16,8 +16,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
-
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 // Returns the values of as many codes of integers as a vector of doubles has lanes, by the operations of
 // SampleCoder::decode, each rounded.
@@ -177,6 +177,7 @@ void Spread32(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
     Spread<uint32_t>(MovedFloats{c.bias()}, c, as, k, codes, first, brick);
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

@@ -7,6 +7,7 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <bit>
 
 #include "formats/bcc4/coding/tap_rows.h"
@@ -56,8 +57,6 @@ HWY_INLINE void SumRows(D d, const float* cells, size_t stride, size_t count, si
     }
 }
 
-} // namespace
-
 // Writes the chosen ones of sixteen cells of each row, and up to a vector of others behind them.
 void TakeCells(const float* const* rows, size_t count, unsigned chosen, size_t stride, float* to) {
   const Small d;
@@ -78,13 +77,12 @@ void SumWideRows(const float* cells, size_t stride, size_t count, size_t n, Norm
   SumRows(Wide(), cells, stride, count, n, equations);
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-
 namespace bccsplat {
 
 HWY_EXPORT(TakeCells);

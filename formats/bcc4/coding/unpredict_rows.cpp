@@ -13,6 +13,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 // Decodes codes of up to 16 bits, whose sums all fit 32 bits by the rule for weights.
 template<class Stored>
@@ -49,6 +50,7 @@ void Unpredict32(const ChunkShape& s, std::span<const BrickMask> k, const ChunkC
   walk_rows<int32_t>(s, k, ring, [&](const Row<int32_t>& row) HWY_ATTR { wide.DecodeRow(row); });
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

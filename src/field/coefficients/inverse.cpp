@@ -8,7 +8,14 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
 #include "field/coefficients/inverse.h"
+#include "field/footprint/dense_sites.h"
 
 #ifndef BCCSPLAT_INVERSE_FACTOR
 #define BCCSPLAT_INVERSE_FACTOR
@@ -31,6 +38,7 @@ HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
 // `length` sites of each line come out; they begin `stride` sites later. Whole vectors are written: into the
 // line that follows, which comes later.
@@ -48,19 +56,12 @@ void ApplyFactor(const InverseFactor& f, const InverseLines& lines, int length, 
     }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <utility>
-#include <vector>
-
-#include "field/footprint/dense_sites.h"
-
 namespace bccsplat {
 HWY_EXPORT(ApplyFactor);
 

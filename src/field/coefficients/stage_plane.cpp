@@ -103,8 +103,6 @@ void Stage(const StagePlane p, const PlaneBox box, float* to) {
     }
 }
 
-} // namespace
-
 void SumPlanes(const PlaneTerms& terms, const PlaneBox& box, float* to) {
   ForCount(terms.count, [&](auto count) { SumTerms<decltype(count)::value>(terms, box, to); });
 }
@@ -152,6 +150,7 @@ bool KeepPlane(const float* from, const PlaneBox& box, float prune, float* to, u
   return any != 0;
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

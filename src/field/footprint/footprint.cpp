@@ -336,8 +336,6 @@ void SumBatches(const FootprintPlan& plan, std::span<const Vec4> points, float* 
   }
 }
 
-} // namespace
-
 void SumFootprints(const FootprintPlan& plan, std::span<const Vec4> points, float* values,
                    std::array<float, 4>* gradients) {
   const auto choose = [&]<int edge, bool contact>(std::integral_constant<int, edge>,
@@ -355,6 +353,7 @@ void SumFootprints(const FootprintPlan& plan, std::span<const Vec4> points, floa
   sum(plan, points, values, gradients);
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

@@ -83,14 +83,13 @@ void AddRow(const FootprintPlan& plan, std::span<const SiteRow> rows, int32_t ba
   }
 }
 
-} // namespace
-
 void AddGridRow(const FootprintPlan& plan, std::span<const SiteRow> rows, int32_t base,
                 std::span<const int32_t> first, const float* from, float* sums) {
   const auto add = plan.edge == 3 ? AddRow<3> : AddRow<4>;
   add(plan, rows, base, first, from, sums);
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

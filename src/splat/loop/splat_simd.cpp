@@ -21,6 +21,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 #if HWY_TARGET == HWY_SCALAR
 // Without vectors the reference loops do it.
@@ -82,6 +83,13 @@ void SplatGeneral(const SplatArgs& s) {
   }
 }
 
+// The body for a window:
+//
+//   isotropic, more than 16 rows                         SplatIsotropic, large
+//   at most two vectors wide, no gradient, spare pixels  SplatSmall
+//   at most 16 x 16 pixels                               SplatBlocks
+//   at most 16 rows, wider                               SplatIsotropic
+//   sheared, and all windows of the general form         SplatGeneral
 template<KernelPolynomial::Form kForm> void SplatForm(const SplatArgs& s) {
   const bool gradient = s.ring[1] != nullptr;
   if constexpr (kForm != KernelPolynomial::Form::general) {
@@ -115,6 +123,8 @@ void Splat(const SplatArgs& s) {
 }
 
 #endif
+
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

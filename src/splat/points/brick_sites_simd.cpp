@@ -16,6 +16,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 #if HWY_TARGET == HWY_SCALAR
 void Summarise(const BrickSites& sites, SplatBrick& brick, BrickCells& cells) {
@@ -150,6 +151,8 @@ void ListPoints(const BrickSites& sites, const SiteOrder& order, uint32_t count,
 }
 
 #endif
+
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

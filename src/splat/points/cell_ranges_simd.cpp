@@ -12,6 +12,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 #if HWY_TARGET == HWY_SCALAR
 void Widen(CellCube& cube, const WidenedCells& out) { widen_cells_reference(cube, out); }
@@ -67,6 +68,8 @@ void Widen(CellCube& cube, const WidenedCells& out) {
 }
 
 #endif
+
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

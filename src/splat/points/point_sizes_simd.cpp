@@ -12,6 +12,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 #if HWY_TARGET == HWY_SCALAR
 void Within(const FineCube& cube, const FineBall& ball, FineCells& out) {
@@ -97,6 +98,8 @@ uint32_t Take(const SplatPoints& points, const SplatBrick& brick, const FineCell
 }
 
 #endif
+
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

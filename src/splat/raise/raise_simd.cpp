@@ -15,6 +15,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 #if HWY_TARGET == HWY_SCALAR
 void Raise(const RaiseArgs& a) { raise_reference(a); }
@@ -103,6 +104,8 @@ void Raise(const RaiseArgs& a) {
 }
 
 #endif
+
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

@@ -21,8 +21,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
-
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
+
 using D = hn::CappedTag<float, stretch_lanes>;
 using V = hn::Vec<D>;
 constexpr D d;
@@ -292,6 +293,7 @@ void MarkColumn(const ColumnArgs& a) {
   }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();

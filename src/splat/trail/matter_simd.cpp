@@ -13,6 +13,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 
 #if HWY_TARGET == HWY_SCALAR
 // Without vectors the reference loops do it.
@@ -180,6 +181,8 @@ std::array<float, 2> Mix(const MixArgs& m) {
 }
 
 #endif
+
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
