@@ -179,7 +179,7 @@ struct CodedValues {
 
 // Returns a part that is stored raw, or inflates it into `room`, which has `slack` bytes more on both sides.
 [[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
-                                                   size_t decoded, Inflater& inflater,
+                                                   size_t decoded, DeflateKind kind, Inflater& inflater,
                                                    std::vector<std::byte>& room, std::string_view what,
                                                    uint64_t offset, size_t slack = 0) {
   if (coding == raw) {
@@ -189,7 +189,7 @@ struct CodedValues {
   }
   if (room.size() < decoded + 2 * slack) room.resize(decoded + 2 * slack);
   const auto inner = std::span(room).subspan(slack, decoded);
-  if (!inflater.inflate(part, inner))
+  if (!inflater.inflate(part, inner, kind))
     fail(Code::corrupt, what, " at offset ", offset, ": no deflate stream of ", decoded, " bytes");
   return inner;
 }
@@ -200,8 +200,9 @@ void read_values(ChunkData& data, const ChunkCodes& codes, const Bcc4Chunk& part
   const auto predictor = static_cast<Predictor>(parts.predictor & 15);
   const size_t weight_count = predictor == Predictor::fitted ? fitted_weights(data.shape) : 0;
   const size_t plane_bytes = size_t{parts.kept} * codes.bytes();
-  const auto bytes = open_part(part, coding, weight_count * sizeof(int16_t) + plane_bytes, scratch.inflater,
-                               scratch.values, "values of the chunk", offset, unpredict_slack);
+  const auto bytes =
+      open_part(part, coding, weight_count * sizeof(int16_t) + plane_bytes, DeflateKind::noise,
+                scratch.inflater, scratch.values, "values of the chunk", offset, unpredict_slack);
   data.codes.resize(plane_bytes + unpredict_slack);
   if (coding == raw) {
     if (!is_float(codes.type))
@@ -351,7 +352,7 @@ ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel, const
   const uint64_t runs_offset = entry.offset + entry.values_bytes;
   const auto runs =
       open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4, entry.runs_decoded,
-                scratch.inflater, scratch.runs, "runs of the chunk", runs_offset);
+                DeflateKind::text, scratch.inflater, scratch.runs, "runs of the chunk", runs_offset);
   read_runs(data, entry, runs, "runs of the chunk", runs_offset);
   find_layers(data);
   read_values(data, codes, entry, bytes.first(entry.values_bytes), entry.offset, scratch);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deflates with zlib, by the strategy that suits the bytes, and inflates with libdeflate where it is there.
+// Deflates with zlib, by the strategy that suits the bytes. Inflates noise by tables of literals, all else
+// with libdeflate where it is there.
 #include "formats/bcc4/coding/deflate.h"
 
 #include <zlib.h>
@@ -16,6 +17,7 @@
 
 #include "base/error.h"
 #include "formats/bcc4/coding/entropy.h"
+#include "formats/bcc4/coding/inflate_literals.h"
 
 namespace bccsplat {
 namespace {
@@ -124,20 +126,20 @@ std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level
 #if BCCSPLAT_WITH_LIBDEFLATE
 
 struct Inflater::State {
+  LiteralInflater literals;
   std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater{
       libdeflate_alloc_decompressor(), libdeflate_free_decompressor};
+  State() {
+    if (!inflater) throw std::bad_alloc();
+  }
+
+  bool inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
+    size_t taken = 0, made = 0;
+    return libdeflate_deflate_decompress_ex(inflater.get(), bytes.data(), bytes.size(), out.data(),
+                                            out.size(), &taken, &made) == LIBDEFLATE_SUCCESS &&
+           taken == bytes.size() && made == out.size();
+  }
 };
-
-Inflater::Inflater() : state_(std::make_unique<State>()) {
-  if (!state_->inflater) throw std::bad_alloc();
-}
-
-bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
-  size_t taken = 0, made = 0;
-  return libdeflate_deflate_decompress_ex(state_->inflater.get(), bytes.data(), bytes.size(), out.data(),
-                                          out.size(), &taken, &made) == LIBDEFLATE_SUCCESS &&
-         taken == bytes.size() && made == out.size();
-}
 
 uint32_t crc32_of(std::span<const std::byte> bytes) {
   return libdeflate_crc32(0, bytes.data(), bytes.size());
@@ -146,6 +148,7 @@ uint32_t crc32_of(std::span<const std::byte> bytes) {
 #else
 
 struct Inflater::State {
+  LiteralInflater literals;
   z_stream stream{};
   State() {
     if (inflateInit2(&stream, -15) != Z_OK) throw std::bad_alloc();
@@ -153,23 +156,20 @@ struct Inflater::State {
   ~State() { inflateEnd(&stream); }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
+
+  bool inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
+    if (bytes.size() > UINT_MAX || out.size() > UINT_MAX) return false;
+    if (::inflateReset(&stream) != Z_OK) fail(Code::internal, "inflate: no new stream");
+    std::byte none{}; // zlib wants a place even for no output
+    stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
+    stream.avail_in = static_cast<uInt>(bytes.size());
+    stream.next_out = reinterpret_cast<Bytef*>(out.empty() ? &none : out.data());
+    stream.avail_out = static_cast<uInt>(out.size());
+    const int result = ::inflate(&stream, Z_FINISH);
+    if (result == Z_MEM_ERROR) throw std::bad_alloc();
+    return result == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
+  }
 };
-
-Inflater::Inflater() : state_(std::make_unique<State>()) {}
-
-bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
-  if (bytes.size() > UINT_MAX || out.size() > UINT_MAX) return false;
-  z_stream& stream = state_->stream;
-  if (::inflateReset(&stream) != Z_OK) fail(Code::internal, "inflate: no new stream");
-  std::byte none{}; // zlib wants a place even for no output
-  stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  stream.next_out = reinterpret_cast<Bytef*>(out.empty() ? &none : out.data());
-  stream.avail_out = static_cast<uInt>(out.size());
-  const int result = ::inflate(&stream, Z_FINISH);
-  if (result == Z_MEM_ERROR) throw std::bad_alloc();
-  return result == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
-}
 
 uint32_t crc32_of(std::span<const std::byte> bytes) {
   return static_cast<uint32_t>(::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
@@ -177,10 +177,18 @@ uint32_t crc32_of(std::span<const std::byte> bytes) {
 
 #endif
 
+Inflater::Inflater() : state_(std::make_unique<State>()) {}
 Inflater::~Inflater() = default;
 
+bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out, DeflateKind kind) {
+  // Of a stream that is too short its tables would be most of the work.
+  constexpr size_t least = 4096;
+  if (kind == DeflateKind::noise && out.size() >= least && state_->literals.inflate(bytes, out)) return true;
+  return state_->inflate(bytes, out);
+}
+
 bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out) {
-  return Inflater().inflate(bytes, out);
+  return Inflater().inflate(bytes, out, DeflateKind::text);
 }
 
 } // namespace bccsplat

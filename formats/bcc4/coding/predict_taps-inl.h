@@ -71,8 +71,25 @@ HWY_INLINE bool OneRun(unsigned kept) {
   return (run & (run + 1)) == 0;
 }
 
+// Adds cells times a weight. Where codes have one byte, cells and weights fit 16 bits, and multiplying these
+// takes a quarter of the time.
+template<size_t code_bytes, class D>
+HWY_INLINE hn::Vec<D> AddWeighted(D d, hn::Vec<D> sum, hn::Vec<D> cells, int32_t weight) {
+#if HWY_TARGET != HWY_SCALAR
+  if constexpr (code_bytes == 1) {
+    const hn::Repartition<int16_t, D> pairs; // a cell and its sign, which counts for nothing
+    auto rest = hn::Zero(d);
+    const auto products = hn::ReorderWidenMulAccumulate(
+        d, hn::BitCast(pairs, cells), hn::BitCast(pairs, hn::Set(d, weight & 0xffff)), hn::Zero(d), rest);
+    return hn::Add(sum, hn::RearrangeToOddPlusEven(products, rest));
+  }
+#endif
+  return hn::Add(sum, hn::Mul(cells, hn::Set(d, weight)));
+}
+
 // Computes, for the sixteen sites of a row, half of a unit plus the weighted sums of the given taps of the
 // own layer and of all taps of the other layers.
+template<size_t code_bytes = 4>
 HWY_INLINE void Sums(const Row<int32_t>& row, const Taps& taps, const Taps::List& own,
                      int32_t* HWY_RESTRICT sum) {
   const hn::CappedTag<int32_t, brick_edge> d;
@@ -80,7 +97,7 @@ HWY_INLINE void Sums(const Row<int32_t>& row, const Taps& taps, const Taps::List
     auto s = hn::Set(d, 1 << (fraction_bits - 1));
     const auto add = [&](const Taps::List& list, const int32_t* cells) HWY_ATTR {
       for (size_t t = 0; t < list.count; ++t)
-        s = hn::Add(s, hn::Mul(hn::LoadU(d, cells + list.offset[t] + x), hn::Set(d, list.weight[t])));
+        s = AddWeighted<code_bytes>(d, s, hn::LoadU(d, cells + list.offset[t] + x), list.weight[t]);
     };
     add(own, row.own);
     if (row.cross) add(taps.cross, row.cross);

@@ -112,15 +112,23 @@ template<class D> struct CellRing {
   std::array<Planes, 3> used{all_planes, all_planes, all_planes};
 };
 
+// Whether all of `width` sites of `height` rows of plane z are.
+[[nodiscard]] inline bool plane_full(const BrickMask& kept, int z, int width, int height) {
+  const auto rows = std::span(kept).subspan(static_cast<size_t>(z) * brick_edge, static_cast<size_t>(height));
+  return std::all_of(rows.begin(), rows.end(), [&](uint16_t row) { return row == (1u << width) - 1; });
+}
+
 // Visits the rows of a chunk that have kept sites, in coding order, and keeps the borders. While a layer is
 // being filled its border is that of the layer before, or, where there is none, repeats what is known so far;
 // afterwards it repeats the nearest cell. `kept` has one mask per layer. `body` fills the sites of a row.
 // `pair` may fill those of two rows at once and returns whether it did; its last argument says whether the
 // cell before the second row is to repeat the first site of the first row, else that cell is already in
-// place. The cell behind the first row repeats its last site.
-template<class D, class Body, class Pair>
+// place. The cell behind the first row repeats its last site. `plane` may likewise fill a plane whose sites
+// are all kept, from its first row on, as many as its second argument says, with the cells before and behind
+// them.
+template<class D, class Body, class Pair, class Plane>
 void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring, const Body& body,
-               const Pair& pair) {
+               const Pair& pair, const Plane& whole_plane) {
   if (!ring.cells) {
     ring.cells = std::make_unique_for_overwrite<D[]>(3 * layer_cells + brick_edge);
     std::fill_n(ring.cells.get() + 3 * layer_cells, brick_edge, D{0});
@@ -166,7 +174,8 @@ void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRin
                       cross ? cross + at + lowest : nullptr,
                       previous ? previous + at : nullptr};
       };
-      for (int y = 0; y < ny; ++y) {
+      const bool done = plane_full(rows, z, nx, ny) && whole_plane(row_at(0), ny, !before);
+      for (int y = 0; y < ny && !done; ++y) {
         if (empty || rows[static_cast<size_t>(z * brick_edge + y)] == 0) {
           D* const own = plane + (y + 1) * stride_y + 1;
           if (!before) own[-1] = own[-stride_y];
@@ -214,7 +223,9 @@ void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRin
 template<class D, class Body>
 void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring,
                const Body& body) {
-  walk_rows<D>(shape, kept, ring, body, [](const Row<D>&, const Row<D>&, bool) { return false; });
+  walk_rows<D>(
+      shape, kept, ring, body, [](const Row<D>&, const Row<D>&, bool) { return false; },
+      [](const Row<D>&, int, bool) { return false; });
 }
 
 // Collects the taps of a class in order, as pointers to the cells of the first site of the row.

@@ -90,7 +90,7 @@ template<class Stored> struct ChainedRows {
     RowCodes q;
     rows.GetResiduals(here, q.residual);
     int32_t sum[brick_edge];
-    Sums(row, taps, taps.own, sum);
+    Sums<sizeof(Stored)>(row, taps, taps.own, sum);
     if (taps.whole && OneRun(here) && DecodeSums(sum, here, limits, row.own, q)) {
       rows.PutCodes(here, q.code);
       return;
@@ -126,8 +126,8 @@ template<class Stored> struct ChainedRows {
     const uint32_t mask = limits.mask, air = limits.air;
     const int32_t low = limits.low, high = limits.high;
     int32_t sum_a[brick_edge], sum_b[brick_edge];
-    Sums(a, taps, taps.own, sum_a);
-    Sums(b, taps, taps.far, sum_b);
+    Sums<sizeof(Stored)>(a, taps, taps.own, sum_a);
+    Sums<sizeof(Stored)>(b, taps, taps.far, sum_b);
     const auto west = static_cast<uint32_t>(taps.west);
     RowCodes row_a, row_b;
     rows.GetResiduals(full, row_a.residual);

@@ -115,18 +115,17 @@ struct LayerTaps {
 
 // Returns the codes of the sites from x on, as many as a vector has lanes; their cells become code minus air
 // where a site is kept, else 0.
-template<class D, class DU = hn::RebindToUnsigned<D>>
+template<size_t code_bytes, class D, class DU = hn::RebindToUnsigned<D>>
 HWY_INLINE hn::Vec<D> CodesFrom(D d, int32_t* own, const LayerTaps& taps, unsigned kept,
                                 const CodeLimits& limits, size_t x, hn::Vec<DU> residual) {
   const DU du;
   auto even = hn::Set(d, 1 << (fraction_bits - 1)), odd = hn::Zero(d);
+  const auto add = [&](size_t t, auto sum) HWY_ATTR {
+    return AddWeighted<code_bytes>(d, sum, hn::LoadU(d, own + taps.offset[t] + x), taps.weight[t]);
+  };
   size_t t = 0;
-  for (; t + 1 < taps.count; t += 2) {
-    even = hn::Add(even, hn::Mul(hn::LoadU(d, own + taps.offset[t] + x), hn::Set(d, taps.weight[t])));
-    odd = hn::Add(odd, hn::Mul(hn::LoadU(d, own + taps.offset[t + 1] + x), hn::Set(d, taps.weight[t + 1])));
-  }
-  if (t < taps.count)
-    even = hn::Add(even, hn::Mul(hn::LoadU(d, own + taps.offset[t] + x), hn::Set(d, taps.weight[t])));
+  for (; t + 1 < taps.count; t += 2) even = add(t, even), odd = add(t + 1, odd);
+  if (t < taps.count) even = add(t, even);
   const auto p = hn::Min(hn::Max(hn::ShiftRight<fraction_bits>(hn::Add(even, odd)), hn::Set(d, limits.low)),
                          hn::Set(d, limits.high));
   const auto sign = hn::Neg(hn::BitCast(d, hn::And(residual, hn::Set(du, 1))));
@@ -156,7 +155,7 @@ HWY_INLINE void DecodeRun(D d, int32_t* own, const LayerTaps& taps, unsigned kep
       const auto high = hn::LoadU(d8, from + rows.count + static_cast<std::ptrdiff_t>(i));
       residual = hn::Or(residual, hn::ShiftLeft<8>(hn::PromoteTo(du, high)));
     }
-    const auto code = CodesFrom(d, own, taps, kept, limits, first + i, residual);
+    const auto code = CodesFrom<sizeof(Stored)>(d, own, taps, kept, limits, first + i, residual);
     hn::StoreU(hn::DemoteTo(packed, code), packed, to + i);
   }
 }
@@ -182,7 +181,8 @@ HWY_INLINE void DecodeParallel(const Row<int32_t>& row, const Taps& all, LayerTa
   RowCodes q;
   rows.GetResiduals(kept, q.residual);
   for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
-    const auto code = CodesFrom(d, row.own, taps, kept, limits, x, hn::Load(du, q.residual + x));
+    const auto code =
+        CodesFrom<sizeof(Stored)>(d, row.own, taps, kept, limits, x, hn::Load(du, q.residual + x));
     hn::Store(hn::BitCast(du, code), du, q.code + x);
   }
   rows.PutCodes(kept, q.code);

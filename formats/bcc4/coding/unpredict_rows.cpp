@@ -7,6 +7,7 @@
 
 #include "formats/bcc4/coding/predict_rows.h"
 #include "formats/bcc4/coding/unpredict_chains-inl.h"
+#include "formats/bcc4/coding/unpredict_planes-inl.h"
 #include "formats/bcc4/coding/unpredict_wide-inl.h"
 
 // All of it is exact in integers, so that every target computes the same.
@@ -21,6 +22,9 @@ void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
                const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
                CellRing<int32_t>& ring) {
   ChainedRows<Stored> chained(kept, codes, weights, planes, packed);
+#if HWY_TARGET != HWY_SCALAR
+  [[maybe_unused]] FullPlanes whole(chained.limits, chained.layer_taps);
+#endif
   walk_rows<int32_t>(
       shape, kept, ring,
       [&](const Row<int32_t>& row) HWY_ATTR {
@@ -31,7 +35,21 @@ void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
           chained.DecodeRow(row, taps);
       },
       [&](const Row<int32_t>& a, const Row<int32_t>& b, bool repeats)
-          HWY_ATTR { return chained.DecodePair(a, b, repeats); });
+          HWY_ATTR { return chained.DecodePair(a, b, repeats); },
+      [&]([[maybe_unused]] const Row<int32_t>& row, [[maybe_unused]] int height,
+          [[maybe_unused]] bool repeats) HWY_ATTR {
+#if HWY_TARGET != HWY_SCALAR
+        if constexpr (sizeof(Stored) == 1) {
+          constexpr int least_width = brick_edge / 2; // a narrow plane takes as long as a wide one
+          const Taps& taps = TapsFor(chained.all, row);
+          if (taps.west == 0 || taps.whole || row.width < least_width || height < least_width) return false;
+          chained.layer_taps.Set(row, taps);
+          whole.Decode(row, height, taps, repeats, chained.rows);
+          return true;
+        }
+#endif
+        return false;
+      });
 }
 
 void Unpredict8(const ChunkShape& s, std::span<const BrickMask> k, const ChunkCodes& c, const ClassWeights& w,

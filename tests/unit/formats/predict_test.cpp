@@ -163,6 +163,35 @@ TEST(Predict, ExtremeWeightsDoNotOverflow) {
   EXPECT_THROW(static_cast<void>(predict(sites, codes, Predictor::fitted, weights)), Error);
 }
 
+// Sums of single bytes reach the 24 bits that they are held in: whole chunks of codes far from air, weights
+// whose magnitudes sum to the most there is, in layers with chains and without.
+TEST(Predict, ExtremeWeightsOfBytesDoNotOverflow) {
+  std::mt19937 random(12);
+  for (const uint32_t air : {0u, 128u, 255u})
+    for (int round = 0; round < 8; ++round) {
+      ChunkCodes codes = codes_of(ValueType::u8, 0);
+      codes.air = air;
+      const ChunkSites sites = full_sites(ValueType::u8, round % 2, [&](const Vec3&, double) {
+        return random() % 8 ? 255 - air : static_cast<uint32_t>(random() & 255);
+      });
+      std::vector<int16_t> weights;
+      for (const size_t taps : {10, 18, 25}) { // of classes 0, 1 and 3
+        const size_t first = weights.size(), shares = round < 4 ? 4 : taps;
+        weights.resize(first + taps);
+        for (size_t i = 0; i < shares; ++i) {
+          const int share = INT16_MAX / static_cast<int>(shares), sign = random() % 2 || round == 0 ? 1 : -1;
+          weights[first + (i == 3 ? 7 : i)] = static_cast<int16_t>(sign * share);
+        }
+      }
+      ASSERT_EQ(weights.size(), fitted_weights(sites.shape));
+      const auto residuals = predict(sites, codes, Predictor::fitted, weights);
+      test::for_targets([&] {
+        ASSERT_EQ(unpredicted(sites, codes, Predictor::fitted, weights, residuals), sites.codes)
+            << "air " << air << " round " << round;
+      });
+    }
+}
+
 // Mean bits of the residuals of sites off the faces of a full chunk, from the third layer on.
 double inner_bits(const ChunkSites& sites, const std::vector<uint32_t>& residuals) {
   double bits = 0;
