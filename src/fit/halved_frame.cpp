@@ -9,6 +9,7 @@
 #include "base/sizes.h"
 #include "fit/face_table.h"
 #include "fit/near_source.h"
+#include "fit/nonzero_bits.h"
 #include "fit/resample_tile.h"
 #include "fit/site_axis.h"
 
@@ -94,16 +95,6 @@ struct Sum {
     tile_pass_z(from, pitch, {static_cast<int>(rows.size()), 1, weights.data(), rows.data()}, to);
   }
 };
-
-// A bit for each sample that is not air.
-void set_bits(const float* row, size_t count, uint64_t* bits) {
-  for (size_t begin = 0; begin < count; begin += 64) {
-    uint64_t word = 0;
-    for (size_t i = 0; i < std::min<size_t>(64, count - begin); ++i)
-      word |= static_cast<uint64_t>(row[begin + i] != 0) << i;
-    bits[begin / 64] = word;
-  }
-}
 
 // What all threads read.
 struct Job {
@@ -227,8 +218,8 @@ class Pass {
     if (job_.pivot != 0) // then nothing is air
       for (float& v : rows_) v -= job_.pivot;
     for (int64_t y = region.begin[1]; y < region.end[1]; ++y)
-      set_bits(rows_.data() + static_cast<size_t>(y - region.begin[1]) * row_,
-               static_cast<size_t>(job_.tables.from[0]), &plane_bits_[static_cast<size_t>(y) * words_]);
+      nonzero_bits(rows_.data() + static_cast<size_t>(y - region.begin[1]) * row_,
+                   static_cast<size_t>(job_.tables.from[0]), &plane_bits_[static_cast<size_t>(y) * words_]);
     constexpr float one = 1;
     constexpr int32_t first = 0;
     const TileRow row{t.row_begin, t.row_end, 0, t.from[0], t.from[0], t.axis[0].turns};

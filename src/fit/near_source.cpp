@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "fit/nonzero_bits.h"
 
 namespace bccsplat {
 
@@ -23,13 +26,7 @@ void TileBits::clear(size_t width, size_t ny, size_t nz) {
 }
 
 void TileBits::add_row(const float* row, size_t y, size_t z) {
-  uint64_t* bits = bits_.data() + (z * ny_ + y) * words_;
-  for (size_t begin = 0; begin < width_; begin += 64) {
-    uint64_t word = 0;
-    for (size_t i = 0; i < std::min<size_t>(64, width_ - begin); ++i)
-      word |= static_cast<uint64_t>(row[begin + i] != 0) << i;
-    bits[begin / 64] = word;
-  }
+  nonzero_bits(row, width_, bits_.data() + (z * ny_ + y) * words_);
 }
 
 bool TileBits::join(const std::vector<uint64_t>& from, size_t size, const SampleSpan& span,
@@ -42,6 +39,29 @@ bool TileBits::join(const std::vector<uint64_t>& from, size_t size, const Sample
       all |= from[s * size + i];
     }
   return all != 0;
+}
+
+SpanGroup::SpanGroup(std::vector<SampleSpan> spans) : spans_(std::move(spans)) {
+  size_t end = 0;
+  first_ = SIZE_MAX;
+  for (const SampleSpan& s : spans_) first_ = std::min(first_, s.first), end = std::max(end, s.last + 1);
+  if (spans_.empty() || end - first_ > 64) return;
+  for (const SampleSpan& s : spans_)
+    masks_.push_back(~uint64_t{0} >> (63 - (s.last - s.first)) << (s.first - first_));
+}
+
+uint32_t SpanGroup::any(const uint64_t* row) const {
+  uint32_t found = 0;
+  if (masks_.empty()) {
+    for (size_t i = 0; i < spans_.size(); ++i)
+      found |= static_cast<uint32_t>(TileBits::any(row, spans_[i])) << i;
+    return found;
+  }
+  const size_t word = first_ / 64, shift = first_ % 64;
+  const uint64_t bits = row[word] >> shift | (shift > 0 ? row[word + 1] << (64 - shift) : 0);
+  if (bits == 0) return 0;
+  for (size_t i = 0; i < masks_.size(); ++i) found |= static_cast<uint32_t>((bits & masks_[i]) != 0) << i;
+  return found;
 }
 
 } // namespace bccsplat

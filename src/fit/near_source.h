@@ -63,4 +63,18 @@ class TileBits {
   std::vector<uint64_t> plane_, row_;     // joined along z; and along y
 };
 
+// Spans along x of the sites of a brick, at most 32 of them. Where they lie within 64 samples these are taken
+// out of a row once.
+class SpanGroup {
+ public:
+  explicit SpanGroup(std::vector<SampleSpan> spans);
+  // A bit for each span: whether a bit of the row is set in it.
+  [[nodiscard]] uint32_t any(const uint64_t* row) const;
+
+ private:
+  std::vector<SampleSpan> spans_;
+  size_t first_ = 0;            // sample
+  std::vector<uint64_t> masks_; // of the spans, counted from it; empty: they lie wider apart
+};
+
 } // namespace bccsplat

@@ -202,20 +202,16 @@ void SpatialResampler::mark_near(TileBits& bits, const Tile& tile, size_t coset)
   };
   struct Along {
     FloatSites* block;
-    std::vector<SampleSpan> x;
+    SpanGroup x;
   };
   std::vector<Along> bricks;
   for (const Tile::Active& a : tile.active) {
     if (a.coset != coset) continue;
     a.block->near.fill(0);
-    bricks.push_back({a.block.get(), near(0, a.x)});
+    bricks.push_back({a.block.get(), SpanGroup(near(0, a.x))});
   }
   bits.for_rows(near(1, tile.brick[1]), near(2, tile.brick[2]), [&](size_t j, size_t k, const uint64_t* row) {
-    for (const Along& b : bricks) {
-      uint32_t found = 0;
-      for (size_t i = 0; i < b.x.size(); ++i) found |= static_cast<uint32_t>(TileBits::any(row, b.x[i])) << i;
-      b.block->near[k * brick_edge + j] = static_cast<uint16_t>(found);
-    }
+    for (const Along& b : bricks) b.block->near[k * brick_edge + j] = static_cast<uint16_t>(b.x.any(row));
   });
 }
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Words of bits against samples that are looked at one by one.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "fit/near_source.h"
+#include "fit/nonzero_bits.h"
 
 namespace bccsplat {
 namespace {
@@ -31,9 +34,14 @@ TEST(NearSource, EqualsLookingAtEverySample) {
       for (size_t y = 0; y < ny; ++y) bits.add_row(sample.data() + (z * ny + y) * width, y, z);
     const auto along_x = spans(16, width, 64, random), along_y = spans(16, ny, 4, random),
                along_z = spans(16, nz, 4, random);
+    const SpanGroup group(along_x);
     std::vector<char> found(16 * 16 * 16);
     bits.for_rows(along_y, along_z, [&](size_t j, size_t k, const uint64_t* row) {
-      for (size_t i = 0; i < 16; ++i) found[(k * 16 + j) * 16 + i] = TileBits::any(row, along_x[i]);
+      const uint32_t together = group.any(row);
+      for (size_t i = 0; i < 16; ++i) {
+        found[(k * 16 + j) * 16 + i] = TileBits::any(row, along_x[i]);
+        EXPECT_EQ(together >> i & 1, found[(k * 16 + j) * 16 + i] != 0 ? 1u : 0u) << width << " " << i;
+      }
     });
     size_t set = 0;
     for (size_t k = 0; k < 16; ++k)
@@ -49,6 +57,39 @@ TEST(NearSource, EqualsLookingAtEverySample) {
         }
     EXPECT_GT(set, 0u);
     EXPECT_LT(set, 4096u);
+  }
+}
+
+TEST(NearSource, SpansOfABrickTogether) {
+  std::mt19937 random(8);
+  for (const size_t first : {0u, 1u, 40u, 63u, 64u, 100u})
+    for (const size_t width : {20u, 63u, 64u, 65u, 90u}) {
+      std::vector<SampleSpan> list = spans(16, width, 30, random);
+      list[3] = {0, 0}, list[9] = {width - 1, width - 1};
+      for (SampleSpan& s : list) s.first += first, s.last += first;
+      const SpanGroup group(list);
+      for (int i = 0; i < 50; ++i) {
+        std::array<uint64_t, 5> row{};
+        for (int k = 0; k < i % 4; ++k) {
+          const size_t at = random() % 192;
+          row[at / 64] |= uint64_t{1} << at % 64;
+        }
+        for (size_t k = 0; k < 16; ++k)
+          ASSERT_EQ(group.any(row.data()) >> k & 1, TileBits::any(row.data(), list[k]));
+      }
+    }
+}
+
+TEST(NonzeroBits, EqualTheValues) {
+  std::mt19937 random(9);
+  for (const size_t count : {1u, 7u, 16u, 63u, 64u, 65u, 150u}) {
+    std::vector<float> row(count);
+    for (float& v : row) v = random() % 3 == 0 ? 0.0f : random() % 5 == 0 ? -1e-40f : 2.0f;
+    row[0] = -0.0f, row[count - 1] = std::nanf("");
+    std::vector<uint64_t> words((count + 63) / 64, ~uint64_t{0});
+    nonzero_bits(row.data(), count, words.data());
+    for (size_t i = 0; i < 64 * words.size(); ++i)
+      ASSERT_EQ(words[i / 64] >> i % 64 & 1, i < count && row[i] != 0 ? 1u : 0u) << count << " " << i;
   }
 }
 
