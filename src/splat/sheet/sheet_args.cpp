@@ -2,6 +2,7 @@
 #include "splat/sheet/sheet_args.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace bccsplat {
 
@@ -11,6 +12,21 @@ namespace {
 double near_one(double x) { return std::isnormal(x) ? std::ldexp(1.0, -std::ilogb(x)) : 1; }
 
 } // namespace
+
+DepthWeights depth_weights(double along, double across) {
+  // Weights exact for the fourth degree fall short of the slope of waves, the more so the farther apart the
+  // sheets are. A shorter wave than this would bring more to fields near the band limit, and take from smooth
+  // ones: their waves, longer than this one, come out too steep (tests/bench/notes/differences.md). What
+  // falls short alike across pixels turns no gradient, and is left.
+  constexpr double exact_wave = 0.1, farthest = 2; // cycles per lattice unit; lattice units
+  const double distance = std::sqrt(std::max(0.0, along * along - across * across));
+  const double angle = 2 * std::numbers::pi * exact_wave * std::min(distance, farthest);
+  // 2 near sin(angle) + 2 far sin(2 angle) = angle, and 2 near + 4 far = 1; of small angles the series.
+  const double sine = std::sin(angle);
+  const double far =
+      angle < 1e-2 ? -1.0 / 12 - angle * angle / 60 : (sine - angle) / (4 * sine * (1 - std::cos(angle)));
+  return {static_cast<float>(0.5 - 2 * far), static_cast<float>(far)};
+}
 
 GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t k, int differences) {
   const Affine3 to_lattice = view.lattice_to_world.inverse();

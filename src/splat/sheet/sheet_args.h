@@ -63,6 +63,14 @@ void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, con
               .back = make(1)};
 }
 
+// What the differences of sheets k + 1 and k - 1, k + 2 and k - 2 are multiplied by to be a slope per sheet,
+// the sheets being `along` lattice units apart along the rays, and pixels `across`: exact for constant slopes
+// and, where pixels are much closer, for one wave.
+struct DepthWeights {
+  float near = 0, far = 0;
+};
+[[nodiscard]] DepthWeights depth_weights(double along, double across);
+
 // Sets number, planes and gradient of sheet k, whose tile, lights and lattice sums are set. `plane(k,
 // quantity)` is as SheetSource's.
 template<class Plane>
@@ -76,15 +84,18 @@ void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t 
     // Nothing is sampled before the first sheet in front of an eye, so that there are fewer neighbours.
     const auto front = std::min<int64_t>(k - view.first_sheet(), differences);
     const float* const here = a.field.value;
+    const DepthWeights two =
+        depth_weights(length(view.ray(0.5 * view.width, 0.5 * view.height)),
+                      view.scale(static_cast<double>(k)) * std::max(length(view.ex), length(view.ey)));
     a.differences = {.neighbours = differences,
                      .before = front > 0 ? plane(k - 1, size_t{0}) : here,
                      .after = plane(k + 1, size_t{0}),
                      .before2 = front == 2 ? plane(k - 2, size_t{0}) : here,
                      .after2 = front == 2 ? plane(k + 2, size_t{0}) : here,
-                     .depth_scale = front == 2   ? 8.0f / 12
+                     .depth_scale = front == 2   ? two.near
                                     : front == 1 ? 0.5f
                                                  : 1.0f,
-                     .depth_scale2 = front == 2 ? -1.0f / 12 : 0.0f};
+                     .depth_scale2 = front == 2 ? two.far : 0.0f};
   } else if (analytic) {
     a.analytic.i = plane(k, size_t{1}), a.analytic.j = plane(k, size_t{2}),
     a.analytic.k = plane(k, size_t{3});

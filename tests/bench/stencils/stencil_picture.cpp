@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <numbers>
 #include <vector>
 
 #include "render/preintegrate.h"
@@ -38,41 +37,6 @@ double planes_beyond(const StencilView& v, int taps) {
   return (border + 0.5) * slant + border * pixel + (0.5 * taps + 1);
 }
 
-// What differences of neighbours are multiplied by: along the rays, and of those across and down, which are
-// of the fourth order, as a whole.
-struct Differences {
-  bool fitted = false; // to waves of up to half a cycle per T; else of the fourth order
-  float near = 0, far = 0, across = 1, down = 1;
-};
-
-// The fit to the slope of waves at neighbours `step` T apart: of two weights, and of one for both that keeps
-// their ratio.
-struct WaveFit {
-  double near, far, whole;
-  explicit WaveFit(double step) {
-    constexpr double edge = 0.5;
-    constexpr int waves = 256;
-    double xx = 0, xy = 0, yy = 0, kx = 0, ky = 0;
-    for (int n = 1; n < waves; ++n) {
-      const double part = static_cast<double>(n) / waves, weight = (1 - part) * (1 - part);
-      const double k = 2 * std::numbers::pi * edge * part * step;
-      const double x = 2 * std::sin(k), y = 2 * std::sin(2 * k);
-      xx += weight * x * x, xy += weight * x * y, yy += weight * y * y, kx += weight * k * x,
-          ky += weight * k * y;
-    }
-    const double determinant = xx * yy - xy * xy;
-    near = (kx * yy - ky * xy) / determinant, far = (ky * xx - kx * xy) / determinant;
-    constexpr double a = 8.0 / 12, b = -1.0 / 12;
-    whole = (a * kx + b * ky) / (a * a * xx + 2 * a * b * xy + b * b * yy);
-  }
-};
-
-Differences fitted_differences(const SheetView& view) {
-  const WaveFit across(length(view.ex)), down(length(view.ey)), along(length(view.ez));
-  return {true, static_cast<float>(along.near), static_cast<float>(along.far),
-          static_cast<float>(across.whole), static_cast<float>(down.whole)};
-}
-
 struct Shot {
   const Scene& scene;
   const StencilView& stencil;
@@ -80,7 +44,6 @@ struct Shot {
   const RaiseRows &across, &down;
   const ClassTable& table;
   const std::vector<std::array<float, 4>>& whole;
-  Differences differences;
   double opacity_stop;
   int taps, halfway;
   bool whole_sheets;
@@ -159,11 +122,9 @@ class StencilTile {
     set_sheet(a, slice, view_, k, false, border, [&](int64_t sheet, size_t) { return values(sheet); });
     // The slant is a part of the basis, so that no pixel has to take it off.
     GradientBasis& b = a.basis;
-    const Differences& fit = shot_.differences;
-    if (fit.fitted) a.differences.depth_scale = fit.near, a.differences.depth_scale2 = fit.far;
     for (size_t n = 0; n < 3; ++n) {
-      b.x[n] = fit.across * (b.x[n] - b.slant_x * b.z[n]);
-      b.y[n] = fit.down * (b.y[n] - b.slant_y * b.z[n]);
+      b.x[n] -= b.slant_x * b.z[n];
+      b.y[n] -= b.slant_y * b.z[n];
     }
     b.slant_x = b.slant_y = 0;
     if (shot_.halfway > 0) set_halfway(a, view_, k, shot_.halfway, values);
@@ -398,7 +359,6 @@ void StencilPicture::draw(Quality quality, Image& image) {
                   down_,
                   table,
                   whole,
-                  settings_.fitted ? fitted_differences(view) : Differences{},
                   RenderOptions{}.opacity_stop,
                   settings_.taps,
                   integrals ? halfway_sheets(view) : 0,

@@ -18,8 +18,6 @@ struct StencilSettings {
   // The sheets are made before the first tile; else each tile makes the samples that it needs, four sheets at
   // a time.
   bool whole_sheets = true;
-  // Gradients by differences that are fitted to the waves of a field, else as render() has them.
-  bool fitted = false;
 };
 
 // Where the CPU time of a frame went, ms.

@@ -15,7 +15,7 @@ struct Part {
   bool always; // where no option asks for parts
 };
 constexpr std::array parts{Part{"--fill", stencils_fill, true}, Part{"--picture", stencils_picture, true},
-                           Part{"--large", stencils_large, false}};
+                           Part{"--scenes", stencils_scenes, false}, Part{"--large", stencils_large, false}};
 
 } // namespace
 
