@@ -49,8 +49,9 @@ class RayWay {
         n = end;
       }
     } else {
-      for (int end = std::bit_width(layers); end > 0; end = std::bit_width(layers)) {
-        const int begin = std::bit_width(~layers & ((1u << end) - 1));
+      const auto width = [](uint32_t bits) { return static_cast<int>(std::bit_width(bits)); };
+      for (int end = width(layers); end > 0; end = width(layers)) {
+        const int begin = width(~layers & ((1u << end) - 1));
         run(begin, end);
         layers &= (1u << begin) - 1;
       }
