@@ -2,8 +2,11 @@
 // Sums over the sites themselves, and tables of them over an eighth of a cell.
 #include "field/lattice_sums.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 namespace bccsplat {
@@ -60,29 +63,40 @@ LatticeSums::LatticeSums(const RadialKernel& kernel, bool bcc, size_t cells)
       }
 }
 
-LatticeSum LatticeSums::at(const Vec3& p) const {
-  std::array<size_t, 3> cell{};
-  Vec3 part, sign;
-  for (size_t a = 0; a < 3; ++a) {
-    const double t = p[a] / (2 * half_), folded = t - std::floor(t); // of a cell
-    sign[a] = folded > 0.5 ? -1 : 1;
+LatticeSums::Place LatticeSums::place_of(const Vec3& p) const {
+  const double per_cell = 0.5 / half_;
+  Place place;
+  for (size_t a = 3; a-- > 0;) {
+    const double t = p[a] * per_cell;
+    auto whole = static_cast<double>(static_cast<int64_t>(t));
+    if (whole > t) whole -= 1;
+    const double folded = t - whole; // of a cell
+    place.sign[a] = folded > 0.5 ? -1 : 1;
     const double at = 2 * std::min(folded, 1 - folded) * static_cast<double>(cells_);
-    cell[a] = std::min(static_cast<size_t>(at), cells_ - 1);
-    part[a] = at - static_cast<double>(cell[a]);
+    const size_t entry = std::min(static_cast<size_t>(at), cells_ - 1);
+    place.part[a] = static_cast<float>(at - static_cast<double>(entry));
+    place.entry = place.entry * (cells_ + 1) + entry;
   }
-  std::array<double, 4> sum{};
-  for (size_t n = 0; n < 8; ++n) {
-    double weight = 1;
-    size_t index = 0;
-    for (size_t a = 3; a-- > 0;) {
-      const size_t bit = n >> a & 1;
-      weight *= bit ? part[a] : 1 - part[a];
-      index = index * (cells_ + 1) + cell[a] + bit;
-    }
-    for (size_t q = 0; q < 4; ++q) sum[q] += weight * static_cast<double>(table_[index][q]);
-  }
-  return {sum[3], {sign[0] * sum[0], sign[1] * sum[1], sign[2] * sum[2]}};
+  return place;
 }
+
+LatticeSum LatticeSums::sum_at(const Place& place) const {
+  // Trilinear, the four numbers of an entry side by side.
+  using Entry = std::array<float, 4>;
+  const auto mix = [](const Entry& from, const Entry& to, float w) {
+    Entry out;
+    for (size_t q = 0; q < 4; ++q) out[q] = from[q] + w * (to[q] - from[q]);
+    return out;
+  };
+  const size_t row = cells_ + 1;
+  const auto along_x = [&](size_t n) { return mix(table_[n], table_[n + 1], place.part[0]); };
+  const auto along_y = [&](size_t n) { return mix(along_x(n), along_x(n + row), place.part[1]); };
+  const Entry sum = mix(along_y(place.entry), along_y(place.entry + row * row), place.part[2]);
+  const auto wide = [&](size_t q) { return static_cast<double>(sum[q]); };
+  return {wide(3), {place.sign[0] * wide(0), place.sign[1] * wide(1), place.sign[2] * wide(2)}};
+}
+
+LatticeSum LatticeSums::at(const Vec3& p) const { return sum_at(place_of(p)); }
 
 Vec3 LatticeSums::nearest_gradient(const Vec3& p) const {
   Vec3 sign;
@@ -98,9 +112,35 @@ Vec3 LatticeSums::nearest_gradient(const Vec3& p) const {
   return gradient;
 }
 
+namespace {
+
+Vec3 over_sum(const LatticeSum& sum, double value, const Vec3& gradient) {
+  const double over = 1 / sum.value;
+  return over * (gradient - (value * over) * sum.gradient);
+}
+
+} // namespace
+
 Vec3 LatticeSums::without_ripple(const Vec3& p, double value, const Vec3& gradient) const {
-  const LatticeSum sum = at(p);
-  return (1 / sum.value) * (gradient - (value / sum.value) * sum.gradient);
+  return over_sum(at(p), value, gradient);
+}
+
+// The table lies beyond the fast caches: entries are asked for well before they are used.
+void LatticeSums::take_ripple_off(std::span<const Vec3> p, std::span<const double> values,
+                                  std::span<Vec3> gradients) const {
+  constexpr size_t ahead = 32;
+  const size_t row = cells_ + 1;
+  std::array<Place, ahead> place;
+  for (size_t from = 0; from < p.size(); from += ahead) {
+    const size_t count = std::min(ahead, p.size() - from);
+    for (size_t n = 0; n < count; ++n) {
+      place[n] = place_of(p[from + n]);
+      for (const size_t line : {size_t{0}, row, row * row, row * row + row})
+        for (const size_t x : {size_t{0}, size_t{1}}) hwy::Prefetch(&table_[place[n].entry + line + x]);
+    }
+    for (size_t n = 0; n < count; ++n)
+      gradients[from + n] = over_sum(sum_at(place[n]), values[from + n], gradients[from + n]);
+  }
 }
 
 namespace {

@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "base/vec.h"
@@ -41,6 +42,9 @@ class LatticeSums {
   // Returns the gradient of a field over the sum, given the field less its base and its gradient per lattice
   // unit.
   [[nodiscard]] Vec3 without_ripple(const Vec3& p, double value, const Vec3& gradient) const;
+  // The same for many points, in place.
+  void take_ripple_off(std::span<const Vec3> p, std::span<const double> values,
+                       std::span<Vec3> gradients) const;
 
   // Gradients per lattice unit and values: entry (z (cells + 1) + y) (cells + 1) + x.
   [[nodiscard]] const std::vector<std::array<float, 4>>& table() const { return table_; }
@@ -48,6 +52,15 @@ class LatticeSums {
   [[nodiscard]] double cell() const { return 2 * half_; } // lattice units
 
  private:
+  // Between the entry and the next ones along each axis, in the eighth of a cell that the table is of.
+  struct Place {
+    size_t entry = 0;
+    std::array<float, 3> part{};
+    Vec3 sign{};
+  };
+  [[nodiscard]] Place place_of(const Vec3& p) const;
+  [[nodiscard]] LatticeSum sum_at(const Place& place) const;
+
   size_t cells_;
   double half_; // of the cell, lattice units
   std::vector<std::array<float, 4>> table_;

@@ -15,11 +15,12 @@ struct CellBound {
   double of_range = 0, of_middle = 0;
 };
 
-// Edges of a cell are cut into so many where its field is bounded.
-inline constexpr int cell_parts = 2;
+// Edges of a cell are cut into so many where its field is bounded: of all cells, and of those that are looked
+// at again.
+inline constexpr int cell_parts = 2, refined_parts = 4;
 
-// The bound for cell_parts of the kernels whose radius is at most 2; none of others.
-[[nodiscard]] std::optional<CellBound> cell_bound(const Kernel& kernel);
+// The bound for one of these of the kernels whose radius is at most 2; none of others.
+[[nodiscard]] std::optional<CellBound> cell_bound(const Kernel& kernel, int parts = cell_parts);
 
 // The proof: largest sums on a fine grid, and what sums between its points may have more. Slow.
 [[nodiscard]] CellBound prove_cell_bound(const RadialKernel& kernel, int parts);

@@ -22,16 +22,23 @@ int below(double k) {
 
 } // namespace
 
-RaySearch::RaySearch(const RayField& of) : f_(of), slice_(of.field->slice), view_(*of.view), way_(*of.way) {
+RaySearch::RaySearch(const RayField& of) : f_(of), view_(*of.view), way_(*of.way) {
   const size_t room = pixels * way_.most_sheets();
   samples_.resize(room), places_.resize(room), values_.resize(room), gradients_.resize(room);
 }
 
-std::span<const RayHit> RaySearch::find(int x, int y, int width, int height) {
+uint64_t RaySearch::buffers(const RayWay& way) {
+  constexpr uint64_t sample = sizeof(int) + sizeof(Vec4) + sizeof(float) + sizeof(std::array<float, 4>);
+  constexpr uint64_t ray = sizeof(uint32_t) + sizeof(Part) + sizeof(uint32_t) + sizeof(RayHit);
+  return pixels * (way.most_sheets() * sample + ray);
+}
+
+std::span<const RayHit> RaySearch::find(int x, int y, int width, int height, Progress& progress) {
   hits_.clear();
   x_ = x, y_ = y;
   begin(width, height);
   while (!open_.empty()) {
+    progress.check();
     int slab = ray_[open_[0]].slab;
     for (const uint32_t r : open_) slab = std::min(slab, ray_[r].slab);
     count_ = 0, parts_.clear();
@@ -55,9 +62,8 @@ void RaySearch::begin(int width, int height) {
     for (int i = 0; i < width; ++i) {
       if (!way_.any(x_ + i, y_ + j)) continue;
       const auto r = static_cast<uint32_t>(j * square + i);
-      if (!way_.begin(slice_, view_, x_ + i, y_ + j, ray_[r])) continue;
+      if (!way_.begin(x_ + i, y_ + j, ray_[r])) continue;
       last_[r] = {};
-      origin_[r] = view_.sample(x_ + i, y_ + j, 0);
       layers_[r] = way_.advance(ray_[r]);
       if (layers_[r] != 0) open_.push_back(r);
     }
@@ -65,21 +71,23 @@ void RaySearch::begin(int width, int height) {
 
 // Notes the sheets that the ray's layers lie between and that it has not looked at yet.
 void RaySearch::ask(uint32_t r) {
-  const uint32_t first = count_;
   const RayWay::Ray& ray = ray_[r];
-  const Vec3 &at = origin_[r], &ez = view_.ez;
-  int last = last_[r].k;
-  way_.each_layer(ray, layers_[r], [&](double from, double to) {
+  const Vec3 at = ray.at, ez = view_.ez;
+  const uint32_t first = count_;
+  uint32_t count = first;
+  int next = last_[r].k + 1;
+  way_.each_run(ray, layers_[r], [&](double from, double to) {
     from = std::max(from, ray.enter), to = std::min(to, ray.leave);
     if (to < from) return;
-    const int low = below(from), high = -below(-to);
-    for (int k = std::max(low, last + 1); k <= high; ++k) {
-      samples_[count_] = k;
-      places_[count_++] = {at[0] + k * ez[0], at[1] + k * ez[1], at[2] + k * ez[2], 0};
-      last = k;
+    const int low = std::max(below(from), next), high = -below(-to);
+    for (int k = low; k <= high; ++k, ++count) {
+      samples_[count] = k;
+      places_[count] = {at[0] + k * ez[0], at[1] + k * ez[1], at[2] + k * ez[2], 0};
     }
+    next = std::max(next, high + 1);
   });
-  if (count_ > first) parts_.push_back({r, first, count_});
+  count_ = count;
+  if (count > first) parts_.push_back({r, first, count});
 }
 
 void RaySearch::search() {
@@ -96,35 +104,35 @@ void RaySearch::search() {
   }
 }
 
-// Goes on along the samples of a part until something is found.
+// Goes on along the samples of a part until something is found: the sides of two neighbours differ, or the
+// field comes closer, goes away, and the tangents meet beyond the target. What is asked of each pair is
+// decided by one branch, which is hardly ever taken.
 void RaySearch::scan(uint32_t p) {
   Part& part = parts_[p];
-  Station& last = last_[part.ray];
-  const Vec3& ez = view_.ez;
-  while (part.next < part.end) {
-    const auto& g = gradients_[part.next];
+  const Vec3 ez = view_.ez;
+  const double target = f_.target;
+  Station before = last_[part.ray];
+  bool found = false;
+  uint32_t n = part.next;
+  for (; n < part.end && !found; ++n) {
+    const auto& g = gradients_[n];
     const double slope = static_cast<double>(g[0]) * ez[0] + static_cast<double>(g[1]) * ez[1] +
                          static_cast<double>(g[2]) * ez[2];
-    const Station here{samples_[part.next], static_cast<double>(values_[part.next]), slope};
-    ++part.next;
-    const Station before = last;
-    last = here;
-    if (before.k != here.k - 1) continue;
-    const double i = x_ + static_cast<int>(part.ray) % square, j = y_ + static_cast<int>(part.ray) / square;
-    const Crossing c{i, j, 1.0 * before.k, 1.0 * here.k, before.value, here.value, before.slope, slope, p};
-    const double d0 = before.value - f_.target, d1 = here.value - f_.target;
-    if ((d0 < 0) != (d1 < 0)) {
-      crossings_.push_back(c);
-      return;
+    const Station here{samples_[n], static_cast<double>(values_[n]), slope};
+    const double d0 = before.value - target, d1 = here.value - target;
+    const double side = std::copysign(1.0, -d0), s0 = side * before.slope, s1 = side * slope;
+    const bool crosses = (d0 < 0) != (d1 < 0);
+    const bool grazes = (s0 > 0) & (s1 < 0) & (side * d0 * (s0 - s1) + s0 * (side * (d1 - d0) - s1) > 0);
+    if ((before.k == here.k - 1) & (crosses | grazes)) {
+      const double i = x_ + static_cast<int>(part.ray % square), j = y_ + static_cast<int>(part.ray / square);
+      (crosses ? crossings_ : grazes_)
+          .push_back({i, j, 1.0 * before.k, 1.0 * here.k, before.value, here.value, before.slope, slope, p});
+      found = true;
     }
-    // It comes closer, goes away, and the tangents meet beyond the target.
-    const double side = d0 < 0 ? 1 : -1, s0 = side * before.slope, s1 = side * slope;
-    if (!(s0 > 0 && s1 < 0)) continue;
-    const double meet = (side * (d1 - d0) - s1) / (s0 - s1);
-    if (!(side * d0 + s0 * meet > 0)) continue;
-    grazes_.push_back(c);
-    return;
+    before = here;
   }
+  part.next = n;
+  last_[part.ray] = before;
 }
 
 // Refines what was found; parts for which that was nothing are scanned on.

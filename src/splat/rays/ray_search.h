@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/progress.h"
 #include "splat/rays/ray_way.h"
 #include "splat/shade/surface.h"
 #include "splat/view/view.h"
@@ -37,13 +38,15 @@ struct RayCounts {
 // One thread's memory.
 class RaySearch {
  public:
-  static constexpr int square = 16; // pixels a side of those that go on together
+  static constexpr int square = 32; // pixels a side of those that go on together
 
   explicit RaySearch(const RayField& of);
+  // Bytes that it takes beside its own size; what the few crossings of a slab need is not counted.
+  [[nodiscard]] static uint64_t buffers(const RayWay& way);
 
   // Returns the first hits of the rays through width x height pixels from (x, y) on, at most a square, in any
-  // order; they are good until the next call.
-  [[nodiscard]] std::span<const RayHit> find(int x, int y, int width, int height);
+  // order; they are good until the next call. Throws cancelled.
+  [[nodiscard]] std::span<const RayHit> find(int x, int y, int width, int height, Progress& progress);
   [[nodiscard]] const RayCounts& counts() const { return counts_; } // of all calls
 
  private:
@@ -64,7 +67,6 @@ class RaySearch {
   void settle();
 
   const RayField& f_;
-  const Slice& slice_;
   const SheetView& view_;
   const RayWay& way_;
   RayCounts counts_;
@@ -73,10 +75,9 @@ class RaySearch {
   std::array<RayWay::Ray, pixels> ray_;
   std::array<Station, pixels> last_;
   std::array<uint32_t, pixels> layers_{};
-  std::array<Vec3, pixels> origin_; // at sheet 0
-  std::vector<uint32_t> open_;      // rays
-  uint32_t count_ = 0;              // of the samples of a slab
-  std::vector<int> samples_;        // sheets
+  std::vector<uint32_t> open_; // rays
+  uint32_t count_ = 0;         // of the samples of a slab
+  std::vector<int> samples_;   // sheets
   std::vector<Vec4> places_;
   std::vector<float> values_;
   std::vector<std::array<float, 4>> gradients_;

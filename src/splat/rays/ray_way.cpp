@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace bccsplat {
 namespace {
@@ -19,7 +20,8 @@ int floor_of(double x) { return static_cast<int>(x + below_zero) - below_zero; }
 } // namespace
 
 RayWay::RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const Context& context)
-    : cells_(cells) {
+    : cells_(cells), view_(view), box_(drawn_box(slice)), planes_(1 / slice.lattice.plane_distance()) {
+  for (size_t a = 0; a < 3; ++a) per_unit_[a] = view.ez[a] != 0 ? 1 / view.ez[a] : 0;
   size_t along = 0;
   for (size_t a = 1; a < 3; ++a)
     if (std::fabs(view.ez[a]) > std::fabs(view.ez[along])) along = a;
@@ -107,17 +109,27 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
   }
 }
 
-bool RayWay::begin(const Slice& slice, const SheetView& view, int i, int j, Ray& ray) const {
-  const auto [enter, leave] = ray_interval(slice, view, i, j);
+bool RayWay::begin(int i, int j, Ray& ray) const {
+  ray.at = view_.sample(i, j, 0);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double enter = -infinity, leave = infinity;
+  for (size_t a = 0; a < 3; ++a) {
+    const double before = box_.begin[a] - ray.at[a], behind = box_.end[a] - ray.at[a];
+    if (view_.ez[a] == 0) {
+      if (before > 0 || behind < 0) return false;
+      continue;
+    }
+    const double k0 = before * per_unit_[a], k1 = behind * per_unit_[a];
+    enter = std::max(enter, std::min(k0, k1)), leave = std::min(leave, std::max(k0, k1));
+  }
   if (!(enter < leave)) return false;
-  const double plane = slice.lattice.plane_distance();
-  const Vec3 at = view.sample(i, j, 0);
-  ray.u = at[axes_[0]] / plane, ray.v = at[axes_[1]] / plane, ray.w = at[axes_[2]] / plane;
   ray.enter = enter, ray.leave = leave;
+  ray.u = ray.at[axes_[0]] * planes_, ray.v = ray.at[axes_[1]] * planes_, ray.w = ray.at[axes_[2]] * planes_;
   ray.slabs = &slabs_[square_at(i, j) * static_cast<size_t>(words_)];
+  const double per_sheet = 1 / per_plane_;
   const auto slab = [&](double k) {
-    const double w = (ray.w + k / per_plane_) / block_edge;
-    return along(std::clamp(floor_of(w), 0, blocks_[2] - 1));
+    constexpr double per_block = 1.0 / block_edge;
+    return along(std::clamp(floor_of((ray.w + k * per_sheet) * per_block), 0, blocks_[2] - 1));
   };
   // A ray may begin at the face between two slabs: both are looked at.
   const double margin = 1e-6 * std::fabs(per_plane_);

@@ -2,7 +2,9 @@
 // The way of parallel rays through the cells that may hold a value.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -12,13 +14,14 @@
 
 namespace bccsplat {
 
-// The way of orthographic rays: a slab of blocks after the other, whole layers of cells at a time. Slabs are
-// numbered along the rays.
+// The way of orthographic rays through a slice without clips, whose cells and view must outlive it: a slab of
+// blocks after the other, whole layers of cells at a time. Slabs are numbered along the rays.
 class RayWay {
  public:
   RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const Context& context);
 
   struct Ray {
+    Vec3 at{};                  // sheet 0, lattice units
     double u = 0, v = 0, w = 0; // planes, at sheet 0
     double enter = 0, leave = 0;
     const uint64_t* slabs = nullptr; // that may hold something
@@ -27,18 +30,31 @@ class RayWay {
   // False where nothing can be met in the square of pixels around it.
   [[nodiscard]] bool any(int i, int j) const { return any_[square_at(i, j)] != 0; }
   // False where it misses the domain.
-  bool begin(const Slice& slice, const SheetView& view, int i, int j, Ray& ray) const;
+  bool begin(int i, int j, Ray& ray) const;
 
   // Moves on to the next slab in which the ray passes a bit; returns its layers, 0 where there is none.
   uint32_t advance(Ray& ray) const;
-  // Calls sheets(from, to) for the layers, in the order of the ray: sheet numbers that it is in them between.
-  template<class Body> void each_layer(const Ray& ray, uint32_t layers, const Body& sheets) const {
+  // Calls sheets(from, to) for the layers, in the order of the ray, those beside each other as one: sheet
+  // numbers that it is in them between.
+  template<class Body> void each_run(const Ray& ray, uint32_t layers, const Body& sheets) const {
     const double first = (block_edge * along(ray.slab) - ray.w) * per_plane_;
-    for (int n = 0; n < block_edge; ++n) {
-      const int layer = direction_ > 0 ? n : block_edge - 1 - n;
-      if ((layers >> layer & 1) == 0) continue;
-      const double from = first + (direction_ > 0 ? layer : layer + 1) * per_plane_;
-      sheets(from, from + std::fabs(per_plane_));
+    const auto run = [&](int begin, int end) {
+      const double a = first + begin * per_plane_, b = first + end * per_plane_;
+      sheets(std::min(a, b), std::max(a, b));
+    };
+    if (direction_ > 0) {
+      for (int n = 0; layers >> n != 0;) {
+        const int begin = n + std::countr_zero(layers >> n), end = begin + std::countr_one(layers >> begin);
+        run(begin, end);
+        n = end;
+      }
+    } else {
+      const auto width = [](uint32_t bits) { return static_cast<int>(std::bit_width(bits)); };
+      for (int end = width(layers); end > 0; end = width(layers)) {
+        const int begin = width(~layers & ((1u << end) - 1));
+        run(begin, end);
+        layers &= (1u << begin) - 1;
+      }
     }
   }
 
@@ -63,6 +79,10 @@ class RayWay {
   [[nodiscard]] int along(int slab) const { return direction_ > 0 ? slab : blocks_[2] - 1 - slab; }
 
   const SurfaceCells& cells_;
+  const SheetView& view_;
+  DrawnBox box_;
+  double planes_;                            // per lattice unit
+  Vec3 per_unit_{};                          // sheets per lattice unit along each axis
   std::array<size_t, 3> axes_{0, 1, 2};      // u, v across the rays, w along them
   Int3 blocks_{};                            // along u, v, w
   std::array<size_t, 3> stride_{};           // words from block to block

@@ -13,11 +13,12 @@
 
 #include "splat/rays/cell_bound.h"
 #include "splat/rays/surface_cells.h"
+#include "splat/shade/parallel_light.h"
 
 namespace bccsplat {
 namespace {
 
-constexpr int tile_edge = 4 * RaySearch::square; // pixels
+constexpr int tile_edge = 2 * RaySearch::square; // pixels
 // Sheet numbers that rays count by stay well below 2^24.
 constexpr int64_t most_sheets = 1 << 23;
 
@@ -37,16 +38,19 @@ bool covers_domain(const Slice& slice) {
 // The pixels of a tile.
 class TilePlanes {
  public:
-  TilePlanes(const SplatOptions& options, int x, int y, int width, int height)
-      : value_(options.with_value), time_(options.with_time) {
-    tile.x = x, tile.y = y, tile.width = width, tile.height = height, tile.pitch = tile_edge;
+  explicit TilePlanes(const SplatOptions& options) : value_(options.with_value), time_(options.with_time) {
+    tile.pitch = tile_edge;
     tile.red = plane(0), tile.green = plane(1), tile.blue = plane(2), tile.alpha = plane(3);
     tile.depth = plane(4);
     if (value_) tile.value = plane(5);
     if (time_) tile.time = plane(6);
+  }
+  void begin(int x, int y, int width, int height) {
+    tile.x = x, tile.y = y, tile.width = width, tile.height = height;
     std::fill_n(plane(0), 4 * pixels, 0.0f);
     std::fill_n(plane(4), pixels, infinity);
-    std::fill_n(plane(5), 2 * pixels, nan_value);
+    if (value_) std::fill_n(plane(5), pixels, nan_value);
+    if (time_) std::fill_n(plane(6), pixels, nan_value);
   }
   void set(size_t p, const std::array<float, 3>& color, float depth, float value, float time) {
     for (size_t c = 0; c < 3; ++c) plane(c)[p] = color[c];
@@ -64,11 +68,21 @@ class TilePlanes {
   std::array<float, 7 * pixels> floats_;
 };
 
+// What one thread draws in.
+struct TileMemory {
+  Reservation memory;
+  RaySearch search;
+  TilePlanes planes;
+  TileMemory(const RayField& rays, const SplatOptions& options, const Context& context)
+      : memory(context.memory, sizeof *this + RaySearch::buffers(*rays.way), "a tile of rays"), search(rays),
+        planes(options) {}
+};
+
 class Picture {
  public:
   Picture(const SplatScene& scene, const SplatOptions& options, const RayField& rays)
-      : scene_(scene), options_(options), rays_(rays), view_(*scene.view), time_(*scene.slice),
-        value_(static_cast<float>(options.surfaces.front().value)),
+      : options_(options), rays_(rays), light_(*scene.lights, to_viewer(*scene.view, 0, 0)),
+        time_(*scene.slice), value_(static_cast<float>(options.surfaces.front().value)),
         color_(surface_color(options.surfaces.front(), *scene.table)) {}
 
   void draw_tile(RaySearch& search, TilePlanes& planes, Progress& progress) const {
@@ -76,9 +90,8 @@ class Picture {
     constexpr int square = RaySearch::square;
     for (int y = 0; y < t.height; y += square)
       for (int x = 0; x < t.width; x += square) {
-        progress.check();
-        for (const RayHit& hit :
-             search.find(t.x + x, t.y + y, std::min(square, t.width - x), std::min(square, t.height - y)))
+        const int width = std::min(square, t.width - x), height = std::min(square, t.height - y);
+        for (const RayHit& hit : search.find(t.x + x, t.y + y, width, height, progress))
           set_pixel(hit, planes);
       }
   }
@@ -87,18 +100,16 @@ class Picture {
   void set_pixel(const RayHit& hit, TilePlanes& planes) const {
     const TilePixels& t = planes.tile;
     Shading lit{{1, 1, 1}, {}};
-    if (options_.shading)
-      lit = shade(*scene_.lights, hit.point.gradient, to_viewer(view_, hit.i, hit.j), rays_.target);
+    if (options_.shading) lit = light_.shade(hit.point.gradient, rays_.target);
     planes.set(static_cast<size_t>(hit.j - t.y) * static_cast<size_t>(t.pitch) +
                    static_cast<size_t>(hit.i - t.x),
                lit_color(color_, lit), static_cast<float>(hit.point.k), value_,
                static_cast<float>(time_.at(hit.point.position)));
   }
 
-  const SplatScene& scene_;
   const SplatOptions& options_;
   const RayField& rays_;
-  const SheetView& view_;
+  ParallelLight light_;
   TimeField time_;
   float value_;
   std::array<float, 4> color_;
@@ -110,7 +121,9 @@ std::shared_ptr<const SurfaceCells> find_cells(const SplatScene& scene, const Sp
   if (options.disable_skips & skip_transfer_function)
     return std::make_shared<const SurfaceCells>(mark_all_cells(slice, context));
   if (scene.cells && !(options.disable_skips & skip_unchanged))
-    return scene.cells->find(slice, target, context);
+    return scene.cells->find(slice, target, context,
+                             static_cast<uint64_t>(scene.view->width) *
+                                 static_cast<uint64_t>(scene.view->height));
   return std::make_shared<const SurfaceCells>(mark_cells(slice, target, context));
 }
 
@@ -153,36 +166,32 @@ SplatStats draw_rays(const SplatScene& scene, const SplatOptions& options, const
   const uint64_t columns = tiles(view.width);
   stats.tiles = columns * tiles(view.height);
   std::mutex mutex;
-  std::vector<std::unique_ptr<RaySearch>> idle;
+  std::vector<std::unique_ptr<TileMemory>> idle;
   uint64_t done = 0;
   context.tasks.parallel_for(stats.tiles, [&](uint64_t n) {
     context.progress.check();
     const auto start = std::chrono::steady_clock::now();
-    std::unique_ptr<RaySearch> search;
+    std::unique_ptr<TileMemory> memory;
     {
       const std::scoped_lock lock(mutex);
-      if (!idle.empty()) {
-        search = std::move(idle.back());
-        idle.pop_back();
-      }
+      if (!idle.empty()) memory = std::move(idle.back()), idle.pop_back();
     }
-    if (!search) search = std::make_unique<RaySearch>(rays);
+    if (!memory) memory = std::make_unique<TileMemory>(rays, options, context);
     const int x = static_cast<int>(n % columns) * tile_edge, y = static_cast<int>(n / columns) * tile_edge;
-    const auto planes = std::make_unique<TilePlanes>(options, x, y, std::min(tile_edge, view.width - x),
-                                                     std::min(tile_edge, view.height - y));
-    picture.draw_tile(*search, *planes, context.progress);
-    emit(planes->tile);
+    memory->planes.begin(x, y, std::min(tile_edge, view.width - x), std::min(tile_edge, view.height - y));
+    picture.draw_tile(memory->search, memory->planes, context.progress);
+    emit(memory->planes.tile);
     double fraction;
     {
       const std::scoped_lock lock(mutex);
-      idle.push_back(std::move(search));
+      idle.push_back(std::move(memory));
       stats.ms_shade += ms_since(start);
       fraction = static_cast<double>(++done) / static_cast<double>(stats.tiles);
     }
     context.progress.report(fraction);
   });
-  for (const auto& search : idle)
-    if (counts) *counts += search->counts();
+  for (const auto& memory : idle)
+    if (counts) *counts += memory->search.counts();
   return stats;
 }
 

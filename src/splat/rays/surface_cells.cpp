@@ -4,21 +4,26 @@
 #include "splat/rays/surface_cells.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "base/error.h"
 #include "splat/rays/cell_bound.h"
 #include "splat/rays/cell_column.h"
+#include "splat/rays/cell_refine.h"
 
 namespace bccsplat {
 namespace {
 
 // What sums of floats are off by at most, of the largest coefficient in reach: here and where rays sample.
 constexpr double rounding = 4e-6;
+// A mark is refined in the time that so many rays save by it (tests/bench/notes/isosurfaces.md).
+constexpr uint64_t rays_per_mark = 2;
 // A little more than any kernel's ripple makes of a constant.
 constexpr float site_sum = 1.02f;
 
@@ -174,34 +179,20 @@ struct ColumnMemory {
   std::vector<uint8_t> present;
 };
 
-} // namespace
-
-SurfaceCells mark_all_cells(const Slice& slice, const Context& context) {
-  SurfaceCells cells = empty_cells(slice, context);
-  std::fill(cells.bits.begin(), cells.bits.end(), ~uint64_t{0});
-  return cells;
+ColumnSites column_shape(const SurfaceCells& cells) {
+  const int lanes = cells.cells[0] / 2 + 1;
+  ColumnSites shape;
+  shape.set_size((lanes + stretch_lanes - 1) / stretch_lanes);
+  return shape;
 }
 
-SurfaceCells mark_cells(const Slice& slice, double target, const Context& context) {
-  const std::optional<CellBound> bound = cell_bound(slice.kernel);
-  if (!bound) fail(Code::internal, "mark_cells: kernel ", slice.kernel.name, " has no bound");
-  SurfaceCells cells = empty_cells(slice, context);
-  const int lanes = cells.cells[0] / 2 + 1, stretches = (lanes + stretch_lanes - 1) / stretch_lanes;
-  ColumnSites shape;
-  shape.set_size(stretches);
-  const CornerStencils stencils = make_stencils(slice.kernel.space, shape);
-  const ColumnReader reader(slice, stretches);
-  ColumnArgs args;
-  args.stencils = &stencils;
-  args.target = static_cast<float>(target);
-  args.of_range = static_cast<float>(0.5 * (bound->of_range + rounding));
-  args.of_middle = static_cast<float>(0.5 * (bound->of_middle + rounding));
-  args.site_sum = site_sum;
-  args.blocks = cells.blocks[0];
-  args.row = cells.blocks[0], args.layer = args.row * cells.blocks[1];
+// Calls body(memory, y, z) for the columns at (y, z), columns, that have coefficients, with those read.
+template<class Body>
+void each_column(const Slice& slice, const SurfaceCells& cells, const Context& context, const Body& body) {
+  const ColumnSites shape = column_shape(cells);
+  const ColumnReader reader(slice, shape.stretches);
   const auto columns = [&](size_t a) { return (cells.cells[a] + column_edge - 1) / column_edge; };
   const auto count = static_cast<uint64_t>(columns(1)) * static_cast<uint64_t>(columns(2));
-  constexpr int blocks = column_edge / block_edge;
   std::mutex mutex;
   std::vector<std::unique_ptr<ColumnMemory>> idle;
   context.tasks.parallel_for(count, [&](uint64_t n) {
@@ -214,32 +205,134 @@ SurfaceCells mark_cells(const Slice& slice, double target, const Context& contex
     if (!memory) {
       memory = std::make_unique<ColumnMemory>();
       memory->memory = Reservation(context.memory, 3 * shape.floats() * sizeof(float), "a surface's corners");
-      memory->sites.prepare(stretches);
+      memory->sites.prepare(shape.stretches);
     }
     const int y = static_cast<int>(n) % columns(1), z = static_cast<int>(n) / columns(1);
-    if (reader.read(y, z, memory->sites, memory->present)) {
-      ColumnArgs column = args;
-      column.sites = &memory->sites, column.present = memory->present.data();
-      column.height = std::min(column_edge, cells.cells[1] - y * column_edge);
-      column.depth = std::min(column_edge, cells.cells[2] - z * column_edge);
-      column.bits = cells.bits.data() + cells.at({0, y * blocks, z * blocks});
-      mark_column(column);
-    }
+    if (reader.read(y, z, memory->sites, memory->present)) body(*memory, y, z);
     const std::scoped_lock lock(mutex);
     idle.push_back(std::move(memory));
+  });
+}
+
+// The bits of the first block of a column.
+uint64_t* column_bits(SurfaceCells& cells, int y, int z) {
+  constexpr int blocks = column_edge / block_edge;
+  return cells.bits.data() + cells.at({0, y * blocks, z * blocks});
+}
+
+CellBound bound_of(const Slice& slice, int parts) {
+  const std::optional<CellBound> bound = cell_bound(slice.kernel, parts);
+  if (!bound) fail(Code::internal, "cells of a surface: kernel ", slice.kernel.name, " has no bound");
+  return {0.5 * (bound->of_range + rounding), 0.5 * (bound->of_middle + rounding)};
+}
+
+// The coefficients in reach of a cell of a column, as the cell is seen from its even site.
+CellSites sites_of(const ColumnSites& sites, const Int3& cell) {
+  CellSites out;
+  std::array<std::ptrdiff_t, 3> step{1, sites.pitch, column_sites * sites.pitch};
+  for (size_t a = 0; a < 3; ++a)
+    if ((cell[a] & 1) != 0) step[a] = -step[a];
+  float* to = out.data();
+  for (size_t c = 0; c < 2; ++c) {
+    const auto near = [&](size_t a) { return (cell[a] + (c == 0 ? 1 : 0)) / 2; };
+    const float* const centre = sites.value.data() + sites.at(c, near(1) + 1, near(2) + 1) + near(0);
+    for (int w = -1; w <= 1; ++w)
+      for (int v = -1; v <= 1; ++v) {
+        const float* const row = centre + w * step[2] + v * step[1];
+        for (int u = -1; u <= 1; ++u) *to++ = row[u * step[0]];
+      }
+  }
+  return out;
+}
+
+// Returns what is left of a block of a column.
+uint64_t refine_block(const RefineArgs& args, const ColumnSites& sites, const Int3& block, uint64_t marks) {
+  std::array<CellSites, 64> cells;
+  std::array<int, 64> bits;
+  size_t count = 0;
+  for (uint64_t rest = marks; rest != 0; rest &= rest - 1) {
+    const int bit = std::countr_zero(rest);
+    bits[count] = bit;
+    cells[count++] =
+        sites_of(sites, {block_edge * block[0] + (bit & 3), block_edge * block[1] + (bit >> 2 & 3),
+                         block_edge * block[2] + (bit >> 4)});
+  }
+  const uint64_t may = cells_that_may_hold(args, std::span(cells).first(count));
+  uint64_t left = 0;
+  for (size_t n = 0; n < count; ++n) left |= (may >> n & 1) << bits[n];
+  return left;
+}
+
+} // namespace
+
+uint64_t SurfaceCells::count() const {
+  uint64_t sum = 0;
+  for (const uint64_t word : bits) sum += static_cast<uint64_t>(std::popcount(word));
+  return sum;
+}
+
+SurfaceCells mark_all_cells(const Slice& slice, const Context& context) {
+  SurfaceCells cells = empty_cells(slice, context);
+  std::fill(cells.bits.begin(), cells.bits.end(), ~uint64_t{0});
+  return cells;
+}
+
+SurfaceCells mark_cells(const Slice& slice, double target, const Context& context) {
+  const CellBound bound = bound_of(slice, cell_parts);
+  SurfaceCells cells = empty_cells(slice, context);
+  const CornerStencils stencils = make_stencils(slice.kernel.space, column_shape(cells));
+  ColumnArgs args;
+  args.stencils = &stencils;
+  args.target = static_cast<float>(target);
+  args.of_range = static_cast<float>(bound.of_range), args.of_middle = static_cast<float>(bound.of_middle);
+  args.site_sum = site_sum;
+  args.blocks = cells.blocks[0];
+  args.row = cells.blocks[0], args.layer = args.row * cells.blocks[1];
+  each_column(slice, cells, context, [&](ColumnMemory& memory, int y, int z) {
+    ColumnArgs column = args;
+    column.sites = &memory.sites, column.present = memory.present.data();
+    column.height = std::min(column_edge, cells.cells[1] - y * column_edge);
+    column.depth = std::min(column_edge, cells.cells[2] - z * column_edge);
+    column.bits = column_bits(cells, y, z);
+    mark_column(column);
   });
   return cells;
 }
 
+void refine_cells(const Slice& slice, double target, SurfaceCells& cells, const Context& context) {
+  const CellBound bound = bound_of(slice, refined_parts);
+  const RefinedStencil stencil(slice.kernel.space);
+  const RefineArgs args{&stencil, static_cast<float>(target), static_cast<float>(bound.of_range),
+                        static_cast<float>(bound.of_middle)};
+  const std::ptrdiff_t row = cells.blocks[0], layer = row * cells.blocks[1];
+  each_column(slice, cells, context, [&](ColumnMemory& memory, int y, int z) {
+    constexpr int blocks = column_edge / block_edge;
+    uint64_t* const bits = column_bits(cells, y, z);
+    for (int k = 0; k < blocks && z * blocks + k < cells.blocks[2]; ++k)
+      for (int j = 0; j < blocks && y * blocks + j < cells.blocks[1]; ++j) {
+        context.progress.check();
+        for (int i = 0; i < cells.blocks[0]; ++i)
+          if (uint64_t& word = bits[k * layer + j * row + i]; word != 0)
+            word = refine_block(args, memory.sites, {i, j, k}, word);
+      }
+  });
+}
+
 std::shared_ptr<const SurfaceCells> KeptSurfaceCells::find(const Slice& slice, double target,
-                                                           const Context& context) {
+                                                           const Context& context, uint64_t rays) {
   const auto is = [&](const Kept& k) { return k.slice == &slice && k.target == target && k.cells; };
   if (is(kept_[1])) std::swap(kept_[0], kept_[1]);
-  if (is(kept_[0])) return kept_[0].cells;
-  // The older one gives its memory back first.
-  kept_[1] = std::exchange(kept_[0], {});
-  kept_[0] = {&slice, target, std::make_shared<const SurfaceCells>(mark_cells(slice, target, context))};
-  return kept_[0].cells;
+  Kept& kept = kept_[0];
+  if (!is(kept)) {
+    // The older one gives its memory back first.
+    kept_[1] = std::exchange(kept, {});
+    kept = {&slice, target, std::make_shared<SurfaceCells>(mark_cells(slice, target, context))};
+  } else if (!kept.refined && kept.rays >= rays_per_mark * kept.cells->count()) {
+    refine_cells(slice, target, *kept.cells, context);
+    kept.refined = true;
+  }
+  kept.rays += rays;
+  return kept.cells;
 }
 
 } // namespace bccsplat

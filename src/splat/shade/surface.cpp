@@ -29,6 +29,11 @@ Vec3 SurfaceField::lit_gradient(const Vec3& p, double value, const Vec3& gradien
   return sums ? sums->without_ripple(p, value, gradient) : gradient;
 }
 
+void SurfaceField::make_lit(std::span<const Vec3> points, std::span<const double> values,
+                            std::span<Vec3> gradients) const {
+  if (sums) sums->take_ripple_off(points, values, gradients);
+}
+
 void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients) {
   constexpr size_t block = 512;
@@ -78,6 +83,8 @@ std::vector<SurfacePoint> refine_crossings(const SurfaceField& field, const Shee
   std::vector<Crossing> bracket(crossings.begin(), crossings.end());
   std::vector<Vec3> p(hits.size()), gradient(hits.size());
   std::vector<float> value(hits.size());
+  std::vector<Vec3> last_p(hits.size()), last_gradient(hits.size()); // of each, before its last step
+  std::vector<double> last_value(hits.size());
   std::vector<uint32_t> open(hits.size()); // crossings whose root is not near enough yet
   std::iota(open.begin(), open.end(), 0u);
   for (size_t n = 0; n < hits.size(); ++n) hits[n].k = first_guess(crossings[n], target);
@@ -102,13 +109,15 @@ std::vector<SurfacePoint> refine_crossings(const SurfaceField& field, const Shee
       hit.k = near || inside ? std::clamp(next, c.low, c.high) : 0.5 * (c.low + c.high);
       if (near || step + 1 == steps) {
         hit.position = view.sample(c.i, c.j, hit.k);
-        hit.gradient = to_lattice.transposed(field.lit_gradient(p[m], f, gradient[m]));
+        last_p[n] = p[m], last_value[n] = f, last_gradient[n] = gradient[m];
       } else {
         open[left++] = n;
       }
     }
     open.resize(left);
   }
+  field.make_lit(last_p, last_value, last_gradient);
+  for (size_t n = 0; n < hits.size(); ++n) hits[n].gradient = to_lattice.transposed(last_gradient[n]);
   return hits;
 }
 

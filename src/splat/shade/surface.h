@@ -39,6 +39,9 @@ struct SurfaceField {
   FootprintPlan footprints;
   // The gradient that surfaces are lit by, of field_at()'s at a point, with the value there.
   [[nodiscard]] Vec3 lit_gradient(const Vec3& p, double value, const Vec3& gradient) const;
+  // The same for many points, in place.
+  void make_lit(std::span<const Vec3> points, std::span<const double> values,
+                std::span<Vec3> gradients) const;
 };
 
 // Computes values relative to the base of the field and gradients per lattice unit at points in or near the

@@ -64,6 +64,13 @@ ImageError method_error(const Method& method, int size, const Image& truth, int 
   return image_error(out.image, truth, stride);
 }
 
+void settle(const Method& method, int size) {
+  ImageStorage out(size, size);
+  // Cells of a surface are made for the first picture, and refined once they have been used enough.
+  constexpr int pictures = 12;
+  for (int n = 0; n < pictures; ++n) method.draw(out.image);
+}
+
 Method splat_method(const std::string& name, const Scene& scene, const RenderOptions& options,
                     BenchContext& context) {
   Method m;

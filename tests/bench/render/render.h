@@ -32,6 +32,9 @@ struct Method {
 [[nodiscard]] std::vector<double> least_ms(std::span<const Method> methods, int size, int rounds);
 [[nodiscard]] ImageError method_error(const Method& method, int size, const Image& truth, int stride);
 
+// Draws until what a renderer keeps from picture to picture is there.
+void settle(const Method& method, int size);
+
 // The splatter as a method. The scene and the context must outlive it.
 [[nodiscard]] Method splat_method(const std::string& name, const Scene& scene, const RenderOptions& options,
                                   BenchContext& context);

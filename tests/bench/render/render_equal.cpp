@@ -59,6 +59,7 @@ void equal(const Report& report, const FieldScene& field, RenderMode mode, const
     scenes.push_back(scenes.back());
     scenes.back().cells = &cells;
     ways.push_back(settings("splatter, settings, again"));
+    settle(ways.back().methods.back(), sizes.size);
   } else { // isosurfaces have the kernel's own gradients anyway
     ways.push_back(splatter("splatter, kernel's gradient", std::array{5.6, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7},
                             GradientMethod::analytic));

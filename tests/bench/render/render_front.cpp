@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time against error: every way of drawing on the same picture, and the plot.
+// Time against error: every way of drawing on the same picture, and the plot. "again": isosurfaces with the
+// cells that earlier pictures of the value left, as a renderer keeps them; the others are first pictures.
 #include <algorithm>
 #include <cmath>
 #include <deque>
 #include <initializer_list>
 #include <optional>
 
+#include "field/lattice_sums.h"
+#include "splat/rays/surface_cells.h"
 #include "tests/bench/render/render.h"
 
 namespace bccsplat::bench {
@@ -25,6 +28,7 @@ Row row_of(const Method& m, double ms, const ImageError& e) {
 // What a plot shows together.
 std::string series_of(const Method& m) {
   if (m.name == "ray-marcher") return "ray-marcher, trilinear";
+  if (m.name.find("again") != std::string::npos) return "quality settings, later pictures";
   if (m.name.find("quality") != std::string::npos) return "quality settings (draft, normal, fine, best)";
   return m.kernel + " on " + m.lattice + (m.gradient == "by quality" ? "" : ", " + m.gradient);
 }
@@ -45,10 +49,21 @@ void front(const Report& report, const FieldScene& scene, RenderMode mode, const
     methods.push_back(splat_method(name, scenes.back(), o, one));
   };
   add_lattice(LatticeKind::bcc, "default");
-  for (const Quality q : {Quality::draft, Quality::normal, Quality::fine, Quality::best}) {
-    RenderOptions o;
-    o.quality = q;
-    add(concat("quality ", quality_name(q)), o);
+  const auto settings = [&](const char* which) {
+    for (const Quality q : {Quality::draft, Quality::normal, Quality::fine, Quality::best}) {
+      RenderOptions o;
+      o.quality = q;
+      add(concat("quality ", quality_name(q), which), o);
+    }
+  };
+  settings("");
+  KeptSurfaceCells cells;
+  KeptLatticeSums sums;
+  if (iso) {
+    scenes.push_back(scenes.back());
+    scenes.back().cells = &cells, scenes.back().sums = &sums;
+    settings(", again");
+    settle(methods.back(), setup.size);
   }
   const auto steps = [&](std::initializer_list<double> all, std::optional<GradientMethod> gradient) {
     for (const double step : all) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two ways of drawing in turn, and the ratio of their times.
+// Two ways of drawing in turn, and the ratio of their times. Isosurfaces are drawn as first pictures of a
+// slice and value, and as later ones: a renderer keeps the cells that may hold the value.
 #include <algorithm>
 #include <chrono>
 #include <limits>
 
+#include "field/lattice_sums.h"
+#include "splat/rays/surface_cells.h"
 #include "tests/bench/render/render.h"
 
 namespace bccsplat::bench {
@@ -58,15 +61,25 @@ void against_marcher(Ratios& out, const FieldScene& field, RenderMode mode, int 
   RenderOptions o;
   o.mode = mode, o.iso_value = field.iso_value;
   const auto truth = true_image(field, sampled, camera, o, size, stride);
+  const bool iso = mode == RenderMode::isosurface;
+  KeptSurfaceCells cells;
+  KeptLatticeSums sums;
+  Scene later = scene;
+  later.cells = &cells, later.sums = &sums;
   for (const Quality q : {Quality::draft, Quality::normal}) {
     o.quality = q;
-    const Method splat = splat_method(concat("quality ", quality_name(q)), scene, o, one);
-    m.step = splat.step;
-    out.add(concat(field.name, mode == RenderMode::isosurface ? ", isosurface" : ", semi-transparent",
-                   ": ray-marcher / splatter"),
-            splat, march_method(marched.scene, m, one), size, &truth->image, stride);
+    const auto add = [&](const char* which, const Scene& drawn) {
+      const Method splat = splat_method(concat("quality ", quality_name(q)), drawn, o, one);
+      if (drawn.cells) settle(splat, size);
+      m.step = splat.step;
+      out.add(
+          concat(field.name, iso ? ", isosurface" : ", semi-transparent", which, ": ray-marcher / splatter"),
+          splat, march_method(marched.scene, m, one), size, &truth->image, stride);
+    };
+    add(iso ? ", first picture" : "", scene);
+    if (iso) add(", later pictures", later);
   }
-  if (mode == RenderMode::isosurface) return;
+  if (iso) return;
   // The coarsest marcher as good as any marcher, and the cheapest splatter that is no worse.
   const auto psnr = [&](const Method& method) {
     return method_error(method, size, truth->image, stride).psnr();
@@ -137,9 +150,14 @@ void views(Ratios& out, const FieldScene& field, int size) {
   out.add("perspective / orthographic", splat_method("orthographic", flat, o, one),
           splat_method("perspective", deep, o, one), size, nullptr, 1);
   o.mode = RenderMode::isosurface, o.iso_value = field.iso_value;
-  const Method all = splat_method("all skips", flat, o, one);
+  KeptSurfaceCells cells;
+  Scene later = flat;
+  later.cells = &cells;
+  const Method all = splat_method("all skips", later, o, one);
+  settle(all, size);
   o.disable_skips = 15;
-  out.add("isosurface, without skips / with", all, splat_method("no skips", flat, o, one), size, nullptr, 1);
+  out.add("isosurface, later pictures, without skips / with", all, splat_method("no skips", later, o, one),
+          size, nullptr, 1);
 }
 
 // Wall and CPU time of one thread and of two, in turn.
@@ -172,7 +190,9 @@ void stages(const Report& report, const FieldScene& field, int samples_per_side)
     for (const Quality q : {Quality::draft, Quality::normal})
       for (const double pixels : {1.0, 2.0, 4.0}) {
         const int size = static_cast<int>(2 * samples_per_side * pixels);
-        const Scene scene = splat_scene(field, sampled, scene_camera(field, size, pixels));
+        Scene scene = splat_scene(field, sampled, scene_camera(field, size, pixels));
+        KeptSurfaceCells cells;
+        if (iso) scene.cells = &cells; // stages are those of later pictures
         RenderOptions o;
         o.quality = q;
         if (iso) o.mode = RenderMode::isosurface, o.iso_value = field.iso_value;

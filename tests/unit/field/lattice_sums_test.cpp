@@ -75,6 +75,22 @@ TEST(LatticeSums, ThatOfAConstantIsTakenOff) {
   EXPECT_LT(length(sums.without_ripple(p, 7 * sum.value, ripple)), 0.1 * length(ripple));
 }
 
+// Of many points at once what it is of each.
+TEST(LatticeSums, ManyPointsAreAsOne) {
+  const LatticeSums sums(make_kernel("default").space, true);
+  std::vector<Vec3> p, gradients, one;
+  std::vector<double> values;
+  for (int n = 0; n < 77; ++n) {
+    p.push_back({0.31 * n - 9, 0.17 * n, 5 - 0.23 * n});
+    values.push_back(0.1 * n - 3);
+    gradients.push_back({0.5, -0.01 * n, 0.02 * n});
+    one.push_back(sums.without_ripple(p.back(), values.back(), gradients.back()));
+    EXPECT_NE(one.back(), gradients.back());
+  }
+  sums.take_ripple_off(p, values, gradients);
+  EXPECT_EQ(gradients, one);
+}
+
 TEST(LatticeSums, TablesAreKeptUntilAnotherIsAskedFor) {
   const RadialKernel one = make_kernel("default").space, other = make_kernel("fine").space;
   KeptLatticeSums kept;

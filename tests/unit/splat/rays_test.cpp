@@ -71,6 +71,36 @@ TEST(Rays, PassingOverCellsChangesNoPixel) {
   }
 }
 
+// Nor does a finer look at the cells.
+TEST(Rays, RefinedCellsChangeNoPixel) {
+  TestContext context(2);
+  for (const char* kernel : {"radial16+b2", "radial18+b3", "radial20+b3"}) {
+    const Slice dense = make_slice({30, 26, 33}, marschner_lobb(30, 5), kernel);
+    const Slice sparse = make_slice({44, 40, 36}, two_balls(), kernel);
+    for (const Slice* s : {&dense, &sparse})
+      for (const double iso : {0.4, 0.55}) {
+        KeptSurfaceCells kept;
+        const double target = iso - static_cast<double>(s->base);
+        const uint64_t marks = kept.find(*s, target, context.get(), 1 << 20)->count();
+        EXPECT_LT(kept.find(*s, target, context.get())->count(), marks);
+        for (const double turn : {0.0, 30.0, 200.0})
+          for (const double step : {3.0, 1.0, 0.3}) {
+            constexpr int size = 110;
+            Scene scene = make_scene(*s, ramp_function(0, 1, 0.5),
+                                     fit_camera(*s, false, 20 + turn / 5, turn, size, size));
+            RenderOptions o = surface_options(iso, step);
+            ImageStorage all(size, size, true, true, true), some(size, size, true, true, true);
+            scene.cells = &kept;
+            (void)render(scene, o, context.get(), some.image);
+            o.disable_skips = skip_transfer_function;
+            (void)draw(scene, o, all, 3);
+            EXPECT_TRUE(same_bits(some, all)) << kernel << ' ' << turn << ' ' << step;
+            EXPECT_GT(covered(all), 20u);
+          }
+      }
+  }
+}
+
 // Near enough that a cell is larger than a tile of pixels.
 TEST(Rays, CloseUpsAreThoseOfASearch) {
   const Slice s = make_slice({30, 26, 33}, marschner_lobb(30, 5));
@@ -308,6 +338,14 @@ TEST(Rays, HearCancelsAndTakeMemory) {
   EXPECT_EQ(code(context.get().with(stops)), Code::cancelled);
   EXPECT_LE(calls, 3);
   EXPECT_EQ(context.memory.used(), 0u);
+  // What tiles are searched in is asked for, too: a budget for the cells and their way alone is none.
+  TestContext marks(1);
+  const uint64_t cells = mark_cells(s, 0.5, marks.get()).memory.bytes();
+  TestContext few(1, 400000), enough(1, 2000000);
+  EXPECT_LT(cells, 100000u);
+  EXPECT_EQ(code(few.get()), Code::memory_budget);
+  EXPECT_EQ(few.memory.used(), 0u);
+  EXPECT_EQ(code(enough.get()), Code::internal); // none
   EXPECT_EQ(code(small.get()), Code::memory_budget);
   EXPECT_EQ(small.memory.used(), 0u);
 }

@@ -28,7 +28,7 @@ TEST(CellBound, HoldsAndIsNear) {
   std::uniform_real_distribution<double> uniform(0, 1);
   for (const char* name : kernels) {
     const RadialKernel kernel = make_kernel(name).space;
-    for (const int parts : {1, 2}) {
+    for (const int parts : {1, cell_parts, refined_parts}) {
       const CellBound bound = prove_cell_bound(kernel, parts);
       double most = 0;
       for (int trial = 0; trial < 4000; ++trial) {
@@ -68,16 +68,17 @@ TEST(CellBound, HoldsAndIsNear) {
 }
 
 TEST(CellBound, IsThatOfTheProof) {
-  for (const char* name : kernels) {
-    const Kernel kernel = make_kernel(name);
-    const auto bound = cell_bound(kernel);
-    ASSERT_TRUE(bound) << name;
-    const CellBound proven = prove_cell_bound(kernel.space, cell_parts);
-    EXPECT_GE(bound->of_range, proven.of_range) << name;
-    EXPECT_GE(bound->of_middle, proven.of_middle) << name;
-    EXPECT_LT(bound->of_range, proven.of_range + 2e-4) << name;
-    EXPECT_LT(bound->of_middle, proven.of_middle + 2e-4) << name;
-  }
+  for (const char* name : kernels)
+    for (const int parts : {cell_parts, refined_parts}) {
+      const Kernel kernel = make_kernel(name);
+      const auto bound = cell_bound(kernel, parts);
+      ASSERT_TRUE(bound) << name;
+      const CellBound proven = prove_cell_bound(kernel.space, parts);
+      EXPECT_GE(bound->of_range, proven.of_range) << name << ' ' << parts;
+      EXPECT_GE(bound->of_middle, proven.of_middle) << name << ' ' << parts;
+      EXPECT_LT(bound->of_range, proven.of_range + 2e-4) << name << ' ' << parts;
+      EXPECT_LT(bound->of_middle, proven.of_middle + 2e-4) << name << ' ' << parts;
+    }
   EXPECT_FALSE(cell_bound(make_kernel("radial24+b4")));
   EXPECT_FALSE(cell_bound(make_kernel("paper")));
 }
@@ -130,10 +131,13 @@ TEST(SurfaceCells, HoldWhereTheFieldPassesTheValue) {
     const auto passed = passed_cells(s, target, 24);
     EXPECT_GT(passed.size(), 20u);
     for_targets([&] {
-      const SurfaceCells cells = mark_cells(s, target, context.get());
-      size_t missed = 0;
-      for (const Int3& c : passed) missed += cells.marked(c) ? 0 : 1;
-      EXPECT_EQ(missed, 0u) << s.kernel.name << ' ' << target << " of " << passed.size();
+      SurfaceCells cells = mark_cells(s, target, context.get());
+      const auto missed = [&] {
+        return std::count_if(passed.begin(), passed.end(), [&](const Int3& c) { return !cells.marked(c); });
+      };
+      EXPECT_EQ(missed(), 0) << s.kernel.name << ' ' << target << " of " << passed.size();
+      refine_cells(s, target, cells, context.get());
+      EXPECT_EQ(missed(), 0) << "refined, " << s.kernel.name << ' ' << target << " of " << passed.size();
     });
   };
   // Longer than a stretch of lanes, thinner than a column, and of a few planes; smooth up to the faces.
@@ -207,7 +211,11 @@ TEST(SurfaceCells, HoldPeaksBetweenCorners) {
       int missed = 0;
       for (size_t n = 0; n < most; ++n) {
         const Peak& peak = (*peaks)[n];
-        missed += mark_cells(s, peak.value - 1e-5, context.get()).marked(peak.cell) ? 0 : 1;
+        const double target = peak.value - 1e-5;
+        SurfaceCells cells = mark_cells(s, target, context.get());
+        missed += cells.marked(peak.cell) ? 0 : 1;
+        refine_cells(s, target, cells, context.get());
+        missed += cells.marked(peak.cell) ? 0 : 1;
       }
       EXPECT_EQ(missed, 0) << kernel << (peaks == &inside ? " inside" : " at faces");
     }
@@ -236,9 +244,43 @@ TEST(SurfaceCells, AreFew) {
 TEST(SurfaceCells, AreTheSameForAnyNumberOfThreads) {
   const Slice s = noise({50, 40, 36}, "default", 5);
   TestContext one(1), many(5);
-  const SurfaceCells a = mark_cells(s, 0.1, one.get()), b = mark_cells(s, 0.1, many.get());
+  SurfaceCells a = mark_cells(s, 0.1, one.get()), b = mark_cells(s, 0.1, many.get());
   EXPECT_TRUE(a.bits == b.bits);
   EXPECT_GT(count_marked(a), 1000u);
+  refine_cells(s, 0.1, a, one.get()), refine_cells(s, 0.1, b, many.get());
+  EXPECT_TRUE(a.bits == b.bits);
+}
+
+// Refined, few are left but those that the field passes; no mark is made.
+TEST(SurfaceCells, AreFewerWhenRefined) {
+  TestContext context(2);
+  for (const char* kernel : kernels) {
+    const Slice s = make_slice({37, 30, 33}, marschner_lobb(30, 5), kernel);
+    for (const double target : {0.4, 0.6}) {
+      const auto passed = passed_cells(s, target, 24);
+      const SurfaceCells marked = mark_cells(s, target, context.get());
+      SurfaceCells refined = mark_cells(s, target, context.get());
+      refine_cells(s, target, refined, context.get());
+      for (size_t n = 0; n < marked.bits.size(); ++n) ASSERT_EQ(refined.bits[n] & ~marked.bits[n], 0u);
+      EXPECT_LT(5 * count_marked(refined), 4 * count_marked(marked)) << kernel;
+      EXPECT_LT(4 * count_marked(refined), 7 * passed.size()) << kernel;
+    }
+  }
+}
+
+// As soon as pictures have had twice as many rays as there are marks.
+TEST(SurfaceCells, AreRefinedWhereTheyAreUsed) {
+  const Slice s = make_slice({37, 30, 33}, marschner_lobb(30, 5));
+  TestContext context(2);
+  KeptSurfaceCells kept;
+  const auto cells = kept.find(s, 0.4, context.get());
+  const uint64_t marks = cells->count();
+  EXPECT_GE(marks, count_marked(*cells));
+  (void)kept.find(s, 0.4, context.get(), 2 * marks - 1);
+  (void)kept.find(s, 0.4, context.get(), 1);
+  EXPECT_EQ(cells->count(), marks);
+  EXPECT_EQ(kept.find(s, 0.4, context.get()), cells);
+  EXPECT_LT(cells->count(), marks);
 }
 
 TEST(SurfaceCells, AreKeptForTwoSurfaces) {
