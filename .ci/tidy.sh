@@ -53,7 +53,7 @@ mapfile -t files < <(printf '%s\n' "${files[@]}" | awk '!seen[$0]++')
 
 build="build-tidy"
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Debug -DBCCSPLAT_BUILD_TESTS=OFF -DBCCSPLAT_BUILD_BENCH=OFF \
-  -DBCCSPLAT_BUILD_EXAMPLES=OFF -DBCCSPLAT_PRECOMPILE=OFF >/dev/null || exit 1
+  -DBCCSPLAT_BUILD_EXAMPLES=OFF >/dev/null || exit 1
 sed -i 's/ -fno-gnu-unique//g; s/ -Wno-restrict//g' "$build/compile_commands.json" # options of GCC alone
 
 # one FILE: what is wrong with it, and a file of its name under failed or left

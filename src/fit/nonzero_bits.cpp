@@ -12,6 +12,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
+namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 void NonzeroBits(const float* HWY_RESTRICT row, size_t count, uint64_t* HWY_RESTRICT words) {
@@ -32,6 +33,7 @@ void NonzeroBits(const float* HWY_RESTRICT row, size_t count, uint64_t* HWY_REST
   }
 }
 
+} // namespace
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
