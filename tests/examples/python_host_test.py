@@ -3,6 +3,7 @@ every function of the library is called through it."""
 import ctypes
 import os
 import re
+import shutil
 import subprocess
 import sys
 import threading
@@ -588,7 +589,8 @@ def hosts_agree():
     assert len(pictures) == 3 and min(map(len, pictures)) > 10_000
 
 
-os.makedirs(scratch, exist_ok=True)
+shutil.rmtree(scratch, ignore_errors=True)  # of an earlier run
+os.makedirs(scratch)
 layout()
 assert bccsplat.version() == (abi.VERSION_MAJOR, abi.VERSION_MINOR, abi.VERSION_PATCH)
 assert "compiler" in bccsplat.build_info() and bccsplat.kernel_names()[0] == "default"
