@@ -328,15 +328,15 @@ TEST(Rays, HearCancelsAndTakeMemory) {
     }
     return Code::internal;
   };
-  // After some tiles.
-  int calls = 0;
+  // After some tiles; how often it is asked before depends on the machine.
+  int told = 0;
   Progress stops([&](double fraction) {
-    ++calls;
+    told += fraction > 0;
     return fraction > 0 ? 1 : 0;
   });
   TestContext context(1), small(2, 2000);
   EXPECT_EQ(code(context.get().with(stops)), Code::cancelled);
-  EXPECT_LE(calls, 3);
+  EXPECT_EQ(told, 1);
   EXPECT_EQ(context.memory.used(), 0u);
   // What tiles are searched in is asked for, too: a budget for the cells and their way alone is none.
   TestContext marks(1);
