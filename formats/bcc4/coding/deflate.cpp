@@ -126,7 +126,7 @@ std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level
 #if BCCSPLAT_WITH_LIBDEFLATE
 
 struct Inflater::State {
-  LiteralInflater literals;
+  LiteralInflater literals{};
   std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater{
       libdeflate_alloc_decompressor(), libdeflate_free_decompressor};
   State() {
@@ -148,7 +148,7 @@ uint32_t crc32_of(std::span<const std::byte> bytes) {
 #else
 
 struct Inflater::State {
-  LiteralInflater literals;
+  LiteralInflater literals{};
   z_stream stream{};
   State() {
     if (inflateInit2(&stream, -15) != Z_OK) throw std::bad_alloc();
