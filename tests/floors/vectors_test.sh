@@ -55,5 +55,7 @@ departure '3i #include <array>' 'sum.cpp:3: included before hwy/highway.h'
 departure '/HWY_ONCE/a #include <array>' 'included behind the loops'
 departure '/^namespace {/d; /^} .. namespace$/d' 'one unnamed namespace'
 departure 's,^void Sum,} // namespace\nnamespace {\n&,' 'one unnamed namespace'
+departure 's,^void Sum,constexpr float weights[4] = {1\, 2\, 3\, 4};\n&,' 'does not say its alignment'
+departure 's,^void Sum,inline constexpr auto weights = [] { return std::array{1}; }();\n&,' 'does not say its'
 departure 's,^HWY_EXPORT,void other();\n&,' 'HWY_EXPORT stands first'
 exit $((failures > 0))

@@ -17,7 +17,7 @@
 namespace bccsplat {
 
 // Lanes of the corners at which a part begins.
-inline constexpr auto part_begins = [] {
+alignas(64) inline constexpr auto part_begins = [] {
   std::array<uint32_t, RefinedStencil::room> lanes{};
   for (size_t n = 0; n < refined_corners; ++n) {
     const size_t x = n % refined_edge, y = n / refined_edge % refined_edge,
