@@ -147,6 +147,14 @@ class Render(ToolTest):
         self.assertEqual(self.bcc4('render', 'v.bcc4', '--time', 0, '-o', 'p.png', '--quiet')[1], '')
         self.bcc4('render', 'v.bcc4', '--turntable', 2, '-o', 't.%d.png', '--size', '24x20', '--quiet')
 
+    def test_times_are_printed_without_the_last_digits_of_sums(self):
+        with open(self.path('tenths.raw'), 'wb') as f:
+            f.write(bytes(range(256)) * 2)
+        self.bcc4('import', 'tenths.raw', '-o', 'tenths.bcc4', '--dims', '8,8,2,4', '--dtype', 'u8', '--dt', 0.1, '--quiet')
+        _, err = self.bcc4('render', 'tenths.bcc4', '-o', 'p.png', '--size', '8x8', '--quiet')
+        self.assertIn('they run 0 to 0.3', err)
+        self.assertNotIn('0.300', err)
+
     def test_every_option_changes_the_picture(self):
         plain = self.picture('--time', 2)
         self.assertEqual(plain, self.picture('--time', 2), 'not repeatable')

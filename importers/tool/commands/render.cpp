@@ -216,14 +216,16 @@ void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera)
   const bccsplat_volume_info v = volume_info(volume);
   if (v.dims[3] == 1 || w.time || w.index || w.plane || w.point || w.basis || w.sweep || a.frames) return;
   const bool all = makes_one_file(a) && !a.turntable && !moving_camera;
+  constexpr int time_digits = 12; // sums of steps are off by the last ones
   if (all)
     a.frames = {0, static_cast<double>(v.dims[3] - 1), 1};
   else
     a.which.time = 0, a.which.index = true;
   std::fprintf(stderr, "bcc4: %s: no %s given: %s %llu frames %s drawn; they run %s to %s%s%s\n",
                a.file.c_str(), all ? "--frames" : "--time", all ? "all" : "the first of",
-               static_cast<unsigned long long>(v.dims[3]), all ? "are" : "is", concat(v.time_first).c_str(),
-               concat(v.time_last).c_str(), *v.time_unit ? " " : "", v.time_unit);
+               static_cast<unsigned long long>(v.dims[3]), all ? "are" : "is",
+               short_number(v.time_first, time_digits).c_str(),
+               short_number(v.time_last, time_digits).c_str(), *v.time_unit ? " " : "", v.time_unit);
 }
 
 // Kernel exact has every sample of a Cartesian file and ripples between them, which light shows: only the
