@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+// Makes slabs of coefficients as soon as the samples that they depend on have come, and lets go of samples as
+// soon as no later slab depends on them.
 #include "fit/coefficient_layers.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "base/error.h"
+#include "field/coefficients/prefilter_steps.h"
 #include "fit/round_layer.h"
+#include "kernel/kernel.h"
 
 namespace bccsplat {
 namespace {
-
-// Layers that are made together, as a slab has them (slab_layers_for), and of the memory that is left the
-// part that each of them may take if nothing is air.
-constexpr int32_t together = 4;
-constexpr uint64_t memory_parts = 8;
 
 // Coefficients up to this far from air are dropped: those that are rounded to it, and those that a reader of
 // samples would drop.
@@ -25,77 +23,113 @@ float dead_zone(const Quantiser& quantiser, float threshold) {
 } // namespace
 
 CoefficientLayers::CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
-                                     const std::string& kernel, int32_t samples, int32_t first, int32_t end)
-    : window_(lattice, quantiser.air, {}, samples), kernel_(kernel), prune_(dead_zone(quantiser, threshold)),
-      reach_(prefilter_layers(lattice, kernel)), next_(first), end_(end), complete_(lattice.layers()),
-      quantiser_(quantiser) {
-  make_field();
+                                     const std::string& kernel, const CoefficientSpan& span)
+    : window_(lattice, quantiser.air, {}, span.samples), kernel_(kernel), quantiser_(quantiser),
+      prune_(dead_zone(quantiser, threshold)), slab_layers_(span.slab_layers), next_(span.first),
+      end_(span.end), complete_(lattice.layers()) {
+  make_filter();
   if (!is_float(quantiser.type) && quantiser.type != ValueType::i32)
     fail(Code::invalid_argument,
          "coefficients are stored as i32, f16 or f32: they swing further than samples");
 }
 
-void CoefficientLayers::make_field() {
-  field_.emplace(window_, 0, make_kernel(kernel_), prune_, coefficient_cache_bytes(window_, kernel_));
+void CoefficientLayers::make_filter() {
+  const Lattice4& lattice = window_.lattice();
+  filter_.emplace(lattice, prefilter_of(lattice, make_kernel(kernel_)).steps);
+  if (quantiser_.type == ValueType::i32) steps_.emplace(lattice, quantiser_, kernel_);
 }
 
 void CoefficientLayers::set_lattice(const Lattice4& lattice) {
   window_.set_lattice(lattice);
-  reach_ = prefilter_layers(lattice, kernel_), end_ = complete_ = lattice.layers();
-  make_field();
+  end_ = complete_ = lattice.layers();
+  make_filter();
 }
 
-int32_t CoefficientLayers::turn_from(int32_t first, int32_t slab_layers) {
-  const int32_t layers = window_.lattice().layers();
-  next_ = (first + reach_ + slab_layers - 1) / slab_layers * slab_layers;
+void CoefficientLayers::turn_from(int32_t first) {
+  const Lattice4& lattice = window_.lattice();
+  const int32_t layers = lattice.layers(), reach = prefilter_layers(lattice, kernel_);
+  next_ = (first + reach + slab_layers_ - 1) / slab_layers_ * slab_layers_;
   if (next_ >= layers) next_ = 0;
   end_ = next_ + layers, complete_ = first + layers;
   // What depends on none of the last layers comes first; else all of them come together.
-  window_.turn_from(first, next_ > 0 ? std::min(next_ + reach_ + 1, complete_) : complete_);
-  return next_;
+  window_.turn_from(first, next_ > 0 ? std::min(next_ + reach + 1, complete_) : complete_);
 }
 
-// How many of the next layers, at most `most`, depend on none that is still to come.
-int32_t CoefficientLayers::ready(int32_t most) const {
+void CoefficientLayers::push(const SampleLayer& samples, const Context& context) {
+  held_.emplace(window_.end(), Reservation(context.memory, samples.bytes(), "samples of a slab"));
+  window_.push(samples);
+}
+
+// Those of the next slab, inside the lattice.
+std::vector<int32_t> CoefficientLayers::next_layers() const {
   const Lattice4& lattice = window_.lattice();
-  const auto needed = [&](int32_t m) {
-    if (lattice.is_static()) return lattice.layers();
-    return lattice.periodic && m == 0 ? complete_ : std::min(m + reach_ + 1, complete_);
-  };
-  int32_t count = 0;
-  while (count < most && next_ + count < end_ && window_.end() >= needed(next_ + count)) ++count;
-  return count;
-}
-
-// How many layers may be made at once: they share stages, and take memory.
-int32_t CoefficientLayers::most_at_once(const Context& context) const {
-  const uint64_t room = context.memory.limit() - context.memory.used(),
-                 layer = uint64_t{BrickLayer(window_.lattice().space, 0).brick_slots()} * sizeof(Brick);
-  return static_cast<int32_t>(std::clamp<uint64_t>(room / (memory_parts * layer), 1, together));
-}
-
-std::vector<BrickLayer> CoefficientLayers::add(std::span<const SampleLayer> samples, const Context& context) {
-  for (const SampleLayer& layer : samples) window_.push(layer);
-  const Lattice4& lattice = window_.lattice();
-  std::vector<BrickLayer> out;
-  while (const int32_t count = ready(most_at_once(context))) {
-    std::vector<int32_t> numbers(static_cast<size_t>(count));
-    std::iota(numbers.begin(), numbers.end(), next_);
-    uint64_t clamped = 0; // the container counts none either: it gets what fits
-    for (const auto& made : field_->layers(numbers, context))
-      out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, clamped, context)
-                                                      : *made);
-    if (const int32_t next = std::min(next_ + count, lattice.layers());
-        !lattice.is_static() && next_ < lattice.layers())
-      field_->forget(next, next);
-    next_ += count;
+  std::vector<int32_t> layers;
+  for (int32_t m = next_; m < end_ && static_cast<int32_t>(layers.size()) < slab_layers_; ++m) {
+    if (lattice.periodic && m == lattice.layers() && m > next_) break;
+    layers.push_back(lattice.mirror_layer(m));
   }
-  // A layer beyond the end mirrors one as far before it.
-  if (lattice.periodic && window_.end() >= complete_)
+  return layers;
+}
+
+// Whether they depend on none that is still to come.
+bool CoefficientLayers::ready(std::span<const int32_t> layers) const {
+  if (layers.empty()) return false;
+  const Lattice4& lattice = window_.lattice();
+  const int32_t reach = prefilter_layers(lattice, kernel_);
+  const auto last = next_ + static_cast<int32_t>(layers.size()) - 1;
+  int32_t needed = std::min(last + reach + 1, complete_);
+  if (lattice.is_static()) needed = lattice.layers();
+  if (lattice.periodic && next_ == 0) needed = complete_;
+  return window_.end() >= needed;
+}
+
+// Coefficients of steps are rounded, and their values go, tile by tile: a slab of values takes more than all
+// else that is held.
+std::vector<SampleLayer> CoefficientLayers::make(std::span<const int32_t> layers,
+                                                 const Context& context) const {
+  const int32_t first = layers.front();
+  std::map<int32_t, const SampleLayer*> samples;
+  for (const int32_t m : filter_->reads(layers)) samples[m] = &window_.layer(m);
+  const TakeBricks round = [&](std::span<SampleLayer> made, const BrickBox& box) {
+    steps_->round(first, made, box, context);
+  };
+  if (filter_->empty()) {
+    std::vector<BrickLayer> values;
+    for (const int32_t m : layers) values.push_back(window_.layer(m).as_values());
+    if (steps_) return steps_->round(first, values, context);
+    return {values.begin(), values.end()};
+  }
+  uint64_t bytes = 0;
+  for (const int32_t m : layers) bytes += steps_ ? 0 : samples.at(m)->bricks() * sizeof(Brick);
+  const Reservation room(context.memory, bytes, "coefficients of some layers");
+  return filter_->apply(layers, samples, {prune_, 0}, BrickBox{}, context, steps_ ? round : TakeBricks());
+}
+
+std::optional<CoefficientSlab> CoefficientLayers::next(const Context& context) {
+  const std::vector<int32_t> layers = next_layers();
+  if (!ready(layers)) return std::nullopt;
+  CoefficientSlab slab{layers.front(), make(layers, context), {}};
+  uint64_t bytes = 0, clamped = 0; // the container counts none either: it gets what fits
+  for (SampleLayer& layer : slab.layers) {
+    if (quantiser_.type == ValueType::f16)
+      layer = SampleLayer(round_layer(layer.as_values(), quantiser_, 0, clamped, context));
+    bytes += layer.bytes();
+  }
+  next_ += static_cast<int32_t>(layers.size());
+  forget();
+  slab.held = Reservation(context.memory, bytes, "a slab of coefficients");
+  return slab;
+}
+
+// A layer beyond the end mirrors one as far before it.
+void CoefficientLayers::forget() {
+  const Lattice4& lattice = window_.lattice();
+  if (lattice.is_static()) return;
+  if (lattice.periodic && window_.end() >= complete_ && next_ >= end_)
     window_.forget_all();
-  else if (!lattice.is_static())
-    window_.forget(next_ - reach_ - 1);
-  return out;
+  else if (!lattice.periodic || window_.end() < complete_)
+    window_.forget(next_ - prefilter_layers(lattice, kernel_));
+  std::erase_if(held_, [&](const auto& layer) { return !window_.holds(layer.first); });
 }
 
 std::vector<double> kernel_parameters(const Kernel& kernel) {

@@ -40,41 +40,55 @@ CoefficientSteps::CoefficientSteps(const Lattice4& lattice, const Quantiser& ste
 
 std::vector<SampleLayer> CoefficientSteps::round(int32_t first, std::span<const BrickLayer> layers,
                                                  const Context& context) const {
-  std::vector<SampleLayer> out;
-  const BrickLayer* widest = layers.data(); // coset 1 may lack the last bricks
-  for (const BrickLayer& layer : layers) {
-    out.emplace_back(layer.lattice(), layer.coset());
+  std::vector<SampleLayer> out(layers.begin(), layers.end());
+  const SampleLayer* widest = out.data(); // coset 1 may lack the last bricks
+  for (const SampleLayer& layer : out)
     if (layer.brick_slots() > widest->brick_slots()) widest = &layer;
-  }
   context.tasks.parallel_for(widest->brick_slots(), [&](uint64_t slot) {
     context.progress.check();
-    const Int3 b = widest->slot_position(slot);
-    std::vector<const Brick*> bricks;
-    bool any = false;
-    const auto inside = [&](const BrickLayer& layer) {
-      const Int3& n = layer.brick_dims();
-      return b[0] < n[0] && b[1] < n[1] && b[2] < n[2];
-    };
-    for (const BrickLayer& layer : layers) {
-      bricks.push_back(inside(layer) ? layer.brick(b[0], b[1], b[2]) : nullptr);
-      any |= bricks.back() != nullptr;
-    }
-    if (!any) return;
-    const ChunkShape shape = chunk_shape(lattice_, first, static_cast<int32_t>(layers.size()), b);
-    const CoefficientChunk chunk = round_coefficients(shape, bricks, coding_);
-    const ChunkData data = packed(chunk);
-    const bool narrow = data.coded.bytes() <= 2;
-    const uint32_t* next = chunk.sites.codes.data();
-    for (size_t m = 0; m < layers.size(); ++m) {
-      if (data.first[m] == data.first[m + 1]) continue;
-      const size_t at = out[m].slot(b[0], b[1], b[2]);
-      if (narrow)
-        out[m].set(at, {nullptr, std::make_shared<const LayerCodes>(coder_, data, m)});
-      else
-        out[m].set(at, {brick_of(chunk.sites, m, coding_, next), nullptr});
-    }
+    round_chunk(first, out, widest->slot_position(slot));
   });
   return out;
+}
+
+void CoefficientSteps::round(int32_t first, std::span<SampleLayer> layers, const BrickBox& box,
+                             const Context& context) const {
+  for (int z = box.begin[2]; z < box.end[2]; ++z)
+    for (int y = box.begin[1]; y < box.end[1]; ++y)
+      for (int x = box.begin[0]; x < box.end[0]; ++x) {
+        context.progress.check();
+        round_chunk(first, layers, {x, y, z});
+      }
+}
+
+void CoefficientSteps::round_chunk(int32_t first, std::span<SampleLayer> layers, const Int3& at) const {
+  std::vector<std::shared_ptr<const Brick>> values(layers.size());
+  std::vector<const Brick*> bricks(layers.size());
+  bool any = false;
+  for (size_t m = 0; m < layers.size(); ++m) {
+    const Int3& n = layers[m].brick_dims();
+    if (at[0] >= n[0] || at[1] >= n[1] || at[2] >= n[2]) continue;
+    values[m] = layers[m].brick(at[0], at[1], at[2]).as_values();
+    bricks[m] = values[m].get();
+    any |= bricks[m] != nullptr;
+  }
+  if (!any) return;
+  const ChunkShape shape = chunk_shape(lattice_, first, static_cast<int32_t>(layers.size()), at);
+  const CoefficientChunk chunk = round_coefficients(shape, bricks, coding_);
+  const ChunkData data = packed(chunk);
+  const bool narrow = data.coded.bytes() <= 2;
+  const uint32_t* next = chunk.sites.codes.data();
+  for (size_t m = 0; m < layers.size(); ++m) {
+    if (!bricks[m]) continue;
+    SampleBrick rounded;
+    if (data.first[m] == data.first[m + 1])
+      rounded = {};
+    else if (narrow)
+      rounded.codes = std::make_shared<const LayerCodes>(coder_, data, m);
+    else
+      rounded.values = brick_of(chunk.sites, m, coding_, next);
+    layers[m].set(layers[m].slot(at[0], at[1], at[2]), std::move(rounded));
+  }
 }
 
 } // namespace bccsplat

@@ -10,6 +10,7 @@
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/coefficient_codes.h"
 #include "points/sample_layer.h"
+#include "points/sample_source.h"
 #include "points/values.h"
 
 namespace bccsplat {
@@ -23,8 +24,13 @@ class CoefficientSteps {
   // take two bytes or less, which the container need not find again.
   [[nodiscard]] std::vector<SampleLayer> round(int32_t first, std::span<const BrickLayer> layers,
                                                const Context& context) const;
+  // The same of the bricks of a box, in place: each chunk's values go when it has been rounded. Several
+  // threads may round boxes that have no brick in common.
+  void round(int32_t first, std::span<SampleLayer> layers, const BrickBox& box, const Context& context) const;
 
  private:
+  void round_chunk(int32_t first, std::span<SampleLayer> layers, const Int3& at) const;
+
   Lattice4 lattice_;
   SampleCoder coder_;
   CoefficientCoding coding_;

@@ -74,6 +74,9 @@ struct FitOptions {
   // Planes of the lattice: with masks, sites further than that from all data are left out.
   int32_t mask_reach = 0;
   int32_t slab_layers = 8;
+  // Layers are handed out one by one, as soon as they are made and numbered as layers; whoever takes them
+  // holds them from the budget. Else by slabs.
+  bool one_by_one = false;
   int32_t lasting_layers = 0;  // the first ones, which are counted by themselves as well
   std::optional<FitPart> part; // none: all of the series; else dims[3] > 0, and frames, not layers, are given
   std::vector<FitChannel> channels{1};
@@ -82,7 +85,8 @@ struct FitOptions {
 // The lattice of a series of `frames`.
 [[nodiscard]] Lattice4 lattice_of(const FitOptions& options, uint32_t frames);
 
-// Layers slab * slab_layers .. of one channel, fewer than slab_layers only at the end. Slabs of a channel
+// Layers slab * slab_layers .. of one channel, fewer than slab_layers only at the end; one by one each is
+// what a slab is else. Slabs of a channel
 // come in rising order, all of them, from the thread that called the Fit; of periodic frames those that need
 // the last frames, the first ones, come last. Values are relative to air and
 // exactly representable in the stored type.

@@ -71,6 +71,8 @@ struct Fit::State {
   // Finds where a periodic series begins, for all channels, then has one begin there.
   void begin_turn();
   void begin_turn(Channel& c) const;
+  // How many layers are handed out together.
+  [[nodiscard]] int32_t handed_layers() const { return options.one_by_one ? 1 : options.slab_layers; }
   // The layer behind the last one.
   [[nodiscard]] int32_t end_layer() const {
     return options.part ? options.part->end_layer : turn.first_layer + lattice.layers();

@@ -4,13 +4,10 @@
 #pragma once
 
 #include <memory>
-#include <optional>
-#include <span>
 #include <vector>
 
 #include "base/context.h"
 #include "fit/coefficient_layers.h"
-#include "fit/coefficient_steps.h"
 #include "fit/fit.h"
 #include "store/series_part.h"
 
@@ -22,23 +19,25 @@ class CoefficientSlabs {
   // series.
   CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& info, const SeriesPart* part);
   // The series, a whole one, ends elsewhere than was said.
-  void set_lattice(const Lattice4& lattice, const VolumeInfo& info);
+  void set_lattice(const Lattice4& lattice);
 
-  // The next layers of samples of a channel, `first` and up; `store` is called for each slab that is complete
-  // with them.
+  // The next layers of samples of a channel, `first` and up, of which none is held elsewhere for long. Slabs
+  // of coefficients are made as soon as they can be, for they take less than the samples that they are made
+  // of, and stored when a slab of samples is complete: the order of a file's slabs is that of whole slabs.
   void add_layers(int channel, int32_t first, const SlabLayers& samples, const Context& context,
                   const FitSink& store);
+  // Stores what is left of a channel.
+  void finish(int channel, const Context& context, const FitSink& store);
 
  private:
   struct Channel {
-    template<class... Layers>
-    explicit Channel(int32_t first_slab, const Layers&... layers) : maker(layers...), next_slab(first_slab) {}
     CoefficientLayers maker;
-    int32_t next_slab;
     bool begun = false;
-    std::vector<BrickLayer> slab; // layers made and not stored
-    std::optional<CoefficientSteps> steps;
+    std::vector<CoefficientSlab> slabs; // made and not stored
   };
+  void make(Channel& c, const Context& context) const;
+  void store_made(int channel, const FitSink& store);
+
   int32_t layers_, slab_layers_;
   bool periodic_;
   std::vector<std::unique_ptr<Channel>> channels_;

@@ -12,27 +12,32 @@ FitOptions options_of_level(FitOptions options, int level, const Int3& margins) 
 }
 
 LevelFit::LevelFit(int level, const FitOptions& options, Store store, const Context& context, MaskSink masks)
-    : level_(level), slab_layers_(options.slab_layers), store_(std::move(store)), context_(context),
-      fit_(
-          options,
-          [this](int32_t slab, int channel, const SlabLayers& layers) { take_slab(slab, channel, layers); },
-          context, std::move(masks)) {}
+    : level_(level),
+      store_([level, store = std::move(store)](int32_t slab, int channel, const SlabLayers& layers) {
+        store(slab, {channel, level}, layers);
+      }),
+      context_(context), fit_(
+                             options,
+                             [this](int32_t number, int channel, const SlabLayers& layers) {
+                               if (coefficients_)
+                                 coefficients_->add_layers(channel, number, layers, context_, store_);
+                               else
+                                 store_(number, channel, layers);
+                             },
+                             context, std::move(masks)) {}
 
 void LevelFit::store_coefficients(const VolumeInfo& info, const SeriesPart* part) {
   coefficients_ = std::make_unique<CoefficientSlabs>(fit_.lattice(), info, part);
 }
 
-void LevelFit::shorten(uint32_t frames, const VolumeInfo& info) {
+void LevelFit::shorten(uint32_t frames) {
   fit_.shorten(frames);
-  if (coefficients_) coefficients_->set_lattice(fit_.lattice(), info);
+  if (coefficients_) coefficients_->set_lattice(fit_.lattice());
 }
 
-void LevelFit::take_slab(int32_t slab, int channel, const SlabLayers& layers) {
-  if (!coefficients_) return store_(slab, {channel, level_}, layers);
-  coefficients_->add_layers(channel, slab * slab_layers_, layers, context_,
-                            [this](int32_t made, int of, const SlabLayers& coefficients) {
-                              store_(made, {of, level_}, coefficients);
-                            });
+void LevelFit::finish_channel(int channel) {
+  fit_.finish_channel(channel);
+  if (coefficients_) coefficients_->finish(channel, context_, store_);
 }
 
 FitChannelReport level_counts(const FitChannelReport& report) {

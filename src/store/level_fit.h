@@ -25,20 +25,20 @@ class LevelFit {
   LevelFit(const LevelFit&) = delete;
   LevelFit& operator=(const LevelFit&) = delete;
 
-  // Called before any data where coefficients are stored; info, part: as of CoefficientSlabs.
+  // Called before any data where coefficients are stored, for which the fit hands out layers one by one;
+  // info, part: as of CoefficientSlabs.
   void store_coefficients(const VolumeInfo& info, const SeriesPart* part);
-  // Ends the series with what every channel was given; info: as of CoefficientSlabs.
-  void shorten(uint32_t frames, const VolumeInfo& info);
+  // Ends the series with what every channel was given.
+  void shorten(uint32_t frames);
+  // Makes and stores what is left of a channel.
+  void finish_channel(int channel);
   [[nodiscard]] int level() const { return level_; }
   [[nodiscard]] Fit& fit() { return fit_; }
   [[nodiscard]] const Fit& fit() const { return fit_; }
 
  private:
-  void take_slab(int32_t slab, int channel, const SlabLayers& layers);
-
   int level_;
-  int32_t slab_layers_;
-  Store store_;
+  FitSink store_;
   Context context_;
   std::unique_ptr<CoefficientSlabs> coefficients_; // null: samples are stored
   Fit fit_;

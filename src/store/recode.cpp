@@ -143,6 +143,9 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
   copy_masks(samples.reader(), writer);
   std::optional<CoefficientSlabs> slabs;
   if (!info.coefficient_kernel.empty() && !layers.kept()) slabs.emplace(info.lattice, info, nullptr);
+  const auto store = [&](int32_t number, int of, const SlabLayers& made) {
+    writer.write_slab(number, of, made.compact(), context);
+  };
   const int32_t all = info.lattice.layers();
   std::vector<uint64_t> clamped(info.channels.size());
   for (int32_t first = 0; first < all; first += info.slab_layers)
@@ -151,9 +154,6 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
       for (int32_t m = first; m < std::min(first + info.slab_layers, all); ++m) {
         slab.push_back(layers.read(c, m, context));
       }
-      const auto store = [&](int32_t number, int of, const SlabLayers& made) {
-        writer.write_slab(number, of, made.compact(), context);
-      };
       if (slabs)
         slabs->add_layers(c, first, slab, context, store);
       else
@@ -162,6 +162,7 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
       context.progress.report(0.99 * (first + 1) / all);
       context.progress.check();
     }
+  for (int c = 0; slabs && c < static_cast<int>(info.channels.size()); ++c) slabs->finish(c, context, store);
   WriteReport report;
   report.frames = info.lattice.dims[3];
   for (size_t c = 0; c < clamped.size(); ++c) writer.info().channels[c].clamped += clamped[c];

@@ -53,7 +53,7 @@ uint32_t VolumeWriter::frames_of_short() const {
 }
 
 void VolumeWriter::shorten(uint32_t frames) {
-  for (const auto& level : fits_) level->shorten(frames, initial_);
+  for (const auto& level : fits_) level->shorten(frames);
   settings_.dims[3] = fit_options_.dims[3] = frames;
   initial_.lattice = fit().lattice();
   for (const auto& level : fits_)
@@ -128,7 +128,7 @@ WriteReport VolumeWriter::finish() {
 FitReport VolumeWriter::finish_fits() {
   for (const auto& level : fits_) level->fit().end();
   for (int c = 0; c < static_cast<int>(added_.size()); ++c)
-    for (const auto& level : fits_) level->fit().finish_channel(c);
+    for (const auto& level : fits_) level->finish_channel(c);
   return report_of_fits();
 }
 

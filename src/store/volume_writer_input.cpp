@@ -208,6 +208,7 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
     fit_options_.lasting_layers =
         fit_options_.slab_layers * lasting_slabs(lattice_of(fit_options_, settings_.dims[3]), fit_options_,
                                                  layer_use(), settings_.dims[3]);
+  fit_options_.one_by_one = settings_.coefficients;
   begin_levels();
 }
 

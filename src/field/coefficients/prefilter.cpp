@@ -66,6 +66,21 @@ std::vector<BrickBox> tiles_of(const BrickBox& region, const NearBricks& near, c
   return tiles;
 }
 
+// The part of a region in which some layer has bricks.
+BrickBox inside(BrickBox box, std::span<const SampleLayer> layers) {
+  for (size_t a = 0; a < 3; ++a) {
+    box.begin[a] = std::max(0, box.begin[a]);
+    int32_t most = 0;
+    for (const SampleLayer& layer : layers) most = std::max(most, layer.brick_dims()[a]);
+    box.end[a] = std::min(box.end[a], most);
+  }
+  return box;
+}
+
+uint64_t bricks_in(const Int3& tile) {
+  return static_cast<uint64_t>(tile[0]) * static_cast<uint64_t>(tile[1]) * static_cast<uint64_t>(tile[2]);
+}
+
 // Lends each task planes to work in.
 class PlaneStore {
  public:
@@ -158,18 +173,22 @@ std::vector<SampleLayer> Prefilter::invert(std::span<const int32_t> layers,
 std::vector<SampleLayer> Prefilter::apply(std::span<const int32_t> layers,
                                           const std::map<int32_t, const SampleLayer*>& samples,
                                           const CoefficientForm& form, const BrickBox& region,
-                                          const Context& context) const {
-  if (steps_.front().filter.pole != 0) return invert(layers, samples, form, region, context);
+                                          const Context& context, const TakeBricks& take) const {
+  if (steps_.front().filter.pole != 0) {
+    std::vector<SampleLayer> made = invert(layers, samples, form, region, context);
+    const BrickBox box = inside(region, made);
+    context.tasks.parallel_for(take ? static_cast<uint64_t>(std::max(0, box.end[2] - box.begin[2])) : 0,
+                               [&](uint64_t z) {
+                                 BrickBox row = box;
+                                 row.begin[2] += static_cast<int32_t>(z), row.end[2] = row.begin[2] + 1;
+                                 take(made, row);
+                               });
+    return made;
+  }
   std::vector<SampleLayer> made;
-  BrickBox box = region;
   std::vector<TileLayer> outputs;
   for (const int32_t m : layers) made.emplace_back(lattice_.space, lattice_.coset(m));
-  for (size_t a = 0; a < 3; ++a) {
-    box.begin[a] = std::max(0, box.begin[a]);
-    int32_t most = 0;
-    for (const SampleLayer& layer : made) most = std::max(most, layer.brick_dims()[a]);
-    box.end[a] = std::min(box.end[a], most);
-  }
+  const BrickBox box = inside(region, made);
   for (size_t i = 0; i < layers.size(); ++i) outputs.push_back({&made[i], samples.at(layers[i])});
   const StagePlan plan(*this, layers);
   const Int3 bricks = tile_bricks(plan, box, context);
@@ -177,6 +196,9 @@ std::vector<SampleLayer> Prefilter::apply(std::span<const int32_t> layers,
   const TileSize size(plan, bricks);
   const uint64_t at_once = tiles_at_once(box, bricks, context.tasks.threads());
   const Reservation planes_held(context.memory, size.bytes() * at_once, "planes of the prefilter");
+  const Reservation bricks_held(context.memory,
+                                take ? bricks_in(bricks) * layers.size() * at_once * sizeof(Brick) : 0,
+                                "coefficients of a tile");
   PlaneStore store(size.floats());
   std::atomic<uint64_t> done{0};
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
@@ -185,6 +207,7 @@ std::vector<SampleLayer> Prefilter::apply(std::span<const int32_t> layers,
     TilePlanes(plan, size, lattice_.space, tiles[i], planes->data())
         .make(samples, outputs, form, context.progress);
     store.give(std::move(planes));
+    if (take) take(made, tiles[i]);
   });
   return made;
 }

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <set>
 #include <span>
@@ -32,6 +33,10 @@ struct CoefficientForm {
   float prune = 0, coarsest = 0;
 };
 
+// Takes the bricks of a box that have been made, of all layers, and may put others in their place. Called by
+// several threads, of boxes without a brick in common.
+using TakeBricks = std::function<void(std::span<SampleLayer> made, const BrickBox& box)>;
+
 class Prefilter {
  public:
   Prefilter(const Lattice4& lattice, std::vector<PrefilterStep> steps)
@@ -46,11 +51,12 @@ class Prefilter {
   [[nodiscard]] int32_t reach() const;
 
   // The bricks in `region` of coefficients of `layers`, holes included. samples: all that they read; their
-  // bricks outside the region, as far as one beside it, count, and those that are absent are air.
+  // bricks outside the region, as far as one beside it, count, and those that are absent are air. take: gets
+  // all bricks that there are, some at a time.
   [[nodiscard]] std::vector<SampleLayer> apply(std::span<const int32_t> layers,
                                                const std::map<int32_t, const SampleLayer*>& samples,
                                                const CoefficientForm& form, const BrickBox& region,
-                                               const Context& context) const;
+                                               const Context& context, const TakeBricks& take = {}) const;
 
  private:
   // The same where the first stage has a pole.
