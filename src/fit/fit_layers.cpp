@@ -53,7 +53,7 @@ void Fit::State::make_moving_layers(Channel& c, int64_t frames, bool complete) {
     }
     emit(c, c.next_layer, taps, nearest_tap);
   }
-  forget_frames(c);
+  forget_frames(c, c.frames);
 }
 
 std::vector<std::pair<int64_t, float>> Fit::State::weighted_frames(Channel& c, const FilterTable& table,
@@ -75,11 +75,15 @@ uint8_t Fit::State::end_level(Channel& c, bool last, int64_t n) const {
   return *level;
 }
 
-void Fit::State::forget_frames(Channel& c) const {
+void Fit::State::forget_frames(Channel& c, int64_t frames) const {
   const int reach = filter_reach(options.filter, time_widening(lattice));
-  const auto direct = static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) - reach;
-  const auto mirrored = int64_t{c.frames} - 2 - reach - static_cast<int64_t>(std::ceil(lattice.time_step));
-  const int64_t predicted = int64_t{c.frames} - ends.used();
+  // The table of the last layer begins earlier (layer_table).
+  const bool before_last = length_known() && c.next_layer < lattice.last_layer;
+  const auto direct =
+      before_last ? layer_table(lattice, c.next_layer, true, options.filter, time_widening(lattice)).first[0]
+                  : static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) - reach;
+  const auto mirrored = frames - 2 - reach - static_cast<int64_t>(std::ceil(lattice.time_step));
+  const int64_t predicted = frames - ends.used();
   const int64_t needed = std::min(direct, options.lead > 0 ? predicted : mirrored);
   while (!c.window.empty() && c.window_first < needed) c.forget_first();
 }

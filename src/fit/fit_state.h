@@ -129,8 +129,9 @@ struct Fit::State {
                                                                        int64_t n);
   // Returns how bold predictions at an end of a series of n frames are, settled by the frames they look at.
   [[nodiscard]] uint8_t end_level(Channel& c, bool last, int64_t n) const;
-  // Forgets frames that no further layer needs: neither directly nor to predict those beyond the last one.
-  void forget_frames(Channel& c) const;
+  // Forgets frames that no further layer needs when so many have come: neither directly nor to predict those
+  // beyond the last one.
+  void forget_frames(Channel& c, int64_t frames) const;
   // Returns a frame by its number in a periodic series, as counted from turn.first_frame on.
   [[nodiscard]] const FrameSites& frame_at(const Channel& c, int64_t f) const;
   // Returns the number, from turn.first_frame on, of a frame of any turn.

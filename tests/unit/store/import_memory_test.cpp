@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an import holds that stores coefficients.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "store/volume_writer.h"
+#include "tests/unit/fit/fit_series.h"
+
+namespace bccsplat {
+namespace {
+
+using test::Bench;
+
+struct Held {
+  double largest = 0; // bytes a voxel of a frame
+  uint64_t at_end = 0;
+};
+
+// A dense series of bytes, of which bricks are filled to their faces.
+Held held_by_import(uint32_t frames) {
+  const std::array<uint32_t, 4> dims{62, 62, 62, frames};
+  const size_t voxels = size_t{dims[0]} * dims[1] * dims[2];
+  WriterSettings settings;
+  settings.dims = dims, settings.coefficients = true;
+  Bench bench;
+  std::vector<std::byte> file;
+  std::mt19937 random(5);
+  std::vector<uint8_t> values(voxels);
+  {
+    VolumeWriter writer(settings, create_memory_sink(file), bench.context());
+    for (uint32_t t = 0; t < frames; ++t) {
+      for (uint8_t& v : values) v = static_cast<uint8_t>(1 + random() % 255);
+      FrameBox box;
+      box.data = values.data(), box.type = SourceType::u8, box.dims = {dims[0], dims[1], dims[2]};
+      writer.add_frame(0, t, {&box, 1});
+    }
+    (void)writer.finish();
+  }
+  return {static_cast<double>(bench.memory.peak()) / static_cast<double>(voxels), bench.memory.used()};
+}
+
+// Eight frames in reach of the filter take 17 bytes a voxel, fourteen layers of samples in reach of the
+// prefilter 27, a slab of codes up to 4; what tiles of coefficients and their planes take is much of so small
+// a frame. Another layer of samples is 2, another slab of coefficients 8.
+TEST(ImportMemory, AVoxelOfCoefficientsTakesSamplesInReach) {
+  const Held held = held_by_import(22);
+  EXPECT_LT(held.largest, 63);
+  EXPECT_EQ(held.at_end, 0u);
+}
+
+// Layers beyond the last one need no more at once.
+TEST(ImportMemory, OfCoefficientsDoesNotGrowWithTheSeries) {
+  EXPECT_EQ(held_by_import(22).largest, held_by_import(36).largest);
+}
+
+} // namespace
+} // namespace bccsplat
