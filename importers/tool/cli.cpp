@@ -1,69 +1,131 @@
 // SPDX-License-Identifier: Apache-2.0
+// The command line by CLI11, which no other file includes.
 #include "tool/cli.h"
 
-#include <cmath>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
 
 namespace bcc4 {
 
-std::vector<double> option_numbers(const std::string& option, const std::string& text, size_t count) {
-  const auto numbers = parse_numbers(split_commas(text));
-  if (!numbers) fail_usage(option, " ", text, ": numbers with commas between them are expected");
-  if (count > 0 && numbers->size() != count)
-    fail_usage(option, " ", text, ": ", count, " numbers are expected, not ", numbers->size());
-  for (const double n : *numbers)
-    if (!std::isfinite(n)) fail_usage(option, " ", text, ": numbers must be finite");
-  return *numbers;
+Option Option::type_name(const std::string& name) const { return Option(option_->type_name(name)); }
+Option Option::group(const std::string& heading) const { return Option(option_->group(heading)); }
+Option Option::expected(int least, int most) const { return Option(option_->expected(least, most)); }
+
+std::string Command::name() const { return app_->get_name(); }
+std::string Command::help() const { return app_->get_description(); }
+
+std::vector<Command> Command::commands() const {
+  std::vector<Command> commands;
+  for (CLI::App* command : app_->get_subcommands([](const CLI::App*) { return true; }))
+    commands.emplace_back(command);
+  return commands;
 }
 
-std::vector<std::string> option_names(const std::string& option, const std::string& text) {
-  std::vector<std::string> names;
-  for (const std::string_view part : split_commas(text)) {
-    if (part.empty()) fail_usage(option, " ", text, ": a name is empty");
-    names.emplace_back(part);
+std::vector<OptionText> Command::options() const {
+  std::vector<OptionText> texts;
+  for (const CLI::Option* option : std::as_const(*app_).get_options()) {
+    OptionText& text = texts.emplace_back();
+    for (const std::string& name : option->get_snames()) text.names.push_back("-" + name);
+    for (const std::string& name : option->get_lnames()) text.names.push_back("--" + name);
+    if (text.names.empty()) text.names = {option->get_name(true)};
+    if (option->get_type_size() != 0) text.value = option->get_type_name();
+    text.help = option->get_description();
+    text.given = option->count() > 0;
   }
-  return names;
+  return texts;
 }
 
-uint64_t option_bytes(const std::string& option, const std::string& text) {
-  static constexpr std::pair<const char*, double> units[] = {
-      {"kib", 0x1p10}, {"mib", 0x1p20}, {"gib", 0x1p30}, {"tib", 0x1p40}, {"kb", 1e3},
-      {"mb", 1e6},     {"gb", 1e9},     {"tb", 1e12},    {"k", 0x1p10},   {"m", 0x1p20},
-      {"g", 0x1p30},   {"t", 0x1p40},   {"b", 1}};
-  std::string number = lower(trim(text));
-  double unit = 1;
-  for (const auto& [name, factor] : units)
-    if (number.ends_with(name)) {
-      unit = factor;
-      number.resize(number.size() - std::string_view(name).size());
-      break;
-    }
-  const auto value = parse_number<double>(trim(number));
-  if (!value || !(*value > 0) || !(*value * unit < 0x1p62))
-    fail_usage(option, " ", text, ": a number of bytes is expected, such as 500M or 4G");
-  return static_cast<uint64_t>(*value * unit);
+Command Command::add_command(const std::string& name, const std::string& help) const {
+  return Command(app_->add_subcommand(name, help));
 }
 
-void add_threads(CLI::App& app, CommonOptions& options) {
-  app.add_option_function<std::string>(
-         "--threads",
-         [&options](const std::string& text) {
-           options.threads = option_number<int>("--threads", text);
-           if (options.threads < 1) fail_usage("--threads ", text, ": at least 1");
-         },
-         "Threads to use (default: as many as the machine has)")
-      ->type_name("N");
+Option Command::add_flag(const std::string& names, bool& target, const std::string& help) const {
+  return Option(app_->add_flag(names, target, help));
 }
 
-void add_max_memory(CLI::App& app, CommonOptions& options) {
-  app.add_option_function<std::string>(
-         "--max-mem",
-         [&options](const std::string& text) { options.max_memory = option_bytes("--max-mem", text); },
-         "Memory for data, such as 500M or 4G (default: no limit)")
-      ->type_name("BYTES");
+template<class Value>
+Option Command::add_option(const std::string& names, Value& target, const std::string& help) const {
+  return Option(app_->add_option(names, target, help));
+}
+template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::vector<std::string>&, const std::string&) const;
+template Option Command::add_option(const std::string&, int32_t&, const std::string&) const;
+template Option Command::add_option(const std::string&, uint32_t&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::optional<uint32_t>&, const std::string&) const;
+template Option Command::add_option(const std::string&, double&, const std::string&) const;
+
+Option Command::add_text(const std::string& names, const std::string& type, const std::string& help,
+                         const Read& read) const {
+  return Option(app_->add_option_function<std::string>(names, read, help)->type_name(type));
 }
 
-void require_option(const std::string& value, const char* option, const std::string& example) {
-  if (value.empty()) fail_usage(option, " is missing, such as ", example);
+namespace {
+
+// What the user may have meant by an argument nothing takes.
+std::string unknown_argument(const Command& tool, const Command* chosen, const std::string& argument) {
+  std::vector<std::string> names;
+  if (argument.starts_with("-")) {
+    for (const OptionText& option : (chosen ? *chosen : tool).options())
+      std::copy_if(option.names.begin(), option.names.end(), std::back_inserter(names),
+                   [](const std::string& name) { return name.starts_with("--"); });
+    return concat("unknown option ", argument, did_you_mean(argument.substr(0, argument.find('=')), names));
+  }
+  if (chosen) return concat("unexpected argument \"", argument, "\"");
+  for (const Command& command : tool.commands()) names.push_back(command.name());
+  return concat("unknown command \"", argument, "\"", did_you_mean(argument, names), "; there are ",
+                join(names));
+}
+
+} // namespace
+
+CommandLine::CommandLine(const std::string& name, const std::string& help, const std::string& version)
+    : app_(std::make_unique<CLI::App>(help, name)) {
+  app_->set_version_flag("--version", version);
+  app_->set_help_all_flag("--help-all", "Help for all commands");
+  app_->option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+}
+
+CommandLine::~CommandLine() = default;
+
+Command CommandLine::tool() const { return Command(app_.get()); }
+std::string CommandLine::help_text() const { return app_->help(); }
+
+std::optional<std::string> CommandLine::parse(int argc, char** argv) {
+  try {
+    app_->parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    app_->exit(e);
+    return std::nullopt;
+  } catch (const CLI::ExtrasError&) {
+    const std::vector<CLI::App*> chosen = app_->get_subcommands();
+    const std::vector<std::string> extras = app_->remaining(true);
+    const auto option =
+        std::find_if(extras.begin(), extras.end(), [](const std::string& s) { return s.starts_with("-"); });
+    const std::optional<Command> command =
+        chosen.empty() ? std::nullopt : std::optional(Command(chosen.front()));
+    fail_usage(unknown_argument(tool(), command ? &*command : nullptr,
+                                option != extras.end() ? *option : extras.front()),
+               "; see bcc4 ", command ? command->name() + " " : "", "--help");
+  } catch (const CLI::ParseError& e) {
+    fail_usage(e.what());
+  }
+  const std::vector<CLI::App*> chosen = app_->get_subcommands();
+  return chosen.empty() ? "" : chosen.front()->get_name();
+}
+
+void add_threads(Command command, CommonOptions& options) {
+  command.add_text("--threads", "N", "Threads to use (default: as many as the machine has)",
+                   [&options](const std::string& text) {
+                     options.threads = option_number<int>("--threads", text);
+                     if (options.threads < 1) fail_usage("--threads ", text, ": at least 1");
+                   });
+}
+
+void add_max_memory(Command command, CommonOptions& options) {
+  command.add_text(
+      "--max-mem", "BYTES", "Memory for data, such as 500M or 4G (default: no limit)",
+      [&options](const std::string& text) { options.max_memory = option_bytes("--max-mem", text); });
 }
 
 } // namespace bcc4

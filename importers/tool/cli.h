@@ -1,44 +1,107 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds options to the command line. For those who do so alone: it brings all of CLI11, two seconds to
-// compile.
+// The command line: commands and their options. CLI11, which takes three seconds to compile, is known to
+// cli.cpp alone.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tool/options.h"
 
+namespace CLI {
+class App;
+class Option;
+} // namespace CLI
+
 namespace bcc4 {
 
+// An option that was added, for what few of them say of themselves.
+class Option {
+ public:
+  explicit Option(CLI::Option* option) : option_(option) {}
+  // What help calls its value.
+  Option type_name(const std::string& name) const;
+  // The heading that help puts it under.
+  Option group(const std::string& heading) const;
+  // How many values it takes; -1: any number.
+  Option expected(int least, int most) const;
+
+ private:
+  CLI::Option* option_;
+};
+
+// An option as help and the manual have it.
+struct OptionText {
+  std::vector<std::string> names; // "-o", "--output"; of what is told by its place "FILE"
+  std::string value;              // "FILE", "a|b|c"; "" for a flag
+  std::string help;
+  bool given = false;
+  [[nodiscard]] bool is_argument() const { return !names.front().starts_with('-'); }
+};
+
+// One of the tool's commands, or all of them. A handle: the command line owns what it is about.
+class Command {
+ public:
+  explicit Command(CLI::App* app) : app_(app) {}
+  [[nodiscard]] std::string name() const;
+  [[nodiscard]] std::string help() const;
+  [[nodiscard]] std::vector<Command> commands() const;
+  [[nodiscard]] std::vector<OptionText> options() const;
+
+  Command add_command(const std::string& name, const std::string& help) const;
+  Option add_flag(const std::string& names, bool& target, const std::string& help) const;
+  // Of text, a list of it, or a number.
+  template<class Value>
+  Option add_option(const std::string& names, Value& target, const std::string& help) const;
+  using Read = std::function<void(const std::string& text)>;
+  Option add_text(const std::string& names, const std::string& type, const std::string& help,
+                  const Read& read) const;
+
+ private:
+  CLI::App* app_;
+};
+
+class CommandLine {
+ public:
+  CommandLine(const std::string& name, const std::string& help, const std::string& version);
+  ~CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+  [[nodiscard]] Command tool() const;
+  // Returns the name of the command that was given; "": none. Nothing where help or the version was asked
+  // for, which are then printed.
+  [[nodiscard]] std::optional<std::string> parse(int argc, char** argv);
+  // What --help prints.
+  [[nodiscard]] std::string help_text() const;
+
+ private:
+  std::unique_ptr<CLI::App> app_;
+};
+
 template<class Number>
-CLI::Option* add_number(CLI::App& app, const std::string& option, std::optional<Number>& target,
-                        const std::string& help) {
-  return app
-      .add_option_function<std::string>(
-          option,
-          [&target, option](const std::string& text) { target = option_number<Number>(option, text); }, help)
-      ->type_name("N");
+void add_number(Command command, const std::string& option, std::optional<Number>& target,
+                const std::string& help) {
+  command.add_text(option, "N", help, [&target, option](const std::string& text) {
+    target = option_number<Number>(option, text);
+  });
 }
 
 template<class Value>
-CLI::Option* add_choice(CLI::App& app, const std::string& option, Value& target, Choices<Value> choices,
-                        const std::string& help) {
+void add_choice(Command command, const std::string& option, Value& target, Choices<Value> choices,
+                const std::string& help) {
   std::string names;
   for (const auto& [name, value] : choices) names += (names.empty() ? "" : "|") + name;
-  return app
-      .add_option_function<std::string>(
-          option,
-          [&target, option, choices = std::move(choices)](const std::string& text) {
-            target = option_choice(option, text, choices);
-          },
-          help)
-      ->type_name(names);
+  command.add_text(option, names, help,
+                   [&target, option, choices = std::move(choices)](const std::string& text) {
+                     target = option_choice(option, text, choices);
+                   });
 }
 
-void add_threads(CLI::App& app, CommonOptions& options);
-void add_max_memory(CLI::App& app, CommonOptions& options);
+void add_threads(Command command, CommonOptions& options);
+void add_max_memory(Command command, CommonOptions& options);
 
 } // namespace bcc4

@@ -40,62 +40,27 @@ std::string version_text() {
   return text + (absent.empty() ? "" : "\nabsent:" + absent);
 }
 
-// What the user may have meant by an argument nothing takes.
-std::string unknown_argument(const CLI::App& app, const std::string& argument) {
-  const auto chosen = app.get_subcommands();
-  std::vector<std::string> names;
-  if (argument.starts_with("-")) {
-    const CLI::App& command = chosen.empty() ? app : *chosen.front();
-    for (const CLI::Option* option : command.get_options())
-      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-    return concat("unknown option ", argument, did_you_mean(argument.substr(0, argument.find('=')), names));
-  }
-  if (!chosen.empty()) return concat("unexpected argument \"", argument, "\"");
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-    names.push_back(command->get_name());
-  return concat("unknown command \"", argument, "\"", did_you_mean(argument, names), "; there are ",
-                join(names));
-}
-
 Exit run(int argc, char** argv) {
-  CLI::App app("Time-varying volumes on the D4* lattice: convert, inspect, slice, draw", "bcc4");
-  app.set_version_flag("--version", version_text());
-  app.set_help_all_flag("--help-all", "Help for all commands");
-  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+  CommandLine line("bcc4", "Time-varying volumes on the D4* lattice: convert, inspect, slice, draw",
+                   version_text());
+  const Command tool = line.tool();
   std::string command_line;
   for (int i = 0; i < argc; ++i) command_line += concat(i > 0 ? " " : "", i == 0 ? "bcc4" : quoted(argv[i]));
-  const std::vector<std::pair<std::string, Run>> commands{{"import", add_import(app, command_line)},
-                                                          {"concat", add_concat(app)},
-                                                          {"recode", add_recode(app)},
-                                                          {"info", add_info(app)},
-                                                          {"verify", add_verify(app)},
-                                                          {"export", add_export(app)},
-                                                          {"slice", add_slice(app)},
-                                                          {"render", add_render(app, command_line)},
-                                                          {"completion", add_completion(app)},
-                                                          {"manual", add_manual(app, version_number())}};
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& e) { // --help, --version
-    app.exit(e);
-    return Exit::ok;
-  } catch (const CLI::ExtrasError&) {
-    const auto chosen = app.get_subcommands();
-    auto extras = app.remaining(true);
-    const auto option =
-        std::find_if(extras.begin(), extras.end(), [](const std::string& s) { return s.starts_with("-"); });
-    fail_usage(unknown_argument(app, option != extras.end() ? *option : extras.front()), "; see bcc4 ",
-               chosen.empty() ? "" : chosen.front()->get_name() + " ", "--help");
-  } catch (const CLI::ParseError& e) {
-    fail_usage(e.what());
-  }
-  const auto chosen = app.get_subcommands();
-  if (chosen.empty()) {
-    std::fprintf(stderr, "%s", app.help().c_str());
-    return Exit::usage;
-  }
+  const std::vector<std::pair<std::string, Run>> commands{{"import", add_import(tool, command_line)},
+                                                          {"concat", add_concat(tool)},
+                                                          {"recode", add_recode(tool)},
+                                                          {"info", add_info(tool)},
+                                                          {"verify", add_verify(tool)},
+                                                          {"export", add_export(tool)},
+                                                          {"slice", add_slice(tool)},
+                                                          {"render", add_render(tool, command_line)},
+                                                          {"completion", add_completion(tool)},
+                                                          {"manual", add_manual(tool, version_number())}};
+  const std::optional<std::string> chosen = line.parse(argc, argv);
+  if (!chosen) return Exit::ok;
   for (const auto& [name, command] : commands)
-    if (name == chosen.front()->get_name()) return command();
+    if (name == *chosen) return command();
+  std::fprintf(stderr, "%s", line.help_text().c_str());
   return Exit::usage;
 }
 

@@ -12,11 +12,9 @@
 
 #include "readers/error.h"
 
-namespace CLI {
-class App;
-}
-
 namespace bcc4 {
+
+class Command; // cli.h
 
 // A number, or an error that names the option and what it got.
 template<class Number> [[nodiscard]] Number option_number(const std::string& option, std::string_view text) {

@@ -8,24 +8,22 @@
 
 #include "readers/error.h"
 
-namespace CLI {
-class App;
-}
-
 namespace bcc4 {
+
+class Command; // tool/cli.h
 
 using Run = std::function<Exit()>;
 
 // `command_line` is what the user typed, quoted for repeating.
-[[nodiscard]] Run add_import(CLI::App& app, std::string command_line);
-[[nodiscard]] Run add_concat(CLI::App& app);
-[[nodiscard]] Run add_recode(CLI::App& app);
-[[nodiscard]] Run add_info(CLI::App& app);
-[[nodiscard]] Run add_verify(CLI::App& app);
-[[nodiscard]] Run add_slice(CLI::App& app);
-[[nodiscard]] Run add_export(CLI::App& app);
-[[nodiscard]] Run add_render(CLI::App& app, std::string command_line);
-[[nodiscard]] Run add_manual(CLI::App& app, std::string version);
-[[nodiscard]] Run add_completion(CLI::App& app);
+[[nodiscard]] Run add_import(Command tool, std::string command_line);
+[[nodiscard]] Run add_concat(Command tool);
+[[nodiscard]] Run add_recode(Command tool);
+[[nodiscard]] Run add_info(Command tool);
+[[nodiscard]] Run add_verify(Command tool);
+[[nodiscard]] Run add_slice(Command tool);
+[[nodiscard]] Run add_export(Command tool);
+[[nodiscard]] Run add_render(Command tool, std::string command_line);
+[[nodiscard]] Run add_manual(Command tool, std::string version);
+[[nodiscard]] Run add_completion(Command tool);
 
 } // namespace bcc4

@@ -126,12 +126,12 @@ Exit run_export(ExportArguments& a) {
 
 } // namespace
 
-Run add_export(CLI::App& app) {
+Run add_export(Command tool) {
   auto a = std::make_shared<ExportArguments>();
-  CLI::App& ex = *app.add_subcommand("export", "Write frames back on the source grid");
+  const Command ex = tool.add_command("export", "Write frames back on the source grid");
   ex.add_option("FILE", a->file, "A .bcc4 file");
   ex.add_option("-o,--output", a->output, "A file, a pattern such as smoke.%04d.vdb, or a folder")
-      ->type_name("OUT");
+      .type_name("OUT");
   ex.add_flag("--all", a->all, "All frames");
   add_number(ex, "--time", a->which.time, "One time, in the file's unit");
   ex.add_flag("--index", a->which.index, "--time is a frame number, fractions allowed");
@@ -141,9 +141,8 @@ Run add_export(CLI::App& app) {
       {{"raw", ExportFormat::raw}, {"nrrd", ExportFormat::nrrd}, {"vdb", ExportFormat::vdb}},
       "Format (default: by the name of the output)");
   ex.add_flag("--salvage", a->salvage, "Of a damaged file: what is lost becomes missing data");
-  ex.add_option("--channel", a->channel, "Channel, by name or number (default: the first)")
-      ->type_name("NAME");
-  ex.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)")->type_name("NAME");
+  ex.add_option("--channel", a->channel, "Channel, by name or number (default: the first)").type_name("NAME");
+  ex.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)").type_name("NAME");
   add_threads(ex, a->common);
   add_max_memory(ex, a->common);
   ex.add_flag("--overwrite", a->options.overwrite, "Replace existing outputs");

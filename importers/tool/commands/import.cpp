@@ -203,24 +203,25 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
 }
 
 // What the plan has decided cannot be typed again.
-void refuse_planned_options(const CLI::App& import) {
-  static const std::vector<std::string> allowed{"output", "plan",   "part",      "threads", "max-mem",
-                                                "live",   "resume", "overwrite", "json",    "quiet"};
-  for (const CLI::Option* option : import.get_options()) {
-    if (option->count() == 0 || option->get_lnames().empty()) continue;
-    const std::string& name = option->get_lnames().front();
+void refuse_planned_options(Command import) {
+  static const std::vector<std::string> allowed{"--output",  "--plan", "--part",   "--threads",
+                                                "--max-mem", "--live", "--resume", "--overwrite",
+                                                "--json",    "--quiet"};
+  for (const OptionText& option : import.options()) {
+    const std::string& name = option.names.back();
+    if (!option.given || !name.starts_with("--")) continue;
     if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
-      fail_usage("--", name, ": the plan decides that; make another plan for other options");
+      fail_usage(name, ": the plan decides that; make another plan for other options");
   }
 }
 
 } // namespace
 
-Run add_import(CLI::App& app, std::string command_line) {
+Run add_import(Command tool, std::string command_line) {
   auto a = std::make_shared<ImportArguments>();
-  CLI::App& import = *app.add_subcommand("import", "Convert a series of volumes to a .bcc4 file");
+  const Command import = tool.add_command("import", "Convert a series of volumes to a .bcc4 file");
   add_import_options(import, *a);
-  return [a, &import, command_line = std::move(command_line)] {
+  return [a, import, command_line = std::move(command_line)] {
     if (a->follows_plan()) refuse_planned_options(import);
     return run_import(*a, command_line);
   };

@@ -253,9 +253,9 @@ void print_info(const Volume& volume, const InfoArguments& a) {
 
 } // namespace
 
-Run add_info(CLI::App& app) {
+Run add_info(Command tool) {
   auto a = std::make_shared<InfoArguments>();
-  CLI::App& info = *app.add_subcommand("info", "What is in a .bcc4 file");
+  const Command info = tool.add_command("info", "What is in a .bcc4 file");
   info.add_option("FILE", a->file, "A .bcc4 file");
   info.add_flag("--json", a->json, "As JSON");
   info.add_flag("--histogram", a->histogram, "With the histogram of the stored values");

@@ -10,41 +10,33 @@ namespace bcc4 {
 namespace {
 
 // An option as the texts need it.
-struct Named {
-  std::vector<std::string> names; // "-o", "--output"
-  std::string value;              // "FILE", "a|b|c"; "" for a flag
-  std::string help;
+struct Named : OptionText {
   std::vector<std::string> choices; // of "a|b|c"
 };
 
-struct Command {
+struct CommandText {
   std::string name, help;
   std::vector<Named> options, arguments;
 };
 
-std::vector<Command> commands_of(const CLI::App& app) {
-  std::vector<Command> commands;
-  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
-    Command command{sub->get_name(), sub->get_description(), {}, {}};
-    for (const CLI::Option* option : sub->get_options()) {
-      Named named{
-          {}, option->get_type_size() == 0 ? "" : option->get_type_name(), option->get_description(), {}};
-      for (const std::string& name : option->get_snames()) named.names.push_back("-" + name);
-      for (const std::string& name : option->get_lnames()) named.names.push_back("--" + name);
-      const bool choice = named.value.find('|') != std::string::npos &&
-                          std::all_of(named.value.begin(), named.value.end(), [](char c) {
-                            return c == '|' || c == '-' || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
-                          });
-      if (choice)
-        for (const std::string_view word : split(named.value, "|")) named.choices.emplace_back(word);
-      if (!named.names.empty()) {
-        command.options.push_back(std::move(named));
-      } else {
-        named.names = {option->get_name(true)};
-        command.arguments.push_back(std::move(named));
-      }
-    }
-    commands.push_back(std::move(command));
+std::vector<std::string> choices_of(const std::string& value) {
+  const bool choice =
+      value.find('|') != std::string::npos && std::all_of(value.begin(), value.end(), [](char c) {
+        return c == '|' || c == '-' || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+      });
+  std::vector<std::string> choices;
+  if (choice)
+    for (const std::string_view word : split(value, "|")) choices.emplace_back(word);
+  return choices;
+}
+
+std::vector<CommandText> commands_of(Command tool) {
+  std::vector<CommandText> commands;
+  for (const Command& command : tool.commands()) {
+    CommandText text{command.name(), command.help(), {}, {}};
+    for (const OptionText& option : command.options())
+      (option.is_argument() ? text.arguments : text.options).push_back({option, choices_of(option.value)});
+    commands.push_back(std::move(text));
   }
   return commands;
 }
@@ -71,11 +63,11 @@ std::string roff(std::string_view text) {
   return out;
 }
 
-std::string manual(const CLI::App& app, const std::string& version) {
+std::string manual(Command tool, const std::string& version) {
   std::string out = ".TH BCC4 1 \"\" \"" + roff(version) + "\" \"User Commands\"\n.SH NAME\nbcc4 \\- " +
-                    roff(app.get_description()) + "\n.SH SYNOPSIS\n";
-  const std::vector<Command> commands = commands_of(app);
-  for (const Command& c : commands) {
+                    roff(tool.help()) + "\n.SH SYNOPSIS\n";
+  const std::vector<CommandText> commands = commands_of(tool);
+  for (const CommandText& c : commands) {
     out += ".B bcc4 " + roff(c.name) + "\n[options]";
     for (const Named& argument : c.arguments) out += " \\fI" + roff(argument.names[0]) + "\\fR";
     out += "\n.br\n";
@@ -83,7 +75,7 @@ std::string manual(const CLI::App& app, const std::string& version) {
   out += ".SH DESCRIPTION\nStores time\\-varying volumes as the relevant points of a D4* lattice, cuts "
          "slices at any time "
          "and orientation out of the four\\-dimensional field, and draws them.\n.SH COMMANDS\n";
-  for (const Command& c : commands) {
+  for (const CommandText& c : commands) {
     out += ".SS " + roff(c.name) + "\n" + roff(c.help) + "\n";
     for (const Named& o : c.options)
       out += ".TP\n\\fB" + roff(joined(o.names, ", ")) + "\\fR" +
@@ -94,9 +86,9 @@ std::string manual(const CLI::App& app, const std::string& version) {
                "bad input\n.TP\n4\ntoo little memory or disk\n.TP\n130\ninterrupted\n";
 }
 
-std::string bash_completion(const std::vector<Command>& commands) {
+std::string bash_completion(const std::vector<CommandText>& commands) {
   std::string names, cases;
-  for (const Command& c : commands) {
+  for (const CommandText& c : commands) {
     names += (names.empty() ? "" : " ") + c.name;
     std::string options, values;
     for (const Named& o : c.options) {
@@ -124,12 +116,12 @@ std::string bash_completion(const std::vector<Command>& commands) {
          "complete -o filenames -F _bcc4 bcc4\n";
 }
 
-std::string zsh_completion(const std::vector<Command>& commands) {
+std::string zsh_completion(const std::vector<CommandText>& commands) {
   const auto text = [](std::string_view s) { // inside [ ] within '' quotes
     return replaced(replaced(replaced(s, '\'', "'\\''"), '[', "("), ']', ")");
   };
   std::string list, cases;
-  for (const Command& c : commands) {
+  for (const CommandText& c : commands) {
     list += "    '" + c.name + ":" + text(replaced(c.help, ':', "\\:")) + "'\n";
     cases += "  " + c.name + ")\n    _arguments";
     for (const Named& o : c.options)
@@ -149,12 +141,12 @@ std::string zsh_completion(const std::vector<Command>& commands) {
          cases + "  esac\n}\n_bcc4 \"$@\"\n";
 }
 
-std::string fish_completion(const std::vector<Command>& commands) {
+std::string fish_completion(const std::vector<CommandText>& commands) {
   const auto text = [](std::string_view s) { return replaced(replaced(s, '\\', "\\\\"), '\'', "\\'"); };
   std::string out = "# `bcc4 completion fish` prints it\n";
-  for (const Command& c : commands)
+  for (const CommandText& c : commands)
     out += "complete -c bcc4 -n __fish_use_subcommand -f -a " + c.name + " -d '" + text(c.help) + "'\n";
-  for (const Command& c : commands)
+  for (const CommandText& c : commands)
     for (const Named& o : c.options) {
       out += "complete -c bcc4 -n '__fish_seen_subcommand_from " + c.name + "'";
       for (const std::string& name : o.names)
@@ -170,20 +162,20 @@ std::string fish_completion(const std::vector<Command>& commands) {
 
 } // namespace
 
-Run add_manual(CLI::App& app, std::string version) {
-  app.add_subcommand("manual", "Print the manual page (roff, section 1)");
-  return [&app, version = std::move(version)] {
-    std::fputs(manual(app, version).c_str(), stdout);
+Run add_manual(Command tool, std::string version) {
+  tool.add_command("manual", "Print the manual page (roff, section 1)");
+  return [tool, version = std::move(version)] {
+    std::fputs(manual(tool, version).c_str(), stdout);
     return Exit::ok;
   };
 }
 
-Run add_completion(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("completion", "Print the completion script of a shell");
+Run add_completion(Command tool) {
+  const Command command = tool.add_command("completion", "Print the completion script of a shell");
   const auto shell = std::make_shared<std::string>();
-  command->add_option("SHELL", *shell, "bash, zsh or fish");
-  return [&app, shell] {
-    const std::vector<Command> commands = commands_of(app);
+  command.add_option("SHELL", *shell, "bash, zsh or fish");
+  return [tool, shell] {
+    const std::vector<CommandText> commands = commands_of(tool);
     if (*shell == "bash")
       std::fputs(bash_completion(commands).c_str(), stdout);
     else if (*shell == "zsh")

@@ -349,10 +349,10 @@ Exit run_render(RenderArguments a) {
 
 } // namespace
 
-Run add_render(CLI::App& app, std::string command_line) {
+Run add_render(Command tool, std::string command_line) {
   auto a = std::make_shared<RenderArguments>();
   a->command_line = std::move(command_line);
-  CLI::App& r = *app.add_subcommand("render", "Draw slices as PNG or OpenEXR pictures");
+  const Command r = tool.add_command("render", "Draw slices as PNG or OpenEXR pictures");
   add_render_options(r, *a);
   return [a] { return run_render(*a); };
 }

@@ -203,16 +203,16 @@ Exit run_slice(const SliceArguments& a) {
 
 } // namespace
 
-Run add_slice(CLI::App& app) {
+Run add_slice(Command tool) {
   auto a = std::make_shared<SliceArguments>();
-  CLI::App& slice = *app.add_subcommand("slice", "Cut a hyperplane and write its samples");
+  const Command slice = tool.add_command("slice", "Cut a hyperplane and write its samples");
   slice.add_option("FILE", a->file, "A .bcc4 file");
-  slice.add_option("-o,--output", a->output, "The .nrrd or .vdb file to write")->type_name("OUT");
+  slice.add_option("-o,--output", a->output, "The .nrrd or .vdb file to write").type_name("OUT");
   add_slice_choice(slice, a->which);
   add_sweep(slice, a->which);
   slice.add_option("--channel", a->channel, "Channel, by name or number (default: the first)")
-      ->type_name("NAME");
-  slice.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)")->type_name("NAME");
+      .type_name("NAME");
+  slice.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)").type_name("NAME");
   add_threads(slice, a->common);
   add_max_memory(slice, a->common);
   slice.add_flag("--json", a->common.json, "Report as JSON");

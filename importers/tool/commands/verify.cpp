@@ -119,18 +119,18 @@ Exit run_verify(VerifyArguments& a) {
 
 } // namespace
 
-Run add_verify(CLI::App& app) {
+Run add_verify(Command tool) {
   auto a = std::make_shared<VerifyArguments>();
-  CLI::App& verify = *app.add_subcommand("verify", "Check a .bcc4 file, by itself or against its source");
+  const Command verify = tool.add_command("verify", "Check a .bcc4 file, by itself or against its source");
   verify.add_option("FILE", a->file, "A .bcc4 file");
   verify
       .add_option("--against", a->reader.options.inputs,
                   "The source, read as it was at import: every sample is compared")
-      ->type_name("INPUT...")
-      ->expected(1, -1);
+      .type_name("INPUT...")
+      .expected(1, -1);
   add_reader_options(verify, a->reader);
   verify.add_option("--kernel", a->kernel, "Kernel to reconstruct with (default: the file's)")
-      ->type_name("NAME");
+      .type_name("NAME");
   add_threads(verify, a->common);
   add_max_memory(verify, a->common);
   verify.add_flag("--json", a->common.json, "Report as JSON");

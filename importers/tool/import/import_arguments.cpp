@@ -45,29 +45,29 @@ void read_lattice(const ImportArguments& a, WriterSettings& settings) {
 }
 
 // The lattice and its distances.
-void add_lattice_options(CLI::App& import, ImportArguments& a) {
+void add_lattice_options(Command import, ImportArguments& a) {
   import
       .add_option(
           "--lattice", a.lattice,
           "auto (default): of a series D4* or the Cartesian lattice, with the distances along x, y, z and t "
           "that lose least; d4star, bcc (one frame) or cc: this one, with the distances of --scale")
-      ->type_name("auto|d4star|bcc|cc");
+      .type_name("auto|d4star|bcc|cc");
   add_number(import, "--density", a.density,
              "Sites per source sample (default 0.5; bcc and cc as they have at distance 1)");
   import
       .add_option("--scale", a.scale,
                   "Lattice distance in source samples (default 1): of x, y and z, or one for each, and for t "
                   "in frames")
-      ->type_name("S|X,Y,Z|X,Y,Z,T");
+      .type_name("S|X,Y,Z|X,Y,Z,T");
   import
       .add_option(
           "--time-scale", a.time_scale,
           "The same along time, in frames (default 1); auto: as coarse as the measured spectrum allows")
-      ->type_name("X|auto");
+      .type_name("X|auto");
 }
 
 // Which values are there, and how they become samples of the lattice.
-void add_fit_options(CLI::App& import, ImportArguments& a) {
+void add_fit_options(Command import, ImportArguments& a) {
   add_number(import, "--air", a.air,
              "Value of empty space (default: the background of OpenVDB grids, else 0, and of floats that are "
              "hardly ever 0 about their mean, for constants near air ripple least)");
@@ -97,7 +97,7 @@ void add_fit_options(CLI::App& import, ImportArguments& a) {
 }
 
 // How near the file has to be, and how it stores samples.
-void add_coding_options(CLI::App& import, ImportArguments& a) {
+void add_coding_options(Command import, ImportArguments& a) {
   import.add_flag(
       "--exact", a.exact,
       "Store samples as precisely as the source has its values (default: rounded where that adds next to "
@@ -121,12 +121,12 @@ void add_coding_options(CLI::App& import, ImportArguments& a) {
                   "(bcc4 render takes what is enough): so many, or auto (default): of frames of 192^3 and "
                   "more, but not of labels, until one is "
                   "below 96^3; --append keeps those of the file")
-      ->type_name("auto|none|N");
-  import.add_option("--kernel", a.settings.kernel, "Kernel recommended to readers")->type_name("NAME");
+      .type_name("auto|none|N");
+  import.add_option("--kernel", a.settings.kernel, "Kernel recommended to readers").type_name("NAME");
 }
 
 // What is written, and how.
-void add_output_options(CLI::App& import, ImportArguments& a) {
+void add_output_options(Command import, ImportArguments& a) {
   add_threads(import, a.common);
   add_max_memory(import, a.common);
   import.add_flag("--dry-run", a.dry_run, "Only print how the input is read and what would come out");
@@ -135,12 +135,12 @@ void add_output_options(CLI::App& import, ImportArguments& a) {
           "--plan", a.plan,
           "With --dry-run: write what was decided to FILE. Else: import by that file, which also names "
           "the input")
-      ->type_name("FILE.json");
+      .type_name("FILE.json");
   import
       .add_option("--part", a.part,
                   "With --plan: only frames A-B, counted from 0, or the K-th of N parts; bcc4 concat joins "
                   "the parts to the file that one process writes, byte for byte")
-      ->type_name("A-B|K/N");
+      .type_name("A-B|K/N");
   import.add_flag("--overwrite", a.settings.overwrite, "Replace an existing output");
   add_resume_options(import, a.resume);
   import.add_flag("--json", a.common.json, "Report as JSON");
@@ -149,10 +149,10 @@ void add_output_options(CLI::App& import, ImportArguments& a) {
 
 } // namespace
 
-void add_import_options(CLI::App& import, ImportArguments& a) {
+void add_import_options(Command import, ImportArguments& a) {
   import.add_option("INPUT", a.reader.options.inputs,
                     "Files, a pattern such as smoke.%04d.vdb or smoke.####.vdb, a glob, or @LIST");
-  import.add_option("-o,--output", a.output, "The .bcc4 file to write")->type_name("OUT.bcc4");
+  import.add_option("-o,--output", a.output, "The .bcc4 file to write").type_name("OUT.bcc4");
   add_reader_options(import, a.reader);
   add_fit_options(import, a);
   add_lattice_options(import, a);

@@ -93,7 +93,7 @@ constexpr const char* kRecorded[] = {"dims", "dtype",     "endian",  "skip",   "
 
 } // namespace
 
-void add_reader_options(CLI::App& app, ReaderArguments& arguments) {
+void add_reader_options(Command command, ReaderArguments& arguments) {
   static constexpr std::array<const char*, 3> texts[] = {
       {"dims", "NX,NY,NZ[,NT]", "Raw: samples along x, y, z and time"},
       {"dtype", "TYPE", "Raw: u8, i8, u16, i16, u32, i32, f16, f32 or f64"},
@@ -115,14 +115,12 @@ void add_reader_options(CLI::App& app, ReaderArguments& arguments) {
        "What to do where a numbered sequence lacks frames (default error)"},
   };
   for (const auto& [key, type, help] : texts) {
-    app.add_option_function<std::string>(
-           concat("--", key),
-           [&arguments, key = std::string(key)](const std::string& text) {
-             set_reader_option(arguments, key, text);
-           },
-           help)
-        ->type_name(type)
-        ->group("How the input is read");
+    command
+        .add_text(concat("--", key), type, help,
+                  [&arguments, key = std::string(key)](const std::string& text) {
+                    set_reader_option(arguments, key, text);
+                  })
+        .group("How the input is read");
   }
 }
 

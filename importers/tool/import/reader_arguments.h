@@ -18,7 +18,7 @@ struct ReaderArguments {
 };
 
 // Inputs are not among them: each command names its own.
-void add_reader_options(CLI::App& app, ReaderArguments& arguments);
+void add_reader_options(Command command, ReaderArguments& arguments);
 
 // As if typed.
 void set_reader_option(ReaderArguments& arguments, const std::string& key, const std::string& text);

@@ -18,7 +18,7 @@ constexpr uintmax_t empty_journal = 16; // bytes: its head, no slab
 
 } // namespace
 
-void add_resume_options(CLI::App& import, ResumeArguments& arguments) {
+void add_resume_options(Command import, ResumeArguments& arguments) {
   import.add_flag("--resume", arguments.resume,
                   "Go on with an import that was interrupted: same input, same options");
   import.add_flag("--append", arguments.append,
@@ -27,7 +27,7 @@ void add_resume_options(CLI::App& import, ResumeArguments& arguments) {
       .add_option(
           "--live", arguments.live,
           "After every N slabs of layers, OUT.partial can be looked at as far as it is: info, slice, render")
-      ->type_name("N");
+      .type_name("N");
 }
 
 int32_t partial_mode(const ResumeArguments& arguments) {

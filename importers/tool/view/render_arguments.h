@@ -66,7 +66,7 @@ struct RenderArguments {
   CommonOptions common;
 };
 
-void add_render_options(CLI::App& app, RenderArguments& arguments);
+void add_render_options(Command command, RenderArguments& arguments);
 // A film or a sheet: one file for all pictures.
 [[nodiscard]] bool makes_one_file(const RenderArguments& arguments);
 // The rotations about x and y that the fitted view has.

@@ -117,48 +117,46 @@ AnnotationParts parse_parts(const std::string& text) {
   return parts;
 }
 
-template<class Set>
-void add_text(CLI::App& app, const char* option, const char* type, const char* help, Set set) {
-  app.add_option_function<std::string>(option, set, help)->type_name(type);
-}
-
 // Which pictures, and how large.
-void add_pictures(CLI::App& app, RenderArguments& a) {
-  add_text(app, "--frames", "A-B[xS]", "A picture for each of these frames, fractions allowed",
-           [&a](const std::string& t) { a.frames = parse_frames(t); });
-  add_text(app, "--turntable", "N",
-           "N pictures, once around the vertical; with --frames: 1/N of a turn from each to the next",
-           [&a](const std::string& t) {
-             a.turntable = option_number<int>("--turntable", t);
-             if (*a.turntable < 1 || *a.turntable > 100000)
-               fail_usage("--turntable ", t, ": 1 to 100000 pictures");
-           });
-  add_text(app, "--sheet", "CxR",
-           "PNG: a contact sheet, pictures in so many columns and rows; of more pictures as many, evenly",
-           [&a](const std::string& t) {
-             a.sheet = parse_product("--sheet", t, 1000, "CxR is expected, columns and rows such as 4x3");
-           });
-  add_text(app, "--size", "WxH", "Pixels of a picture (default 512x512)", [&a](const std::string& t) {
+void add_pictures(Command command, RenderArguments& a) {
+  command.add_text("--frames", "A-B[xS]", "A picture for each of these frames, fractions allowed",
+                   [&a](const std::string& t) { a.frames = parse_frames(t); });
+  command.add_text("--turntable", "N",
+                   "N pictures, once around the vertical; with --frames: 1/N of a turn from each to the next",
+                   [&a](const std::string& t) {
+                     a.turntable = option_number<int>("--turntable", t);
+                     if (*a.turntable < 1 || *a.turntable > 100000)
+                       fail_usage("--turntable ", t, ": 1 to 100000 pictures");
+                   });
+  command.add_text(
+      "--sheet", "CxR",
+      "PNG: a contact sheet, pictures in so many columns and rows; of more pictures as many, evenly",
+      [&a](const std::string& t) {
+        a.sheet = parse_product("--sheet", t, 1000, "CxR is expected, columns and rows such as 4x3");
+      });
+  command.add_text("--size", "WxH", "Pixels of a picture (default 512x512)", [&a](const std::string& t) {
     a.size = parse_product("--size", t, 65536, "WxH is expected, such as 512x512");
   });
 }
 
 // Where they are seen from.
-void add_camera(CLI::App& app, RenderArguments& a) {
-  app.add_option("--camera", a.camera, "Fitted view, or a camera file (default ortho)")
-      ->type_name("ortho|persp|FILE.json");
-  add_text(app, "--view", "SIDE",
-           "front: x to the right, y up, against z, as maps have it; back, left, right, top or bottom",
-           [&a](const std::string& t) { a.view = option_choice("--view", t, kViews); });
-  add_number(app, "--rotate-x", a.rotate_x, "Degrees about the horizontal axis (default 20)");
-  add_number(app, "--rotate-y", a.rotate_y,
+void add_camera(Command command, RenderArguments& a) {
+  command.add_option("--camera", a.camera, "Fitted view, or a camera file (default ortho)")
+      .type_name("ortho|persp|FILE.json");
+  command.add_text(
+      "--view", "SIDE",
+      "front: x to the right, y up, against z, as maps have it; back, left, right, top or bottom",
+      [&a](const std::string& t) { a.view = option_choice("--view", t, kViews); });
+  add_number(command, "--rotate-x", a.rotate_x, "Degrees about the horizontal axis (default 20)");
+  add_number(command, "--rotate-y", a.rotate_y,
              "Degrees about the vertical axis, applied first (default 30; 0 looks along z, from behind)");
-  add_number(app, "--zoom", a.zoom, "Factor on the size of what is seen, about the middle of the picture");
+  add_number(command, "--zoom", a.zoom,
+             "Factor on the size of what is seen, about the middle of the picture");
 }
 
 // Which colours and opacities values have.
-void add_colours(CLI::App& app, RenderArguments& a) {
-  add_choice<int32_t>(app, "--look", a.look,
+void add_colours(Command command, RenderArguments& a) {
+  add_choice<int32_t>(command, "--look", a.look,
                       {{"auto", BCCSPLAT_LOOK_DEFAULT},
                        {"ct-bone", BCCSPLAT_LOOK_CT_BONE},
                        {"ct-soft", BCCSPLAT_LOOK_CT_SOFT},
@@ -169,102 +167,105 @@ void add_colours(CLI::App& app, RenderArguments& a) {
                        {"labels", BCCSPLAT_LOOK_LABELS}},
                       "Colours and opacities made from the file's histogram (default auto: air and noise "
                       "transparent, by the kind of the values)");
-  app.add_option("--tf", a.tf, "ParaView colour map (JSON)")->type_name("FILE.json");
-  app.add_option("--colormap", a.colormap, concat("Built-in colours: ", join(colormap_names())))
-      ->type_name("NAME");
-  add_text(app, "--range", "LO,HI",
-           "Values the colours and a ramp of opacity span, whose first fiftieth from air is transparent "
-           "(default: by "
-           "--look; the file's own with --tf)",
-           [&a](const std::string& t) { a.range = option_numbers("--range", t, 2); });
-  add_number(app, "--opacity", a.opacity, "Factor on all opacities");
-  add_number(app, "--unit-distance", a.unit_distance,
+  command.add_option("--tf", a.tf, "ParaView colour map (JSON)").type_name("FILE.json");
+  command.add_option("--colormap", a.colormap, concat("Built-in colours: ", join(colormap_names())))
+      .type_name("NAME");
+  command.add_text(
+      "--range", "LO,HI",
+      "Values the colours and a ramp of opacity span, whose first fiftieth from air is transparent "
+      "(default: by "
+      "--look; the file's own with --tf)",
+      [&a](const std::string& t) { a.range = option_numbers("--range", t, 2); });
+  add_number(command, "--opacity", a.opacity, "Factor on all opacities");
+  add_number(command, "--unit-distance", a.unit_distance,
              "World length the opacities are meant for (default: a mean voxel)");
-  app.add_option("--dump-tf", a.dump_tf, "Write the transfer function as a ParaView colour map")
-      ->type_name("FILE.json");
+  command.add_option("--dump-tf", a.dump_tf, "Write the transfer function as a ParaView colour map")
+      .type_name("FILE.json");
 }
 
 // What is drawn of the field.
-void add_mode(CLI::App& app, RenderArguments& a) {
-  add_choice<int32_t>(app, "--mode", a.mode,
+void add_mode(Command command, RenderArguments& a) {
+  add_choice<int32_t>(command, "--mode", a.mode,
                       {{"composite", BCCSPLAT_MODE_COMPOSITE},
                        {"iso", BCCSPLAT_MODE_ISOSURFACE},
                        {"xray", BCCSPLAT_MODE_XRAY},
                        {"mip", BCCSPLAT_MODE_MAXIMUM}},
                       "What is drawn (default composite); xray as PNG: exposed so that the most is white");
-  add_text(
-      app, "--iso", "V[:OPACITY[:#RRGGBB]][,...]",
+  command.add_text(
+      "--iso", "V[:OPACITY[:#RRGGBB]][,...]",
       "Values of isosurfaces, each with an opacity (default 1) and a display colour (default: the transfer "
       "function's); makes --mode iso the default (its default: one value between air and object)",
       [&a](const std::string& t) { a.iso = parse_surfaces(t); });
 }
 
 // How well it is drawn.
-void add_sampling(CLI::App& app, RenderArguments& a) {
-  add_choice<int32_t>(app, "--quality", a.quality,
+void add_sampling(Command command, RenderArguments& a) {
+  add_choice<int32_t>(command, "--quality", a.quality,
                       {{"draft", BCCSPLAT_QUALITY_DRAFT},
                        {"normal", BCCSPLAT_QUALITY_NORMAL},
                        {"fine", BCCSPLAT_QUALITY_FINE},
                        {"best", BCCSPLAT_QUALITY_BEST}},
                       "Quality (default normal)");
-  add_number(app, "--step", a.step, "Distance of the sheets in samples (default: by the quality)");
-  add_number(app, "--opacity-stop", a.opacity_stop,
+  add_number(command, "--step", a.step, "Distance of the sheets in samples (default: by the quality)");
+  add_number(command, "--opacity-stop", a.opacity_stop,
              "A pixel this opaque is finished (default 0.995); 1: never, so that --deep has what lies behind "
              "dense matter, too");
-  add_choice<int32_t>(app, "--preintegrate", a.preintegrate,
+  add_choice<int32_t>(command, "--preintegrate", a.preintegrate,
                       {{"auto", BCCSPLAT_PREINTEGRATE_DEFAULT},
                        {"on", BCCSPLAT_PREINTEGRATE_ON},
                        {"off", BCCSPLAT_PREINTEGRATE_OFF}},
                       "Draw what the transfer function shows between sheets (default auto: where it is "
                       "narrower than a step)");
-  add_choice<int32_t>(app, "--smooth-edges", a.smooth_edges,
+  add_choice<int32_t>(command, "--smooth-edges", a.smooth_edges,
                       {{"auto", BCCSPLAT_SMOOTH_EDGES_DEFAULT},
                        {"on", BCCSPLAT_SMOOTH_EDGES_ON},
                        {"off", BCCSPLAT_SMOOTH_EDGES_OFF}},
                       "Four samples for each pixel on an edge of an isosurface (default auto: on, but with "
                       "--quality draft)");
-  app.add_option("--kernel", a.kernel,
-                 "Reconstruction kernel (default: the file's; of a file with kernel exact "
-                 "the smoother default, but with --quality best)")
-      ->type_name("NAME");
-  app.add_option("--channel", a.channel, "Channel, by name or number (default: the first)")
-      ->type_name("NAME");
-  app.add_flag("--no-shading", a.no_shading, "Colours without light");
-  add_text(app, "--gradient-noise", "auto|none|V",
-           "Change of the value per mean voxel up to which there is no surface to be lit (default auto: the "
-           "kernel's "
-           "ripple and the noise that the file tells)",
-           [&a](const std::string& t) { a.gradient_noise = parse_noise(t); });
-  app.add_flag("--reference", a.reference, "Slow double-precision integration of the same field");
+  command
+      .add_option("--kernel", a.kernel,
+                  "Reconstruction kernel (default: the file's; of a file with kernel exact "
+                  "the smoother default, but with --quality best)")
+      .type_name("NAME");
+  command.add_option("--channel", a.channel, "Channel, by name or number (default: the first)")
+      .type_name("NAME");
+  command.add_flag("--no-shading", a.no_shading, "Colours without light");
+  command.add_text(
+      "--gradient-noise", "auto|none|V",
+      "Change of the value per mean voxel up to which there is no surface to be lit (default auto: the "
+      "kernel's "
+      "ripple and the noise that the file tells)",
+      [&a](const std::string& t) { a.gradient_noise = parse_noise(t); });
+  command.add_flag("--reference", a.reference, "Slow double-precision integration of the same field");
 }
 
 // What moved before or after the slice.
-void add_trail(CLI::App& app, RenderArguments& a) {
-  add_text(
-      app, "--trail", "DT[f][,K]|A:B[f][,K]",
+void add_trail(Command command, RenderArguments& a) {
+  command.add_text(
+      "--trail", "DT[f][,K]|A:B[f][,K]",
       "Motion blur: what was there during DT before the slice (after it when DT < 0), or from A to B around "
       "it, in the unit of --time, f: in frames; off the time axis samples along the normal. K: sub-intervals "
       "of rising colour",
       [&a](const std::string& t) { a.trail = parse_trail(t); });
-  add_text(app, "--trail-samples", "N",
-           "Stills per sub-interval (default: one per lattice layer or sample, 4 to 64)",
-           [&a](const std::string& t) {
-             a.trail_samples = option_number<uint32_t>("--trail-samples", t);
-             if (*a.trail_samples < 1 || *a.trail_samples > 4096)
-               fail_usage("--trail-samples ", t, ": 1 to 4096");
-           });
-  app.add_option("--trail-tf", a.trail_tf, "ParaView colour map of the trail (default: the slice's)")
-      ->type_name("FILE.json");
-  app.add_option("--trail-colormap", a.trail_colormap, "Built-in colours of the trail")->type_name("NAME");
-  add_text(app, "--trail-range", "LO,HI", "Values the trail's colours span",
-           [&a](const std::string& t) { a.trail_range = option_numbers("--trail-range", t, 2); });
-  add_number(app, "--trail-opacity", a.trail_opacity, "Factor on the trail's opacities");
-  add_choice<int32_t>(app, "--trail-content", a.trail_content,
+  command.add_text("--trail-samples", "N",
+                   "Stills per sub-interval (default: one per lattice layer or sample, 4 to 64)",
+                   [&a](const std::string& t) {
+                     a.trail_samples = option_number<uint32_t>("--trail-samples", t);
+                     if (*a.trail_samples < 1 || *a.trail_samples > 4096)
+                       fail_usage("--trail-samples ", t, ": 1 to 4096");
+                   });
+  command.add_option("--trail-tf", a.trail_tf, "ParaView colour map of the trail (default: the slice's)")
+      .type_name("FILE.json");
+  command.add_option("--trail-colormap", a.trail_colormap, "Built-in colours of the trail").type_name("NAME");
+  command.add_text("--trail-range", "LO,HI", "Values the trail's colours span",
+                   [&a](const std::string& t) { a.trail_range = option_numbers("--trail-range", t, 2); });
+  add_number(command, "--trail-opacity", a.trail_opacity, "Factor on the trail's opacities");
+  add_choice<int32_t>(command, "--trail-content", a.trail_content,
                       {{"classified", BCCSPLAT_TRAIL_CLASSIFIED},
                        {"mean", BCCSPLAT_TRAIL_MEAN},
                        {"max", BCCSPLAT_TRAIL_MAXIMUM}},
                       "What the trail holds (default classified)");
-  add_choice<int32_t>(app, "--trail-mode", a.trail_mode,
+  add_choice<int32_t>(command, "--trail-mode", a.trail_mode,
                       {{"physical", BCCSPLAT_TRAIL_PHYSICAL},
                        {"interleaved", BCCSPLAT_TRAIL_INTERLEAVED},
                        {"post", BCCSPLAT_TRAIL_POST},
@@ -273,9 +274,9 @@ void add_trail(CLI::App& app, RenderArguments& a) {
 }
 
 // What is laid under pictures and over them, and how fast they follow each other.
-void add_decoration(CLI::App& app, RenderArguments& a) {
-  add_text(
-      app, "--background", "R,G,B",
+void add_decoration(Command command, RenderArguments& a) {
+  command.add_text(
+      "--background", "R,G,B",
       "PNG and films: opaque over this display colour, 0 to 1 each (default: PNGs are transparent, films "
       "black)",
       [&a](const std::string& t) {
@@ -283,61 +284,64 @@ void add_decoration(CLI::App& app, RenderArguments& a) {
         for (const double c : *a.background)
           if (c < 0 || c > 1) fail_usage("--background ", t, ": each part must be 0 to 1");
       });
-  app.add_option_function<std::string>(
-         "--annotate", [&a](const std::string& t) { a.annotate = parse_parts(t); },
-         "Into PNGs and films: colorbar, time, axes, scale, box (of the domain), title, or some of them with "
-         "commas "
-         "(default: all)")
-      ->type_name("PARTS")
-      ->expected(0, 1);
-  add_text(app, "--title", "TEXT", "The title of --annotate (default: the file's name); alone: only a title",
-           [&a](const std::string& t) { a.title = t; });
-  add_text(app, "--fps", "N[/D]",
-           "EXR and films: rate at which the pictures are to be shown (default 24 for sequences)",
-           [&a](const std::string& t) { a.fps = parse_rate(t); });
+  command
+      .add_text("--annotate", "PARTS",
+                "Into PNGs and films: colorbar, time, axes, scale, box (of the domain), title, or some of "
+                "them with "
+                "commas "
+                "(default: all)",
+                [&a](const std::string& t) { a.annotate = parse_parts(t); })
+      .expected(0, 1);
+  command.add_text("--title", "TEXT",
+                   "The title of --annotate (default: the file's name); alone: only a title",
+                   [&a](const std::string& t) { a.title = t; });
+  command.add_text("--fps", "N[/D]",
+                   "EXR and films: rate at which the pictures are to be shown (default 24 for sequences)",
+                   [&a](const std::string& t) { a.fps = parse_rate(t); });
 }
 
 // Deep pictures.
-void add_deep(CLI::App& app, RenderArguments& a) {
-  app.add_flag(
+void add_deep(Command command, RenderArguments& a) {
+  command.add_flag(
       "--deep", a.deep,
       "EXR: a deep picture, samples along each ray as Z, ZBack, A, R, G, B, for compositing in depth");
-  add_number(app, "--deep-tolerance", a.deep_tolerance,
+  add_number(command, "--deep-tolerance", a.deep_tolerance,
              "What merging samples may cost the deep picture cut at any depth (default 0.001)");
 }
 
 // What is told of the work, and how much it may take.
-void add_work(CLI::App& app, RenderArguments& a) {
-  app.add_option("--stats", a.stats, "Write times and counts as JSON")->type_name("FILE.json");
-  add_text(app, "--repeat", "N", "Render N times and report medians", [&a](const std::string& t) {
+void add_work(Command command, RenderArguments& a) {
+  command.add_option("--stats", a.stats, "Write times and counts as JSON").type_name("FILE.json");
+  command.add_text("--repeat", "N", "Render N times and report medians", [&a](const std::string& t) {
     a.repeat = option_number<int>("--repeat", t);
     if (a.repeat < 1 || a.repeat > 100000) fail_usage("--repeat ", t, ": 1 to 100000");
   });
-  add_threads(app, a.common);
-  add_max_memory(app, a.common);
-  app.add_flag("--quiet", a.common.quiet, "Print warnings and errors only");
+  add_threads(command, a.common);
+  add_max_memory(command, a.common);
+  command.add_flag("--quiet", a.common.quiet, "Print warnings and errors only");
 }
 
 } // namespace
 
-void add_render_options(CLI::App& app, RenderArguments& a) {
-  app.add_option("FILE", a.file, "A .bcc4 file");
-  app.add_option(
-         "-o,--output", a.output,
-         "The .png or .exr to write; a pattern such as p.%04d.png for several; or a film of them, .mp4 or "
-         ".webm, encoded by ffmpeg (H.264, VP9)")
-      ->type_name("OUT");
-  add_slice_choice(app, a.which);
-  add_sweep(app, a.which);
-  add_pictures(app, a);
-  add_camera(app, a);
-  add_colours(app, a);
-  add_mode(app, a);
-  add_sampling(app, a);
-  add_trail(app, a);
-  add_decoration(app, a);
-  add_deep(app, a);
-  add_work(app, a);
+void add_render_options(Command command, RenderArguments& a) {
+  command.add_option("FILE", a.file, "A .bcc4 file");
+  command
+      .add_option(
+          "-o,--output", a.output,
+          "The .png or .exr to write; a pattern such as p.%04d.png for several; or a film of them, .mp4 or "
+          ".webm, encoded by ffmpeg (H.264, VP9)")
+      .type_name("OUT");
+  add_slice_choice(command, a.which);
+  add_sweep(command, a.which);
+  add_pictures(command, a);
+  add_camera(command, a);
+  add_colours(command, a);
+  add_mode(command, a);
+  add_sampling(command, a);
+  add_trail(command, a);
+  add_decoration(command, a);
+  add_deep(command, a);
+  add_work(command, a);
 }
 
 } // namespace bcc4

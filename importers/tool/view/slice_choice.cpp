@@ -32,54 +32,49 @@ SampleBox parse_region(const std::string& text) {
 
 } // namespace
 
-void add_region(CLI::App& app, std::optional<SampleBox>& region, const char* help) {
-  app.add_option_function<std::string>(
-         "--roi", [&region](const std::string& text) { region = parse_region(text); }, help)
-      ->type_name("X0-X1,Y0-Y1,Z0-Z1");
+void add_region(Command command, std::optional<SampleBox>& region, const char* help) {
+  command.add_text("--roi", "X0-X1,Y0-Y1,Z0-Z1", help,
+                   [&region](const std::string& text) { region = parse_region(text); });
 }
 
-void add_slice_choice(CLI::App& app, SliceChoiceArguments& a) {
-  add_number(app, "--time", a.time, "Time of the slice, in the file's unit");
-  app.add_flag("--index", a.index, "--time is a frame number, fractions allowed");
-  app.add_option_function<std::string>(
-         "--plane", [&a](const std::string& text) { a.plane = option_numbers("--plane", text, 5); },
-         "Hyperplane a x + b y + c z + d t + e = 0, in samples and frames")
-      ->type_name("a,b,c,d,e");
-  const auto numbers = [&app](const char* option, std::optional<std::vector<double>>& target, size_t count,
-                              const char* form, const char* help) {
-    app.add_option_function<std::string>(
-           option,
-           [&target, option, count](const std::string& text) {
-             target = option_numbers(option, text, count);
-           },
-           help)
-        ->type_name(form);
+void add_slice_choice(Command command, SliceChoiceArguments& a) {
+  add_number(command, "--time", a.time, "Time of the slice, in the file's unit");
+  command.add_flag("--index", a.index, "--time is a frame number, fractions allowed");
+  const auto numbers = [&command](const char* option, std::optional<std::vector<double>>& target,
+                                  size_t count, const char* form, const char* help) {
+    command.add_text(option, form, help, [&target, option, count](const std::string& text) {
+      target = option_numbers(option, text, count);
+    });
   };
+  numbers("--plane", a.plane, 5, "a,b,c,d,e",
+          "Hyperplane a x + b y + c z + d t + e = 0, in samples and frames");
   numbers("--point", a.point, 4, "x,y,z,t",
           "Instead of --plane: a point of the hyperplane, the slice's origin");
   numbers("--basis", a.basis, 12, "u,v,w", "With --point: three directions x,y,z,t in the hyperplane");
-  app.add_option("--level", a.level,
-                 "Cut a coarser level of the file, see bcc4 info: an eighth of the work each (default: "
-                 "render takes the "
-                 "coarsest that draws the picture as well as its quality asks, slice all of it, 0)")
-      ->type_name("N");
-  add_number(app, "--thickness", a.thickness,
+  command
+      .add_option("--level", a.level,
+                  "Cut a coarser level of the file, see bcc4 info: an eighth of the work each (default: "
+                  "render takes the "
+                  "coarsest that draws the picture as well as its quality asks, slice all of it, 0)")
+      .type_name("N");
+  add_number(command, "--thickness", a.thickness,
              "Of a slab around the hyperplane, in samples (or frames) along its normal");
   add_choice<int32_t>(
-      app, "--slab", a.slab,
+      command, "--slab", a.slab,
       {{"mean", BCCSPLAT_SLAB_MEAN}, {"sum", BCCSPLAT_SLAB_SUM}, {"max", BCCSPLAT_SLAB_MAXIMUM}},
       "What the slab holds along its normal (default: mean)");
-  add_choice<int32_t>(app, "--slice-method", a.method,
+  add_choice<int32_t>(command, "--slice-method", a.method,
                       {{"merged", BCCSPLAT_METHOD_MERGED},
                        {"resampled", BCCSPLAT_METHOD_RESAMPLED},
                        {"extracted", BCCSPLAT_METHOD_EXTRACTED}},
                       "How the slice is made (default: merged where the hyperplane allows it)");
-  add_choice<int32_t>(app, "--slice-lattice", a.lattice,
+  add_choice<int32_t>(command, "--slice-lattice", a.lattice,
                       {{"bcc", BCCSPLAT_LATTICE_BCC}, {"cc", BCCSPLAT_LATTICE_CC}},
                       "Lattice of the slice (default: the volume's where it is merged, else bcc)");
-  add_region(app, a.region,
+  add_region(command, a.region,
              "Only this box of a time slice: samples from 0, both ends included. Costs what the box costs");
-  add_number(app, "--slice-spacing", a.spacing, "Spacing of that lattice in samples (default: the source's)");
+  add_number(command, "--slice-spacing", a.spacing,
+             "Spacing of that lattice in samples (default: the source's)");
 }
 
 Cut cut_at_index(const Volume& volume, double index) {

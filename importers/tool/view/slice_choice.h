@@ -26,8 +26,8 @@ struct SliceChoiceArguments {
   std::optional<uint32_t> level;   // none: all of it, or what a picture needs
 };
 // --roi X0-X1,Y0-Y1,Z0-Z1: samples of the source grid from 0, both ends included.
-void add_region(CLI::App& app, std::optional<SampleBox>& region, const char* help);
-void add_slice_choice(CLI::App& app, SliceChoiceArguments& arguments);
+void add_region(Command command, std::optional<SampleBox>& region, const char* help);
+void add_slice_choice(Command command, SliceChoiceArguments& arguments);
 
 struct Cut {
   double plane[5]{};

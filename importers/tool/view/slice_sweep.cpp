@@ -50,16 +50,14 @@ Cut moved(const Volume& volume, const Cut& base, double offset) {
 
 } // namespace
 
-void add_sweep(CLI::App& app, SliceChoiceArguments& a) {
-  app.add_option_function<std::string>(
-         "--sweep",
-         [&a](const std::string& text) {
-           std::string list = text;
-           std::replace(list.begin(), list.end(), ':', ',');
-           a.sweep = option_numbers("--sweep", list, 3);
-         },
-         "N slices, moved along the unit normal from A to B samples (or frames)")
-      ->type_name("A:B,N");
+void add_sweep(Command command, SliceChoiceArguments& a) {
+  command.add_text("--sweep", "A:B,N",
+                   "N slices, moved along the unit normal from A to B samples (or frames)",
+                   [&a](const std::string& text) {
+                     std::string list = text;
+                     std::replace(list.begin(), list.end(), ':', ',');
+                     a.sweep = option_numbers("--sweep", list, 3);
+                   });
 }
 
 std::vector<Cut> sweep(const Volume& volume, const SliceChoiceArguments& a) {
