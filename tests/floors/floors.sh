@@ -2,7 +2,7 @@
 # floors.sh TOP: checks the includes below TOP against the floors of the house and prints each that does not hold.
 # A room includes only its own floor or lower ones, and no circle closes among the rooms of one floor; the folders of some
 # rooms are ladders of their own. src/api alone includes the public header; importers and examples know nothing but the
-# public header and their own files; the operating system is called in src/base only.
+# public header and their own files; the operating system is called in src/base only, CLI11 in importers/tool/cli.cpp.
 set -euo pipefail
 cd "${1:?usage: floors.sh TOP}"
 
@@ -93,6 +93,8 @@ function leads(place, from, to, steps, e, p) {
     wrong("src/" home " is on no floor of: " order[""])
   } else if (ours) {
     wrong(path " is a client: the public header and its own files only")
+  } else if (target ~ /^CLI\// && path != "importers/tool/cli.cpp") {
+    wrong("CLI11 takes three seconds to compile: include tool/cli.h, which does without")
   }
 }
 END {

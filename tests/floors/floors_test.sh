@@ -39,6 +39,7 @@ house() {
   file src/store/pipeline.cpp '"fit/fit.h"' '"slice/time_slice.h"'
   file src/api/api.cpp '<bccsplat.h>' '"render/picture.h"' '"store/pipeline.h"'
   file importers/vdb.cpp '<openvdb/openvdb.h>' '"bccsplat.h"' '"raw.h"'
+  file importers/tool/cli.cpp '<CLI/CLI.hpp>'
   file examples/render_frame.c '<bccsplat.h>'
 }
 
@@ -106,6 +107,7 @@ violation include/bccsplat.h '#include <openvdb/openvdb.h>'
 violation importers/vdb.cpp '#include "formats/bcc4.h"'
 violation importers/vdb.cpp '#include "src/base/error.h"'
 violation examples/render_frame.c '#include "render/picture.h"'
+violation importers/tool/main.cpp '#include <CLI/CLI.hpp>' 'include tool/cli.h'
 
 rm -rf "${scratch:?}"/* && mkdir -p "$scratch/src"
 if bash "$here/floors.sh" "$scratch" >/dev/null; then
