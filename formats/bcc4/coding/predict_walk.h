@@ -118,6 +118,31 @@ template<class D> struct CellRing {
   return std::all_of(rows.begin(), rows.end(), [&](uint16_t row) { return row == (1u << width) - 1; });
 }
 
+// Makes the border of a filled layer: each of its cells repeats the nearest one of the box.
+template<class D> void close_layer(D* layer, const BrickMask& rows, const Int3& box, Planes& used) {
+  const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
+  for (int z = 0; z < box[2]; ++z) {
+    if (!(used & plane_bit(z))) continue;
+    D* const plane = layer + (z + 1) * stride_z;
+    for (int y = 0; y < box[1]; ++y) plane[(y + 1) * stride_y] = plane[(y + 1) * stride_y + 1];
+    copy_row(plane, plane + stride_y);
+    copy_row(plane + (box[1] + 1) * stride_y, plane + box[1] * stride_y);
+    if (plane_empty(rows, z)) used &= ~plane_bit(z); // only its border was not 0
+  }
+  const auto repeat = [&](int to, int from) {
+    D* const plane = layer + (to + 1) * stride_z;
+    if (used & plane_bit(from)) {
+      std::copy_n(layer + (from + 1) * stride_z, stride_z, plane);
+      used |= plane_bit(to);
+    } else if (used & plane_bit(to)) {
+      std::fill_n(plane, stride_z, D{0});
+      used &= ~plane_bit(to);
+    }
+  };
+  repeat(-1, 0);
+  repeat(box[2], box[2] - 1);
+}
+
 // Visits the rows of a chunk that have kept sites, in coding order, and keeps the borders. While a layer is
 // being filled its border is that of the layer before, or, where there is none, repeats what is known so far;
 // afterwards it repeats the nearest cell. `kept` has one mask per layer. `body` fills the sites of a row.
@@ -197,26 +222,7 @@ void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRin
       }
       copy_row(plane + (ny + 1) * stride_y, plane + ny * stride_y);
     }
-    for (int z = 0; z < nz; ++z) {
-      if (!(used & plane_bit(z))) continue;
-      D* const plane = layer + (z + 1) * stride_z;
-      for (int y = 0; y < ny; ++y) plane[(y + 1) * stride_y] = plane[(y + 1) * stride_y + 1];
-      copy_row(plane, plane + stride_y);
-      copy_row(plane + (ny + 1) * stride_y, plane + ny * stride_y);
-      if (plane_empty(rows, z)) used &= ~plane_bit(z); // only its border was not 0
-    }
-    const auto repeat = [&](int to, int from) {
-      D* const plane = layer + (to + 1) * stride_z;
-      if (used & plane_bit(from)) {
-        std::copy_n(layer + (from + 1) * stride_z, stride_z, plane);
-        used |= plane_bit(to);
-      } else if (used & plane_bit(to)) {
-        std::fill_n(plane, stride_z, D{0});
-        used &= ~plane_bit(to);
-      }
-    };
-    repeat(-1, 0);
-    repeat(nz, nz - 1);
+    close_layer(layer, rows, box, used);
   }
 }
 
