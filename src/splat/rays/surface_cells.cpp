@@ -22,8 +22,9 @@ namespace {
 
 // What sums of floats are off by at most, of the largest coefficient in reach: here and where rays sample.
 constexpr double rounding = 4e-6;
-// A mark is refined in the time that so many rays save by it (tests/bench/notes/isosurfaces.md).
-constexpr uint64_t rays_per_mark = 2;
+// A mark is looked at again in less than a tenth of the time of so many rays, so that what each picture
+// spends on marks shows in no picture's time (tests/bench/notes/isosurfaces.md).
+constexpr uint64_t rays_per_mark = 6;
 // A little more than any kernel's ripple makes of a constant.
 constexpr float site_sum = 1.02f;
 
@@ -186,16 +187,23 @@ ColumnSites column_shape(const SurfaceCells& cells) {
   return shape;
 }
 
-// Calls body(memory, y, z) for the columns at (y, z), columns, that have coefficients, with those read.
+int columns_along(const SurfaceCells& cells, size_t axis) {
+  return (cells.cells[axis] + column_edge - 1) / column_edge;
+}
+uint64_t column_count(const SurfaceCells& cells) {
+  return static_cast<uint64_t>(columns_along(cells, 1)) * static_cast<uint64_t>(columns_along(cells, 2));
+}
+
+// Calls body(memory, y, z) for the columns at (y, z), columns, that have coefficients, with those read; of
+// the columns begin .. end - 1, y fastest.
 template<class Body>
-void each_column(const Slice& slice, const SurfaceCells& cells, const Context& context, const Body& body) {
+void each_column(const Slice& slice, const SurfaceCells& cells, uint64_t begin, uint64_t end,
+                 const Context& context, const Body& body) {
   const ColumnSites shape = column_shape(cells);
   const ColumnReader reader(slice, shape.stretches);
-  const auto columns = [&](size_t a) { return (cells.cells[a] + column_edge - 1) / column_edge; };
-  const auto count = static_cast<uint64_t>(columns(1)) * static_cast<uint64_t>(columns(2));
   std::mutex mutex;
   std::vector<std::unique_ptr<ColumnMemory>> idle;
-  context.tasks.parallel_for(count, [&](uint64_t n) {
+  context.tasks.parallel_for(end - begin, [&](uint64_t n) {
     context.progress.check();
     std::unique_ptr<ColumnMemory> memory;
     {
@@ -207,17 +215,19 @@ void each_column(const Slice& slice, const SurfaceCells& cells, const Context& c
       memory->memory = Reservation(context.memory, 3 * shape.floats() * sizeof(float), "a surface's corners");
       memory->sites.prepare(shape.stretches);
     }
-    const int y = static_cast<int>(n) % columns(1), z = static_cast<int>(n) / columns(1);
+    const auto column = static_cast<int>(begin + n), in_row = columns_along(cells, 1);
+    const int y = column % in_row, z = column / in_row;
     if (reader.read(y, z, memory->sites, memory->present)) body(*memory, y, z);
     const std::scoped_lock lock(mutex);
     idle.push_back(std::move(memory));
   });
 }
 
+constexpr int column_blocks = column_edge / block_edge; // across
+
 // The bits of the first block of a column.
 uint64_t* column_bits(SurfaceCells& cells, int y, int z) {
-  constexpr int blocks = column_edge / block_edge;
-  return cells.bits.data() + cells.at({0, y * blocks, z * blocks});
+  return cells.bits.data() + cells.at({0, y * column_blocks, z * column_blocks});
 }
 
 CellBound bound_of(const Slice& slice, int parts) {
@@ -263,13 +273,27 @@ uint64_t refine_block(const RefineArgs& args, const ColumnSites& sites, const In
   return left;
 }
 
-} // namespace
+constexpr uint64_t column_rows = column_blocks * column_blocks; // of blocks
 
-uint64_t SurfaceCells::count() const {
+// The blocks of a row, counted column by column; none where the column is cut off before it.
+std::span<uint64_t> row_bits(SurfaceCells& cells, uint64_t row) {
+  const auto column = static_cast<int>(row / column_rows), in_column = static_cast<int>(row % column_rows),
+             in_row = columns_along(cells, 1);
+  const int y = column % in_row * column_blocks + in_column % column_blocks,
+            z = column / in_row * column_blocks + in_column / column_blocks;
+  if (y >= cells.blocks[1] || z >= cells.blocks[2]) return {};
+  return std::span(cells.bits).subspan(cells.at({0, y, z}), static_cast<size_t>(cells.blocks[0]));
+}
+
+uint64_t marks_of(std::span<const uint64_t> bits) {
   uint64_t sum = 0;
   for (const uint64_t word : bits) sum += static_cast<uint64_t>(std::popcount(word));
   return sum;
 }
+
+} // namespace
+
+uint64_t SurfaceCells::count() const { return marks_of(bits); }
 
 SurfaceCells mark_all_cells(const Slice& slice, const Context& context) {
   SurfaceCells cells = empty_cells(slice, context);
@@ -288,7 +312,7 @@ SurfaceCells mark_cells(const Slice& slice, double target, const Context& contex
   args.site_sum = site_sum;
   args.blocks = cells.blocks[0];
   args.row = cells.blocks[0], args.layer = args.row * cells.blocks[1];
-  each_column(slice, cells, context, [&](ColumnMemory& memory, int y, int z) {
+  each_column(slice, cells, 0, column_count(cells), context, [&](ColumnMemory& memory, int y, int z) {
     ColumnArgs column = args;
     column.sites = &memory.sites, column.present = memory.present.data();
     column.height = std::min(column_edge, cells.cells[1] - y * column_edge);
@@ -299,23 +323,44 @@ SurfaceCells mark_cells(const Slice& slice, double target, const Context& contex
   return cells;
 }
 
-void refine_cells(const Slice& slice, double target, SurfaceCells& cells, const Context& context) {
-  const CellBound bound = bound_of(slice, refined_parts);
-  const RefinedStencil stencil(slice.kernel.space);
-  const RefineArgs args{&stencil, static_cast<float>(target), static_cast<float>(bound.of_range),
-                        static_cast<float>(bound.of_middle)};
-  const std::ptrdiff_t row = cells.blocks[0], layer = row * cells.blocks[1];
-  each_column(slice, cells, context, [&](ColumnMemory& memory, int y, int z) {
-    constexpr int blocks = column_edge / block_edge;
-    uint64_t* const bits = column_bits(cells, y, z);
-    for (int k = 0; k < blocks && z * blocks + k < cells.blocks[2]; ++k)
-      for (int j = 0; j < blocks && y * blocks + j < cells.blocks[1]; ++j) {
+uint64_t row_count(const SurfaceCells& cells) { return column_count(cells) * column_rows; }
+
+uint64_t refine_rows(const Slice& slice, double target, SurfaceCells& cells, uint64_t& row, uint64_t marks,
+                     const Context& context) {
+  const uint64_t begin = row, rows = row_count(cells);
+  uint64_t end = begin, looked_at = 0;
+  for (; end < rows; ++end) {
+    const uint64_t more = marks_of(row_bits(cells, end));
+    if (more > marks - looked_at) break;
+    looked_at += more;
+  }
+  if (looked_at > 0) {
+    const CellBound bound = bound_of(slice, refined_parts);
+    const RefinedStencil stencil(slice.kernel.space);
+    const RefineArgs args{&stencil, static_cast<float>(target), static_cast<float>(bound.of_range),
+                          static_cast<float>(bound.of_middle)};
+    const auto refine_column = [&](ColumnMemory& memory, int y, int z) {
+      const uint64_t first = column_rows * static_cast<uint64_t>(z * columns_along(cells, 1) + y);
+      for (uint64_t n = std::max(begin, first); n < std::min(end, first + column_rows); ++n) {
         context.progress.check();
-        for (int i = 0; i < cells.blocks[0]; ++i)
-          if (uint64_t& word = bits[k * layer + j * row + i]; word != 0)
-            word = refine_block(args, memory.sites, {i, j, k}, word);
+        const auto in_column = static_cast<int>(n - first);
+        int block = 0;
+        for (uint64_t& word : row_bits(cells, n)) {
+          const Int3 at{block++, in_column % column_blocks, in_column / column_blocks};
+          if (word != 0) word = refine_block(args, memory.sites, at, word);
+        }
       }
-  });
+    };
+    each_column(slice, cells, begin / column_rows, (end + column_rows - 1) / column_rows, context,
+                refine_column);
+  }
+  row = end;
+  return looked_at;
+}
+
+void refine_cells(const Slice& slice, double target, SurfaceCells& cells, const Context& context) {
+  uint64_t row = 0;
+  (void)refine_rows(slice, target, cells, row, ~uint64_t{0}, context);
 }
 
 std::shared_ptr<const SurfaceCells> KeptSurfaceCells::find(const Slice& slice, double target,
@@ -327,9 +372,9 @@ std::shared_ptr<const SurfaceCells> KeptSurfaceCells::find(const Slice& slice, d
     // The older one gives its memory back first.
     kept_[1] = std::exchange(kept, {});
     kept = {&slice, target, std::make_shared<SurfaceCells>(mark_cells(slice, target, context))};
-  } else if (!kept.refined && kept.rays >= rays_per_mark * kept.cells->count()) {
-    refine_cells(slice, target, *kept.cells, context);
-    kept.refined = true;
+  } else if (kept.row < row_count(*kept.cells)) {
+    kept.rays -=
+        rays_per_mark * refine_rows(slice, target, *kept.cells, kept.row, kept.rays / rays_per_mark, context);
   }
   kept.rays += rays;
   return kept.cells;

@@ -41,6 +41,11 @@ struct SurfaceCells {
 // Takes the marks off cells where a finer look at each proves that the field is not `target` there: twice the
 // time of marking, a fourth of the samples less. Cut short by an error, it has done a part.
 void refine_cells(const Slice& slice, double target, SurfaceCells& cells, const Context& context);
+// Does so for the rows of blocks from `row` on that have at most `marks` marks together, moves `row` on to
+// the next one, and returns how many marks it looked at. Rows of column after column; there are row_count().
+uint64_t refine_rows(const Slice& slice, double target, SurfaceCells& cells, uint64_t& row, uint64_t marks,
+                     const Context& context);
+[[nodiscard]] uint64_t row_count(const SurfaceCells& cells);
 // Marks all.
 [[nodiscard]] SurfaceCells mark_all_cells(const Slice& slice, const Context& context);
 
@@ -48,9 +53,8 @@ void refine_cells(const Slice& slice, double target, SurfaceCells& cells, const 
 // accurate picture after it, or of two values.
 class KeptSurfaceCells {
  public:
-  // The slices of earlier calls must be alive, or forget() have been called. rays: of the picture; cells
-  // whose pictures have had twice as many rays as cells are marked are refined, for then it is worth its
-  // time.
+  // The slices of earlier calls must be alive, or forget() have been called. rays: of the picture, by which
+  // later ones refine as many rows of cells as takes a small part of what a picture takes.
   [[nodiscard]] std::shared_ptr<const SurfaceCells> find(const Slice& slice, double target,
                                                          const Context& context, uint64_t rays = 0);
   void forget() { kept_ = {}; }
@@ -60,8 +64,8 @@ class KeptSurfaceCells {
     const Slice* slice = nullptr;
     double target = 0;
     std::shared_ptr<SurfaceCells> cells;
-    uint64_t rays = 0; // until they were refined
-    bool refined = false;
+    uint64_t rays = 0; // that no row has been refined for yet
+    uint64_t row = 0;  // the next one to refine
   };
   std::array<Kept, 2> kept_; // the latest first
 };

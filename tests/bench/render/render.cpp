@@ -66,8 +66,8 @@ ImageError method_error(const Method& method, int size, const Image& truth, int 
 
 void settle(const Method& method, int size) {
   ImageStorage out(size, size);
-  // Cells of a surface are made for the first picture, and refined once they have been used enough.
-  constexpr int pictures = 12;
+  // Cells of a surface are made for the first picture, and refined piece by piece by later ones.
+  constexpr int pictures = 24;
   for (int n = 0; n < pictures; ++n) method.draw(out.image);
 }
 

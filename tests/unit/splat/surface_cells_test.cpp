@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <random>
 
@@ -268,19 +269,64 @@ TEST(SurfaceCells, AreFewerWhenRefined) {
   }
 }
 
-// As soon as pictures have had twice as many rays as there are marks.
-TEST(SurfaceCells, AreRefinedWhereTheyAreUsed) {
+// Piece by piece the same marks are left as at once, and no piece is larger than asked for.
+TEST(SurfaceCells, AreRefinedInPieces) {
+  TestContext context(3);
+  for (const std::array<uint32_t, 3>& dims :
+       {std::array<uint32_t, 3>{37, 30, 33}, std::array<uint32_t, 3>{24, 50, 28}}) {
+    const Slice s = make_slice(dims, marschner_lobb(30, 5));
+    SurfaceCells whole = mark_cells(s, 0.4, context.get()), pieces = mark_cells(s, 0.4, context.get());
+    const uint64_t marks = pieces.count();
+    refine_cells(s, 0.4, whole, context.get());
+    ASSERT_LT(whole.count(), marks);
+    const uint64_t most = marks / 20;
+    uint64_t row = 0, looked_at = 0;
+    int calls = 0;
+    for (; row < row_count(pieces) && calls < 1000; ++calls) {
+      const auto before = pieces.bits;
+      const uint64_t piece = refine_rows(s, 0.4, pieces, row, most, context.get());
+      EXPECT_LE(piece, most);
+      uint64_t gone = 0;
+      for (size_t n = 0; n < before.size(); ++n)
+        gone += static_cast<uint64_t>(std::popcount(before[n] & ~pieces.bits[n]));
+      EXPECT_LE(gone, piece);
+      looked_at += piece;
+    }
+    EXPECT_GE(calls, 20);
+    EXPECT_EQ(looked_at, marks);
+    EXPECT_TRUE(pieces.bits == whole.bits);
+    // A row that has more marks than that waits.
+    SurfaceCells full = mark_all_cells(s, context.get());
+    row = 0;
+    EXPECT_EQ(refine_rows(s, 0.4, full, row, 1, context.get()), 0u);
+    EXPECT_EQ(row, 0u);
+  }
+}
+
+// A later picture looks at a sixth as many marks as earlier ones had rays, what is left over added.
+TEST(SurfaceCells, AreRefinedAsTheyAreUsed) {
   const Slice s = make_slice({37, 30, 33}, marschner_lobb(30, 5));
   TestContext context(2);
   KeptSurfaceCells kept;
   const auto cells = kept.find(s, 0.4, context.get());
-  const uint64_t marks = cells->count();
+  SurfaceCells refined = mark_cells(s, 0.4, context.get());
+  refine_cells(s, 0.4, refined, context.get());
+  const uint64_t marks = cells->count(), least = refined.count();
   EXPECT_GE(marks, count_marked(*cells));
-  (void)kept.find(s, 0.4, context.get(), 2 * marks - 1);
-  (void)kept.find(s, 0.4, context.get(), 1);
-  EXPECT_EQ(cells->count(), marks);
-  EXPECT_EQ(kept.find(s, 0.4, context.get()), cells);
-  EXPECT_LT(cells->count(), marks);
+  const uint64_t rays = 6 * marks / 10;
+  (void)kept.find(s, 0.4, context.get(), rays);
+  EXPECT_EQ(cells->count(), marks); // no picture had rays before
+  uint64_t last = marks;
+  int pictures = 0;
+  for (; last > least && pictures < 30; ++pictures) {
+    EXPECT_EQ(kept.find(s, 0.4, context.get(), rays), cells);
+    EXPECT_LE(cells->count(), last);
+    EXPECT_LE(last - cells->count(), 2 * marks / 10); // of a picture, and what one before had left over
+    last = cells->count();
+  }
+  EXPECT_GE(pictures, 9);
+  EXPECT_LE(pictures, 12);
+  EXPECT_TRUE(cells->bits == refined.bits);
 }
 
 TEST(SurfaceCells, AreKeptForTwoSurfaces) {
