@@ -6,7 +6,9 @@
 #include "splat/rays/ray_search.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 
 namespace bccsplat {
 namespace {
@@ -14,86 +16,129 @@ namespace {
 // A root may lie this far outside of its ray's part of the domain, sheets.
 constexpr double outside_tolerance = 1e-5;
 
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
 // The whole number below a sheet number.
 int below(double k) {
   constexpr int lift = 1 << 24;
   return static_cast<int>(k + lift) - lift;
 }
 
+constexpr int together = 4; // samples that are written down without asking whether there are so many
+
+// Samples of a slab that there is room for.
+size_t rooms(const RayWay& way) {
+  constexpr size_t rays = size_t{RaySearch::square} * RaySearch::square;
+  return rays * way.most_sheets() + PairArgs::room + together;
+}
+
 } // namespace
 
 RaySearch::RaySearch(const RayField& of) : f_(of), view_(*of.view), way_(*of.way) {
-  const size_t room = pixels * way_.most_sheets();
-  samples_.resize(room), places_.resize(room), values_.resize(room), gradients_.resize(room);
+  const size_t room = rooms(way_);
+  samples_.resize(room), places_.resize(room), values_.resize(room), slopes_.resize(room);
+  gradients_.resize(room), found_.resize(room / 64 + 1);
+  side_ = static_cast<float>(f_.target);
+  if (static_cast<double>(side_) < f_.target) side_ = std::nextafter(side_, infinity);
 }
 
 uint64_t RaySearch::buffers(const RayWay& way) {
-  constexpr uint64_t sample = sizeof(int) + sizeof(Vec4) + sizeof(float) + sizeof(std::array<float, 4>);
-  constexpr uint64_t ray = sizeof(uint32_t) + sizeof(Part) + sizeof(uint32_t) + sizeof(RayHit);
-  return pixels * (way.most_sheets() * sample + ray);
+  constexpr uint64_t sample = sizeof(int) + sizeof(Vec4) + 2 * sizeof(float) + sizeof(std::array<float, 4>);
+  constexpr uint64_t ray = sizeof(Part) + sizeof(uint32_t) + sizeof(RayHit);
+  return rooms(way) * sample + rooms(way) / 8 + pixels * ray;
 }
 
 std::span<const RayHit> RaySearch::find(int x, int y, int width, int height, Progress& progress) {
   hits_.clear();
   x_ = x, y_ = y;
   begin(width, height);
-  while (!open_.empty()) {
-    progress.check();
-    int slab = ray_[open_[0]].slab;
-    for (const uint32_t r : open_) slab = std::min(slab, ray_[r].slab);
-    count_ = 0, parts_.clear();
-    for (const uint32_t r : open_)
-      if (ray_[r].slab == slab) ask(r);
-    search();
-    std::erase_if(open_, [&](uint32_t r) {
-      if (ray_[r].slab != slab) return false;
-      ++ray_[r].slab; // hits have ended theirs
-      layers_[r] = way_.advance(ray_[r]);
-      return layers_[r] == 0;
-    });
+  for (size_t word = 0; word < way_.words(); ++word) {
+    const auto left = [&](int from) { // slabs that pieces with open rays need
+      uint64_t slabs = 0;
+      for (const Piece& p : piece_)
+        if (p.open != 0) slabs |= p.slabs[word];
+      return from < 64 ? slabs >> from << from : 0;
+    };
+    for (uint64_t slabs = left(0); slabs != 0;) {
+      progress.check();
+      const int bit = std::countr_zero(slabs);
+      draw_slab(word, bit);
+      slabs = left(bit + 1);
+    }
   }
   counts_.hits += hits_.size();
   return hits_;
 }
 
 void RaySearch::begin(int width, int height) {
-  open_.clear();
-  for (int j = 0; j < height; ++j)
-    for (int i = 0; i < width; ++i) {
-      if (!way_.any(x_ + i, y_ + j)) continue;
-      const auto r = static_cast<uint32_t>(j * square + i);
-      if (!way_.begin(x_ + i, y_ + j, ray_[r])) continue;
-      last_[r] = {};
-      layers_[r] = way_.advance(ray_[r]);
-      if (layers_[r] != 0) open_.push_back(r);
+  uint32_t p = 0;
+  for (int j = 0; j < square; j += piece_edge)
+    for (int i = 0; i < square; i += piece_edge, ++p) {
+      Piece& piece = piece_[p];
+      piece.open = 0;
+      if (i >= width || j >= height || !way_.any(x_ + i, y_ + j)) continue;
+      piece.slabs = way_.slabs(x_ + i, y_ + j);
+      piece.open = way_.find_intervals(x_ + i, y_ + j, piece.inside);
+      // Of the last pieces, the rays that are in the picture.
+      constexpr uint64_t row = 0xff;
+      for (int n = 0; n < piece_edge; ++n) {
+        const int there = j + n < height ? std::min(width - i, piece_edge) : 0;
+        piece.open &= ~(row >> there << there << n * piece_edge);
+      }
+      std::fill_n(last_.begin() + static_cast<std::ptrdiff_t>(p * piece_rays), piece_rays, Station());
     }
 }
 
+void RaySearch::draw_slab(size_t word, int bit) {
+  const int slab = static_cast<int>(word) * 64 + bit;
+  count_ = 0, parts_.clear();
+  std::array<uint64_t, piece_rays> layers;
+  for (uint32_t p = 0; p < piece_.size(); ++p) {
+    const Piece& piece = piece_[p];
+    if (piece.open == 0 || (piece.slabs[word] >> bit & 1) == 0) continue;
+    const auto first = static_cast<uint32_t>(p * piece_rays);
+    uint64_t asking = piece.open & way_.find_layers(column(first), row(first), slab, layers);
+    for (; asking != 0; asking &= asking - 1) {
+      const auto n = static_cast<uint32_t>(std::countr_zero(asking));
+      ask(first + n, slab, layers[n]);
+    }
+  }
+  search();
+}
+
 // Notes the sheets that the ray's layers lie between and that it has not looked at yet.
-void RaySearch::ask(uint32_t r) {
-  const RayWay::Ray& ray = ray_[r];
-  const Vec3 at = ray.at, ez = view_.ez;
+void RaySearch::ask(uint32_t r, int slab, uint64_t layers) {
+  const Vec3 at = view_.sample(column(r), row(r), 0), ez = view_.ez;
+  const PieceIntervals& inside = piece_[r / piece_rays].inside;
+  const double enter = inside.enter[r % piece_rays], leave = inside.leave[r % piece_rays];
   const uint32_t first = count_;
   uint32_t count = first;
   int next = last_[r].k + 1;
-  way_.each_run(ray, layers_[r], [&](double from, double to) {
-    from = std::max(from, ray.enter), to = std::min(to, ray.leave);
+  way_.each_run(at, slab, layers, [&](double from, double to) {
+    from = std::max(from, enter), to = std::min(to, leave);
     if (to < from) return;
     const int low = std::max(below(from), next), high = -below(-to);
-    for (int k = low; k <= high; ++k, ++count) {
-      samples_[count] = k;
-      places_[count] = {at[0] + k * ez[0], at[1] + k * ez[1], at[2] + k * ez[2], 0};
-    }
+    for (int k = low; k <= high; k += together)
+      for (uint32_t n = 0; n < together; ++n) { // those behind the last one are written over
+        const int sheet = k + static_cast<int>(n);
+        const uint32_t to_n = count + static_cast<uint32_t>(k - low) + n;
+        samples_[to_n] = sheet;
+        places_[to_n] = {at[0] + sheet * ez[0], at[1] + sheet * ez[1], at[2] + sheet * ez[2], 0};
+      }
     next = std::max(next, high + 1);
+    count += static_cast<uint32_t>(std::max(high - low + 1, 0));
   });
   count_ = count;
-  if (count > first) parts_.push_back({r, first, count});
+  if (count > first) parts_.push_back({r, first, count, first, last_[r].k == samples_[first] - 1});
 }
 
 void RaySearch::search() {
   if (count_ == 0) return;
   counts_.samples += count_;
   sum_footprints(f_.field->footprints, std::span(places_).first(count_), values_.data(), gradients_.data());
+  PairArgs pairs{count_, values_.data(), gradients_.data(), {}, side_, slopes_.data(), found_.data()};
+  for (size_t a = 0; a < 3; ++a) pairs.ray[a] = static_cast<float>(view_.ez[a]);
+  find_pairs(pairs);
   scanned_.resize(parts_.size());
   for (uint32_t p = 0; p < scanned_.size(); ++p) scanned_[p] = p;
   while (!scanned_.empty()) {
@@ -102,37 +147,46 @@ void RaySearch::search() {
     scanned_.clear();
     settle();
   }
+  for (const Part& part : parts_) last_[part.ray] = station(part.end - 1);
 }
 
-// Goes on along the samples of a part until something is found: the sides of two neighbours differ, or the
-// field comes closer, goes away, and the tangents meet beyond the target. What is asked of each pair is
-// decided by one branch, which is hardly ever taken.
+// Goes on along the samples of a part until something is found.
 void RaySearch::scan(uint32_t p) {
   Part& part = parts_[p];
-  const Vec3 ez = view_.ez;
-  const double target = f_.target;
-  Station before = last_[part.ray];
-  bool found = false;
-  uint32_t n = part.next;
-  for (; n < part.end && !found; ++n) {
-    const auto& g = gradients_[n];
-    const double slope = static_cast<double>(g[0]) * ez[0] + static_cast<double>(g[1]) * ez[1] +
-                         static_cast<double>(g[2]) * ez[2];
-    const Station here{samples_[n], static_cast<double>(values_[n]), slope};
-    const double d0 = before.value - target, d1 = here.value - target;
-    const double side = std::copysign(1.0, -d0), s0 = side * before.slope, s1 = side * slope;
-    const bool crosses = (d0 < 0) != (d1 < 0);
-    const bool grazes = (s0 > 0) & (s1 < 0) & (side * d0 * (s0 - s1) + s0 * (side * (d1 - d0) - s1) > 0);
-    if ((before.k == here.k - 1) & (crosses | grazes)) {
-      const double i = x_ + static_cast<int>(part.ray % square), j = y_ + static_cast<int>(part.ray / square);
-      (crosses ? crossings_ : grazes_)
-          .push_back({i, j, 1.0 * before.k, 1.0 * here.k, before.value, here.value, before.slope, slope, p});
-      found = true;
-    }
-    before = here;
+  if (part.joins) {
+    part.joins = false;
+    if (note(last_[part.ray], station(part.begin), p)) return;
   }
-  part.next = n;
-  last_[part.ray] = before;
+  const uint32_t last = part.end - 1;
+  for (uint32_t n = part.next; n < last;) {
+    const uint64_t found = found_[n / 64] >> n % 64;
+    if (found == 0) {
+      n = (n / 64 + 1) * 64;
+      continue;
+    }
+    n += static_cast<uint32_t>(std::countr_zero(found));
+    if (n >= last) break;
+    part.next = n + 1;
+    if (samples_[n] == samples_[n + 1] - 1 && note(station(n), station(n + 1), p)) return;
+    ++n;
+  }
+  part.next = last;
+}
+
+// Notes two neighbours whose sides differ, or between which the field comes closer, goes away, and the
+// tangents meet beyond the target; false where there is neither.
+bool RaySearch::note(const Station& before, const Station& here, uint32_t p) {
+  const double target = f_.target;
+  const double d0 = before.value - target, d1 = here.value - target;
+  const double side = std::copysign(1.0, -d0), s0 = side * before.slope, s1 = side * here.slope;
+  const bool crosses = (d0 < 0) != (d1 < 0);
+  const bool grazes = s0 > 0 && s1 < 0 && side * d0 * (s0 - s1) + s0 * (side * (d1 - d0) - s1) > 0;
+  if (!crosses && !grazes) return false;
+  const uint32_t r = parts_[p].ray;
+  (crosses ? crossings_ : grazes_)
+      .push_back({1.0 * column(r), 1.0 * row(r), 1.0 * before.k, 1.0 * here.k, before.value, here.value,
+                  before.slope, here.slope, p});
+  return true;
 }
 
 // Refines what was found; parts for which that was nothing are scanned on.
@@ -150,13 +204,15 @@ void RaySearch::settle() {
   const auto points = refine_crossings(*f_.field, view_, f_.target, crossings_, root_tolerance);
   for (size_t n = 0; n < points.size(); ++n) {
     const Crossing& c = crossings_[n];
-    RayWay::Ray& ray = ray_[parts_[c.number].ray];
-    if (points[n].k < ray.enter - outside_tolerance || points[n].k > ray.leave + outside_tolerance) {
+    const uint32_t r = parts_[c.number].ray;
+    Piece& piece = piece_[r / piece_rays];
+    if (points[n].k < piece.inside.enter[r % piece_rays] - outside_tolerance ||
+        points[n].k > piece.inside.leave[r % piece_rays] + outside_tolerance) {
       scanned_.push_back(c.number);
       continue;
     }
     hits_.push_back({static_cast<int>(c.i), static_cast<int>(c.j), points[n]});
-    ray.end = 0;
+    piece.open &= ~(uint64_t{1} << r % piece_rays);
   }
 }
 

@@ -55,32 +55,53 @@ class RaySearch {
     int k = -(1 << 30);          // none
     double value = 0, slope = 0; // per sheet
   };
-  // The samples of one ray in a slab: [next, end) of all are to be looked at.
+  // The samples of one ray in a slab; of all, those from `next` on are to be looked at with the one behind
+  // them, and first of all that before them with the first one.
   struct Part {
-    uint32_t ray, next, end;
+    uint32_t ray, begin, end, next;
+    bool joins;
   };
 
+  // Rays are counted piece by piece.
+  static constexpr int pieces = square / piece_edge; // a side
+  static constexpr size_t pixels = square * square;
+  [[nodiscard]] int column(uint32_t r) const {
+    return x_ + static_cast<int>(r / piece_rays % pieces * piece_edge + r % piece_edge);
+  }
+  [[nodiscard]] int row(uint32_t r) const {
+    return y_ + static_cast<int>(r / piece_rays / pieces * piece_edge + r % piece_rays / piece_edge);
+  }
+
   void begin(int width, int height);
-  void ask(uint32_t r);
+  void draw_slab(size_t word, int bit);
+  void ask(uint32_t r, int slab, uint64_t layers);
   void search();
   void scan(uint32_t p);
   void settle();
+  bool note(const Station& before, const Station& here, uint32_t p);
+  [[nodiscard]] Station station(uint32_t n) const {
+    return {samples_[n], static_cast<double>(values_[n]), static_cast<double>(slopes_[n])};
+  }
 
   const RayField& f_;
   const SheetView& view_;
   const RayWay& way_;
+  float side_; // the least float that is not below the target
   RayCounts counts_;
   int x_ = 0, y_ = 0;
-  static constexpr size_t pixels = square * square;
-  std::array<RayWay::Ray, pixels> ray_;
+  struct Piece {
+    uint64_t open = 0; // rays
+    std::span<const uint64_t> slabs;
+    PieceIntervals inside;
+  };
+  std::array<Piece, size_t{pieces} * pieces> piece_;
   std::array<Station, pixels> last_;
-  std::array<uint32_t, pixels> layers_{};
-  std::vector<uint32_t> open_; // rays
-  uint32_t count_ = 0;         // of the samples of a slab
-  std::vector<int> samples_;   // sheets
+  uint32_t count_ = 0;       // of the samples of a slab
+  std::vector<int> samples_; // sheets
   std::vector<Vec4> places_;
-  std::vector<float> values_;
+  std::vector<float> values_, slopes_;
   std::vector<std::array<float, 4>> gradients_;
+  std::vector<uint64_t> found_; // samples between which and the next there is something to look for
   std::vector<Part> parts_;
   std::vector<uint32_t> scanned_; // parts that are to be scanned
   std::vector<Crossing> crossings_, grazes_;

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 namespace bccsplat {
 namespace {
@@ -21,7 +21,6 @@ int floor_of(double x) { return static_cast<int>(x + below_zero) - below_zero; }
 
 RayWay::RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const Context& context)
     : cells_(cells), view_(view), box_(drawn_box(slice)), planes_(1 / slice.lattice.plane_distance()) {
-  for (size_t a = 0; a < 3; ++a) per_unit_[a] = view.ez[a] != 0 ? 1 / view.ez[a] : 0;
   size_t along = 0;
   for (size_t a = 1; a < 3; ++a)
     if (std::fabs(view.ez[a]) > std::fabs(view.ez[along])) along = a;
@@ -38,7 +37,23 @@ RayWay::RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& v
   direction_ = ahead > 0 ? 1 : -1;
   make_masks(slope_u_, axes_[0], mask_u_);
   make_masks(slope_v_, axes_[1], mask_v_);
+  make_runs();
   find_slabs(slice, view, context);
+}
+
+void RayWay::make_runs() {
+  for (unsigned layers = 0; layers < runs_.size(); ++layers) {
+    size_t count = 0;
+    for (int begin = 0; layers >> begin != 0; ++begin) {
+      if ((layers >> begin & 1) == 0) continue;
+      const int end = begin + std::countr_one(layers >> begin);
+      runs_[layers][count++] = {begin, end};
+      begin = end;
+    }
+    if (direction_ > 0) continue;
+    for (auto& run : runs_[layers]) std::swap(run[0], run[1]);
+    if (count == 2) std::swap(runs_[layers][0], runs_[layers][1]);
+  }
 }
 
 // Entry n: rays whose smallest coordinate in the slab is between n and n + 1 parts, less a block.
@@ -109,70 +124,25 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
   }
 }
 
-bool RayWay::begin(int i, int j, Ray& ray) const {
-  ray.at = view_.sample(i, j, 0);
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  double enter = -infinity, leave = infinity;
-  for (size_t a = 0; a < 3; ++a) {
-    const double before = box_.begin[a] - ray.at[a], behind = box_.end[a] - ray.at[a];
-    if (view_.ez[a] == 0) {
-      if (before > 0 || behind < 0) return false;
-      continue;
-    }
-    const double k0 = before * per_unit_[a], k1 = behind * per_unit_[a];
-    enter = std::max(enter, std::min(k0, k1)), leave = std::min(leave, std::max(k0, k1));
-  }
-  if (!(enter < leave)) return false;
-  ray.enter = enter, ray.leave = leave;
-  ray.u = ray.at[axes_[0]] * planes_, ray.v = ray.at[axes_[1]] * planes_, ray.w = ray.at[axes_[2]] * planes_;
-  ray.slabs = &slabs_[square_at(i, j) * static_cast<size_t>(words_)];
-  const double per_sheet = 1 / per_plane_;
-  const auto slab = [&](double k) {
-    constexpr double per_block = 1.0 / block_edge;
-    return along(std::clamp(floor_of((ray.w + k * per_sheet) * per_block), 0, blocks_[2] - 1));
-  };
-  // A ray may begin at the face between two slabs: both are looked at.
-  const double margin = 1e-6 * std::fabs(per_plane_);
-  ray.slab = slab(enter - margin), ray.end = slab(leave + margin) + 1;
-  return true;
+uint64_t RayWay::find_intervals(int i, int j, PieceIntervals& intervals) const {
+  return bccsplat::find_intervals({view_.sample(i, j, 0), view_.ex, view_.ey, view_.ez, box_.begin, box_.end},
+                                  intervals);
 }
 
-uint32_t RayWay::advance(Ray& ray) const {
-  const Int3& n = blocks_;
-  constexpr double per_block = 1.0 / block_edge, margin = 1e-6;
-  const double least_u = std::min(0.0, slope_u_) - margin + ray.u * per_block,
-               least_v = std::min(0.0, slope_v_) - margin + ray.v * per_block;
-  const double reach_u = std::fabs(slope_u_) + 2 * margin, reach_v = std::fabs(slope_v_) + 2 * margin;
-  const double w = ray.w * per_block;
-  for (; ray.slab < ray.end; ++ray.slab) {
-    const uint64_t next = ray.slabs[ray.slab / 64] >> (ray.slab % 64);
-    if ((next & 1) == 0) {
-      const int free = next == 0 ? 64 - ray.slab % 64 : std::countr_zero(next);
-      ray.slab += free - 1;
-      continue;
-    }
-    const int slab = along(ray.slab);
-    const double past = slab - w;
-    const double u = least_u + slope_u_ * past, v = least_v + slope_v_ * past; // blocks
-    const int u0 = std::max(floor_of(u), 0), u1 = std::min(floor_of(u + reach_u), n[0] - 1),
-              v0 = std::max(floor_of(v), 0), v1 = std::min(floor_of(v + reach_v), n[1] - 1);
-    uint64_t found = 0;
-    for (int bv = v0; bv <= v1; ++bv)
-      for (int bu = u0; bu <= u1; ++bu) {
-        const uint64_t word = cells_.bits[at(bu, bv, slab)];
-        if (word == 0) continue;
-        const auto place_u = static_cast<int>((u - bu + 1) * (block_edge * parts)),
-                   place_v = static_cast<int>((v - bv + 1) * (block_edge * parts));
-        constexpr int most = 2 * block_edge * parts - 1;
-        found |= word & mask_u_[static_cast<size_t>(std::clamp(place_u, 0, most))] &
-                 mask_v_[static_cast<size_t>(std::clamp(place_v, 0, most))];
-      }
-    if (found == 0) continue;
-    uint32_t layers = 0;
-    for (uint32_t l = 0; l < block_edge; ++l) layers |= (found & layer_[l]) != 0 ? 1u << l : 0;
-    return layers;
-  }
-  return 0;
+uint64_t RayWay::find_layers(int i, int j, int slab, std::span<uint64_t, piece_rays> layers) const {
+  constexpr double margin = 1e-6; // blocks
+  const double per_block = planes_ / block_edge;
+  const int place = along(slab);
+  const Vec3 at = view_.sample(i, j, 0);
+  const auto axis = [&](size_t n, double slope, const Masks& masks) {
+    const auto across = [&](const Vec3& v) { return (v[axes_[n]] - slope * v[axes_[2]]) * per_block; };
+    return SlabArgs::Axis{blocks_[n],       stride_[n],
+                          &masks,           across(at) + slope * place + std::min(0.0, slope) - margin,
+                          across(view_.ex), across(view_.ey)};
+  };
+  const SlabArgs args{&cells_.bits[this->at(0, 0, place)], axis(0, slope_u_, mask_u_),
+                      axis(1, slope_v_, mask_v_), layer_};
+  return bccsplat::find_layers(args, layers);
 }
 
 } // namespace bccsplat

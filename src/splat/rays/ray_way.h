@@ -2,13 +2,13 @@
 // The way of parallel rays through the cells that may hold a value.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "splat/rays/ray_lanes.h"
 #include "splat/rays/surface_cells.h"
 #include "splat/view/view.h"
 
@@ -20,42 +20,26 @@ class RayWay {
  public:
   RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const Context& context);
 
-  struct Ray {
-    Vec3 at{};                  // sheet 0, lattice units
-    double u = 0, v = 0, w = 0; // planes, at sheet 0
-    double enter = 0, leave = 0;
-    const uint64_t* slabs = nullptr; // that may hold something
-    int slab = 0, end = 0;           // the next slab, and that after the last
-  };
   // False where nothing can be met in the square of pixels around it.
   [[nodiscard]] bool any(int i, int j) const { return any_[square_at(i, j)] != 0; }
-  // False where it misses the domain.
-  bool begin(int i, int j, Ray& ray) const;
+  // Of that square, a bit for each slab that may hold something, 64 a word.
+  [[nodiscard]] std::span<const uint64_t> slabs(int i, int j) const {
+    const auto words = static_cast<size_t>(words_);
+    return {&slabs_[square_at(i, j) * words], words};
+  }
+  [[nodiscard]] size_t words() const { return static_cast<size_t>(words_); }
 
-  // Moves on to the next slab in which the ray passes a bit; returns its layers, 0 where there is none.
-  uint32_t advance(Ray& ray) const;
-  // Calls sheets(from, to) for the layers, in the order of the ray, those beside each other as one: sheet
-  // numbers that it is in them between.
-  template<class Body> void each_run(const Ray& ray, uint32_t layers, const Body& sheets) const {
-    const double first = (block_edge * along(ray.slab) - ray.w) * per_plane_;
-    const auto run = [&](int begin, int end) {
-      const double a = first + begin * per_plane_, b = first + end * per_plane_;
-      sheets(std::min(a, b), std::max(a, b));
-    };
-    if (direction_ > 0) {
-      for (int n = 0; layers >> n != 0;) {
-        const int begin = n + std::countr_zero(layers >> n), end = begin + std::countr_one(layers >> begin);
-        run(begin, end);
-        n = end;
-      }
-    } else {
-      const auto width = [](uint32_t bits) { return static_cast<int>(std::bit_width(bits)); };
-      for (int end = width(layers); end > 0; end = width(layers)) {
-        const int begin = width(~layers & ((1u << end) - 1));
-        run(begin, end);
-        layers &= (1u << begin) - 1;
-      }
-    }
+  // The rays of the piece of a picture from pixel (i, j) on: the sheets that they are in the domain at, and
+  // in a slab the layers of cells that they pass a bit in; a bit for each ray that has any.
+  [[nodiscard]] uint64_t find_intervals(int i, int j, PieceIntervals& intervals) const;
+  [[nodiscard]] uint64_t find_layers(int i, int j, int slab, std::span<uint64_t, piece_rays> layers) const;
+
+  // Calls sheets(from, to) for the layers of a slab, in the order of the ray, those beside each other as one:
+  // sheet numbers that the ray from `at`, sheet 0, is in them between.
+  template<class Body> void each_run(const Vec3& at, int slab, uint64_t layers, const Body& sheets) const {
+    const double first = (block_edge * along(slab) - at[axes_[2]] * planes_) * per_plane_;
+    for (const auto& [begin, end] : runs_[layers])
+      if (begin != end) sheets(first + begin * per_plane_, first + end * per_plane_);
   }
 
   // At least the number of sheets that bound a ray's layers in a slab.
@@ -64,8 +48,11 @@ class RayWay {
   }
 
  private:
-  static constexpr int parts = 8; // of a cell, that masks are for
-  using Masks = std::array<uint64_t, 2 * block_edge * parts>;
+  static constexpr int parts = SlabArgs::parts;
+  using Masks = SlabArgs::Masks;
+  // Where a ray enters and leaves the layers beside each other, of all that are passed; at most two times.
+  using Runs = std::array<std::array<int, 2>, 2>;
+  void make_runs();
   void make_masks(double slope, size_t across, Masks& masks) const;
   void find_slabs(const Slice& slice, const SheetView& view, const Context& context);
   [[nodiscard]] size_t square_at(int i, int j) const {
@@ -82,7 +69,6 @@ class RayWay {
   const SheetView& view_;
   DrawnBox box_;
   double planes_;                            // per lattice unit
-  Vec3 per_unit_{};                          // sheets per lattice unit along each axis
   std::array<size_t, 3> axes_{0, 1, 2};      // u, v across the rays, w along them
   Int3 blocks_{};                            // along u, v, w
   std::array<size_t, 3> stride_{};           // words from block to block
@@ -96,6 +82,7 @@ class RayWay {
   std::vector<uint64_t> slabs_;
   std::vector<uint8_t> any_;
   Masks mask_u_{}, mask_v_{};
+  std::array<Runs, 1 << block_edge> runs_{};
 };
 
 } // namespace bccsplat
