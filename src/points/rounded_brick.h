@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A brick of coefficients as whole numbers of 16 bits, half of what values take.
+// A brick of coefficients, or of samples that they are made of, as whole numbers of 16 bits: half of what
+// values take.
 //
 // The step is a power of two, so that every value is exact in single precision, and depends on nothing but
 // the brick: whoever makes it, alone or with others, rounds alike.

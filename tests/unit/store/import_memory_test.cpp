@@ -40,18 +40,18 @@ Held held_by_import(uint32_t frames) {
   return {static_cast<double>(bench.memory.peak()) / static_cast<double>(voxels), bench.memory.used()};
 }
 
-// Eight frames in reach of the filter take 17 bytes a voxel, fourteen layers of samples in reach of the
-// prefilter 27, a slab of codes up to 4; what tiles of coefficients and their planes take is much of so small
-// a frame. Another layer of samples is 2, another slab of coefficients 8.
+// Eight frames in reach of the filter take 17 bytes a voxel, fourteen layers of samples of two bytes in reach
+// of the prefilter 14, a slab of codes up to 4; what tiles of coefficients and their planes take is much of so
+// small a frame. Samples as floats are 13 more, another slab of coefficients 8.
 TEST(ImportMemory, AVoxelOfCoefficientsTakesSamplesInReach) {
   const Held held = held_by_import(22);
-  EXPECT_LT(held.largest, 63);
+  EXPECT_LT(held.largest, 52);
   EXPECT_EQ(held.at_end, 0u);
 }
 
-// Layers beyond the last one need no more at once.
+// Layers beyond the last one need no more at once. (A brick with a site of air has a mask.)
 TEST(ImportMemory, OfCoefficientsDoesNotGrowWithTheSeries) {
-  EXPECT_EQ(held_by_import(22).largest, held_by_import(36).largest);
+  EXPECT_NEAR(held_by_import(22).largest, held_by_import(36).largest, 0.02);
 }
 
 } // namespace

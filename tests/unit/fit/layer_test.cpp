@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The form in which layers of floats leave the fit.
+#include "fit/layer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/unit/fit/fit_series.h"
+
+namespace bccsplat::test {
+namespace {
+
+constexpr float unit = 1.0f / 64;
+
+std::vector<SampleLayer> layers_of(const Series& s, float unit_of_values) {
+  FitOptions o = options_for(s);
+  o.channels[0].quantiser.type = ValueType::f32;
+  o.channels[0].unit = unit_of_values;
+  Bench bench;
+  std::vector<SampleLayer> made;
+  Fit fit(
+      o,
+      [&](int32_t, int, const SlabLayers& layers) {
+        made.insert(made.end(), layers.compact().begin(), layers.compact().end());
+      },
+      bench.context());
+  for (uint32_t t = 0; t < s.dims[3]; ++t) fit.add_frame(0, std::vector{s.box(t)});
+  (void)fit.finish();
+  return made;
+}
+
+// A dense series of bytes.
+Series bytes() {
+  Series s = noise({37, 20, 22, 9}, 6);
+  for (float& v : s.values) v = std::round(128 + 100 * v);
+  return s;
+}
+
+TEST(LayersOfFloats, TakeTwoBytesASiteWhereTheirSourceComesInSteps) {
+  const Series s = bytes();
+  const std::vector<SampleLayer> rounded = layers_of(s, unit), floats = layers_of(s, 0);
+  ASSERT_EQ(rounded.size(), floats.size());
+  std::array<float, brick_sites> room;
+  for (size_t m = 0; m < rounded.size(); ++m) {
+    EXPECT_LT(rounded[m].bytes(), 0.56 * static_cast<double>(floats[m].bytes()));
+    for (size_t slot = 0; slot < rounded[m].brick_slots(); ++slot) {
+      const SampleBrick &was = floats[m].brick(slot), &now = rounded[m].brick(slot);
+      ASSERT_EQ(static_cast<bool>(was), static_cast<bool>(now));
+      if (!was) continue;
+      ASSERT_TRUE(was.values);
+      ASSERT_TRUE(now.codes);
+      const float* const values = now.all(room);
+      for (size_t i = 0; i < brick_sites; ++i)
+        ASSERT_NEAR(values[i], was.values->value[i], 1.5f * unit) << "frames in units, then half of it";
+    }
+  }
+}
+
+TEST(LayersOfFloats, StayFloatsWhereSixteenBitsHoldNoSuchSteps) {
+  Series s = bytes();
+  for (float& v : s.values) v *= 40;
+  for (const SampleLayer& layer : layers_of(s, unit))
+    for (size_t slot = 0; slot < layer.brick_slots(); ++slot)
+      if (const SampleBrick& brick = layer.brick(slot)) {
+        ASSERT_TRUE(brick.values);
+      }
+}
+
+} // namespace
+} // namespace bccsplat::test
