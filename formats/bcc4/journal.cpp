@@ -17,7 +17,7 @@ constexpr std::array<char, 8> mark{'B', 'C', 'C', '4', 'J', 'R', 'N', 'L'};
 constexpr uint32_t version = 2;
 constexpr size_t head_bytes = 16;
 constexpr uint64_t longest_text = uint64_t{1} << 20; // of an option
-constexpr size_t entry_bytes = 48;
+constexpr size_t journal_entry_bytes = 48;
 constexpr uint64_t most_bytes = uint64_t{1} << 30;
 
 std::vector<std::byte> payload_of(const WrittenSlab& s) {
@@ -40,7 +40,7 @@ WrittenSlab slab_of(std::span<const std::byte> payload) {
   s.slab = in.read<int32_t>(), s.at = unpacked(in.read<uint32_t>()), s.layers = in.read<int32_t>();
   const auto n = in.read<uint32_t>();
   s.clamped = in.read<uint64_t>();
-  if (in.remaining() != n * entry_bytes)
+  if (in.remaining() != n * journal_entry_bytes)
     fail(Code::corrupt, "journal: ", n, " chunks do not fit their record");
   s.chunks.resize(n);
   for (Bcc4Chunk& c : s.chunks) {

@@ -12,20 +12,16 @@
 #include "formats/bcc4/reader_state.h"
 
 namespace bccsplat {
-namespace {
-
-struct Extent {
-  uint64_t offset, end;
-};
-
-struct Totals {
-  uint64_t kept = 0, holes = 0;
-  uint32_t min_code = UINT32_MAX, max_code = 0;
-};
-
-} // namespace
 
 struct Bcc4Reader::State::Verification {
+  struct Extent {
+    uint64_t offset, end;
+  };
+  struct Totals {
+    uint64_t kept = 0, holes = 0;
+    uint32_t min_code = UINT32_MAX, max_code = 0;
+  };
+
   const Bcc4Reader& reader;
   const State& file;
   const Context& context;

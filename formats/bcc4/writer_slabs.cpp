@@ -13,7 +13,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr size_t batch_chunks = 256; // encoded together, which bounds the memory of a slab
+constexpr size_t chunks_at_once = 256; // encoded together, which bounds the memory of a slab
 
 // Returns the slots of which any layer keeps a site.
 std::vector<uint32_t> kept_slots(const Lattice4& lattice, std::span<const SampleLayer> layers) {
@@ -51,8 +51,8 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
   };
   WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
   const std::vector<uint32_t> slots = kept_slots(level.lattice, layers);
-  for (size_t first = 0; first < slots.size(); first += batch_chunks) {
-    std::vector<CodedChunk> batch(std::min(batch_chunks, slots.size() - first));
+  for (size_t first = 0; first < slots.size(); first += chunks_at_once) {
+    std::vector<CodedChunk> batch(std::min(chunks_at_once, slots.size() - first));
     context.tasks.parallel_for(batch.size(), [&](uint64_t i) {
       context.progress.check();
       batch[i] = encode(slots[first + i]);

@@ -18,45 +18,45 @@ namespace {
 
 thread_local bool inside_parallel_for = false;
 
-// One parallel_for under way; shared by the caller and the workers that help.
-struct Job {
-  Job(uint64_t n, const std::function<void(uint64_t)>& b) : count(n), body(b) {}
-  uint64_t count;
-  const std::function<void(uint64_t)>& body;
-  std::atomic<uint64_t> next{0};
-  std::atomic<bool> failed{false};
-  std::mutex mutex;
-  std::exception_ptr error;
-  int helpers = 0; // workers inside; guarded by the pool's mutex
-
-  [[nodiscard]] bool drained() const {
-    return failed.load(std::memory_order_relaxed) || next.load(std::memory_order_relaxed) >= count;
-  }
-
-  void run() {
-    const bool outer = std::exchange(inside_parallel_for, true);
-    while (!failed.load(std::memory_order_relaxed)) {
-      const uint64_t index = next.fetch_add(1, std::memory_order_relaxed);
-      if (index >= count) break;
-      run_one(index);
-    }
-    inside_parallel_for = outer;
-  }
-
-  void run_one(uint64_t index) {
-    try {
-      body(index);
-    } catch (...) {
-      const std::scoped_lock lock(mutex);
-      if (!error) error = std::current_exception();
-      failed.store(true, std::memory_order_relaxed);
-    }
-  }
-};
-
 } // namespace
 
 struct Tasks::Pool {
+  // One parallel_for under way; shared by the caller and the workers that help.
+  struct Job {
+    Job(uint64_t n, const std::function<void(uint64_t)>& b) : count(n), body(b) {}
+    uint64_t count;
+    const std::function<void(uint64_t)>& body;
+    std::atomic<uint64_t> next{0};
+    std::atomic<bool> failed{false};
+    std::mutex mutex;
+    std::exception_ptr error;
+    int helpers = 0; // workers inside; guarded by the pool's mutex
+
+    [[nodiscard]] bool drained() const {
+      return failed.load(std::memory_order_relaxed) || next.load(std::memory_order_relaxed) >= count;
+    }
+
+    void run() {
+      const bool outer = std::exchange(inside_parallel_for, true);
+      while (!failed.load(std::memory_order_relaxed)) {
+        const uint64_t index = next.fetch_add(1, std::memory_order_relaxed);
+        if (index >= count) break;
+        run_one(index);
+      }
+      inside_parallel_for = outer;
+    }
+
+    void run_one(uint64_t index) {
+      try {
+        body(index);
+      } catch (...) {
+        const std::scoped_lock lock(mutex);
+        if (!error) error = std::current_exception();
+        failed.store(true, std::memory_order_relaxed);
+      }
+    }
+  };
+
   std::mutex mutex;
   std::condition_variable wake, idle;
   std::vector<Job*> jobs; // under way, newest last
@@ -131,7 +131,7 @@ void Tasks::parallel_for(uint64_t count, const std::function<void(uint64_t)>& bo
     for (uint64_t i = 0; i < count; ++i) body(i);
     return;
   }
-  Job job(count, body);
+  Pool::Job job(count, body);
   if (runner_) {
     runner_(count, [&job](uint64_t index) {
       if (job.failed.load(std::memory_order_relaxed)) return;

@@ -15,10 +15,10 @@
 namespace bccsplat {
 namespace {
 
-constexpr double same_place = 1e-6; // index units: a point this close to a source sample is meant to be it
-constexpr uint64_t block_points = 4096; // of a task
-constexpr size_t bricks_at_hand = 64;   // of a task
-constexpr uint64_t frame_part = 4;      // of the cache is for frames, the rest for bricks
+constexpr double same_place = 1e-6;    // index units: a point this close to a source sample is meant to be it
+constexpr uint64_t task_points = 4096; // of a task
+constexpr size_t bricks_at_hand = 64;  // of a task
+constexpr uint64_t frame_part = 4;     // of the cache is for frames, the rest for bricks
 
 Int3 place(uint64_t voxel, const std::array<int64_t, 4>& n) {
   const auto v = static_cast<int64_t>(voxel);
@@ -251,10 +251,10 @@ uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<floa
     if (gradients.empty()) return;
     for (size_t a = 0; a < 4; ++a) gradients[i][a] += static_cast<float>(slope[a]);
   };
-  context.tasks.parallel_for((points.size() + block_points - 1) / block_points, [&](uint64_t b) {
+  context.tasks.parallel_for((points.size() + task_points - 1) / task_points, [&](uint64_t b) {
     context.progress.check();
     Lookup look(*this, attempts);
-    for (size_t i = b * block_points; i < std::min<size_t>(points.size(), (b + 1) * block_points); ++i) {
+    for (size_t i = b * task_points; i < std::min<size_t>(points.size(), (b + 1) * task_points); ++i) {
       if (!std::isnan(values[i])) {
         add(look, i);
         continue;

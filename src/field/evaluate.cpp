@@ -22,8 +22,8 @@
 namespace bccsplat {
 namespace {
 
-constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-constexpr size_t block = 512; // points handed to the inner loop at a time: one of its batches
+constexpr float no_value = std::numeric_limits<float>::quiet_NaN();
+constexpr size_t batch_points = 512; // points handed to the inner loop at a time: one of its batches
 
 struct HeldLayer {
   std::shared_ptr<const BrickLayer> layer;
@@ -107,16 +107,17 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
     if (attempts.waits()) continue;
     const Window& window = *made;
     const FootprintPlan plan({window.layers, &coefficients.kernel(), lattice.is_static()});
-    const uint64_t blocks = (group.end - group.begin + block - 1) / block;
+    const uint64_t blocks = (group.end - group.begin + batch_points - 1) / batch_points;
     std::atomic<uint64_t> done{0};
     context.tasks.parallel_for(blocks, [&](uint64_t b) {
       summing.advance(done.fetch_add(1, std::memory_order_relaxed), blocks);
-      std::array<Vec4, block> batch;
-      std::array<float, block> sums;
-      std::array<std::array<float, 4>, block> slopes;
-      std::array<uint8_t, block> none; // has no value
-      const uint64_t from = group.begin + b * block, count = std::min<uint64_t>(block, group.end - from);
-      std::array<uint64_t, block> at;
+      std::array<Vec4, batch_points> batch;
+      std::array<float, batch_points> sums;
+      std::array<std::array<float, 4>, batch_points> slopes;
+      std::array<uint8_t, batch_points> none; // has no value
+      const uint64_t from = group.begin + b * batch_points,
+                     count = std::min<uint64_t>(batch_points, group.end - from);
+      std::array<uint64_t, batch_points> at;
       const bool together = order.points_at(from, std::span(at).first(count));
       EvaluateMisses misses;
       misses.outside =
@@ -139,8 +140,8 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
       if (misses.outside + misses.holes > 0)
         for (uint64_t i = 0; i < count; ++i) {
           if (!none[i]) continue;
-          value[i] = nan_value;
-          if (slope) slope[i].fill(nan_value);
+          value[i] = no_value;
+          if (slope) slope[i].fill(no_value);
         }
       if (!together) {
         for (uint64_t i = 0; i < count; ++i) values[at[i]] = sums[i];
@@ -182,12 +183,12 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
   const std::array<FieldLayer, 2> layers{FieldLayer{&slice.coset[0]}, FieldLayer{&slice.coset[1]}};
   const FootprintPlan plan(
       {std::span(layers).first(static_cast<size_t>(slice.lattice.cosets())), &slice.kernel});
-  std::array<Vec4, block> batch;
-  std::array<float, block> sums;
-  std::array<std::array<float, 4>, block> slopes;
-  std::array<uint8_t, block> none;
-  for (size_t begin = 0; begin < points.size(); begin += block) {
-    const size_t count = std::min(block, points.size() - begin);
+  std::array<Vec4, batch_points> batch;
+  std::array<float, batch_points> sums;
+  std::array<std::array<float, 4>, batch_points> slopes;
+  std::array<uint8_t, batch_points> none;
+  for (size_t begin = 0; begin < points.size(); begin += batch_points) {
+    const size_t count = std::min(batch_points, points.size() - begin);
     for (size_t i = 0; i < count; ++i) {
       const Vec3& p = points[begin + i];
       const bool outside = !slice.inside(p), hole = !outside && slice.is_hole(p);
@@ -198,9 +199,9 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
     sum_footprints(plan, std::span(batch).first(count), sums.data(),
                    gradients.empty() ? nullptr : slopes.data());
     for (size_t i = 0; i < count; ++i) {
-      values[begin + i] = none[i] ? nan_value : slice.base + sums[i];
+      values[begin + i] = none[i] ? no_value : slice.base + sums[i];
       if (gradients.empty()) continue;
-      for (size_t a = 0; a < 3; ++a) gradients[begin + i][a] = none[i] ? nan_value : slopes[i][a];
+      for (size_t a = 0; a < 3; ++a) gradients[begin + i][a] = none[i] ? no_value : slopes[i][a];
     }
     for (size_t i = begin; slice.corrections && i < begin + count; ++i)
       misses.holes -= correct_point(slice, points[i], values[i], gradients.empty() ? nullptr : &gradients[i]);

@@ -10,7 +10,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr double same_place = 1e-6; // a point this close to one of the grid is meant to be it
+constexpr double same_point = 1e-6; // a point this close to one of the grid is meant to be it
 constexpr double rounding = 1e-9;   // sums of steps miss a whole index by less
 
 // Samples of one axis of a grid, by where they lie.
@@ -74,7 +74,7 @@ const float* SliceCorrections::set_at(const Vec3& uvw) const {
   Int3 at;
   for (size_t a = 0; a < 3; ++a) {
     const double p = uvw[a] - origin[a], near = std::nearbyint(p);
-    if (!(std::fabs(p - near) < same_place && near >= 0 && near < INT32_MAX)) return nullptr;
+    if (!(std::fabs(p - near) < same_point && near >= 0 && near < INT32_MAX)) return nullptr;
     at[a] = static_cast<int32_t>(near);
   }
   return set.find(at[0], at[1], at[2]);
@@ -102,7 +102,7 @@ void SliceCorrections::add_to_grid(const Vec3& from, const Vec3& step, const Int
   });
   set.each([&](const Int3& at, float value) {
     around(at, [&](size_t sample, const Vec3& d) {
-      const bool same = std::max({std::fabs(d[0]), std::fabs(d[1]), std::fabs(d[2])}) < same_place;
+      const bool same = std::max({std::fabs(d[0]), std::fabs(d[1]), std::fabs(d[2])}) < same_point;
       if (same && std::isnan(values[sample])) values[sample] = value;
     });
   });

@@ -18,7 +18,7 @@ namespace {
 
 using Tables = FrameHalver::Tables;
 
-constexpr auto cell_edge = CellRanges::edge;
+constexpr auto cell_edges = CellRanges::edge;
 constexpr int64_t run = 16; // samples of a brick along x, and of a cell
 // How far around a sample of the halved frame those of the frame are looked at, in its distances: two samples
 // to either side. What is left there is looked around once more when a level is resampled from it, so that
@@ -110,7 +110,7 @@ struct Job {
     std::array<int64_t, 2> found{INT64_MAX, 0};
     for (int64_t cx = 0; cx < cells.count()[0]; ++cx)
       if (!cells.cell[cells.index(cx, cy, cz)].air())
-        found = {std::min(found[0], cx * cell_edge[0]), std::min((cx + 1) * cell_edge[0], tables.from[0])};
+        found = {std::min(found[0], cx * cell_edges[0]), std::min((cx + 1) * cell_edges[0], tables.from[0])};
     return found;
   }
   [[nodiscard]] int64_t planes_held() const {
@@ -125,7 +125,7 @@ class Pass {
  public:
   explicit Pass(const Job& job)
       : job_(job), pitch_(padded(job.tables.to[0])), row_(padded(job.tables.from[0])),
-        planes_(job.planes_held()), rows_(cell_edge[1] * row_ + 32), filtered_(ny() * pitch_),
+        planes_(job.planes_held()), rows_(cell_edges[1] * row_ + 32), filtered_(ny() * pitch_),
         extended_(static_cast<size_t>(job.tables.row_end - job.tables.row_begin) + row_ + 64),
         sum_row_(pitch_), empty_rows_(ny()), ring_(static_cast<size_t>(planes_) * my() * pitch_),
         empty_(static_cast<size_t>(planes_) * my()), words_(static_cast<size_t>(job.tables.from[0]) / 64 + 2),
@@ -146,7 +146,7 @@ class Pass {
     for (int64_t k = begin; k < end; ++k) {
       context.progress.check();
       for (; next < inside[static_cast<size_t>(k)][1]; ++next) filter_plane(next);
-      if ((k - begin) % cell_edge[2] == 0) find_ranges(k);
+      if ((k - begin) % cell_edges[2] == 0) find_ranges(k);
       for (int64_t j = 0; j < job_.tables.to[1]; ++j) sum_row(j, k);
     }
   }
@@ -160,9 +160,9 @@ class Pass {
   void filter_plane(int64_t z) {
     const Tables& t = job_.tables;
     std::fill(plane_bits_.begin(), plane_bits_.end(), uint64_t{0});
-    for (int64_t y = 0; y < t.from[1]; y += cell_edge[1]) {
-      const int64_t end = std::min(y + cell_edge[1], t.from[1]);
-      const auto [low, high] = job_.span(y / cell_edge[1], z / cell_edge[2]);
+    for (int64_t y = 0; y < t.from[1]; y += cell_edges[1]) {
+      const int64_t end = std::min(y + cell_edges[1], t.from[1]);
+      const auto [low, high] = job_.span(y / cell_edges[1], z / cell_edges[2]);
       std::fill(empty_rows_.begin() + y, empty_rows_.begin() + end, low >= high);
       if (low < high) filter_rows({{low, y, z}, {high, end, z + 1}});
     }
@@ -214,7 +214,7 @@ class Pass {
     std::fill(rows_.begin(), rows_.end(), 0.0f);
     const auto pitch = static_cast<int64_t>(row_);
     job_.frame.read(job_.frame.boxes_in(region), region, rows_.data() + region.begin[0], pitch,
-                    pitch * cell_edge[1]);
+                    pitch * cell_edges[1]);
     if (job_.pivot != 0) // then nothing is air
       for (float& v : rows_) v -= job_.pivot;
     for (int64_t y = region.begin[1]; y < region.end[1]; ++y)
@@ -244,7 +244,7 @@ class Pass {
     const Tables& t = job_.tables;
     const auto reach = [&](size_t a, int64_t begin) {
       const auto& inside = t.axis[a].inside;
-      const int64_t end = std::min(begin + cell_edge[a], t.to[a]);
+      const int64_t end = std::min(begin + cell_edges[a], t.to[a]);
       std::array<int64_t, 2> found = inside[static_cast<size_t>(begin)];
       for (int64_t i = begin; i < end; ++i)
         found = {std::min(found[0], inside[static_cast<size_t>(i)][0]),
@@ -253,7 +253,7 @@ class Pass {
     };
     const auto z = reach(2, k);
     ranges_.clear();
-    for (int64_t j = 0; j < t.to[1]; j += cell_edge[1]) {
+    for (int64_t j = 0; j < t.to[1]; j += cell_edges[1]) {
       const auto y = reach(1, j);
       for (const Tables::BrickX& x : t.x)
         ranges_.push_back(job_.cells.range({{x.inside[0], y[0], z[0]}, {x.inside[1], y[1], z[1]}}));
@@ -269,7 +269,7 @@ class Pass {
     for (size_t i = static_cast<size_t>(k) * taps; i < (static_cast<size_t>(k) + 1) * taps; ++i)
       if (const size_t at = held(axis.sample[i]) + row; !empty_[at]) sum_.add(at, axis.table.weight[i]);
     float* out = job_.out.values.data() + static_cast<size_t>((k * t.to[1] + j) * t.to[0]);
-    const size_t cell_row = job_.out.cells.index(0, j / cell_edge[1], k / cell_edge[2]);
+    const size_t cell_row = job_.out.cells.index(0, j / cell_edges[1], k / cell_edges[2]);
     CellRanges::Cell* cells = &job_.out.cells.cell[cell_row];
     if (sum_.rows.empty()) {
       std::fill_n(out, t.to[0], 0.0f);
@@ -277,7 +277,7 @@ class Pass {
       return;
     }
     sum_.write(ring_.data(), pitch_, sum_row_.data());
-    const CellRanges::Cell* ranges = &ranges_[static_cast<size_t>(j / cell_edge[1]) * t.x.size()];
+    const CellRanges::Cell* ranges = &ranges_[static_cast<size_t>(j / cell_edges[1]) * t.x.size()];
     join(axis, static_cast<size_t>(k), t.from[2], near_.data(),
          [&](int64_t z) { return &held_bits_[(held(z) + row) * words_]; });
     for (size_t b = 0; b < t.x.size(); ++b)
@@ -375,7 +375,7 @@ HalvedFrame FrameHalver::halve(const Frame& frame, const CellRanges& cells, cons
   out.cells = CellRanges(n);
   const Job job{tables, frame, cells, ringing, pivot_of(cells), out};
   // Stretches of whole cells; each filters the planes around it anew.
-  const int64_t stretch = std::max<int64_t>(n[2] / context.tasks.threads() / 8 + 1, 2) * cell_edge[2];
+  const int64_t stretch = std::max<int64_t>(n[2] / context.tasks.threads() / 8 + 1, 2) * cell_edges[2];
   context.tasks.parallel_for(static_cast<uint64_t>((n[2] + stretch - 1) / stretch), [&](uint64_t i) {
     const Reservation memory(context.memory, Pass::bytes(job), "halving a frame");
     const int64_t begin = static_cast<int64_t>(i) * stretch;

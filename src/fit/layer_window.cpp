@@ -17,7 +17,7 @@ struct Prefilter {
   size_t stages = 0;
 };
 
-Prefilter prefilter_of(const Lattice4& lattice, const Kernel& kernel) {
+Prefilter prefilter_size(const Lattice4& lattice, const Kernel& kernel) {
   if (lattice.space.bcc) {
     const auto& stages = lattice.is_static() ? kernel.prefilter3 : kernel.prefilter4;
     return {prefilter_reach(stages).time, stages.size()};
@@ -58,19 +58,19 @@ const SampleLayer* LayerWindow::find(int32_t number) const {
 }
 
 int32_t prefilter_layers(const Lattice4& lattice, const std::string& kernel) {
-  return prefilter_of(lattice, make_kernel(kernel)).layers;
+  return prefilter_size(lattice, make_kernel(kernel)).layers;
 }
 
 int32_t layers_in_reach(const SampleSource& source, const std::string& kernel) {
   const Kernel k = make_kernel(kernel);
   const int32_t support = support_layers(source.lattice(), k);
-  return source.coefficient_kernel().empty() ? support + prefilter_of(source.lattice(), k).layers : support;
+  return source.coefficient_kernel().empty() ? support + prefilter_size(source.lattice(), k).layers : support;
 }
 
 uint64_t coefficient_cache_bytes(const SampleSource& source, const std::string& kernel) {
   const Lattice4& lattice = source.lattice();
   const bool filtered =
-      source.coefficient_kernel().empty() && prefilter_of(lattice, make_kernel(kernel)).stages > 0;
+      source.coefficient_kernel().empty() && prefilter_size(lattice, make_kernel(kernel)).stages > 0;
   const auto layers = static_cast<uint64_t>(2 * layers_in_reach(source, kernel) + 3);
   return BrickLayer(lattice.space, 0).brick_slots() * sizeof(Brick) * layers * (filtered ? 2 : 1);
 }

@@ -11,9 +11,9 @@
 namespace bccsplat {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double pitch = std::numbers::sqrt2; // of a coset, along every axis
-constexpr double step = 1.0 / 256;            // of the tables, cycles per T
+using std::numbers::pi;
+constexpr double coset_pitch = std::numbers::sqrt2; // of a coset, along every axis
+constexpr double step = 1.0 / 256;                  // of the tables, cycles per T
 constexpr double table_end = 8;
 
 double sinc(double x) { return std::abs(x) < 1e-8 ? 1 : std::sin(pi * x) / (pi * x); }
@@ -137,8 +137,8 @@ KernelSpectrum::KernelSpectrum(const Kernel& kernel) : beta_(kernel.time) {
     for (int a = -4; a <= 4; ++a)
       for (int b = -4; b <= 4; ++b)
         for (int c = -4; c <= 4; ++c) {
-          const std::array<double, 3> p{(a + 0.5 * coset) * pitch, (b + 0.5 * coset) * pitch,
-                                        (c + 0.5 * coset) * pitch};
+          const std::array<double, 3> p{(a + 0.5 * coset) * coset_pitch, (b + 0.5 * coset) * coset_pitch,
+                                        (c + 0.5 * coset) * coset_pitch};
           const double weight = phi.value(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
           if (weight != 0) sites_.push_back({coset, p, weight});
         }
@@ -182,7 +182,7 @@ double KernelSpectrum::symbol(const std::array<double, 4>& xi, int dimensions) c
     for (const int coset : {0, 1}) {
       double sum = 0;
       for (int k = -3; k <= 3; ++k) {
-        const double t = (k + 0.5 * coset) * pitch;
+        const double t = (k + 0.5 * coset) * coset_pitch;
         sum += beta_.value(t) * std::cos(2 * pi * xi[3] * t);
       }
       layers[static_cast<size_t>(coset)] = sum;

@@ -11,8 +11,8 @@
 namespace bccsplat {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double pitch = std::numbers::sqrt2;
+using std::numbers::pi;
+constexpr double site_pitch = std::numbers::sqrt2;
 
 // The additive recurrence of the generalised golden ratio, x^(d+1) = x + 1 (Roberts), which fills the unit
 // cube evenly.
@@ -51,7 +51,7 @@ WaveSample wave_sample(const KernelSpectrum& kernel, int dimensions, const std::
     time = kernel.time(xi[3]);
     time2 = {0, 0};
     for (int n = -far_time; n <= far_time; ++n) {
-      const double b = kernel.time(xi[3] + n / pitch);
+      const double b = kernel.time(xi[3] + n / site_pitch);
       time2[static_cast<size_t>(n & 1)] += b * b;
     }
   }
@@ -64,7 +64,7 @@ WaveSample wave_sample(const KernelSpectrum& kernel, int dimensions, const std::
     for (int b = -far; b <= far; ++b)
       for (int a = -far; a <= far; ++a) {
         if (a * a + b * b + c * c > far * far) continue;
-        const Vec3 k{xi[0] + a / pitch, xi[1] + b / pitch, xi[2] + c / pitch};
+        const Vec3 k{xi[0] + a / site_pitch, xi[1] + b / site_pitch, xi[2] + c / site_pitch};
         const double k2 = dot(k, k);
         const double phi = kernel.space(std::sqrt(k2));
         const double square = phi * phi * time2[static_cast<size_t>((a + b + c) & 1)];
@@ -119,13 +119,13 @@ std::vector<WaveSample> all_waves(const KernelSpectrum& kernel, int dimensions, 
     std::array<double, 4> xi{};
     int rest = i;
     for (size_t a = 0; a < static_cast<size_t>(dimensions); ++a, rest /= planes)
-      xi[a] = rest % planes / (4 * pitch);
+      xi[a] = rest % planes / (4 * site_pitch);
     waves.push_back(wave_sample(kernel, dimensions, xi));
   }
   Recurrence points(dimensions);
   while (waves.size() < count) {
     std::array<double, 4> xi = points.next();
-    for (double& x : xi) x /= pitch;
+    for (double& x : xi) x /= site_pitch;
     if (dimensions == 3) xi[3] = 0;
     waves.push_back(wave_sample(kernel, dimensions, xi));
   }

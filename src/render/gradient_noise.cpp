@@ -17,7 +17,7 @@ namespace {
 
 constexpr double gradient_sigmas = 3;
 // Voxels that an edge between the background and what is seen before it may have and still be a full surface.
-constexpr double edge = 3;
+constexpr double edge_voxels = 3;
 constexpr double sigma_per_step = 0.2887; // of rounding: 1 / sqrt(12)
 // Differences over a sample's distance, of values with a standard deviation of 1. Samples know of no waves
 // but those that are longer than two of them; with less than this f32 data glitter in drafts.
@@ -89,7 +89,7 @@ double ripple_noise(const Slice& slice, RenderMode mode, KernelForm form, bool w
 
 GradientNoise gradient_noise(const ValueSurvey& survey, double step, double threshold) {
   const double sigma = std::hypot(survey.noise, sigma_per_step * step, sigma_per_step * threshold);
-  const double most = contrast(survey) / (edge * surface_over_noise);
+  const double most = contrast(survey) / (edge_voxels * surface_over_noise);
   return {std::min(gradient_sigmas * sigma, most), 0};
 }
 

@@ -18,7 +18,7 @@ namespace {
 // raised with more taps, from more samples, or not at all. Two sheets per T hold what finer sheets of shaded
 // pictures need.
 constexpr RaiseFilter coarse{.taps = 6, .density = 1.49, .from = 1.35, .from_general = 1.2};
-constexpr RaiseFilter middle{.taps = 6, .density = 1.74, .from = 1.25, .from_general = 1.2};
+constexpr RaiseFilter medium{.taps = 6, .density = 1.74, .from = 1.25, .from_general = 1.2};
 constexpr RaiseFilter dense{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2};
 constexpr RaiseFilter close{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2, .depth = 2};
 constexpr RaiseFilter long_taps{.taps = 8, .density = 1.49, .from = 1.35, .from_general = 1.2};
@@ -31,7 +31,7 @@ constexpr QualitySettings draft{.sheet_step = 1,
                                 .flat_kernel = 0.5,
                                 .short_kernel = 0.5,
                                 .raise = coarse,
-                                .raise_unshaded = middle,
+                                .raise_unshaded = medium,
                                 .raise_surface = long_taps,
                                 .smooth_edges = false};
 constexpr QualitySettings normal{.sheet_step = 0.5,

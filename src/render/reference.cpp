@@ -16,12 +16,12 @@
 namespace bccsplat {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
 struct Pixel {
   Vec3 color{};
-  double alpha = 0, depth = infinity, value = nan_value, time = nan_value; // depth as a sheet number
+  double alpha = 0, depth = infinite, value = nan_value, time = nan_value; // depth as a sheet number
 };
 
 struct Ray {
@@ -140,21 +140,21 @@ Pixel xray(const Ray& ray, double k0, double k1, int64_t steps) {
 Pixel maximum(const Ray& ray, double k0, double k1, int64_t steps) {
   Pixel out;
   const double h = (k1 - k0) / static_cast<double>(steps);
-  double best = -infinity, best_k = 0;
+  double highest = -infinite, highest_k = 0;
   for (int64_t n = 0; n < steps; ++n) {
     const double k = k0 + (static_cast<double>(n) + 0.5) * h;
     const Vec3 p = ray.at(k);
     if (ray.hole(p)) continue;
     const double value = ray.field(p, nullptr);
-    if (value > best) best = value, best_k = k;
+    if (value > highest) highest = value, highest_k = k;
   }
-  if (best == -infinity) return out;
-  const Vec3 color = ray.scene.function.color(best);
-  const Shading lit = ray.lit(ray.at(best_k));
-  out.alpha = ray.scene.function.opacity(best);
+  if (highest == -infinite) return out;
+  const Vec3 color = ray.scene.function.color(highest);
+  const Shading lit = ray.lit(ray.at(highest_k));
+  out.alpha = ray.scene.function.opacity(highest);
   for (size_t c = 0; c < 3; ++c) out.color[c] = out.alpha * (color[c] * lit.scale[c] + lit.highlight[c]);
-  out.value = best, out.time = ray.time.at(ray.at(best_k));
-  if (out.alpha >= 0.5) out.depth = best_k;
+  out.value = highest, out.time = ray.time.at(ray.at(highest_k));
+  if (out.alpha >= 0.5) out.depth = highest_k;
   return out;
 }
 
@@ -176,7 +176,7 @@ double reference_step(const TransferFunction& function, const std::array<double,
     const OpacityPoint &a = function.opacities[n - 1], &b = function.opacities[n];
     if (a.opacity == b.opacity) continue;
     const double width = (b.value - a.value) / (bounds[1] - bounds[0]);
-    steepest = std::max(steepest, width > 0 ? std::fabs(b.opacity - a.opacity) / width : infinity);
+    steepest = std::max(steepest, width > 0 ? std::fabs(b.opacity - a.opacity) / width : infinite);
   }
   return steepest > 0 ? std::clamp(largest / steepest, finest_reference_step, default_reference_step)
                       : default_reference_step;

@@ -14,7 +14,7 @@ namespace bccsplat {
 namespace {
 
 // Reading the samples is about this share of a slice's work, for reports of progress.
-constexpr double read_end = 0.5;
+constexpr double read_share = 0.5;
 
 // Returns how many planes on either side of a position matter, for kernel and prefilter.
 int reach_planes(const Lattice4& lattice, const Kernel& kernel) {
@@ -60,7 +60,7 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   const auto start = std::chrono::steady_clock::now();
   const AxisPlanes p = planes_of(coefficients, axis, position, thickness);
   const double half = thickness.length / 2;
-  Progress reading(context.progress, 0, read_end), cutting(context.progress, read_end, 1);
+  Progress reading(context.progress, 0, read_share), cutting(context.progress, read_share, 1);
   const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last,
                               context.with(reading));
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),

@@ -19,7 +19,7 @@ namespace {
 constexpr uint64_t points_at_once = 1 << 20;
 // A slice is mended where it is off by more than this part of a step of the file's corrections.
 constexpr double mended_part = 1.0 / 32;
-constexpr double rounding = 1e-6; // index units: a point this far beyond an end of the domain is on it
+constexpr double end_tolerance = 1e-6; // index units: a point this far beyond an end of the domain is on it
 
 void set_corrections(Slice& slice, SliceCorrections&& made) {
   if (made.empty()) return;
@@ -57,7 +57,7 @@ class Mending {
       const double unit = slice.lattice_to_slice.linear[a][a];
       origin_[a] = slice.lattice_to_slice.offset[a] + unit * slice.domain_begin[a];
       const double length = unit * (slice.domain_end[a] - slice.domain_begin[a]);
-      dims_[a] = static_cast<int32_t>(std::floor(length + rounding)) + 1;
+      dims_[a] = static_cast<int32_t>(std::floor(length + end_tolerance)) + 1;
     }
     const Lattice4& lattice = coefficients.source().lattice();
     for (size_t a = 0; a < 4; ++a) end_[a] = lattice.domain_end(a);
@@ -97,8 +97,8 @@ class Mending {
       for (size_t a = 0; a < 4; ++a) {
         double p = slice_.origin[a];
         for (size_t k = 0; k < 3; ++k) p += slice_.basis[k][a] * uvw[k];
-        if (p < 0 && p > -rounding) p = 0;
-        if (p > end_[a] && p < end_[a] + rounding) p = end_[a];
+        if (p < 0 && p > -end_tolerance) p = 0;
+        if (p > end_[a] && p < end_[a] + end_tolerance) p = end_[a];
         points[i][a] = p;
       }
     }
@@ -143,7 +143,7 @@ void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t
     const auto w = static_cast<float>(weight);
     attempts.attempt([&] {
       if (w > 0) fix->each(f, [&](const Int3& p, float value) { push_images(lattice, {p, value * w}, add); });
-      if (t0 == t1 && std::fabs(t0 - at) < rounding)
+      if (t0 == t1 && std::fabs(t0 - at) < end_tolerance)
         fix->each_set(f, [&](const Int3& p, float value) { push_images(lattice, {p, value}, set); });
     });
   }

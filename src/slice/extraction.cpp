@@ -18,8 +18,8 @@ namespace bccsplat {
 namespace {
 
 constexpr double gaussian = 2; // per T^2
-constexpr double reach = 2;    // T: e^-8 of the peak
-constexpr float cell_edge = 2; // T
+constexpr double cutoff = 2;   // T: e^-8 of the peak
+constexpr float grid_edge = 2; // T
 
 // Returns the sum of exp(-2 |p - s|^2), |p - s| < 2, over all sites of D4*, by Poisson's formula: the mean,
 // with what lies beyond the reach left out, and the 24 shortest dual vectors (+-1, +-1, 0, 0) / sqrt2 and so
@@ -60,13 +60,13 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   directions_ = plane_axes(origin_, directions).basis;
 
   TouchReach touch;
-  for (size_t a = 0; a < 4; ++a) touch.samples[a] = reach / scale_[a];
+  for (size_t a = 0; a < 4; ++a) touch.samples[a] = cutoff / scale_[a];
   const TouchedSamples touched(source, h, touch);
   std::vector<Point> found;
   const double d = lattice.space.plane_distance();
   // Of a periodic series the layers beyond its ends are those at the other one.
   const auto beyond =
-      lattice.periodic ? static_cast<int32_t>(std::ceil(reach / lattice.layer_distance())) : 0;
+      lattice.periodic ? static_cast<int32_t>(std::ceil(cutoff / lattice.layer_distance())) : 0;
   for (int32_t m = -beyond; m < lattice.layers() + beyond; ++m) {
     context.progress.advance(static_cast<uint64_t>(m + beyond),
                              static_cast<uint64_t>(lattice.layers() + 2 * beyond));
@@ -83,7 +83,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
         Vec4 p{at(0, s % brick_edge), at(1, s / brick_edge % brick_edge), at(2, s / brick_rows),
                kernel_time_of_layer(lattice, m)};
         const double distance = height(plane, p);
-        if (!(std::fabs(distance) < reach)) continue;
+        if (!(std::fabs(distance) < cutoff)) continue;
         Point point;
         for (size_t a = 0; a < 4; ++a) p[a] -= origin_[a];
         for (size_t k = 0; k < 3; ++k) point.at[k] = static_cast<float>(dot4(p, directions_[k]));
@@ -101,7 +101,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
     for (const Point& p : found)
       for (size_t k = 0; k < 3; ++k)
         low_[k] = std::min(low_[k], p.at[k]), high[k] = std::max(high[k], p.at[k]);
-    for (size_t k = 0; k < 3; ++k) cells_[k] = 1 + static_cast<int>((high[k] - low_[k]) / cell_edge);
+    for (size_t k = 0; k < 3; ++k) cells_[k] = 1 + static_cast<int>((high[k] - low_[k]) / grid_edge);
   }
   start_.resize(
       static_cast<size_t>(cells_[0]) * static_cast<size_t>(cells_[1]) * static_cast<size_t>(cells_[2]) + 1);
@@ -120,7 +120,7 @@ std::array<double, 2> Extraction::bounds() const {
 size_t Extraction::cell(const std::array<float, 3>& at) const {
   size_t index = 0;
   for (size_t k = 3; k-- > 0;)
-    index = index * static_cast<size_t>(cells_[k]) + static_cast<size_t>((at[k] - low_[k]) / cell_edge);
+    index = index * static_cast<size_t>(cells_[k]) + static_cast<size_t>((at[k] - low_[k]) / grid_edge);
   return index;
 }
 
@@ -131,9 +131,9 @@ float Extraction::value(const Vec4& p) const {
   std::array<int, 3> first, last;
   for (size_t k = 0; k < 3; ++k) {
     at[k] = static_cast<float>(dot4(offset, directions_[k]));
-    const auto r = static_cast<float>(reach);
-    first[k] = std::max(0, static_cast<int>(std::floor((at[k] - r - low_[k]) / cell_edge)));
-    last[k] = std::min(cells_[k] - 1, static_cast<int>(std::floor((at[k] + r - low_[k]) / cell_edge)));
+    const auto r = static_cast<float>(cutoff);
+    first[k] = std::max(0, static_cast<int>(std::floor((at[k] - r - low_[k]) / grid_edge)));
+    last[k] = std::min(cells_[k] - 1, static_cast<int>(std::floor((at[k] + r - low_[k]) / grid_edge)));
   }
   double sum = 0;
   for (int z = first[2]; z <= last[2]; ++z)
@@ -146,7 +146,7 @@ float Extraction::value(const Vec4& p) const {
         const Point& point = points_[i];
         const float x = at[0] - point.at[0], v = at[1] - point.at[1], w = at[2] - point.at[2];
         const float r2 = x * x + v * v + w * w;
-        if (r2 + point.d2 < static_cast<float>(reach * reach))
+        if (r2 + point.d2 < static_cast<float>(cutoff * cutoff))
           sum += static_cast<double>(point.weighted * std::exp(-static_cast<float>(gaussian) * r2));
       }
     }

@@ -18,7 +18,7 @@ namespace {
 
 // Cutting is about this share of the work on a slice that is corrected afterwards, for reports of progress.
 constexpr double mend_begin = 0.7;
-constexpr double rounding = 1e-9; // index units: a hyperplane this far beyond an end still touches it
+constexpr double touch_tolerance = 1e-9; // index units: a hyperplane this far beyond an end still touches it
 
 void check_options(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice) {
   if (!(o.thickness.length >= 0 && std::isfinite(o.thickness.length)))
@@ -47,7 +47,7 @@ Way choose_way(const Coefficients& coefficients, const Hyperplane& h, const Hype
   const bool is_time = cut && cut->axis == 3;
   check_options(options, is_time, lattice);
   const double end = cut ? lattice.domain_end(cut->axis) : 0;
-  const bool inside = cut && cut->position >= -rounding && cut->position <= end + rounding;
+  const bool inside = cut && cut->position >= -touch_tolerance && cut->position <= end + touch_tolerance;
   if (is_time && !inside && !lattice.is_static())
     fail(Code::out_of_domain, "slice: frame ", cut->position, " is outside the series, 0 to ", end);
   const bool own_density = options.spacing == 0 || (is_time && options.spacing == 1);

@@ -14,6 +14,7 @@
 #include "fit/holes.h"
 #include "fit/site_axis.h"
 #include "formats/bcc4/coding/codes.h"
+#include "store/journal_options.h"
 #include "store/part_report.h"
 #include "store/series_part.h"
 
@@ -172,10 +173,6 @@ namespace {
 
 template<class... What> [[noreturn]] void refuse_other(const std::string& path, const What&... what) {
   fail(Code::wrong_state, path, ": ", what..., "; import all anew");
-}
-
-const char* name_of(LatticeKind kind) {
-  return kind == LatticeKind::d4star ? "D4*" : kind == LatticeKind::bcc ? "BCC" : "CC";
 }
 
 std::string stored_text(const VolumeInfo& info) {

@@ -15,10 +15,6 @@ template<class List> std::string list_of(const List& values) {
   return out;
 }
 
-const char* name_of(LatticeKind kind) {
-  return kind == LatticeKind::d4star ? "D4*" : kind == LatticeKind::bcc ? "BCC" : "CC";
-}
-
 const char* name_of(NonFinite rule) {
   return rule == NonFinite::error ? "refused" : rule == NonFinite::hole ? "holes" : "clamped";
 }
@@ -51,6 +47,10 @@ void add_part(const WriterSettings& s, JournalOptions& out) {
 }
 
 } // namespace
+
+const char* name_of(LatticeKind kind) {
+  return kind == LatticeKind::d4star ? "D4*" : kind == LatticeKind::bcc ? "BCC" : "CC";
+}
 
 JournalOptions journal_options(const WriterSettings& s, const std::string& kernel, int32_t lead,
                                const Int3& planes) {

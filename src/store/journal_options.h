@@ -16,4 +16,6 @@ namespace bccsplat {
 [[nodiscard]] JournalOptions journal_options(const WriterSettings& settings, const std::string& kernel,
                                              int32_t lead, const Int3& planes);
 
+[[nodiscard]] const char* name_of(LatticeKind kind);
+
 } // namespace bccsplat

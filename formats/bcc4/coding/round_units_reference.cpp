@@ -9,7 +9,7 @@ namespace {
 
 // Calls body for the rows inside the domain, in coding order, with cells for the errors of their sites.
 // Beyond the chunk there are none: other chunks are rounded on their own.
-template<class Body> void for_rows(const ChunkShape& shape, const Body& body) {
+template<class Body> void for_unit_rows(const ChunkShape& shape, const Body& body) {
   std::vector<double> cells(3 * layer_cells);
   const auto layer_at = [&](int m) { return cells.data() + (m % 3) * layer_cells; };
   for (int m = 0; m < shape.layers; ++m) {
@@ -30,7 +30,7 @@ template<class Body> void for_rows(const ChunkShape& shape, const Body& body) {
 
 void round_units_reference(const ChunkShape& shape, std::span<const Brick* const> bricks,
                            const UnitRounding& how, std::span<LayerUnits> units) {
-  for_rows(shape, [&](const Row<double>& row) {
+  for_unit_rows(shape, [&](const Row<double>& row) {
     const auto m = static_cast<size_t>(row.layer);
     if (!bricks[m]) return;
     std::array<const double*, max_taps> taps;

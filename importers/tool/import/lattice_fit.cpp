@@ -26,7 +26,7 @@ constexpr size_t kGlance = 16;
 constexpr double kSurely = 3;
 // More sites than asked for count as so much more error: errors fall more slowly with them.
 constexpr double kOfDensity = 4;
-constexpr double kRounding = 1e-9;
+constexpr double kSameDistance = 1e-9;
 
 // A wave along one axis, beside a lattice.
 struct AxisWave {
@@ -96,7 +96,7 @@ class CartesianWaves {
     for (size_t a = 0; a < 4; ++a)
       for (size_t k = 0; k < spectrum.count(a); ++k) {
         Sums& sums = axes_[a].emplace_back();
-        if (std::fabs(distances[a] - 1) < kRounding)
+        if (std::fabs(distances[a] - 1) < kSameDistance)
           sums = {1, 1, 1}; // the samples themselves
         else
           for (const AxisWave& wave : waves_of(spectrum.frequency(a, k), distances[a])) add(wave, sums);

@@ -13,7 +13,7 @@
 namespace bcc4 {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kSameSteps = 1e-9;
 
 // Is a whole number of layers, or of planes, a turn of n samples?
 bool turns(const LatticeShape& s, size_t axis, uint64_t n) {
@@ -51,11 +51,11 @@ double last_plane(const LatticeShape& s, size_t axis, uint64_t n) {
     const double period = is_bcc(s) ? 2 : 1;
     return std::max(2.0, period * std::ceil(static_cast<double>(n) /
                                                 (period * s.scales[axis] * plane_distance(s)) -
-                                            kRounding)) -
+                                            kSameSteps)) -
            1;
   }
   return std::max(1.0,
-                  std::ceil(static_cast<double>(n - 1) / (s.scales[axis] * plane_distance(s)) - kRounding));
+                  std::ceil(static_cast<double>(n - 1) / (s.scales[axis] * plane_distance(s)) - kSameSteps));
 }
 
 bool is_source_grid(const LatticeShape& s) { return has_source_planes(s) && has_source_frames(s); }
@@ -109,7 +109,7 @@ double site_density(const LatticeShape& s, const std::array<uint64_t, 4>& dims) 
 LatticeShape cubic_lattice(int32_t lattice, double density, const std::array<uint64_t, 4>& dims) {
   LatticeShape s{lattice, {1, 1, 1, 1}};
   double distance = even_distance(lattice, density, dims);
-  if (std::fabs(distance - 1) < kRounding) distance = 1;
+  if (std::fabs(distance - 1) < kSameSteps) distance = 1;
   for (size_t a = 0; a < 4; ++a)
     if (dims[a] > 1) s.scales[a] = distance;
   return s;

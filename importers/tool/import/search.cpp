@@ -36,7 +36,7 @@ constexpr double kAim = 0.04;
 // A lattice that begins with so many times the bytes of the best coding so far is not searched further.
 constexpr double kHopelessBytes = 1.3;
 constexpr double kLeastDensity = 0.004, kMostDensity = 1.5;
-constexpr double kSpread = 12; // an even spread of width q has the mean square q^2 / 12
+constexpr double kEvenSpread = 12; // an even spread of width q has the mean square q^2 / 12
 constexpr double kTimeScales[] = {8, 6, 4, 3, 2.5, 2, 1.5, 1.25};
 constexpr double kGoodPsnr = 45.5; // dB that any time scale may keep
 constexpr double kLostPsnr = 3;    // or dB that it may lose against scale 1
@@ -151,9 +151,9 @@ class BoundSearch {
       double gain = 1;
       if (rounded && c < rounded->coding.steps.size() && rounded->coding.steps[c].step > 0) {
         const double step = rounded->coding.steps[c].step;
-        gain = std::clamp((rounded->mean_squares[c] - lattice) * kSpread / (step * step), 0.05, 4.0);
+        gain = std::clamp((rounded->mean_squares[c] - lattice) * kEvenSpread / (step * step), 0.05, 4.0);
       }
-      wanted.push_back(std::sqrt(kSpread * std::max(0.0, allowed - lattice) / gain));
+      wanted.push_back(std::sqrt(kEvenSpread * std::max(0.0, allowed - lattice) / gain));
     }
     return whole_steps(wanted, series_, settings_, scans_);
   }

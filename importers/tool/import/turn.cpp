@@ -14,8 +14,8 @@ namespace {
 
 constexpr uint64_t kFewestFrames = 6;
 constexpr uint64_t kFewestColumns = 16;
-constexpr uint64_t kPairs = 6;       // of frames one apart, and half a series apart
-constexpr uint64_t kPlanesSeen = 16; // of a frame
+constexpr uint64_t kPairs = 6;           // of frames one apart, and half a series apart
+constexpr uint64_t kPlanesCompared = 16; // of a frame
 
 // Some planes of the frames of a channel; a frame is read once.
 class Planes {
@@ -43,7 +43,7 @@ class Planes {
     stop_if_interrupted();
     const Frame values = reader_.read(frame, channel_);
     std::vector<double> plane(dims_[0] * dims_[1]);
-    const uint64_t step = std::max<uint64_t>(1, dims_[2] / kPlanesSeen);
+    const uint64_t step = std::max<uint64_t>(1, dims_[2] / kPlanesCompared);
     for (uint64_t z = step / 2; z < dims_[2]; z += step) {
       gather_plane(values, dims_, z, air_, plane.data());
       held.insert(held.end(), plane.begin(), plane.end());
@@ -78,7 +78,7 @@ class Columns {
     const Frame values = reader.read(dims_[3] / 2, channel);
     const double air = reader.description().channels[channel].air;
     std::vector<double> plane(dims_[0] * dims_[1]);
-    const uint64_t step = std::max<uint64_t>(1, dims_[2] / kPlanesSeen);
+    const uint64_t step = std::max<uint64_t>(1, dims_[2] / kPlanesCompared);
     for (uint64_t z = step / 2; z < dims_[2]; z += step) {
       gather_plane(values, dims_, z, air, plane.data());
       values_.insert(values_.end(), plane.begin(), plane.end());

@@ -22,7 +22,6 @@ constexpr int tile_edge = 2 * RaySearch::square; // pixels
 // Sheet numbers that rays count by stay well below 2^24.
 constexpr int64_t most_sheets = 1 << 23;
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 
 // Whether the lattice has a field, and cells, all over what is drawn.
@@ -48,7 +47,7 @@ class TilePlanes {
   void begin(int x, int y, int width, int height) {
     tile.x = x, tile.y = y, tile.width = width, tile.height = height;
     std::fill_n(plane(0), 4 * pixels, 0.0f);
-    std::fill_n(plane(4), pixels, infinity);
+    std::fill_n(plane(4), pixels, std::numeric_limits<float>::infinity());
     if (value_) std::fill_n(plane(5), pixels, nan_value);
     if (time_) std::fill_n(plane(6), pixels, nan_value);
   }

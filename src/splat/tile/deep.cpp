@@ -12,7 +12,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float unbounded = std::numeric_limits<float>::infinity();
 // Of pixels that are never finished. What passes less than 1/100 is a float of the opacity to within 6e-6 of
 // itself.
 constexpr float opaque_front = 0.99f;
@@ -44,7 +44,7 @@ DeepSample DeepTile::sample_between(const Sum& before, const Sum& after, float f
 }
 
 void DeepTile::start_run(Run& run, float front) {
-  constexpr Bounds any{-infinity, infinity};
+  constexpr Bounds any{-unbounded, unbounded};
   run.front = run.back = front;
   run.before = run.after;
   run.extinction = any;
@@ -70,7 +70,7 @@ void DeepTile::limit_run(Run& run, const DeepSample& whole) const {
     b.low = std::max(b.low, low), b.high = std::min(b.high, high);
   };
   narrow(run.extinction, -std::log(passes + off) / length,
-         passes > off ? -std::log(passes - off) / length : infinity);
+         passes > off ? -std::log(passes - off) / length : unbounded);
   const auto color = colors(whole);
   for (size_t c = 0; c < 3; ++c)
     narrow(run.color[c], (color[c] - off) / whole.alpha, (color[c] + off) / whole.alpha);

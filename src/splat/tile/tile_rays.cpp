@@ -93,7 +93,7 @@ class RowCuts {
 
 TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile& tile, int pitch,
                    float* planes, PixelPlanes& out) {
-  constexpr float infinity = std::numeric_limits<float>::infinity();
+  constexpr float never = std::numeric_limits<float>::infinity();
   const auto count = plane_size(pitch, tile.height);
   float *const enter = planes, *const leave = planes + count, *const path = planes + 2 * count;
   float *const vx = planes + 3 * count, *const vy = planes + 4 * count, *const vz = planes + 5 * count;
@@ -126,15 +126,15 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
     cuts.row(column, j, first, last);
     for (size_t x = 0; x < width; ++x) {
       const bool meets = first[x] < last[x];
-      enter[p + x] = meets ? static_cast<float>(first[x]) : infinity;
-      leave[p + x] = meets ? static_cast<float>(last[x]) : -infinity;
+      enter[p + x] = meets ? static_cast<float>(first[x]) : never;
+      leave[p + x] = meets ? static_cast<float>(last[x]) : -never;
       low = std::min(low, meets ? first[x] : infinite), high = std::max(high, meets ? last[x] : -infinite);
       rays.open += meets ? 1 : 0;
     }
     if (view.perspective)
       for (size_t x = 0; x < width; ++x) set_direction(ray + column[x] * ray_i + j * ray_j, p + x);
-    std::fill(enter + p + width, enter + p + row, infinity);
-    std::fill(leave + p + width, leave + p + row, -infinity);
+    std::fill(enter + p + width, enter + p + row, never);
+    std::fill(leave + p + width, leave + p + row, -never);
     for (float* const plane : {path, vx, vy, vz}) std::fill(plane + p + width, plane + p + row, 0.0f);
   }
   if (rays.open > 0) rays.low = low, rays.high = high;
