@@ -9,7 +9,8 @@ install_missing "${build_packages[@]}"
 
 build=$top/build out=$top/out
 cmake -S "$top" -B "$build" -G Ninja "${launchers[@]}" -DCMAKE_BUILD_TYPE=Release -DBCCSPLAT_BUILD_TESTS=OFF \
-  -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_TOOL=ON -DBCCSPLAT_WITH_OPENVDB=ON -DBCCSPLAT_WITH_IMAGE=ON
+  -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_TOOL=ON -DBCCSPLAT_WITH_OPENVDB=ON -DBCCSPLAT_WITH_IMAGE=ON \
+  -DCMAKE_UNITY_BUILD=ON
 cmake --build "$build"
 bcc4=$build/importers/bcc4
 

@@ -9,7 +9,7 @@ install_missing "${build_packages[@]}" "${test_packages[@]}"
 build=$top/build-tests
 cmake -S "$top" -B "$build" -G Ninja "${launchers[@]}" -DCMAKE_BUILD_TYPE=Release -DBCCSPLAT_WERROR=ON \
   -DBCCSPLAT_BUILD_TESTS=ON -DBCCSPLAT_BUILD_TOOL=ON -DBCCSPLAT_WITH_OPENVDB=ON -DBCCSPLAT_WITH_IMAGE=ON \
-  -DBCCSPLAT_BUILD_EXAMPLES=ON -DBCCSPLAT_BUILD_BENCH=ON -DBCCSPLAT_SANITIZE=
+  -DBCCSPLAT_BUILD_EXAMPLES=ON -DBCCSPLAT_BUILD_BENCH=ON -DBCCSPLAT_SANITIZE= -DCMAKE_UNITY_BUILD=ON
 cmake --build "$build"
 cd "$build"
 exec ctest --output-on-failure -j "$(nproc)"
