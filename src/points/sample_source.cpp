@@ -1,11 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "points/sample_source.h"
 
+#include <utility>
+
+#include "base/would_block.h"
+
 namespace bccsplat {
+
+BrickBox bricks_on(const Lattice3& lattice, const PlaneRange& planes) {
+  BrickBox box;
+  if (planes.first < 0 || planes.last > lattice.last[planes.axis]) return box;
+  const int planes_per_brick = brick_edge * lattice.cosets();
+  box.begin[planes.axis] = planes.first / planes_per_brick;
+  box.end[planes.axis] = planes.last / planes_per_brick + 1;
+  return box;
+}
 
 void SampleSource::read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<BrickLayer>& take) const {
-  for (const int32_t m : layers) take(m, read_layer(channel, m, region, context));
+  Attempts attempts;
+  for (const int32_t m : layers) {
+    BrickLayer layer;
+    if (attempts.attempt([&] { layer = read_layer(channel, m, region, context); })) take(m, std::move(layer));
+  }
+  attempts.throw_if_waiting();
+}
+
+void SampleSource::read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
+                               const Context& context, const TakeLayer<BrickLayer>& take) const {
+  read_layers(channel, layers, bricks_on(lattice().space, planes), context, take);
 }
 
 void SampleSource::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,

@@ -47,6 +47,14 @@ struct BrickBox {
   return box;
 }
 
+// Planes first .. last across an axis of space, of every coset, counted as Lattice3::plane does.
+struct PlaneRange {
+  size_t axis = 0;
+  int32_t first = 0, last = INT32_MAX;
+};
+// The bricks that have sites on these planes; of a range that goes beyond an end all of them.
+[[nodiscard]] BrickBox bricks_on(const Lattice3& lattice, const PlaneRange& planes);
+
 class SampleSource {
  public:
   virtual ~SampleSource() = default;
@@ -69,7 +77,10 @@ class SampleSource {
   template<class Layer> using TakeLayer = std::function<void(int32_t layer, Layer&& read)>;
   virtual void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
                            const Context& context, const TakeLayer<BrickLayer>& take) const;
-  // Does the same in the form that takes least memory.
+  // Hands over what layers have on these planes; what they have elsewhere may be there or not.
+  virtual void read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
+                           const Context& context, const TakeLayer<BrickLayer>& take) const;
+  // Hands over layers in the form that takes least memory.
   virtual void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                             const Context& context, const TakeLayer<SampleLayer>& take) const;
   // The kernel whose coefficients are stored, or empty for samples.

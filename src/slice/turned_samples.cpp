@@ -4,9 +4,9 @@
 #include "slice/turned_samples.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "base/error.h"
-#include "base/would_block.h"
 
 namespace bccsplat {
 namespace {
@@ -117,27 +117,20 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
     if (!layers_.emplace(plane, BrickLayer(lattice_.space, lattice_.coset(plane))).second) continue;
     planes.push_back({plane, OpenBricks(layers_.at(plane).brick_slots())});
   }
-  BrickBox region;
-  const int sites_per_brick = brick_edge * lattice.layer_period();
-  if (first >= 0 && last <= lattice_.last_layer) {
-    region.begin[axis] = std::max(0, first - 1) / sites_per_brick;
-    region.end[axis] = last / sites_per_brick + 1;
-  }
-  Attempts attempts;
-  for (int32_t m = 0; m < lattice.layers(); ++m) {
-    context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(lattice.layers()));
-    const int coset = lattice.coset(m);
-    BrickLayer layer;
-    if (!attempts.attempt([&] { layer = source.read_layer(channel, m, region, context); })) continue;
-    const int time_site = site_of(lattice.space, coset, m);
+  std::vector<int32_t> all(static_cast<size_t>(lattice.layers()));
+  std::iota(all.begin(), all.end(), 0);
+  const PlaneRange range{axis, first, last};
+  uint64_t read = 0;
+  source.read_planes(channel, all, range, context, [&](int32_t m, BrickLayer&& layer) {
+    context.progress.advance(++read, all.size());
+    const int coset = lattice.coset(m), time_site = site_of(lattice.space, coset, m);
     context.tasks.parallel_for(planes.size(), [&](uint64_t p) {
       Plane& plane = planes[p];
       if (lattice.coset(plane.number) != coset) return;
       copy_plane(layer, axis, site_of(lattice.space, coset, plane.number), layers_.at(plane.number),
                  time_site, plane.bricks);
     });
-  }
-  attempts.throw_if_waiting();
+  });
   uint64_t bytes = 0;
   for (Plane& plane : planes) {
     BrickLayer& layer = layers_.at(plane.number);

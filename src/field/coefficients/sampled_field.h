@@ -3,6 +3,8 @@
 // and axis slices, whose prefilters start from samples, read them in place of those of a file.
 #pragma once
 
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,14 @@ class SampledField final : public SampleSource {
   float base(int channel) const override { return stored_.base(channel); }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
+  // Each stored layer is read once for all of these.
+  void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                   const Context& context, const TakeLayer<BrickLayer>& take) const override;
+  void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                    const Context& context, const TakeLayer<SampleLayer>& take) const override;
+  // Sums at these planes alone, of the stored planes that the kernel reaches from there.
+  void read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
+                   const Context& context, const TakeLayer<BrickLayer>& take) const override;
   const std::string& coefficient_kernel() const override { return none_; }
 
   // A coefficient's share of a sample: of the layer `layer` further on, at sites this many planes away.
@@ -34,6 +44,16 @@ class SampledField final : public SampleSource {
   };
 
  private:
+  // What is summed: the sites of a region that lie on some planes.
+  struct Wanted {
+    BrickBox region;
+    PlaneRange planes;
+  };
+  void read(int channel, std::span<const int32_t> layers, const Wanted& wanted, const BrickBox& stored,
+            const Context& context, const TakeLayer<BrickLayer>& take) const;
+  [[nodiscard]] BrickLayer make(int32_t layer, const Wanted& wanted,
+                                const std::map<int32_t, BrickLayer>& stored, const Context& context) const;
+
   const SampleSource& stored_;
   std::vector<Tap> taps_; // by layer
   float prune_;

@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
 
 #include "field/evaluate.h"
 #include "fit/layer_window.h"
@@ -93,6 +96,100 @@ TEST(SampledField, OfARegion) {
       EXPECT_EQ(all.brick(s)->value, some.brick(s)->value);
     }
   }
+}
+
+// Counts what is asked for.
+class Asked final : public SampleSource {
+ public:
+  explicit Asked(const SampleSource& from) : from_(from) {}
+  const Lattice4& lattice() const override { return from_.lattice(); }
+  int channels() const override { return from_.channels(); }
+  float air(int channel) const override { return from_.air(channel); }
+  const std::string& coefficient_kernel() const override { return from_.coefficient_kernel(); }
+  BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
+                        const Context& context) const override {
+    ++times[layer];
+    box = region;
+    // What is outside the region is absent, as it is of a file.
+    BrickLayer read = from_.read_layer(channel, layer, {}, context);
+    for (size_t s = 0; s < read.brick_slots(); ++s)
+      if (!region.contains(read.slot_position(s))) read.set(s, nullptr);
+    return read;
+  }
+  mutable std::map<int32_t, int> times;
+  mutable BrickBox box;
+
+ private:
+  const SampleSource& from_;
+};
+
+// Layers that are asked for together are what they are one by one, and every stored layer is read once.
+TEST(SampledField, LayersTogether) {
+  TestContext context;
+  for (const bool periodic : {false, true}) {
+    const Lattice4 lattice =
+        Lattice4::fit(LatticeKind::d4star, {20, 17, 19, 8}, {1, 1, 1, 1}, 0, {0, 0, 0}, periodic);
+    const LayerWindow stored = noise_coefficients(lattice, "default");
+    const Asked asked(stored);
+    const SampledField sampled(asked, make_kernel("default"), 0);
+    const std::vector<int32_t> layers{0, 1, 2, 5, 9, 6};
+    std::vector<std::pair<int32_t, BrickLayer>> together;
+    sampled.read_layers(0, layers, {}, context.get(),
+                        [&](int32_t m, BrickLayer&& layer) { together.emplace_back(m, std::move(layer)); });
+    ASSERT_EQ(together.size(), layers.size());
+    for (const auto& [m, count] : asked.times) EXPECT_EQ(count, 1) << "layer " << m;
+    for (size_t i = 0; i < layers.size(); ++i) {
+      EXPECT_EQ(together[i].first, layers[i]);
+      const BrickLayer alone = sampled.read_layer(0, layers[i], {}, context.get());
+      for (size_t s = 0; s < alone.brick_slots(); ++s) {
+        ASSERT_EQ(alone.brick(s) != nullptr, together[i].second.brick(s) != nullptr);
+        if (alone.brick(s)) {
+          EXPECT_EQ(alone.brick(s)->value, together[i].second.brick(s)->value);
+        }
+      }
+    }
+  }
+}
+
+// Sites on the planes asked for have the values they have in all of the layer; of what is stored only the
+// bricks are read that these depend on.
+TEST(SampledField, OnPlanes) {
+  TestContext context;
+  struct Case {
+    PlaneRange planes;
+    int32_t begin, end; // bricks read along the axis, of D4*
+  };
+  for (const auto kind : {LatticeKind::d4star, LatticeKind::cc})
+    for (const bool turning : {false, true}) {
+      const AxisFlags axes{turning, turning, turning};
+      const Lattice4 lattice = Lattice4::fit(kind, {70, 40, 50, 5}, {1, 1, 1, 1}, 0, {0, 0, 0}, false, axes);
+      const LayerWindow stored = noise_coefficients(lattice, "default");
+      const Asked asked(stored);
+      const Kernel own = lattice.space.bcc ? make_kernel("default") : make_cc_kernel("default").kernel;
+      const SampledField sampled(asked, own, 0);
+      for (const auto& [planes, begin, end] :
+           {Case{{0, 40, 55}, 1, 2}, Case{{0, 30, 50}, 0, 2}, Case{{0, 0, 5}, 0, 1}, Case{{1, 36, 39}, 1, 2},
+            Case{{2, 10, 29}, 0, 1}, Case{{2, 10, 31}, 0, 2}, Case{{0, 33, 33}, 0, 2}}) {
+        const std::vector<int32_t> layers{2, 3};
+        sampled.read_planes(0, layers, planes, context.get(), [&](int32_t m, BrickLayer&& some) {
+          const BrickLayer all = SampledField(stored, own, 0).read_layer(0, m, {}, context.get());
+          const Int3 n = all.dims();
+          const size_t a = planes.axis;
+          for (int z = 0; z < n[2]; ++z)
+            for (int y = 0; y < n[1]; ++y)
+              for (int x = 0; x < n[0]; ++x) {
+                const int32_t plane = lattice.space.plane(all.coset(), Int3{x, y, z}[a]);
+                if (plane >= planes.first && plane <= planes.last) {
+                  ASSERT_EQ(some.value(x, y, z), all.value(x, y, z));
+                }
+              }
+        });
+        if (kind == LatticeKind::d4star && !turning) {
+          EXPECT_EQ(asked.box.begin[planes.axis], begin);
+          EXPECT_EQ(asked.box.end[planes.axis], end);
+        }
+      }
+    }
 }
 
 } // namespace
