@@ -41,8 +41,8 @@ Held held_by_import(uint32_t frames) {
 }
 
 // Eight frames in reach of the filter take 17 bytes a voxel, fourteen layers of samples of two bytes in reach
-// of the prefilter 14, a slab of codes up to 4; what tiles of coefficients and their planes take is much of so
-// small a frame. Samples as floats are 13 more, another slab of coefficients 8.
+// of the prefilter 14, a slab of codes up to 4; what tiles of coefficients and their planes take is much of
+// so small a frame. Samples as floats are 13 more, another slab of coefficients 8.
 TEST(ImportMemory, AVoxelOfCoefficientsTakesSamplesInReach) {
   const Held held = held_by_import(22);
   EXPECT_LT(held.largest, 52);
