@@ -20,7 +20,7 @@ class AppendSink {
   AppendSink(std::unique_ptr<ByteSink> sink, uint64_t position)
       : sink_(std::move(sink)), position_(position) {}
 
-  // Where the next bytes go, behind those that are held.
+  // Returns where the next bytes go, behind those that are held.
   [[nodiscard]] uint64_t position() const { return position_; }
 
   void append(std::span<const std::byte> bytes) {

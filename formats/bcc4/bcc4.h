@@ -115,7 +115,7 @@ struct Bcc4Limits {
   // Damaged chunks, and all chunks that a damaged index page may have listed, read as holes instead of
   // failing.
   bool salvage = false;
-  // So does what cannot be read.
+  // What cannot be read counts as holes, too.
   bool salvage_unreadable = false;
 };
 
@@ -161,11 +161,11 @@ class Bcc4Reader {
   [[nodiscard]] uint64_t bytes_read() const;
   // Returns up to how many unwanted bytes between two wanted ones are read with them.
   [[nodiscard]] uint64_t merge_gap() const;
-  // Whether it was opened to salvage what can be decoded.
+  // Returns whether it was opened to salvage what can be decoded.
   [[nodiscard]] bool salvages() const;
-  // Whether it goes on without what failed in this way: damage, or, if the limits say so, unreadable bytes.
+  // Returns whether it goes on without what failed so: damage, or, if the limits say so, unreadable bytes.
   [[nodiscard]] bool goes_without(const Error& failure) const;
-  // Whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
+  // Returns whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
   [[nodiscard]] bool root_damaged() const;
 
   // The chunks of one slab in `region`, by rising slot. Reads the index pages of the slab that are not
@@ -194,7 +194,7 @@ class Bcc4Reader {
   // Returns the corrections of a source frame that are in one block; empty where there are none. Neither
   // these nor those below are cached; when salvaging, damaged ones are left out.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
-  // Those in bricks: the table of a frame, by rising brick, and one of its bricks, with voxels of the brick.
+  // Return corrections in bricks: the table of a frame, by rising brick, and the voxels of one of its bricks.
   [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
   [[nodiscard]] ResidualList corrections(int channel, const CorrectionBrick& brick) const;
   // Calls body for each run of samples that are missing in a source frame. Damage throws, also when

@@ -7,12 +7,12 @@
 
 namespace bccsplat {
 
-// Whether bytes were asked for in vain.
+// Returns whether bytes were asked for in vain.
 [[nodiscard]] inline bool is_unreadable(Code code) {
   return code == Code::io_error || code == Code::permission_denied || code == Code::file_not_found;
 }
 
-// Whether bytes were read and are not what a file holds.
+// Returns whether bytes were read and are not what a file holds.
 [[nodiscard]] inline bool is_damage(Code code) {
   return !is_unreadable(code) && code != Code::would_block && code != Code::cancelled &&
          code != Code::out_of_memory && code != Code::memory_budget && code != Code::internal;

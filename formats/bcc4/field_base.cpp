@@ -14,22 +14,22 @@ namespace {
 
 float middle(const Range& values) { return static_cast<float>(values.low / 2 + values.high / 2); }
 
-// How much further down or up all values are; 0 where some are on either side.
+// Returns how much further down or up all values are; 0 where some are on either side.
 double distance(float air, const Range& values) {
   const auto at = static_cast<double>(air);
   return std::max({values.low - at, at - values.high, 0.0});
 }
 
-// Whether air is further from all values of a range than `times` their distance from each other.
+// Returns whether air is further from all values of a range than `times` their distance from each other.
 bool is_far(float air, const Range& values, double times) {
   const bool floats = std::max(std::fabs(values.low), std::fabs(values.high)) <=
                       static_cast<double>(std::numeric_limits<float>::max()); // not so in a damaged file
   return floats && distance(air, values) > times * (values.high - values.low);
 }
 
-// Whether sites that are left out are missing data.
+// Returns whether sites that are left out are missing data.
 bool leaves_out_missing(const VolumeInfo& info, const ChannelInfo& channel) {
-  // Of a part what other parts hold is left out as well.
+  // What other parts of the series hold is left out of a part as well.
   return channel.sites_kept > 0 && !channel.masks.empty() && !info.part &&
          is_far(channel.air, channel.source_range, 1) &&
          distance(channel.air, channel.source_range) > static_cast<double>(channel.threshold);

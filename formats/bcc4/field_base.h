@@ -23,10 +23,10 @@ struct StoredValues {
   Range all, most; // most: nine tenths
   float median = 0;
 };
-// Whether air is further from all values than they are from each other, or eight times as far from most.
+// Returns whether air is further from all values than these are apart, or eight times as far from most.
 [[nodiscard]] bool is_far(float air, const StoredValues& values);
 
-// Whether nearly all sites are stored, so that a base among them is worth more than air that is exact.
+// Returns whether nearly all sites are stored: then a base among them is worth more than exact air.
 [[nodiscard]] bool nearly_all(uint64_t kept, uint64_t sites);
 
 struct FieldBase {

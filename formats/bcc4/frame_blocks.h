@@ -34,7 +34,7 @@ class FrameBlocks {
   [[nodiscard]] uint64_t correction_bytes() const { return correction_bytes_; }
 
  private:
-  // By frame.
+  // The blocks of a channel, by frame.
   struct Channel {
     std::vector<BlockRef> residuals, tables; // of corrections
     std::vector<BlockRef> masks;

@@ -36,7 +36,7 @@ struct ResidualInfo {
   // Version 3 (record 11): the tables of frames, likewise; `frames` then has samples to set only.
   bool local = false;
   CorrectionShape shape = CorrectionShape::tent;
-  // Of the field that they correct (field_base.h); none: air.
+  // The base of the field that they correct (field_base.h); none: air.
   std::optional<float> base;
   std::vector<BlockRef> tables;
   [[nodiscard]] bool any() const { return !frames.empty() || !tables.empty(); }
@@ -177,7 +177,7 @@ struct VolumeInfo : StoredLattice {
   std::optional<TailInfo> tail;                                // none: no sample was clamped
   std::optional<PartInfo> part;                                // none: a whole file
   std::optional<CountsInfo> counts; // none: of samples, of layers, or too short to have lasting slabs
-  // Of a series that is being written, or was left unfinished, of which dims[3] frames can be looked at.
+  // The series is being written, or was left unfinished; dims[3] of its frames can be looked at.
   bool unfinished = false;
   uint32_t expected_frames = 0; // what its writer was made for; 0: finished, or not known
 

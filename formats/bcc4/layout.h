@@ -54,7 +54,7 @@ struct PackedBlock {
   BlockRef ref;                 // without its offset
   std::vector<std::byte> bytes; // ref.padded() of them
 };
-// With progress it throws Code::cancelled soon after a cancel.
+// Compresses a block. With progress it throws Code::cancelled soon after a cancel.
 [[nodiscard]] PackedBlock pack_block(std::span<const std::byte> decoded, Progress* progress = nullptr);
 // Decodes a block after checking its checksum, padding and size. `bytes` are ref.padded() of them.
 [[nodiscard]] std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::byte> bytes,

@@ -125,7 +125,7 @@ void write_counts(ByteWriter& out, const CountsInfo& counts) {
                      [](const ChannelInfo& c) { return !c.masks.empty(); });
 }
 
-// Whether the record of whole frames says anything that record 11 does not.
+// Returns whether the record of whole frames says anything that record 11 does not.
 [[nodiscard]] bool has_residual_record(const VolumeInfo& info) {
   const bool local = any_local(info);
   return std::any_of(info.channels.begin(), info.channels.end(), [&](const ChannelInfo& c) {

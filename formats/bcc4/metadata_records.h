@@ -35,7 +35,7 @@ inline void write_range(ByteWriter& out, const Range& r) {
   return r;
 }
 
-// Where the field is: metadata_lattice.cpp.
+// Writes where the field is: metadata_lattice.cpp.
 void write_lattice(ByteWriter& out, const VolumeInfo& info);
 void read_lattice(ByteReader& in, VolumeInfo& info);
 void write_levels(ByteWriter& out, const std::vector<LevelInfo>& list);
@@ -47,7 +47,7 @@ void read_world(ByteReader& in, VolumeInfo& info);
 void write_time(ByteWriter& out, const TimeMap& t);
 void read_time(ByteReader& in, TimeMap& t);
 
-// What is stored of it: metadata_channel.cpp.
+// Writes what is stored of a channel: metadata_channel.cpp.
 void write_channel(ByteWriter& out, const ChannelInfo& c);
 // Returns the code of air, which can be checked once the rest is known to be sound.
 [[nodiscard]] uint32_t read_channel(ByteReader& in, ChannelInfo& c);

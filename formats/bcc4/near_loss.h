@@ -14,7 +14,7 @@ namespace bccsplat {
 
 class NearLoss {
  public:
-  // Of a file that stores coefficients of a kernel.
+  // The file stores coefficients of this kernel.
   NearLoss(const std::string& coefficient_kernel, const Lattice4& lattice);
 
   // Layers up to this far from a lost one have points that miss it.

@@ -25,7 +25,7 @@ struct PartWrite {
   int32_t slab = 0;       // the slab itself, or the one that completed what the corrections depend on
   int64_t frame = chunks; // of the corrections, or of the mask
   int level = 0;          // of chunks
-  // By trigger and channel; masks first, then coarse levels before finer ones; by slab and frame.
+  // Orders by trigger and channel; masks first, coarse levels before finer ones; by slab and frame.
   auto operator<=>(const PartWrite& other) const { return order() <=> other.order(); }
   bool operator==(const PartWrite&) const = default;
 

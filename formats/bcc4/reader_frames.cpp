@@ -45,7 +45,7 @@ ResidualList Bcc4Reader::State::corrections(int channel, const CorrectionBrick& 
 
 namespace {
 
-// What read() returns; nothing where it fails on what a salvaged file goes without.
+// Returns what read() returns; nothing where it fails on what a salvaged file goes without.
 template<class Read> auto read_or_leave(const Bcc4Reader& reader, const Read& read) -> decltype(read()) {
   try {
     return read();

@@ -83,7 +83,7 @@ struct Bcc4Reader::State {
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
   [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
   [[nodiscard]] ResidualList corrections(int channel, const CorrectionBrick& brick) const;
-  // Where the pages of a slab begin and end in the directory.
+  // Returns where the pages of a slab begin and end in the directory.
   [[nodiscard]] std::pair<size_t, size_t> pages_of(const ChannelLevel& at, int32_t slab) const;
   [[nodiscard]] std::shared_ptr<const Page> load_page(size_t index) const; // not cached
   [[nodiscard]] std::shared_ptr<const Page> page(size_t index) const;

@@ -33,7 +33,7 @@ uint32_t filled_layers(const ChunkData& data) {
   return bits;
 }
 
-// Of a layer within its slab.
+// Returns the bit of a layer within its slab.
 uint32_t layer_bit(const StoredLattice& info, int32_t layer) {
   return uint32_t{1} << (layer % info.slab_layers);
 }
@@ -65,7 +65,7 @@ class Bcc4Samples::HeldChunk {
   }
 
   [[nodiscard]] bool lost() const { return lost_; }
-  // Whether these layers, a bit each, are here or air.
+  // Returns whether these layers, a bit each, are here or air.
   [[nodiscard]] bool has(uint32_t layers) const { return data_ || (layers & gone_) == 0; }
   // The codes of all layers; null where they are held layer by layer.
   [[nodiscard]] const ChunkData* data() const { return data_.get(); }
@@ -294,7 +294,7 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
 
 void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<SampleLayer>& take) const {
-  // Of coefficients damage takes more than its bricks, and sites that are not stored have no codes.
+  // Damage takes more of coefficients than its bricks, and sites that are not stored have no codes.
   if ((reader_->salvages() && !coefficient_kernel().empty()) ||
       (to_ == RelativeTo::base && reader_->absent(channel) != 0))
     return SampleSource::read_samples(channel, layers, region, context, take);

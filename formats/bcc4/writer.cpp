@@ -18,7 +18,7 @@ namespace {
          a.lattice.lead == b.lattice.lead && a.lattice.periodic == b.lattice.periodic;
 }
 
-// Whether two infos agree in what may not change once samples are written.
+// Returns whether two infos agree in what may not change once samples are written.
 [[nodiscard]] bool same_coding(const VolumeInfo& a, const VolumeInfo& b) {
   if (a.channels.size() != b.channels.size() || a.levels.size() != b.levels.size()) return false;
   for (int l = 0; l < a.level_count(); ++l) {

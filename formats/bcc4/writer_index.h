@@ -70,7 +70,7 @@ class WriterIndex {
   [[nodiscard]] PageRef append_page(const Stream& s, size_t first);
   void drop_shown(Stream& s);
   void turn(Stream& s);
-  // For what VolumeInfo says of a channel at a level.
+  // Adds to what VolumeInfo says of a channel at a level.
   template<class Counts> static void add_counts(const Stream& s, Counts& out);
 
   AppendBlock append_;

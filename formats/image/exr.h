@@ -24,7 +24,7 @@ struct ExrChannel {
   size_t row_floats = 0;   // distance of neighbouring rows
 };
 
-// Where the picture was taken from. Matrices act on row vectors from the left, x' = x M, row by row.
+// The camera of the picture. Matrices act on row vectors from the left, x' = x M, row by row.
 struct ExrView {
   std::array<double, 16> world_to_camera{}; // camera space: x right, y up, z forward (left-handed)
   std::array<double, 16> world_to_ndc{};    // (0, 0) the upper left, (1, 1) the lower right corner

@@ -19,7 +19,7 @@ requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std:
   char buffer[24];
   out.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
 }
-// Whether people write a number out that came as `text`: 100000, not 1e+05.
+// Returns whether people write a number out that came as `text`: 100000, not 1e+05.
 [[nodiscard]] bool written_out(double value, std::string_view text);
 // Appends the shortest form that reads back as the same number, without an exponent where people use none.
 template<std::floating_point F> void append_text(std::string& out, F value) {

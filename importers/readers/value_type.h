@@ -76,7 +76,7 @@ template<class T> void store_as(double value, std::byte* at);
 }
 void widen_values(std::span<std::byte> values, Type type);
 
-// Whether values of that byte order must be swapped on this machine.
+// Returns whether values of that byte order must be swapped on this machine.
 [[nodiscard]] inline bool needs_swap(bool big_endian) {
   return big_endian != (std::endian::native == std::endian::big);
 }

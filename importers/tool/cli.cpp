@@ -62,7 +62,7 @@ Option Command::add_text(const std::string& names, const std::string& type, cons
 
 namespace {
 
-// What the user may have meant by an argument nothing takes.
+// Returns what the user may have meant by an argument nothing takes.
 std::string unknown_argument(const Command& tool, const Command* chosen, const std::string& argument) {
   std::vector<std::string> names;
   if (argument.starts_with("-")) {

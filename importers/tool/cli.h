@@ -23,11 +23,11 @@ namespace bcc4 {
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
-  // What help calls its value.
+  // Sets what help calls its value.
   Option type_name(const std::string& name) const;
   // The heading that help puts it under.
   Option group(const std::string& heading) const;
-  // How many values it takes; -1: any number.
+  // Sets how many values it takes; -1: any number.
   Option expected(int least, int most) const;
 
  private:
@@ -54,7 +54,7 @@ class Command {
 
   Command add_command(const std::string& name, const std::string& help) const;
   Option add_flag(const std::string& names, bool& target, const std::string& help) const;
-  // Of text, a list of it, or a number.
+  // The value is text, a list of texts, or a number.
   template<class Value>
   Option add_option(const std::string& names, Value& target, const std::string& help) const;
   using Read = std::function<void(const std::string& text)>;
@@ -75,7 +75,7 @@ class CommandLine {
   // Returns the name of the command that was given; "": none. Nothing where help or the version was asked
   // for, which are then printed.
   [[nodiscard]] std::optional<std::string> parse(int argc, char** argv);
-  // What --help prints.
+  // Returns what --help prints.
   [[nodiscard]] std::string help_text() const;
 
  private:

@@ -53,7 +53,7 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
 }
 [[nodiscard]] bccsplat_channel_info channel_info(const Volume& volume, uint32_t channel);
 [[nodiscard]] bccsplat_level_info level_info(const Volume& volume, uint32_t level);
-// By name or number.
+// Finds a channel by its name or number.
 [[nodiscard]] uint32_t find_channel(const Volume& volume, const std::string& name);
 
 [[nodiscard]] const char* value_type_name(int32_t type);

@@ -8,7 +8,7 @@
 namespace bcc4 {
 
 void catch_interrupts();
-// For the options of whatever may take long; null before catch_interrupts.
+// Returns the token for the options of whatever may take long; null before catch_interrupts.
 [[nodiscard]] bccsplat_cancel_token* interrupt_token();
 [[nodiscard]] bool interrupted();
 inline void stop_if_interrupted() {

@@ -91,7 +91,7 @@ class Users {
   std::atomic<int> count_{0};
 };
 
-// For the length of a call. The handle is checked, too.
+// Keeps a handle to one call for the length of the call. The handle is checked, too.
 template<class Handle> class Alone {
  public:
   Alone(Handle* handle, const char* name) : handle_(handle) {
@@ -153,7 +153,7 @@ struct bccsplat_cancel_token : bccsplat::api::Object<bccsplat::api::Kind::cancel
 
 namespace bccsplat::api {
 
-// That of an options struct, which may be null.
+// The token of an options struct, which may be null.
 using Token = Ref<bccsplat_cancel_token>;
 [[nodiscard]] inline Token read_token(bccsplat_cancel_token* token) {
   if (token) require(token, "cancel_token");
@@ -190,8 +190,8 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   // volume. They come with the file's masks, and at level 0 under the file's own kernel with its corrections.
   [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name,
                                                            uint32_t level = 0) const;
-  // Those of some bricks alone, or all. Kept until others are asked for, so that a series plays in a box as
-  // it does in all of it; not longer than the volume.
+  // Returns the coefficients of some bricks alone, or all. They are kept until others are asked for, so that
+  // a series plays in a box as it does in all of it; not longer than the volume.
   [[nodiscard]] std::shared_ptr<const bccsplat::Coefficients>
   coefficients(uint32_t channel, const char* kernel_name, uint32_t level,
                const bccsplat::BrickBox& region) const;

@@ -89,7 +89,7 @@ TransferFunction own_look(const bccsplat_slice& slice, RenderMode mode) {
   return look_function(survey_values(counts), Look::automatic, mode);
 }
 
-// Of the volume's own voxels at every level, so that levels are lit alike.
+// Returns the noise at the volume's own voxels whatever the level, so that levels are lit alike.
 GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>& asked) {
   const double voxel = mean_voxel(slice.slice);
   if (asked) return per_length({*asked, 0}, voxel);
@@ -128,7 +128,7 @@ void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context
   scene.combine = renderer.combine;
 }
 
-// What the picture shows, for the attributes of an EXR.
+// Returns what the picture shows, for the attributes of an EXR.
 std::vector<std::pair<std::string, std::string>> describe_picture(const bccsplat_slice& slice,
                                                                   const RenderStats& stats) {
   std::string plane;

@@ -14,7 +14,7 @@ namespace bccsplat::api {
 // The hyperplane of the call: in normal form, or spanned by the options' basis, whose axes go into `options`.
 [[nodiscard]] Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane,
                                          const bccsplat_slice_options& o, HypersliceOptions& options);
-// Of a slice of extracted points; throws unsupported for what these do not take.
+// Translates the options of a slice of extracted points; throws unsupported for what these do not take.
 [[nodiscard]] PlaneOptions extraction_options(const HypersliceOptions& o);
 
 } // namespace bccsplat::api

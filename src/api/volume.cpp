@@ -19,7 +19,7 @@ static_assert(sizeof(Vec4) == 4 * sizeof(double) && sizeof(std::array<float, 4>)
 
 namespace {
 
-// Of the cache, at most, for each channel that has some.
+// The largest parts of the cache that corrections and masks take, for each channel that has some.
 constexpr uint64_t corrections_part = 8, masks_part = 16;
 constexpr uint64_t budget_parts = 4; // caches that nobody chose take one of these (default_cache_bytes)
 
@@ -33,8 +33,8 @@ TimeAxis time_axis(const VolumeInfo& info) {
   return TimeAxis(std::move(times));
 }
 
-// Of a cache of level 0: a level has an eighth of the sites of the one before, in bricks that are not all
-// full.
+// Returns a level's share of the cache of level 0: a level has an eighth of the sites of the one before, in
+// bricks that are not all full.
 uint64_t cache_of_level(uint64_t bytes, uint32_t level) { return bytes >> (2 * level); }
 
 // The kernel a caller named, or the file's: stored coefficients fix it, else its recommendation, else the

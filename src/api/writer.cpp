@@ -33,7 +33,7 @@ bccsplat_status create(bccsplat_device* device, const char* path, const bccsplat
   });
 }
 
-// Whether the last element of an array lies where no address can be.
+// Returns whether the last element of an array lies where no address can be.
 bool runs_over(const bccsplat_box& box) {
   constexpr auto memory = static_cast<int64_t>(memory_end);
   int64_t reach = 0;

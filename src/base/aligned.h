@@ -19,7 +19,7 @@ template<class T> class AlignedArray {
     data_.reset(static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{64})));
     capacity_ = count;
   }
-  // As reserve, but the first `used` elements are kept.
+  // Grows as reserve does, but the first `used` elements are kept.
   void grow(size_t count, size_t used) {
     if (count <= capacity_) return;
     AlignedArray larger;

@@ -18,8 +18,8 @@ class CancelToken {
   void reset() noexcept { state_.fetch_and(~set); }
   [[nodiscard]] bool cancelled() const noexcept { return state_.load(std::memory_order_relaxed) & set; }
 
-  // How often it was cancelled so far: a call that remembers it at its begin hears of a cancel that has been
-  // reset since.
+  // Returns how often it was cancelled so far: a call that remembers it at its begin hears of a cancel that
+  // has been reset since.
   [[nodiscard]] uint64_t cancels() const noexcept {
     return state_.load(std::memory_order_relaxed) / one_cancel;
   }

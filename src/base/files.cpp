@@ -78,7 +78,7 @@ class FileSource final : public ByteSource {
     if (file_.get() < 0) fail_errno(path, "open", errno);
     if (!S_ISREG(look().st_mode)) fail(Code::io_error, path, ": not a regular file");
   }
-  // That of the moment: a file that is being written grows.
+  // Returns the size of the moment: a file that is being written grows.
   uint64_t size() const override { return static_cast<uint64_t>(look().st_size); }
   const std::string& name() const override { return name_; }
   void read_at(uint64_t offset, std::span<std::byte> out) const override {

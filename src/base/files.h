@@ -24,7 +24,7 @@ class ByteSource {
   virtual void read_at(uint64_t offset, std::span<std::byte> out) const = 0;
   // Up to so many unwanted bytes between two wanted ones are read along.
   [[nodiscard]] virtual uint64_t merge_gap() const { return usual_merge_gap; }
-  // What the source is called in error texts.
+  // Returns what the source is called in error texts.
   [[nodiscard]] virtual const std::string& name() const = 0;
 };
 

@@ -9,7 +9,7 @@ namespace bccsplat {
 
 void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
 #ifdef MADV_HUGEPAGE
-  // Not granted, it is as it would have been. What is left of a page at the end stays in small ones.
+  // If refused, the memory is as it would have been. The rest of a page at the end stays in small ones.
   (void)madvise(memory, bytes / large_page * large_page, MADV_HUGEPAGE);
 #endif
 }

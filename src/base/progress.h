@@ -25,7 +25,7 @@ class Progress {
  public:
   using Callback = std::function<int(double fraction)>;
   Progress() = default;
-  // With count_stages advance() reports; else it only checks.
+  // With count_stages advance() reports; else it only checks for a cancel.
   explicit Progress(Callback callback, bool count_stages = false)
       : callback_(std::move(callback)), counts_(count_stages) {}
   // The part from begin to end of another Progress, which must outlive it: a stage's [0, 1] is mapped to it.
@@ -37,8 +37,8 @@ class Progress {
   void watch(const CancelToken* token) {
     if (token) tokens_.at(watched_++) = {token, token->cancels()};
   }
-  // For an object that makes several calls with one Progress: a call begins. Cancels of tokens before it
-  // count no more; throws Code::cancelled where a token stands cancelled.
+  // Begins a call of an object that makes several with one Progress. Cancels of tokens before it count no
+  // more; throws Code::cancelled where a token stands cancelled.
   void begin_call() {
     for (Watched& w : std::span(tokens_).first(watched_)) {
       w.cancels_before = w.token->cancels();

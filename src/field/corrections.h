@@ -34,7 +34,7 @@ class Corrections {
 
   // Appends where all corrections of a frame stand; missing: but those that are cached. Reads its table.
   void list_reads(int64_t frame, bool missing, std::vector<ByteRange>& out) const;
-  // How many samples of the series have one, as far as the file is whole.
+  // Returns how many samples of the series have one, as far as the file is whole.
   [[nodiscard]] uint64_t count() const;
 
   // Adds to values, and gradients per index unit (empty, or one per point), at points (x, y, z, t) of index

@@ -31,7 +31,7 @@ struct HeldLayer {
 };
 using HeldLayers = std::map<int32_t, HeldLayer>;
 
-// Those of the windows from base0 to base1, first and last.
+// Returns the layers, first and last, of the windows from base0 to base1.
 std::array<int32_t, 2> window_layers(const Lattice4& lattice, const Kernel& kernel, int32_t base0,
                                      int32_t base1) {
   if (lattice.is_static()) return {0, lattice.last_layer};
@@ -66,7 +66,7 @@ struct Window {
     }
   }
 
-  // Of each coset the layer nearest in time decides, as it does in a time slice.
+  // The layer of each coset that is nearest in time decides, as it does in a time slice.
   [[nodiscard]] bool is_hole(const Vec4& p) const {
     std::array<const FieldLayer*, 2> nearest{};
     for (const FieldLayer& l : layers) {

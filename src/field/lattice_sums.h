@@ -25,7 +25,7 @@ struct LatticeSum {
   double value = 1;
   Vec3 gradient{}; // per lattice unit
 };
-// Of the kernel without its prefilter, at any point, from the sites themselves.
+// Sums the kernel without its prefilter over the sites themselves, at any point.
 [[nodiscard]] LatticeSum lattice_sum_at(const RadialKernel& kernel, bool bcc, const Vec3& p);
 
 // The same from a table of an eighth of a cell, of which the others are mirror images; by the fine table the
@@ -82,7 +82,7 @@ class KeptLatticeSums {
   std::map<size_t, Kept> kept_; // by cells
 };
 
-// Those of a slice, fine, of its own kernel; null where its field has no ripple, or corrections that know of
+// Returns the fine sums of a slice's kernel; null where its field has no ripple, or corrections that know of
 // it. kept: where they are looked for and left; null: they are made anew.
 [[nodiscard]] std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice,
                                                               KeptLatticeSums* kept = nullptr);

@@ -30,7 +30,7 @@ inline constexpr double nearest_rounding = 1e-9;
   // What is cut off is the fraction: it is not negative.
   return static_cast<int64_t>(std::clamp(position + 0.5 + nearest_rounding, 0.0, static_cast<double>(n - 1)));
 }
-// Of a periodic axis, on which points may be anywhere; what is further off than 1e15 is no place of a series.
+// Returns the sample at any position on a periodic axis; what is further off than 1e15 is no place of it.
 [[nodiscard]] int64_t counted_sample(double position);
 // The same, as the one of its n samples that it is.
 [[nodiscard]] inline int64_t turned_sample(double position, int64_t n) {
@@ -53,8 +53,8 @@ class FrameMask {
   void add(uint64_t begin, uint64_t end); // voxels
   void count_blocks();                    // once all are added: within() answers from then on
 
-  // Of the samples first .. last, both included and in range: of a few rows exactly, else as the blocks they
-  // touch tell.
+  // Tells of the samples first .. last, both included and in range: of a few rows exactly, else as the blocks
+  // they touch tell.
   [[nodiscard]] Missing within(const std::array<int64_t, 3>& first, const std::array<int64_t, 3>& last) const;
 
   [[nodiscard]] bool at(const std::array<int64_t, 3>& sample) const {
@@ -68,13 +68,13 @@ class FrameMask {
   // Blocks of 8 samples along each axis, the last ones cut off.
   static constexpr int64_t block_edge = 8;
   [[nodiscard]] static std::array<int64_t, 3> blocks_of(const std::array<int64_t, 3>& samples);
-  // How many samples are missing in the blocks below (bx, by, bz), which may be as many as there are.
+  // Returns how many samples are missing in the blocks below (bx, by, bz), which may be as many as there are.
   [[nodiscard]] uint64_t& before(int64_t bx, int64_t by, int64_t bz);
   [[nodiscard]] uint64_t before(int64_t bx, int64_t by, int64_t bz) const;
   [[nodiscard]] size_t before_at(int64_t bx, int64_t by, int64_t bz) const;
   [[nodiscard]] Missing within_blocks(const std::array<int64_t, 3>& first,
                                       const std::array<int64_t, 3>& last) const;
-  // At most 64 samples of a row along x, the first one in the lowest bit.
+  // Returns at most 64 samples of a row along x, the first one in the lowest bit.
   [[nodiscard]] uint64_t row_bits(const std::array<int64_t, 3>& first, int64_t count) const;
 
   std::array<int64_t, 3> n_, blocks_;
@@ -94,13 +94,13 @@ class Masks {
   [[nodiscard]] int64_t nearest(double position, size_t axis) const;
   // The frame of a moment; of a periodic series counted on beyond its ends.
   [[nodiscard]] int64_t counted_frame(double moment) const;
-  // Of a periodic series the number may be counted on. Null: nothing is missing. Of a file that is salvaged a
-  // damaged mask is that of the nearest frame whose mask is whole; where none is, nothing counts as missing.
+  // The number may be counted on in a periodic series. Null: nothing is missing. In a file that is salvaged
+  // the nearest whole mask stands in for a damaged one; where none is whole, nothing counts as missing.
   [[nodiscard]] FrameMaskPtr frame(int64_t counted) const;
   // Appends where the masks of counted frames stand; missing: but those that are held. The read of masks
   // that two frames share is listed twice.
   void list_reads(int64_t first, int64_t last, bool missing, std::vector<ByteRange>& out) const;
-  // How many samples of the series are missing, as far as the file is whole.
+  // Returns how many samples of the series are missing, as far as the file is whole.
   [[nodiscard]] uint64_t count() const;
 
   // Makes values, and gradients (empty, or one per point), at missing points (x, y, z, t) of index space NaN;
@@ -126,7 +126,7 @@ class Masks {
   TurningAxes turning_{};
   MemoryBudget& budget_;
   mutable LruCache<uint64_t, FrameMask> cache_; // by offset of the block
-  // Those in use that the cache may have dropped.
+  // The masks in use, which the cache may have dropped.
   mutable std::mutex mutex_;
   mutable std::map<uint64_t, std::weak_ptr<const FrameMask>> in_use_;
 };

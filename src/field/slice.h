@@ -56,7 +56,7 @@ struct Slice {
   std::array<Vec4, 3> basis{}; // index-space directions of u, v, w
 
   double frame = 0; // frame index of a time slice
-  // Of the file's, what this slice sees; null: none.
+  // The file's corrections as this slice sees them; null: none.
   std::shared_ptr<const SliceCorrections> corrections;
   std::shared_ptr<const SliceMask> mask; // null: nothing is missing, or the lattice says what
   uint64_t bytes_read = 0;

@@ -19,7 +19,7 @@ struct SliceCorrections {
 
   [[nodiscard]] bool empty() const { return add.empty() && set.empty(); }
   [[nodiscard]] uint64_t bytes() const { return add.bytes() + set.bytes(); }
-  // What is added at a point of slice space, and to its gradient per unit of slice space unless null.
+  // Returns what is added at a point of slice space, and to its gradient per unit of slice space unless null.
   [[nodiscard]] float at(const Vec3& uvw, Vec3* gradient) const;
   // The value of a point that lies in a hole; null: it has none.
   [[nodiscard]] const float* set_at(const Vec3& uvw) const;

@@ -23,14 +23,14 @@ class SliceMask {
             std::vector<FrameMaskPtr> frames);
 
   [[nodiscard]] bool missing(const Vec3& uvw) const;
-  // Whether any sample of its frames is.
+  // Returns whether any sample of its frames is.
   [[nodiscard]] bool any() const;
-  // What is missing here and in all the others.
+  // Returns what is missing here and in all the others.
   [[nodiscard]] SliceMask also(std::vector<std::shared_ptr<const SliceMask>> others) const;
 
  private:
   friend class MaskPlane;
-  // Which of the frames decides at a moment.
+  // Returns which of the frames decides at a moment.
   [[nodiscard]] size_t frame_at(double moment) const {
     const int64_t f = turning_[3] ? counted_sample(moment) : nearest_sample(moment, n_[3]);
     const auto last = first_ + static_cast<int64_t>(frames_.size()) - 1;
@@ -58,7 +58,7 @@ class MaskPlane {
   MaskPlane(const SliceMask& mask, const Vec3& o, const Vec3& u, const Vec3& v);
 
   [[nodiscard]] bool missing(double i, double j) const;
-  // Of the points i[0] <= i <= i[1], j[0] <= j <= j[1].
+  // Tells of the points i[0] <= i <= i[1], j[0] <= j <= j[1].
   [[nodiscard]] Missing within(const std::array<double, 2>& i, const std::array<double, 2>& j) const;
 
  private:

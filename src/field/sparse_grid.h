@@ -24,7 +24,7 @@ class SparseGrid {
     Int3 begin{}; // its first point
     uint32_t first = 0, count = 0;
     float low = 0, high = 0; // of its values, and 0
-    // By z * 16 + y: which x hold a value, and how many values earlier rows hold.
+    // By row z * 16 + y: the x that hold a value, and how many values earlier rows hold.
     std::array<uint16_t, edge * edge> row{}, before{};
   };
 

@@ -60,7 +60,7 @@ void CoefficientLayers::push(const SampleLayer& samples, const Context& context)
   window_.push(samples);
 }
 
-// Those of the next slab, inside the lattice.
+// Returns the layers of the next slab, inside the lattice.
 std::vector<int32_t> CoefficientLayers::next_layers() const {
   const Lattice4& lattice = window_.lattice();
   std::vector<int32_t> layers;
@@ -71,7 +71,7 @@ std::vector<int32_t> CoefficientLayers::next_layers() const {
   return layers;
 }
 
-// Whether they depend on none that is still to come.
+// Returns whether they depend on none that is still to come.
 bool CoefficientLayers::ready(std::span<const int32_t> layers) const {
   if (layers.empty()) return false;
   const Lattice4& lattice = window_.lattice();

@@ -24,8 +24,8 @@ namespace bccsplat {
 [[nodiscard]] FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, Filter filter,
                                       double widening);
 
-// Which of the end_noises predicts a frame best of those behind it, at some of the sites. frames: from the
-// end inwards. unit: of packed values.
+// Returns which of the end_noises predicts a frame best of those behind it, at some of the sites. frames:
+// from the end inwards. unit: of packed values.
 [[nodiscard]] uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lattice3& lattice,
                                        float unit, double widening);
 
@@ -39,7 +39,7 @@ class EndPredictions {
  public:
   EndPredictions(double widening, int32_t lead);
 
-  // How many noises there are to choose among.
+  // Returns how many noises there are to choose among.
   [[nodiscard]] size_t levels() const { return of_level_.size(); }
   // Frames next to an end that predictions look at, when there are as many.
   [[nodiscard]] int64_t used() const { return of_level_[0].used(); }

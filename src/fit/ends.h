@@ -30,7 +30,7 @@ class EndFrames {
   [[nodiscard]] const std::vector<double>& weights(int64_t distance, int64_t frames);
 
  private:
-  // Of frames `lag` >= 0 apart.
+  // Returns the correlation of frames `lag` >= 0 apart.
   [[nodiscard]] double correlation(int64_t lag);
 
   double widening_, noise_;

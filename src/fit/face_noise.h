@@ -12,7 +12,7 @@
 
 namespace bccsplat {
 
-// By axis a number of end_noises: the one that predicts the samples on both faces best of those behind
+// One of end_noises for each axis: the one that predicts the samples on both faces best of those behind
 // them.
 using FaceLevels = std::array<uint8_t, 3>;
 inline constexpr FaceLevels usual_face_levels{usual_noise_level, usual_noise_level, usual_noise_level};

@@ -36,7 +36,7 @@ struct FitChannel {
   // departure from air in its reach, and further away all of it (relevance.h says why); 0: it is kept like
   // anything else. Integers lose little by it, floats half.
   float ringing = 1.0f / 512;
-  // In which values wait for the filter in time (packed_block.h); 0: floats.
+  // The unit of values that wait for the filter in time (packed_block.h); 0: floats.
   float unit = 0;
   double counted_step = 0; // of floats: the histogram counts whole steps of it from air; 0: none
   // NonFinite::clamp makes infinities the ends of this range; none: of the source's range so far.
@@ -168,7 +168,7 @@ class Fit {
   void add_layer(int channel, std::span<const float> samples) {
     add_layer(channel, samples, check_layer(channel, samples));
   }
-  // Whether a layer of any channel has been made.
+  // Returns whether a layer of any channel has been made.
   [[nodiscard]] bool has_begun() const;
   // The series has fewer frames than was said, and ends with the data that every channel got: with a layer
   // for the last frame, or where layers are given with the last one of these.
@@ -178,9 +178,9 @@ class Fit {
   void check_end() const;
   // No more data come.
   void end();
-  // Then emits what is left of a channel, and of all channels in turn.
+  // Emit what is left of a channel, and of all channels in turn.
   void finish_channel(int channel);
-  // What was counted, once all channels are finished.
+  // Returns what was counted, once all channels are finished.
   [[nodiscard]] FitReport report() const;
   // All of that.
   [[nodiscard]] FitReport finish();

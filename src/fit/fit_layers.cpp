@@ -10,7 +10,7 @@
 
 namespace bccsplat {
 
-// With one frame of an unknown number it is not yet known which lattice it is.
+// Makes the layers; with one frame of an unknown number the lattice is not known yet.
 void Fit::State::make_layers(Channel& c) {
   if (!length_known() && c.frames < 2) return;
   if (lattice.is_static()) return make_still_layers(c);

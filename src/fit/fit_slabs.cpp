@@ -7,7 +7,7 @@
 namespace bccsplat {
 namespace {
 
-// What a brick of a layer takes at most, codes that do not give back every value excepted (none do).
+// Returns what a brick of a layer takes at most, codes that do not give back every value excepted (none do).
 uint64_t most_bytes(ValueType type) {
   constexpr uint64_t beside_codes = 1400; // which sites are kept, where rows start
   return is_float(type) ? sizeof(Brick) : value_bytes(type) * brick_sites + beside_codes;

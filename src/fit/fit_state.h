@@ -71,7 +71,7 @@ struct Fit::State {
   // Finds where a periodic series begins, for all channels, then has one begin there.
   void begin_turn();
   void begin_turn(Channel& c) const;
-  // How many layers are handed out together.
+  // Returns how many layers are handed out together.
   [[nodiscard]] int32_t handed_layers() const { return options.one_by_one ? 1 : options.slab_layers; }
   // The layer behind the last one.
   [[nodiscard]] int32_t end_layer() const {
@@ -99,7 +99,7 @@ struct Fit::State {
     return {options.dims[0], options.dims[1], options.dims[2]};
   }
   [[nodiscard]] Frame frame_of(const Channel& c, std::span<const FrameBox> boxes) const;
-  // Whether a frame is not missing altogether: what is not finite may be clamped.
+  // Returns whether a frame is not missing altogether: what is not finite may be clamped.
   [[nodiscard]] bool is_known(const FrameScan& scan) const {
     return scan.finite > 0 || (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp);
   }
@@ -115,13 +115,13 @@ struct Fit::State {
   // The lattice in samples of what the frames were halved to, whose first and last ones are those of the
   // source.
   [[nodiscard]] Lattice4 lattice_over(const std::array<int64_t, 3>& dims) const;
-  // In source samples; what is around a sample belongs to it for half a distance.
+  // Returns the reach in source samples; what is around a sample belongs to it for half a distance.
   [[nodiscard]] std::array<int64_t, 3> mask_reach() const;
 
   void make_still_layers(Channel& c);
   void make_moving_layers(Channel& c, int64_t frames, bool complete);
   void make_turning_layers(Channel& c, bool complete);
-  // Whether missing frames at the start wait for what they are to hold, as long as it can matter.
+  // Returns whether missing frames at the start wait for what they are to hold, as long as it can matter.
   [[nodiscard]] bool waits_for_data(const Channel& c) const;
   // Returns the taps of a layer; frames beyond the ends of a series of n are replaced by those that predict
   // them.

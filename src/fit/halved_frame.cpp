@@ -190,7 +190,7 @@ class Pass {
     }
   }
 
-  // Of sixteen samples of a row those around which one is not air, by near_.
+  // Returns which of sixteen samples of a row are near one that is not air, by near_.
   [[nodiscard]] uint16_t near_bits(size_t brick) const {
     const Tables::Axis& axis = job_.tables.axis[0];
     const int64_t n = job_.tables.from[0];
@@ -325,8 +325,8 @@ class Pass {
   Sum sum_;
 };
 
-// What to filter the differences from: the weights sum to 1, and floats would lose what varies little around
-// a large value.
+// Returns what to filter the differences from: the weights sum to 1, and floats would lose what varies little
+// around a large value.
 float pivot_of(const CellRanges& cells) {
   CellRanges::Cell all;
   for (const CellRanges::Cell& c : cells.cell) {

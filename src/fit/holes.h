@@ -38,7 +38,7 @@ void fill_missing(std::span<float> values, std::span<const uint8_t> missing,
 // The missing samples as a mask of the file (formats/bcc4/coding/mask_runs.h); dims: of the frame.
 [[nodiscard]] std::vector<std::byte> mask_runs(const HoleMap& holes, const std::array<int64_t, 3>& dims);
 
-// Of the missing samples those with nothing but missing ones in the box of `reach` samples on either side;
+// Returns the missing samples with nothing but missing ones in the box of `reach` samples on either side;
 // near the ends of `turning` axes none.
 [[nodiscard]] HoleMap deep_holes(const HoleMap& holes, const std::array<int64_t, 3>& dims,
                                  const std::array<int64_t, 3>& reach, const AxisFlags& turning,

@@ -68,7 +68,7 @@ class LayerMaker {
                                        Room& room, CodingError& coding) const;
   // Floats in 16 bits, where coefficients are made of them whose source comes in steps; else null.
   [[nodiscard]] std::shared_ptr<const RoundedBrick> round_unstored(const Brick& brick) const;
-  // Which sites of a brick are holes, near the source's samples, or within reach of ringing.
+  // Returns which sites of a brick are holes, near the source's samples, or within reach of ringing.
   [[nodiscard]] SiteEvidence evidence_of(const Frames& frames, size_t slot, BrickMask& near) const;
   [[nodiscard]] std::unique_ptr<SiteCounts> take_counts();
   void give_back(std::unique_ptr<SiteCounts> counts);

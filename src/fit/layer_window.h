@@ -43,7 +43,7 @@ class LayerWindow final : public SampleSource {
   }
   // The series ends elsewhere than was said; what has been made of its layers must be made anew.
   void set_lattice(const Lattice4& lattice) { lattice_ = lattice; }
-  // Whether a layer, by its number as it came, has come and is needed.
+  // Returns whether a layer, by its number as it came, has come and is needed.
   [[nodiscard]] bool holds(int32_t number) const { return find(number) != nullptr; }
   [[nodiscard]] int32_t end() const { return first_ + static_cast<int32_t>(layers_.size()); }
 

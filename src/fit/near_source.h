@@ -46,7 +46,7 @@ class TileBits {
         if (join(plane_, words_, y[j], row_)) take(j, k, row_.data());
     }
   }
-  // Whether a bit of a row is set in a span of at most 64.
+  // Returns whether a bit of a row is set in a span of at most 64.
   static bool any(const uint64_t* row, const SampleSpan& x) {
     const size_t word = x.first / 64, shift = x.first % 64;
     const uint64_t low = row[word] >> shift, high = shift > 0 ? row[word + 1] << (64 - shift) : 0;

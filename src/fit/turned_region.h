@@ -22,7 +22,7 @@ struct RegionPiece {
 [[nodiscard]] std::vector<RegionPiece> region_pieces(const Region& region, const std::array<int64_t, 3>& n,
                                                      const AxisFlags& turning);
 
-// As CellRanges::range.
+// Returns what CellRanges::range does of a turned region.
 [[nodiscard]] CellRanges::Cell turned_range(const CellRanges& cells, const Region& region,
                                             const std::array<int64_t, 3>& n, const AxisFlags& turning);
 
@@ -32,7 +32,7 @@ class TurnedFrame {
   // frame: outlives it.
   TurnedFrame(const Frame& frame, const Region& region, const AxisFlags& turning);
   [[nodiscard]] size_t boxes() const; // that it is read from
-  // As Frame::read, of a part of the region.
+  // Reads a part of the region as Frame::read does.
   void read(const Region& part, float* out, int64_t row, int64_t plane) const;
 
  private:

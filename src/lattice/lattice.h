@@ -111,7 +111,7 @@ struct Lattice4 {
   // Returns the layer whose values `layer` has by mirroring, or when periodic by going round; it may be any
   // integer. A static lattice maps onto its cosets.
   [[nodiscard]] int32_t mirror_layer(int32_t layer) const;
-  // Whether what lies behind the last sample of an axis (x, y, z, t) is the first one.
+  // Returns whether what lies behind the last sample of an axis (x, y, z, t) is the first one.
   [[nodiscard]] bool turns(size_t axis) const { return axis == 3 ? periodic : space.periodic[axis]; }
   // The domain along an axis is [0, domain_end]: up to the last sample, or when periodic up to the first one
   // again.
@@ -147,7 +147,7 @@ struct Lattice4 {
     return space.end_plane(axis) - before[axis] - behind[axis];
   }
   [[nodiscard]] bool has_margins() const { return before != Int3{} || behind != Int3{}; }
-  // Whether it goes on beyond its ends in another way than as its mirror image, or has planes outside.
+  // Returns whether it goes on beyond its ends other than as its mirror image, or has planes outside.
   [[nodiscard]] bool has_domain() const { return has_margins() || periodic || space.any_periodic(); }
   // Returns the lattice unit along each axis in source index units: dividing by it gives lattice units.
   [[nodiscard]] Vec3 lattice_unit() const {
@@ -171,7 +171,7 @@ struct Lattice4 {
   // Returns the same, but 1 where they are smaller only for a whole number of planes.
   [[nodiscard]] LatticeScales nominal_scales() const;
   [[nodiscard]] int64_t sites() const;
-  // Whether its sites are the source samples, one by one.
+  // Returns whether its sites are the source samples, one by one.
   [[nodiscard]] bool sites_are_samples() const;
 
   bool operator==(const Lattice4&) const = default;

@@ -40,7 +40,7 @@ struct SampleBrick {
     if (values) return values->hole.get();
     return codes ? codes->hole() : nullptr;
   }
-  // Of a brick that is not air; null: all sites.
+  // Returns the sites kept of a brick that is not air; null: all sites.
   [[nodiscard]] const BrickMask* kept() const { return values ? &values->kept : codes->kept(); }
   [[nodiscard]] uint64_t bytes() const;
   // Returns all values of a brick that is not air; `room` is for those of codes.

@@ -25,7 +25,7 @@ struct BrickBox {
       if (b[a] < begin[a] || b[a] >= end[a]) return false;
     return true;
   }
-  // With the bricks beside it.
+  // Returns the box with the bricks beside it.
   [[nodiscard]] BrickBox widened() const {
     BrickBox box;
     for (size_t a = 0; a < 3; ++a) {

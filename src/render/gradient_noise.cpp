@@ -25,7 +25,7 @@ constexpr double differences_per_ripple = 5;
 // Lattice distances between samples: those of normal pictures, and of what the sheets of finer ones are
 // raised from. Analytic gradients have less than this, as far as their ripple is taken off.
 constexpr double samples_apart = 0.5;
-// Of what surfaces have once it is taken off.
+// The share of the ripple that surfaces keep once it is taken off.
 constexpr double left_of_ripple = 0.1;
 
 // The least difference of values that is to be seen as a surface.
@@ -44,8 +44,8 @@ double contrast(const ValueSurvey& s) {
   }
 }
 
-// What a kernel makes of a constant 1 at places all over an eighth of a cell, of which the others are mirror
-// images.
+// Returns what a kernel makes of a constant 1 at places all over an eighth of a cell, of which the others are
+// mirror images.
 std::vector<LatticeSum> sums_of_cell(const RadialKernel& kernel, bool bcc) {
   constexpr int n = 4;
   const double pitch = bcc ? std::numbers::sqrt2 : 1;

@@ -12,11 +12,11 @@ namespace bccsplat {
 // Returns the gradient per lattice distance of what a slice's kernel makes of a constant 1, at 99 of 100
 // places; 0 of kernels that divide by the lattice sum.
 [[nodiscard]] double ripple_gradient(const Slice& slice);
-// What differences between the samples of sheets half a lattice distance apart have of it, of the kernel's
-// form that is drawn.
+// Returns what differences between the samples of sheets half a lattice distance apart have of it, of the
+// kernel's form that is drawn.
 [[nodiscard]] double ripple_of_differences(const Slice& slice, KernelForm form);
-// What ripple leaves in the gradients that light a picture: by the mode and by the form of the kernel alone,
-// so that all qualities are lit alike.
+// Returns what ripple leaves in the gradients that light a picture: by the mode and by the form of the kernel
+// alone, so that all qualities are lit alike.
 [[nodiscard]] double ripple_noise(const Slice& slice, RenderMode mode, KernelForm form, bool without_ripple);
 
 // survey: of the channel, as it is. step: of the stored values and of the source's, 0: none; threshold:

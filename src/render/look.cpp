@@ -22,11 +22,11 @@ constexpr size_t most_windows = 8; // of four points each
 
 constexpr Vec3 ivory{0.68, 0.60, 0.47};
 
-// Of the distance to the farthest value: the parts of a side are no nearer to its edge.
+// Shares of the distance to the farthest value: the parts of a side are no nearer to its edge.
 constexpr double least_mean = 0.05, least_object = 0.1, least_boundary = 0.02;
 // Ranges of values are taken for no narrower than this part of the values themselves.
 constexpr double least_range = 1e-6, least_value = 1e-30;
-// Of a solid's depth: halfway to its boundary, and at it.
+// Shares of a solid's optical depth: halfway to its boundary, and at it.
 constexpr double depth_before = 0.05, depth_at_boundary = 0.4;
 constexpr double level_set_rise = 0.02; // of the way to the farthest distance, to the surface's depth
 constexpr double of_maximum = 0.25;     // of the mean's distance: what is farther is opaque in a maximum
@@ -239,7 +239,7 @@ TransferFunction look_function(const ValueSurvey& s, Look look, RenderMode mode)
       Profile p = profile_of(s, e);
       if (look == Look::mr) p = ramp(e, tissue_depth / s.crossing);
       if (look == Look::fog || look == Look::fire) p = ramp(e, fog_depth / s.crossing);
-      // Of a maximum, what is not nearly air is opaque.
+      // In a maximum, what is not nearly air is opaque.
       if (opaque) p = {{0, 0}, {s.kind == ValueKind::solid ? e.boundary : of_maximum * e.mean, 1}};
       add_opacities(f, e, p, opaque);
     }

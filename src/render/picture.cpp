@@ -47,22 +47,22 @@ void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
   }
 }
 
-// Whether the same lattice units are the same point of slice space.
+// Returns whether the same lattice units are the same point of slice space.
 bool same_place(const Slice& a, const Slice& b) {
   return a.domain_begin == b.domain_begin && a.domain_end == b.domain_end &&
          a.lattice_to_slice.linear == b.lattice_to_slice.linear &&
          a.lattice_to_slice.offset == b.lattice_to_slice.offset;
 }
 
-// Whether corrections are in any of the sheets; coarser levels have none.
+// Returns whether corrections are in any of the sheets; coarser levels have none.
 bool corrected(const Scene& scene, const Slice& drawn) {
   if (drawn.corrections) return true;
   return scene.trail && std::any_of(scene.trail->sources.begin(), scene.trail->sources.end(),
                                     [](const TrailSource& s) { return s.slice.corrections != nullptr; });
 }
 
-// Whether a mask of missing samples is in any of the sheets. Coarser levels have it, too, but their sheets
-// are as far from each other as without it.
+// Returns whether a mask of missing samples is in any of the sheets. Coarser levels have it, too, but their
+// sheets are as far from each other as without it.
 bool masked(const Scene& scene, const Slice& drawn) {
   if (&drawn != scene.slice) return false;
   if (drawn.mask) return true;
@@ -94,8 +94,8 @@ KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, do
 // Steps as small as a ring of sheets holds.
 double finest_step(double radius) { return 2 * radius / max_ring_sheets; }
 
-// Whether segments are classified by integrals: where the transfer function is narrower than the change of
-// the field from sheet to sheet, in any direction.
+// Returns whether segments are classified by integrals: where the transfer function is narrower than the
+// change of the field from sheet to sheet, in any direction.
 bool needs_integrals(const SplatScene& scene, const TransferFunction& function, Preintegrate choice) {
   if (choice != Preintegrate::automatic) return choice == Preintegrate::on;
   const double change = scene.view->step * change_per_unit(*scene.slice, *scene.points);
@@ -219,7 +219,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   SplatOptions o = splat_options(scene, options, drawn, view, image);
   DeepCollector deep(context.memory);
   Lights lights = scene.lights;
-  // Of the volume's own voxels at every level, so that levels are lit alike.
+  // The volume's own voxels count at every level, so that levels are lit alike.
   if (scene.noise_of_ripple)
     lights.noise.of_value =
         ripple_noise(*slice, o.mode, o.kernel_form, o.without_ripple) / mean_voxel(*scene.slice);
@@ -251,7 +251,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
     if (tile.deep) deep.add(tile, view, context.progress);
   };
   RenderStats stats;
-  // Of rays the sites are counted, without mirror images.
+  // Pictures by rays count the sites, without mirror images.
   stats.points_total = points ? points->count : static_cast<uint64_t>(slice->points());
   if (with_trail) {
     draw_with_trail(scene, s, options, o, context, emit, stats);

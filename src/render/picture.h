@@ -45,8 +45,8 @@ struct RenderOptions {
   bool rays = true;                               // isosurfaces without sheets, where they can (rays.h)
   bool reference = false;                         // render/reference.h instead of the splatter
   double deep_tolerance = default_deep_tolerance; // of deep pictures, see DeepTile
-  // Of isosurfaces without a trail that are not deep: four samples on edge pixels. Pictures are compared
-  // sample by sample without.
+  // Takes four samples of edge pixels, in isosurfaces without a trail that are not deep. Pictures are
+  // compared sample by sample without.
   bool smooth_edges = false;
 };
 
@@ -87,7 +87,7 @@ struct RenderStats {
 // Returns the level of the slice that render() draws; above 0 it does not need the scene's points.
 [[nodiscard]] int drawn_level(const Scene& scene, const RenderOptions& options, int width, int height);
 
-// Whether render() draws by rays, for which the scene needs no points.
+// Returns whether render() draws by rays, for which the scene needs no points.
 [[nodiscard]] bool drawn_by_rays(const Scene& scene, const RenderOptions& options, const Context& context,
                                  const Image& image);
 

@@ -13,9 +13,9 @@
 namespace bccsplat {
 namespace {
 
-// Of a level whose field adds no more, 54 dB of the range, is off nowhere by more than a twentieth, and
-// whose distance is no more than five pixels in a draft and three in a normal picture, pictures are as near
-// to the truth as their quality is, 35.5 and 39 dB (tests/bench/notes/moments.md).
+// A level is good whose field is off by no more in the mean, 54 dB of the range, and nowhere by more than a
+// twentieth, and whose distance is at most five pixels in a draft and three in a normal picture: such
+// pictures are as near to the truth as their quality is, 35.5 and 39 dB (tests/bench/notes/moments.md).
 constexpr double good_error = 0.002, good_largest = 0.05;
 constexpr double draft_distance = 1 / 5.0, normal_distance = 1 / 3.0;
 // Rounding of a pixel's size.
@@ -100,7 +100,7 @@ std::optional<IndexBox> seen_box(const Slice& slice, const Camera& camera, int w
     for (size_t j = i + 1; j < n; ++j)
       for (size_t k = j + 1; k < n; ++k) {
         const Vec3 p = meeting_point(planes[i], planes[j], planes[k]);
-        // Not so for NaN.
+        // The comparison also refuses NaN.
         if (!std::all_of(planes.begin(), planes.end(),
                          [&](const HalfSpace& plane) { return distance_to(plane, p) >= -tolerance; }))
           continue;

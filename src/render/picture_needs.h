@@ -14,9 +14,9 @@
 
 namespace bccsplat {
 
-// How many lattice distances of `lattice` a pixel covers at the centre of the domain, in the direction in
-// which these are fewest. The slice is one in time, of any level of the volume that the lattice is a level
-// of.
+// Returns how many lattice distances of `lattice` a pixel covers at the centre of the domain, in the
+// direction in which these are fewest. The slice is one in time, of any level of the volume that the lattice
+// is a level of.
 [[nodiscard]] double distances_per_pixel(const Slice& slice, const Lattice4& lattice, const Camera& camera,
                                          int width, int height);
 

@@ -78,7 +78,7 @@ struct Crossed {
   const IsoSurface* surface;
 };
 
-// Where the field passes one of the values between two sheets, in order.
+// Returns where the field passes one of the values between two sheets, in order.
 std::vector<Crossed> crossed(const Ray& ray, std::span<const IsoSurface> surfaces, double from, double to,
                              double value_from, double value_to) {
   std::vector<Crossed> out;

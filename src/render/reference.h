@@ -15,7 +15,7 @@ namespace bccsplat {
 // The value (absolute) at a point in lattice units, and its gradient per lattice unit unless null.
 using Field = std::function<double(const Vec3& point, Vec3* gradient)>;
 
-// That of a slice; gradients are without the ripple of its kernel where its lattice sums are given.
+// Returns the field of a slice; given its lattice sums, gradients are without the ripple of its kernel.
 [[nodiscard]] Field slice_field(const Slice& slice, std::shared_ptr<const LatticeSums> sums = nullptr);
 
 // Lattice units: of smooth functions, and of the steepest.

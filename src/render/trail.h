@@ -47,7 +47,7 @@ struct Trail {
   std::array<double, 2> bounds{0, 0}; // no value of any moment lies outside
 };
 
-// What make_trail needs of the coefficients of a slice cut with `like`.
+// Returns what make_trail needs of the coefficients of a slice cut with `like`.
 [[nodiscard]] BrickBox trail_reads(const TrailOptions& options, const HypersliceOptions& like,
                                    const Lattice4& lattice);
 

@@ -19,7 +19,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr size_t most_labels = 32;
 // A peak is a background if no wider than this share of the range, and with so many of the samples in it.
 constexpr double widest_background = 0.12, least_background = 0.15;
-// Of all samples at either end, those that do not tell how wide the range is; it counts no fewer bins.
+// The share of all samples at either end that do not tell how wide the range is; it counts no fewer bins.
 constexpr double outliers = 0.002, narrowest_spread = 4;
 constexpr double mode_over_width = 1.5; // half the width of what a background's samples are counted in
 constexpr double slope_beyond = 8;      // bins farther than twice the noise, where the slope ends
@@ -34,19 +34,19 @@ constexpr double least_side = 0.1, least_side_range = 0.25;
 constexpr double pile_over_valley = 1.5, pile_sigmas = 4, least_pile = 0.1;
 constexpr double least_of_all = 1e-4; // of all samples, in the bin of a pile
 constexpr double widest_labels = 255; // those of 8 bits
-// Of a level set: how much farther one end is from 0 than the other, and the samples at either end.
+// A level set: how much farther one end may be from 0 than the other, and the share of the samples at an end.
 constexpr double lopsided = 0.1, least_cut_off = 0.002;
-// Of values of both signs: the range of the lesser sign, how far the mode is from 0, what counts as 0, all as
+// Values of both signs: the range of the lesser sign, how far the mode is from 0, what counts as 0, all as
 // shares of the farthest; and the share of the samples that have either sign.
 constexpr double least_sign = 0.2, farthest_mode = 0.1, near_zero = 0.02, least_of_sign = 0.02;
-// Of dense values those above the median are shown, unless the range below it is this much longer.
+// Dense values above the median are shown, unless the range below it is this much longer.
 constexpr double longer_side = 1.5;
-// Of values of both signs, those near 0 are not shown: so many standard deviations, told by the median, but
-// at most this share of the farthest.
+// Where values have both signs those near 0 are not shown: so many standard deviations, told by the median,
+// but at most this share of the farthest.
 constexpr double sign_sigmas = 2.5, sigma_per_median = 1.4826, most_near_zero = 0.2;
-// Of the way from a background to the boundary of a solid: what noise may reach.
+// Noise may reach this share of the way from a background to the boundary of a solid.
 constexpr double of_boundary = 0.4;
-// Of the samples beyond the noise that are left out of the range of colours, at either end.
+// The share of the samples beyond the noise that is left out of the range of colours, at either end.
 constexpr double color_tail = 0.002;
 
 struct Background {
@@ -100,8 +100,8 @@ Background find_background(const Histogram& h, const ValueCounts& c) {
   return b;
 }
 
-// Where samples pile up beyond `from`, and behind a valley: the first top of those that are not far lower
-// than the highest, which are ringing and the like.
+// A pile of samples beyond `from`, and behind a valley: the first top of those that are not far lower than
+// the highest, which are ringing and the like.
 struct Pile {
   bool found = false;
   double top = 0;

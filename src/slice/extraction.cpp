@@ -64,7 +64,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   const TouchedSamples touched(source, h, touch);
   std::vector<Point> found;
   const double d = lattice.space.plane_distance();
-  // Of a periodic series the layers beyond its ends are those at the other one.
+  // The layers beyond the ends of a periodic series are those at its other end.
   const auto beyond =
       lattice.periodic ? static_cast<int32_t>(std::ceil(cutoff / lattice.layer_distance())) : 0;
   for (int32_t m = -beyond; m < lattice.layers() + beyond; ++m) {

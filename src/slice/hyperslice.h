@@ -24,7 +24,7 @@ struct HypersliceOptions {
   double time_length = 1;            // world units that one frame is drawn as
   // Slice space, lying in the hyperplane: resampled on a lattice along its axes.
   std::optional<PlaneAxes> axes;
-  // Of a time slice only this is made; the coefficients may be of `reads` alone.
+  // Only this box of a time slice is made; the coefficients may be of `reads` alone.
   std::optional<IndexBox> box;
   [[nodiscard]] BrickBox reads(const Lattice4& lattice) const;
 

@@ -14,8 +14,8 @@ struct IndexBox {
   Vec3 begin{}, end{};
 };
 
-// What of the box lies between the first and the last sample of each axis. Throws out_of_domain where nothing
-// does.
+// Returns what of the box lies between the first and the last sample of each axis. Throws out_of_domain where
+// nothing does.
 [[nodiscard]] IndexBox clip_to_samples(const IndexBox& box, const Lattice4& lattice);
 
 // Who looks at coefficients beyond the box.

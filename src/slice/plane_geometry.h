@@ -11,7 +11,7 @@
 
 namespace bccsplat {
 
-// Where slice space lies in index space: its origin and orthonormal directions of u, v, w.
+// The place of slice space in index space: its origin and orthonormal directions of u, v, w.
 struct PlaneAxes {
   Vec4 origin{};
   std::array<Vec4, 3> basis{};

@@ -86,14 +86,14 @@ class EdgeFinder {
   [[nodiscard]] bool within(int i, int j) const {
     return i >= 0 && j >= 0 && i < picture_.width && j < picture_.height;
   }
-  // Where a pixel's ray met its surface number `layer`; infinite where it met fewer.
+  // Returns where a pixel's ray met its surface number `layer`; infinite where it met fewer.
   [[nodiscard]] double at(int i, int j, size_t layer) const {
     if (!picture_.layered()) return static_cast<double>(picture_.depth(i, j));
     const auto layers = picture_.layers(i, j);
     return layer < layers.size() ? static_cast<double>(layers[layer].k)
                                  : std::numeric_limits<double>::infinity();
   }
-  // How much a pixel's depth differs from `from`; 0 where it has none.
+  // Returns how much a pixel's depth differs from `from`; 0 where it has none.
   [[nodiscard]] double change(int i, int j, size_t layer, double from) const {
     if (!within(i, j) || !std::isfinite(at(i, j, layer))) return 0;
     return std::fabs(at(i, j, layer) - from);

@@ -13,10 +13,10 @@ namespace {
 constexpr double ripple = 0.0024;
 // Ranges of the values: further away the ripple is more than 2 % of what they differ by.
 constexpr double too_far = 8;
-// Of the range of the values: coarser steps are seen.
+// Steps coarser than this share of the range of the values are seen.
 constexpr double too_coarse = 1.0 / 256;
 
-// From one float of the type to the next, at a magnitude.
+// Returns the step from one float of the type to the next, at a magnitude.
 double float_step(ValueType type, double magnitude) {
   const int digits = type == ValueType::f16 ? 10 : 23;
   return std::ldexp(1, std::ilogb(magnitude) - digits);

@@ -20,7 +20,7 @@ class BasedLayers final : public SampleSource {
 
   // Takes note of every layer of the channel.
   void see(const SampleLayer& layer);
-  // Whether the base will be another than air.
+  // Returns whether the base will be another than air.
   [[nodiscard]] bool far_from_air() const;
   // From here on the base is the median of what was seen.
   void settle();

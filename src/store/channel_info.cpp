@@ -14,7 +14,7 @@
 namespace bccsplat {
 namespace {
 
-// How many codes a step apart hold a range, one of them air itself.
+// Returns how many codes a step apart hold a range, one of them air itself.
 double codes_of_step(const Range& range, double step, float air) {
   const auto zero = static_cast<double>(air);
   return std::ceil((zero - std::min(range.low, zero)) / step) +

@@ -41,7 +41,7 @@ class MaskedSites {
       layers_.push_back(sites_);
     }
   }
-  // Of a brick of layer `m` of the slab; null: none.
+  // Returns the mask of a brick of layer `m` of the slab; null: none.
   [[nodiscard]] const BrickMask* of(int32_t m, int coset, size_t slot) const {
     if (layers_.empty()) return nullptr;
     const auto& masks = (*layers_[static_cast<size_t>(m)])[static_cast<size_t>(coset)];
@@ -70,7 +70,7 @@ class MaskedSites {
   std::vector<std::shared_ptr<const SiteMasks>> layers_;
 };
 
-// Whether no sample of a channel is data.
+// Returns whether no sample of a channel is data.
 bool all_missing(const Bcc4Reader& file, int channel) {
   const auto& masks = file.info().channels[static_cast<size_t>(channel)].masks;
   const auto& n = file.info().lattice.dims;
@@ -129,8 +129,8 @@ LayerCounts count_slabs(const Bcc4Reader& file, int channel, int32_t end, const 
   return report;
 }
 
-// What the file tells of the samples that its first `slabs` slabs of coefficients were made of; none where it
-// does not, or in words of another version.
+// Returns what the file tells of the samples that its first `slabs` slabs of coefficients were made of; none
+// where it does not, or in words of another version.
 std::optional<std::vector<LayerCounts>> told_counts(const VolumeInfo& info, int32_t slabs) {
   if (!info.counts || info.counts->slabs != slabs) return std::nullopt;
   try {

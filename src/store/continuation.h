@@ -41,7 +41,7 @@ class Continuation {
   // Puts the slabs that stay, and the masks between them, where a writer of all frames puts them: in the
   // order of the old file.
   void copy_what_stays(Bcc4Writer& container, Progress& progress) const;
-  // Whether the mask of a frame is among these.
+  // Returns whether the mask of a frame is among these.
   [[nodiscard]] bool has_mask(uint32_t frame, int channel) const {
     return std::pair(frame, channel) < masks_end_;
   }

@@ -32,8 +32,8 @@ class EarlierFrames {
   // Frames of rising numbers; with a gap between them the earlier ones are forgotten.
   void see(uint32_t number, std::span<const FrameBox> boxes);
   [[nodiscard]] bool knows(uint32_t number) const { return count_ > 0 && number == end_; }
-  // What the frames before a known one let expect of its plane z, relative to air: that it goes on as they
-  // do, or of one frame alone that nothing changes.
+  // Returns what the frames before a known one let expect of its plane z, relative to air: that it goes on as
+  // they do, or of one frame alone that nothing changes.
   [[nodiscard]] std::span<const float> expect(int64_t z);
 
  private:

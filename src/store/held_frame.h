@@ -24,7 +24,7 @@ struct HeldGrid {
     return at;
   }
 };
-// Those of a region.
+// Returns the grid of a region.
 [[nodiscard]] HeldGrid held_grid(const Region& region, int64_t every);
 
 class HeldFrame {

@@ -19,7 +19,7 @@ const char* name_of(NonFinite rule) {
   return rule == NonFinite::error ? "refused" : rule == NonFinite::hole ? "holes" : "clamped";
 }
 
-// Of an option that is not given.
+// Names an option that is not given "none".
 std::string or_none(std::string text) { return text.empty() ? "none" : std::move(text); }
 
 template<class Enum> std::string number_of(const std::optional<Enum>& type) {

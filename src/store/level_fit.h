@@ -44,8 +44,8 @@ class LevelFit {
   Fit fit_;
 };
 
-// What the file keeps of a report of a coarser level: of its samples nothing is told but how many the stored
-// type could not hold.
+// Returns what the file keeps of a report of a coarser level: of its samples nothing is told but how many the
+// stored type could not hold.
 [[nodiscard]] FitChannelReport level_counts(const FitChannelReport& report);
 
 } // namespace bccsplat

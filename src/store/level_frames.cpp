@@ -7,8 +7,8 @@
 namespace bccsplat {
 namespace {
 
-// How often the frames of a level are halved along an axis: so often that they stay as fine as its lattice
-// is.
+// Returns how often the frames of a level are halved along an axis: so often that they stay as fine as its
+// lattice is.
 int halvings(const FitOptions& options, int level, size_t axis) {
   return std::clamp(std::ilogb(options.scales[axis]), 0, level);
 }

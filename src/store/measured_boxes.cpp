@@ -151,7 +151,7 @@ class ContentSums {
       to.samples += static_cast<double>(in.end - in.begin);
     });
   }
-  // Of a row what differs from what is expected of it.
+  // Adds what differs in a row from what is expected of it.
   void add_changes(int64_t y, int64_t z, const float* expected) {
     const float* const here = planes_[1].data() + y * n_[0];
     for (size_t x = 0; x < bends_.size(); ++x) {
@@ -172,7 +172,7 @@ class ContentSums {
       for (Cell& c : d.cells_of_row(y, z)) add({c.box.samples.begin[0], c.box.samples.end[0]}, c.content);
   }
   static float finite(float v) { return v <= FLT_MAX ? v : 0; }
-  // In eight sums, which the compiler makes side by side.
+  // Sums in eight parts, which the compiler makes side by side.
   static double sum(const std::vector<float>& values, const Samples& in) {
     std::array<double, 8> sums{};
     int64_t x = in.begin;

@@ -24,9 +24,9 @@ class Measuring {
         wanted_(required_ || settings.measure == Measure::some) {}
 
   [[nodiscard]] bool required() const { return required_; }
-  // Whether measuring is asked for and has neither begun nor been given up.
+  // Returns whether measuring is asked for and has neither begun nor been given up.
   [[nodiscard]] bool due() const { return wanted_ && !given_up_ && !round_trip_; }
-  // Those of the frames first .. end - 1 that are to be measured.
+  // Returns which of the frames first .. end - 1 are to be measured.
   [[nodiscard]] std::vector<uint32_t> choose_frames(uint32_t first, uint32_t end) const;
   // The same for coarser levels.
   [[nodiscard]] std::vector<uint32_t> choose_level_frames(uint32_t first, uint32_t end) const;

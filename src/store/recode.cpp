@@ -21,7 +21,7 @@ bool stores_coefficients(const VolumeInfo& info, const RecodeSettings& settings)
   return settings.coefficients.value_or(!info.coefficient_kernel.empty());
 }
 
-// Whether the new file stores the same numbers of a channel in the same slabs.
+// Returns whether the new file stores the same numbers of a channel in the same slabs.
 bool keeps_numbers(const VolumeInfo& was, const VolumeInfo& now, size_t channel) {
   return was.lattice == now.lattice && was.coefficient_kernel == now.coefficient_kernel &&
          was.slab_layers == now.slab_layers &&
@@ -77,7 +77,7 @@ class Layers {
     for (const ChannelInfo& channel : was.channels)
       fields_.push_back(std::make_unique<const SampledField>(stored, kernel, channel.threshold / 2));
   }
-  // Whether what comes is stored as it is, but for its precision.
+  // Returns whether what comes is stored as it is, but for its precision.
   [[nodiscard]] bool kept() const { return kept_; }
   [[nodiscard]] BrickLayer read(int channel, int32_t layer, const Context& context) const {
     const SampleSource& source = fields_.empty() ? *from_ : *fields_[static_cast<size_t>(channel)];
@@ -93,7 +93,7 @@ class Layers {
   std::vector<std::unique_ptr<const SampledField>> fields_;
 };
 
-// What is stored of layers that stay samples, become samples, or stay coefficients.
+// Returns what is stored of layers that stay samples, become samples, or stay coefficients.
 std::vector<SampleLayer> rounded(std::vector<BrickLayer> slab, int32_t first, const VolumeInfo& info,
                                  int channel, const VolumeInfo& was, uint64_t& clamped,
                                  const Context& context) {

@@ -16,7 +16,7 @@
 namespace bccsplat {
 namespace {
 
-// Of a periodic series in numbers that count on beyond its ends.
+// Returns the layers around a frame; those of a periodic series in numbers that count on beyond its ends.
 LayerSpan span_of(const Lattice4& lattice, int32_t reach, uint32_t frame) {
   if (lattice.is_static()) return {0, lattice.layers()};
   const int32_t layer = lattice.lead + static_cast<int32_t>(std::floor(frame / lattice.time_step));
@@ -42,7 +42,7 @@ class MeasuredField {
   // Makes its coefficients anew, of layers that end elsewhere.
   void renew() { field_.emplace(layers_, 0, make_kernel(kernel_), prune_, cache_bytes_); }
   [[nodiscard]] const Coefficients& field() const { return *field_; }
-  // Those of some bricks alone.
+  // Returns the coefficients of some bricks alone.
   [[nodiscard]] Coefficients part(const BrickBox& bricks) const {
     return {layers_, 0, make_kernel(kernel_), prune_, cache_bytes_, bricks};
   }
@@ -87,8 +87,8 @@ struct RoundTrip::Channel {
   std::map<uint32_t, std::vector<HeldBox>> frames; // to be measured
   std::optional<EarlierFrames> earlier;            // before the next of them, where it is compared in boxes
   size_t next = 0;                                 // of the frames to be measured
-  // Of a periodic series, whose layers come from one of them on until they are complete: the frame that is
-  // measured first. Those before it wait for the last layers, or all do.
+  // The layers of a periodic series come from one of them on until they are complete, which tells the frame
+  // that is measured first. Those before it wait for the last layers, or all do.
   bool begun = false, all_wait = false;
   int32_t complete = 0;
   size_t start = 0;

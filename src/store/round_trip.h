@@ -67,9 +67,9 @@ class RoundTrip {
   // Value of one step of the corrections.
   [[nodiscard]] static double step(double bound) { return correction_step(bound); }
   [[nodiscard]] const std::vector<uint32_t>& frames() const { return frames_; }
-  // Of the field that the corrections of a channel are differences from; none: air, or no bound.
+  // Returns the base of the field that a channel's corrections are differences from; none: air, or no bound.
   [[nodiscard]] std::optional<float> base(int channel) const;
-  // Of the series, and of frames()[i] once measured.
+  // Return the errors of the series, and of frames()[i] once measured.
   [[nodiscard]] const SampleErrors& errors(int channel) const;
   [[nodiscard]] const SampleErrors& frame_errors(int channel, size_t i) const;
 

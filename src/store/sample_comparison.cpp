@@ -64,7 +64,7 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
     if (bound > 0 && (lost || (off != 0 && !(std::fabs(off) <= bound - margin)))) {
       const double steps = std::nearbyint(off / step);
       if (!(std::fabs(steps) < 0x1p53)) refuse(z, i, want, from);
-      // As the reader computes it.
+      // The reader computes it in the same way.
       value = static_cast<float>(from) + static_cast<float>(steps * step);
       if (!(std::fabs(static_cast<double>(value) - want) <= bound))
         refuse(z, i, want, static_cast<double>(value));

@@ -21,7 +21,7 @@ struct ErrorSum {
   [[nodiscard]] double psnr(double peak) const;
 };
 
-// Of finite source samples, corrections included.
+// Errors at finite source samples, corrections included.
 struct SampleErrors {
   ErrorSum all, non_air;  // non_air: source samples further than the threshold from air
   ErrorSum bare;          // all, before corrections; without those that lie in holes

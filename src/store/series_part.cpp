@@ -145,7 +145,7 @@ void begin_earlier(uint64_t frames, FitPart& part) {
 
 namespace {
 
-// What `channels` counted of the slabs that last, and nothing else.
+// Returns what `channels` counted of the slabs that last, and nothing else.
 std::vector<std::byte> lasting_counts(int32_t lasting, std::span<const FitChannelReport> channels) {
   PartReport report;
   report.lasting = lasting;

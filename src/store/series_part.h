@@ -34,7 +34,7 @@ struct SeriesPart {
 // Slabs of a series of `frames` frames that stay as they are when more follow; lattice: of either.
 [[nodiscard]] int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
                                     uint32_t frames);
-// What is left to do when a series of which `done` frames are in a file goes on: the slabs behind
+// Returns what is left to do when a series of which `done` frames are in a file goes on: the slabs behind
 // lasting_slabs, from as many frames as they depend on. lattice, options: of the longer series.
 [[nodiscard]] SeriesPart rest_of_series(const Lattice4& lattice, const FitOptions& options,
                                         const LayerUse& use, uint32_t done);

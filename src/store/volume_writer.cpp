@@ -37,8 +37,8 @@ bool marks_holes(const WriterSettings& s) {
          std::all_of(channels.begin(), channels.end(), [](const ChannelInfo& c) { return c.masks.empty(); });
 }
 
-// How many planes samples reach under a kernel. Its prefilter looks further, but what is 3 planes or more
-// beyond changes nothing that can be measured (tests/bench/notes/fit.md).
+// Returns how many planes samples reach under a kernel. Its prefilter looks further, but what is 3 planes or
+// more beyond changes nothing that can be measured (tests/bench/notes/fit.md).
 int32_t reach_planes(const WriterSettings& s) {
   constexpr int32_t beyond = 2;
   return static_cast<int32_t>(

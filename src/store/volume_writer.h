@@ -102,7 +102,7 @@ class VolumeWriter {
   [[nodiscard]] int levels() const;
   void begin_levels();
   [[nodiscard]] LayerUse layer_use() const;
-  // What is made of the series; null: all of it.
+  // Returns what is made of the series; null: all of it.
   [[nodiscard]] const SeriesPart* part_made() const {
     if (continued_) return &continued_->rest();
     return part_ ? &*part_ : nullptr;
@@ -132,7 +132,7 @@ class VolumeWriter {
     step();
     state_ = State::open;
   }
-  // What begin_input() changes.
+  // The state that begin_input() changes.
   struct Settled {
     VolumeInfo info;
     FitOptions options;
@@ -143,7 +143,7 @@ class VolumeWriter {
   void begin_measuring(bool frames_known);
   void begin_measuring_levels();
   [[nodiscard]] std::vector<uint32_t> frames_to_measure() const;
-  // Those of the list that the frames given are counted for.
+  // Returns those frames of the list that the writer is given and counts.
   [[nodiscard]] std::vector<uint32_t> own_frames(std::vector<uint32_t> list) const;
   void check_time(uint64_t frame, double time) const;
   void require_layers() const;
@@ -156,17 +156,17 @@ class VolumeWriter {
   void take_mask(int channel, uint32_t frame, std::vector<std::byte> runs);
   void store_masks();
   void make_container();
-  // What an unfinished file shows.
+  // Writes what an unfinished file shows.
   void show_if_due();
   [[nodiscard]] uint32_t frames_to_show(int32_t layers) const;
   [[nodiscard]] VolumeInfo info_to_show(uint32_t frames, int32_t layers) const;
   [[nodiscard]] Bcc4WriterOptions container_options(const VolumeInfo& info) const;
-  // Of what the bytes of a series depend on and the file does not tell.
+  // Returns the checksum of what the bytes of a series depend on and the file does not tell.
   [[nodiscard]] uint32_t settings_checksum(std::optional<double> psnr) const;
-  // What must be equal for this writer to take over what an earlier one left.
+  // Returns what must be equal for this writer to take over what an earlier one left.
   [[nodiscard]] uint32_t writer_checksum() const;
 
-  // What finish() adds.
+  // The steps that finish() adds.
   void check_end() const;
   void require_no_fewer(uint64_t frames) const;
   void check_times(uint32_t frames) const;

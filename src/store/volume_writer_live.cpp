@@ -21,7 +21,7 @@ void VolumeWriter::show_if_due() {
   shown_slabs_ = slabs;
 }
 
-// How many frames depend on the first `layers` layers alone, with the kernel of the file.
+// Returns how many frames depend on the first `layers` layers alone, with the kernel of the file.
 uint32_t VolumeWriter::frames_to_show(int32_t layers) const {
   Lattice4 lattice = fit().lattice();
   if (lattice.is_static()) return 0;

@@ -357,7 +357,7 @@ ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel, const
   find_layers(data);
   read_values(data, codes, entry, bytes.first(entry.values_bytes), entry.offset, scratch);
   const auto [low, high] = packed_range(data.codes, codes.bytes());
-  // As codes of the chunk: what they stand for would wrap where a unit is more than a step.
+  // The codes are the chunk's own: what they stand for would wrap where a unit is more than a step.
   const uint32_t smallest = codes.of_ordered(entry.min_code), largest = codes.of_ordered(entry.max_code);
   if (low != smallest || high != largest)
     fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",

@@ -27,9 +27,9 @@ struct ChunkShape {
 
   [[nodiscard]] int coset(int layer) const { return period == 2 ? (first_coset + layer) & 1 : 0; }
   [[nodiscard]] bool empty(int layer) const { return box[static_cast<size_t>(layer)][0] == 0; }
-  // Whether a layer of the same coset comes before.
+  // Returns whether a layer of the same coset comes before.
   [[nodiscard]] bool has_previous(int layer) const { return !still && layer >= period; }
-  // Whether the layer before exists and is of the other coset.
+  // Returns whether the layer before exists and is of the other coset.
   [[nodiscard]] bool has_cross(int layer) const { return period == 2 && layer >= 1 && !empty(layer - 1); }
   [[nodiscard]] uint64_t sites() const;
 };
@@ -66,7 +66,7 @@ struct ChunkCodes {
   [[nodiscard]] uint32_t mask() const { return bytes() == 4 ? UINT32_MAX : (1u << (8 * bytes())) - 1; }
 };
 
-// Those of a channel of i32.
+// The codes of a channel of i32.
 inline constexpr ChunkCodes i32_codes{ValueType::i32, i32_air};
 
 // The codes of a chunk whose smallest and largest ordered code are these. Those of i32 are counted from the

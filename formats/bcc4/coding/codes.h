@@ -17,7 +17,7 @@ namespace bccsplat {
 class SampleCoder {
  public:
   explicit SampleCoder(const Quantiser& q) : SampleCoder(q, q.air) {}
-  // For values relative to `zero` in place of air.
+  // Codes values relative to `zero` in place of air.
   SampleCoder(const Quantiser& q, float zero);
 
   [[nodiscard]] const ChunkCodes& codes() const { return codes_; }
@@ -25,8 +25,8 @@ class SampleCoder {
   // type.
   [[nodiscard]] uint32_t encode(float relative, uint64_t& clamped) const;
   [[nodiscard]] float decode(uint32_t code) const;
-  // Whether an integer's value is what single precision makes of stored * scale + bias, step by step, for all
-  // there are of this type.
+  // Returns whether an integer's value is what single precision makes of stored * scale + bias, step by step,
+  // for all there are of this type.
   [[nodiscard]] bool is_single() const { return is_single_; }
   // relative = stored * scale + bias, in double precision.
   [[nodiscard]] double scale() const { return scale_; }

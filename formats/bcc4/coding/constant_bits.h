@@ -11,8 +11,8 @@ namespace bccsplat {
 
 inline constexpr size_t constant_predictors = 5; // Predictor::none to Predictor::cross
 
-// For each of them the bits, times 256, of the byte planes of its residuals at their own frequencies;
-// UINT64_MAX: more than `limit`, which a part of the sites has shown. For codes of one or two bytes.
+// Returns for each of them the bits, times 256, of its residuals' byte planes at their own frequencies;
+// UINT64_MAX: more than `limit`, which a part of the sites has shown. Codes have one or two bytes.
 [[nodiscard]] std::array<uint64_t, constant_predictors>
 constant_bits(const ChunkSites& sites, const ChunkCodes& codes, uint64_t limit);
 

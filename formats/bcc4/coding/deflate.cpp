@@ -181,7 +181,7 @@ Inflater::Inflater() : state_(std::make_unique<State>()) {}
 Inflater::~Inflater() = default;
 
 bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out, DeflateKind kind) {
-  // Of a stream that is too short its tables would be most of the work.
+  // The tables would be most of the work of a stream that is shorter.
   constexpr size_t least = 4096;
   if (kind == DeflateKind::noise && out.size() >= least && state_->literals.inflate(bytes, out)) return true;
   return state_->inflate(bytes, out);

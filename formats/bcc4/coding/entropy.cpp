@@ -24,7 +24,7 @@ struct LengthSymbol {
   return {4 * extra + (v >> extra), extra};
 }
 
-// How often byte_of(value) has each value.
+// Counts how often byte_of(value) has each value.
 template<class T, class ByteOf>
 [[nodiscard]] std::array<uint32_t, 256> count(std::span<const T> values, const ByteOf& byte_of) {
   // Several counts of each, as a count that has just been changed is slow to read.
@@ -38,8 +38,8 @@ template<class T, class ByteOf>
   return counts[0];
 }
 
-// Where the first of four equal bytes in a row is; bytes.size() or a place behind the last such: there are
-// none.
+// Returns where the first of four equal bytes in a row is; bytes.size() or a place behind the last such:
+// there are none.
 [[nodiscard]] size_t find_run(std::span<const std::byte> bytes) {
   constexpr uint64_t low = 0x0101010101010101, high = low << 7;
   size_t i = 0;

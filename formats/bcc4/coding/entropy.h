@@ -19,9 +19,9 @@ namespace bccsplat {
 // table.
 [[nodiscard]] uint64_t huffman_bits_256(std::span<const uint32_t> counts);
 
-// How often each byte occurs.
+// Counts how often each byte occurs.
 [[nodiscard]] std::array<uint32_t, 256> count_bytes(std::span<const std::byte> bytes);
-// The same of one byte of each number.
+// Counts one byte of each number.
 [[nodiscard]] std::array<uint32_t, 256> count_bytes(std::span<const uint32_t> numbers, uint32_t shift);
 
 // The bits of bytes as deflate codes them, without tables: each byte by itself, and with runs of one byte as

@@ -23,7 +23,7 @@ class CodeFinder {
       : scale_(coder.scale()), bias_(coder.bias()), per_scale_(1 / coder.scale()),
         most_(coder.codes().mask()) {}
 
-  // Those of a full row; whether they give all its values back.
+  // Finds the codes of a full row; returns whether they give all its values back.
   HWY_INLINE bool row(const float* values, uint16_t* codes) const {
     const hn::CappedTag<double, brick_edge> wide;
     const hn::Rebind<float, decltype(wide)> d;
@@ -45,7 +45,7 @@ class CodeFinder {
     }
     return same;
   }
-  // That of one site.
+  // Finds the code of one site.
   HWY_INLINE bool site(float value, uint16_t& code) const {
     const double steps = (static_cast<double>(value) - bias_) * per_scale_ + 0.5;
     const double inside = steps > 0 ? (steps < most_ ? steps : most_) : 0;

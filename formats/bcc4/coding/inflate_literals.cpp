@@ -41,7 +41,7 @@ template<unsigned table_bits> bool HuffmanCode<table_bits>::set(std::span<const 
   count_.fill(0);
   for (const uint8_t n : lengths) ++count_[n];
   count_[0] = 0;
-  // Where the codes of each length begin, and among the sorted symbols.
+  // Begin of the codes of each length, and of their symbols among the sorted ones.
   std::array<unsigned, 17> code{}, at{};
   static_assert(longest + 1 < code.size());
   for (unsigned n = 1; n <= longest; ++n) {
@@ -93,7 +93,7 @@ struct LiteralInflater::Stream {
     in += (63 - count) >> 3;
     count |= 56;
   }
-  // As many as there are.
+  // Holds as many bits as there are, at most 63.
   void refill() {
     if (has_word()) return refill_word();
     for (; count < 56 && in < in_end; count += 8) held |= std::to_integer<uint64_t>(*in++) << count;

@@ -19,7 +19,7 @@ template<unsigned table_bits> class HuffmanCode {
     uint16_t value, bits;
   };
 
-  // From the bits of each symbol's code, 0: it has none. Returns false unless they make a complete code.
+  // Takes the bits of each symbol's code, 0: it has none. Returns false unless they make a complete code.
   [[nodiscard]] bool set(std::span<const uint8_t> lengths);
   // The symbol whose code comes first in `bits`, which hold as many as the longest code has.
   [[nodiscard]] Symbol find(uint64_t bits) const;

@@ -27,7 +27,7 @@ class LayerCodes final : public CodedBrick {
   const BrickMask* kept() const override { return kept_ ? &kept_->sites : nullptr; }
   const BrickMask* hole() const override { return hole_.get(); }
   uint64_t bytes() const override;
-  // Whether this coder gives its values these codes.
+  // Returns whether this coder gives its values these codes.
   [[nodiscard]] bool coded_as(const SampleCoder& coder) const {
     return coder_.codes().type == coder.codes().type && coder_.scale() == coder.scale() &&
            coder_.bias() == coder.bias();

@@ -15,7 +15,7 @@
 namespace bccsplat {
 namespace {
 
-// From a site to a neighbour, in planes and layers.
+// The way from a site to a neighbour, in planes and layers.
 struct Step {
   Int3 planes;
   int layers;
@@ -25,7 +25,7 @@ struct Step {
           a.layers - b.layers};
 }
 
-// In the order of gather_taps.
+// Returns the steps in the order of gather_taps.
 [[nodiscard]] std::vector<Step> steps_to_taps(int c) {
   std::vector<Step> steps;
   const auto add_own = [&](int offset, int layers) {
@@ -67,7 +67,7 @@ class Overlap {
   double scale_;
 };
 
-// Which layers behind `layer` see it.
+// Returns which layers behind `layer` see it.
 [[nodiscard]] int layers_behind(const ChunkShape& shape, int layer) {
   const auto sees = [&](int m, bool (ChunkShape::*has)(int) const) {
     return m < shape.layers && !shape.empty(m) && (shape.*has)(m);

@@ -13,13 +13,13 @@
 
 namespace bccsplat {
 
-// For what is rounded in a layer: the weights, in units of 1/4096, at the sites that it is a tap of
-// (predict_walk.h), by the layers there are behind it: bit 0 the next one, bit 1 the next one of its coset.
+// How the rounding of a layer is shaped: the weights, in units of 1/4096, at the sites that a site is a tap
+// of (predict_walk.h), by the layers there are behind it: bit 0 the next one, bit 1 the next of its coset.
 struct NoiseShape {
   ClassWeights weights{};
 };
 
-// For BCC (still) and D4*, whose layers of one coset are two apart.
+// Returns the shape for BCC (still) and D4*, whose layers of one coset are two apart.
 [[nodiscard]] NoiseShape noise_shape(const Kernel& kernel, bool still);
 
 // The weights of the errors at the taps of the sites of a layer, in the order of gather_taps.

@@ -65,7 +65,7 @@ inline std::array<Taps, classes> TapsOf(const ClassWeights& weights) {
   return all;
 }
 
-// Whether the kept sites of a row follow each other.
+// Returns whether the kept sites of a row follow each other.
 HWY_INLINE bool OneRun(unsigned kept) {
   const unsigned run = kept >> std::countr_zero(kept);
   return (run & (run + 1)) == 0;

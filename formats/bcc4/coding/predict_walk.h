@@ -36,7 +36,7 @@ inline constexpr std::array<int, own_taps> own_offset = {-1,
 inline constexpr std::array<int, previous_taps> previous_offset = {0,        -1,        1,       -stride_y,
                                                                    stride_y, -stride_z, stride_z};
 
-// Of an offset between cells of one layer, in sites, each -1 .. 1.
+// Returns an offset between cells of one layer in sites, each -1 .. 1.
 [[nodiscard]] constexpr Int3 sites_of_offset(int offset) {
   const auto nearest = [](int v, int unit) { return (v + 2 * unit + unit / 2) / unit - 2; };
   const int z = nearest(offset, stride_z), y = nearest(offset - z * stride_z, stride_y);
@@ -98,7 +98,7 @@ template<class D> void copy_border(D* to, const D* from, const Int3& n, Planes p
   }
 }
 
-// Whether no site of plane z is kept.
+// Returns whether no site of plane z is kept.
 [[nodiscard]] inline bool plane_empty(const BrickMask& kept, int z) {
   std::array<uint64_t, brick_edge / 4> rows;
   std::memcpy(rows.data(), kept.data() + z * brick_edge, sizeof rows);
@@ -112,7 +112,7 @@ template<class D> struct CellRing {
   std::array<Planes, 3> used{all_planes, all_planes, all_planes};
 };
 
-// Whether all of `width` sites of `height` rows of plane z are.
+// Returns whether all of `width` sites of `height` rows of plane z are.
 [[nodiscard]] inline bool plane_full(const BrickMask& kept, int z, int width, int height) {
   const auto rows = std::span(kept).subspan(static_cast<size_t>(z) * brick_edge, static_cast<size_t>(height));
   return std::all_of(rows.begin(), rows.end(), [&](uint16_t row) { return row == (1u << width) - 1; });

@@ -115,7 +115,7 @@ void RoundSteps(const StepRows& rows, const ErrorTaps& taps, double unit, double
   }
 }
 
-// Without errors sites do not wait for each other.
+// Rounds without errors, so that sites do not wait for each other.
 void RoundValues(const float* HWY_RESTRICT values, double unit, double most, int32_t* HWY_RESTRICT units) {
   const Lanes d;
   for (size_t i = 0; i < brick_sites; i += hn::Lanes(d)) {
@@ -173,7 +173,7 @@ class StepRoom {
   std::unique_ptr<int32_t[]> units_;
 };
 
-// In the order of gather_taps. Layers without a brick have no errors.
+// Returns the taps in the order of gather_taps. Layers without a brick have no errors.
 ErrorTaps taps_of(const StepRoom& room, const ChunkShape& shape, std::span<const Brick* const> bricks, int m,
                   const Weights& weights) {
   ErrorTaps taps;

@@ -43,7 +43,7 @@ struct StoredFloats {
   }
 };
 
-// And relative to another value.
+// Floats that are stored relative to another value.
 struct MovedFloats {
   double bias; // value = stored + bias
 
@@ -107,7 +107,7 @@ void Spread(const MakeValues& values, const SampleCoder& coder, const ChunkCodes
   }
 }
 
-// Of rows that are one run all that is wanted is made, and what is not kept cleared.
+// Makes all that is wanted of rows that are one run, and clears what is not kept.
 template<class Stored, class D, class MakeValues>
 void SpreadPart(D d, const MakeValues& values, const SampleCoder& coder, const ChunkCodes& coded,
                 const BrickCodes& brick, const PlanePart& part, float* to, std::ptrdiff_t stride) {
@@ -193,7 +193,7 @@ HWY_EXPORT(SpreadPart16);
 
 namespace {
 
-// For types that vectors do not turn into values.
+// Spreads types that vectors do not turn into values.
 template<class Stored>
 void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
                    std::span<const std::byte> codes, size_t first, float* brick) {

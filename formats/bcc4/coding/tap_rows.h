@@ -11,7 +11,7 @@
 
 namespace bccsplat {
 
-// For cells that are whole numbers of at most two bytes: every sum is exact, and the same on every target.
+// Sums over cells that are whole numbers of at most two bytes: every sum is exact, the same on every target.
 class TapRows {
  public:
   // n: neighbours of a site. small: all cells are from -255 to 255.
@@ -24,7 +24,7 @@ class TapRows {
   [[nodiscard]] const NormalEquations& sums();
 
  private:
-  // As many products of single bytes as one lane holds: where there is only one, it takes them all.
+  // One lane holds so many products of single bytes: where there is only one lane, it takes them all.
   static constexpr size_t most = 256, stride = most + 16;
   void sum_up();
 

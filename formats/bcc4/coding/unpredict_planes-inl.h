@@ -104,8 +104,8 @@ class FullPlanes {
       }
   }
 
-  // Of as many rows as a vector has lanes, from row `first` on. Lanes hold the cell before a row until it
-  // begins, and its last one when it has ended.
+  // Decodes as many rows as a vector has lanes, from row `first` on. Lanes hold the cell before a row until
+  // it begins, and its last one when it has ended.
   void DecodeRows(const int32_t* own, const Taps& taps, bool repeats, int first) {
     const D d;
     const auto lanes = static_cast<int>(hn::Lanes(d));
@@ -164,7 +164,7 @@ class FullPlanes {
         hn::StoreU(hn::DemoteTo(d8, code), d8, packed + x);
         hn::StoreU(hn::IfThenElseZero(inside, hn::Sub(code, hn::Set(d, air))), d, own + x);
       }
-      // Not from the cells, which have just been written.
+      // The cells have just been written, so that this comes from the codes.
       if (repeats) own[-1] = y == 0 ? own[-stride_y] : codes[-pitch] - air;
       own[width] = codes[width - 1] - air;
     }

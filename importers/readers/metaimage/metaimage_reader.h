@@ -11,7 +11,7 @@
 
 namespace bcc4 {
 
-// Whether the first bytes of a file look like a MetaImage header.
+// Returns whether the first bytes of a file look like a MetaImage header.
 [[nodiscard]] bool is_metaimage(std::string_view start);
 
 // The fourth axis is time, its ElementSpacing the time step; or one file per frame. Elements of several

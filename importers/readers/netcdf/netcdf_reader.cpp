@@ -133,7 +133,7 @@ class NetcdfReader : public FrameReader {
   std::unique_ptr<NetcdfFile> file_;
 };
 
-// Whether positions are even to a thousandth of a step.
+// Returns whether positions are even to a thousandth of a step.
 bool evenly_spaced(const std::vector<double>& at) {
   const double step = (at.back() - at.front()) / static_cast<double>(at.size() - 1);
   bool even = step != 0 && std::isfinite(step);

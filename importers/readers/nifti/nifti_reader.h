@@ -12,7 +12,7 @@
 
 namespace bcc4 {
 
-// Whether the first bytes of a file, unpacked, 352 or all there are, look like one.
+// Returns whether the first bytes of a file, unpacked, 352 or all there are, look like one.
 [[nodiscard]] bool is_nifti(std::string_view start);
 
 // The fourth axis is time unless xyzt_units say hertz, ppm or radians. scl_slope 0 means no scaling.

@@ -28,7 +28,7 @@ bool holds_components(const std::string& kind) {
          kind == "point" || kind == "scalar" || kind == "stub";
 }
 
-// Whether an axis runs along time only, in a space that has time as its fourth dimension.
+// Returns whether an axis runs along time only, in a space that has time as its fourth dimension.
 bool points_in_time(const NrrdAxis& axis) {
   const auto& d = axis.direction;
   return d && d->size() == 4 && (*d)[0] == 0 && (*d)[1] == 0 && (*d)[2] == 0 && (*d)[3] != 0;
@@ -47,7 +47,7 @@ Sort sort_of(const NrrdHeader& h, const NrrdAxis& axis) {
   return axis.kind == "domain" || axis.kind.empty() ? Sort::space : Sort::unknown;
 }
 
-// Of an axis that was taken for time.
+// Says why an axis was taken for time.
 std::string reason_of_time(const NrrdAxis& axis) {
   if (axis.kind == "time" || axis.kind == "list") return concat("kind, ", axis.kind);
   return points_in_time(axis) ? "direction" : "label";

@@ -15,8 +15,8 @@
 namespace bcc4 {
 namespace {
 
-// Whether a file is gzip is told by its name: what begins like gzip under another name may be values. The
-// error for such a file of the wrong size says so.
+// Returns whether a file is gzip is told by its name: what begins like gzip under another name may be values.
+// The error for such a file of the wrong size says so.
 bool is_gzip(const std::string& path) { return lower(path).ends_with(".gz"); }
 
 // Returns text such as "64 x 64 x 64 x 2 bytes (u16)".
@@ -28,7 +28,7 @@ std::string arithmetic(const DenseLayout& layout, uint64_t frames) {
   return concat(text, type_size(layout.type), " bytes (", type_name(layout.type), ")");
 }
 
-// What to say where a file holds another number of frames than was told.
+// Returns what to say where a file holds another number of frames than was told.
 std::string frames_hint(const DenseLayout& layout, uint64_t frames) {
   return concat("the file would fit ", frames, frames == 1 ? " frame" : " frames", ": --dims ",
                 layout.size_of(AxisRole::x), ",", layout.size_of(AxisRole::y), ",",

@@ -45,7 +45,7 @@ double relative_step(const Bytes& bytes, Type type, uint64_t stride, bool swappe
   return deviation > 0 ? step / deviation : 0;
 }
 
-// Whether all values are whole multiples of what the other byte order reads as small numbers.
+// Returns whether all values are whole multiples of what the other byte order reads as small numbers.
 bool only_high_bytes(const Bytes& bytes, Type type) {
   if (is_float(type)) return false;
   const size_t size = type_size(type);

@@ -36,7 +36,7 @@ struct VtiContent {
   [[noreturn]] void refuse_size(uint64_t held) const;
 };
 
-// Where the bytes of an array come from.
+// The place that the bytes of an array come from.
 struct VtiSource {
   const std::string& path;
   InputFile* file = nullptr; // null: base64 text

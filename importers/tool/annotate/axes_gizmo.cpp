@@ -15,7 +15,7 @@ struct Axis {
   Color color; // display
 };
 
-// Of x, y, z and t; other directions of a slice have none of them.
+// The colours of x, y, z and t; other directions of a slice have none of them.
 constexpr std::array<Color, 4> axis_colors{
     {{0.94, 0.27, 0.24}, {0.3, 0.78, 0.3}, {0.33, 0.56, 1}, {0.95, 0.77, 0.2}}};
 constexpr Color other_color{0.6, 0.6, 0.6};

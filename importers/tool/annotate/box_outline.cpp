@@ -16,7 +16,7 @@ Vector to_world(const bccsplat_slice_info& s, const Vector& uvw) {
   return out;
 }
 
-// At shares of the domain from 0 to 1.
+// Returns the point at shares of the domain from 0 to 1.
 Vector inside(const bccsplat_slice_info& s, const Vector& share) {
   Vector uvw;
   for (size_t a = 0; a < 3; ++a) uvw[a] = s.extent[a][0] + share[a] * (s.extent[a][1] - s.extent[a][0]);

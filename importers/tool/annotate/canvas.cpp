@@ -31,7 +31,7 @@ void spread(std::vector<float>& values, size_t lines, size_t line_step, size_t c
   }
 }
 
-// What is near letters, soft at its edge.
+// Returns what is near letters, soft at its edge.
 std::vector<float> halo_of(const TextMask& mask, size_t r) {
   std::vector<float> halo = mask.coverage;
   const auto w = static_cast<size_t>(mask.width), h = static_cast<size_t>(mask.height);

@@ -14,7 +14,7 @@ constexpr size_t most_ticks = 9;
 constexpr double tick_distance = 1.9; // at least, in em
 constexpr double digit_height = 0.73; // of the font's em
 
-// Every so many ticks that there is room for them; the first is one of them.
+// Picks ticks so far apart that there is room for them; the first is one of them.
 std::vector<size_t> fitting_ticks(size_t count, size_t fitting) {
   const size_t apart = count > fitting ? (count - 2) / (fitting - 1) + 1 : 1;
   std::vector<size_t> out;

@@ -13,7 +13,7 @@ namespace bcc4 {
 struct ColorBar {
   std::string heading;                       // name and unit
   std::vector<std::array<double, 4>> colors; // value, linear red, green and blue; values rise
-  // Where numbers stand, and what they are; none: round ones.
+  // The numbers beside the bar, and their texts; none: round ones.
   std::vector<double> ticks{};
   std::vector<std::string> texts{};
 };

@@ -43,7 +43,7 @@ struct Letter {
   std::string_view bytes;
 };
 
-// Of UTF-8; what is none becomes the sign for unknown letters, and control characters spaces.
+// Returns the letters of UTF-8; other bytes become the sign for unknown letters, control characters spaces.
 std::vector<Letter> letters_of(std::string_view text) {
   std::vector<Letter> out;
   for (size_t i = 0; i < text.size();) {

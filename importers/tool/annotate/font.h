@@ -9,7 +9,7 @@
 
 namespace bcc4 {
 
-// Of one line of text: rows of coverage from 0 to 1, with `pad` pixels around it.
+// One line of text: rows of coverage from 0 to 1, with `pad` pixels around it.
 struct TextMask {
   int width = 0, height = 0;
   int pad = 0, baseline = 0; // the first letter starts at column `pad` and stands on row `baseline`

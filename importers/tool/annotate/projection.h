@@ -19,9 +19,9 @@ class Projection {
   [[nodiscard]] std::optional<std::array<Point, 2>> line(const Vector& from, const Vector& to) const;
   // World lengths per pixel at a point's distance; 0 behind the camera.
   [[nodiscard]] double world_per_pixel(const Vector& at) const;
-  // Of a direction: to the right, up and away from who looks.
+  // Returns a direction as the camera sees it: to the right, up and away from the eye.
   [[nodiscard]] Vector turned(const Vector& direction) const;
-  // Whether a surface there with that normal faces the camera.
+  // Returns whether a surface there with that normal faces the camera.
   [[nodiscard]] bool faces(const Vector& at, const Vector& normal) const;
 
  private:

@@ -47,7 +47,7 @@ ExportFormat format_of(const ExportArguments& a) {
   fail_usage("--format raw, nrrd or vdb is missing: -o ", a.output, " does not say");
 }
 
-// With what is damaged as missing data, after a word on what that is.
+// Opens the file with what is damaged as missing data, and warns of that.
 Volume open_salvaged(const Device& device, const ExportArguments& a) {
   auto options = sized<bccsplat_volume_options>();
   options.kernel = a.kernel.empty() ? nullptr : a.kernel.c_str();
@@ -61,7 +61,7 @@ Volume open_salvaged(const Device& device, const ExportArguments& a) {
   return volume;
 }
 
-// Every frame into a file of its own.
+// Exports every frame into a file of its own.
 void export_files(Exporter& exporter, const Volume& volume, const std::string& pattern, bool overwrite,
                   Progress& progress) {
   const uint64_t frames = volume_info(volume).dims[3];
@@ -75,7 +75,7 @@ void export_files(Exporter& exporter, const Volume& volume, const std::string& p
   }
 }
 
-// All frames into one file.
+// Exports all frames into one file.
 void export_file(Exporter& exporter, const Volume& volume, const ExportArguments& a, Progress& progress) {
   if (a.options.format != ExportFormat::vdb) return exporter.write_series(a.output, progress);
   if (volume_info(volume).dims[3] > 1)

@@ -66,7 +66,7 @@ void report_nothing_new(const ImportArguments& a, uint64_t frames) {
                 static_cast<unsigned long long>(frames));
 }
 
-// What remains to be decided about a series, after what the file has that it is appended to.
+// Returns what remains to be decided about a series, after what the file has that it is appended to.
 Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesDescription& s,
                          const ErrorBound& bound) {
   Unsettled u;
@@ -111,7 +111,7 @@ void save_plan(const ImportArguments& a, const ImportPlan& plan) {
   write_plan_file(a.plan, file, a.settings.overwrite);
 }
 
-// What --dry-run does: the plan is saved, completed by what is only told, and told.
+// Ends a dry run: the plan is saved, completed by what is only told, and told.
 Exit report_plan(const ImportArguments& a, FrameReader& reader, const Device& device, bool planned,
                  ImportPlan& plan) {
   if (!a.plan.empty()) save_plan(a, plan);

@@ -22,7 +22,7 @@ struct InfoArguments {
   bool frames = false;
 };
 
-// Of the source, frame by frame; empty where the file does not tell.
+// Returns the ranges of the source, frame by frame; empty where the file does not tell.
 std::vector<std::array<double, 2>> frame_ranges(const Volume& volume, uint32_t channel) {
   uint64_t count = 0;
   check(bccsplat_volume_get_frame_ranges(volume.get(), channel, nullptr, 0, &count), "");
@@ -171,7 +171,7 @@ std::string distances_text(const bccsplat_volume_info& v, const double* scales) 
   return text;
 }
 
-// Of integer codes that are not the values themselves.
+// Returns what one step means where integer codes are not the values themselves.
 std::string steps_text(const bccsplat_channel_info& c) {
   const bool integers = c.value_type == BCCSPLAT_TYPE_U8 || c.value_type == BCCSPLAT_TYPE_U16;
   return integers && c.value_scale != 1 ? concat(" in steps of ", short_number(c.value_scale, 6)) : "";
@@ -182,7 +182,7 @@ std::string psnr_text(double peak, double rmse) {
   return rmse > 0 && peak > 0 ? concat(short_number(20 * std::log10(peak / rmse), 3), " dB") : "no error";
 }
 
-// What a file with a bound promises, and what it takes.
+// Prints what a file with a bound promises, and what it takes.
 void print_errors(const bccsplat_channel_info& c) {
   if (!(c.error_bound > 0)) return;
   line("error", "at most ", short_number(c.error_bound, 5), " at source samples, ", c.corrections,

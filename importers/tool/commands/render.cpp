@@ -198,7 +198,7 @@ void prepare_annotation(RenderArguments& a, const std::array<uint32_t, 2>& size)
                least_annotated, "x", least_annotated, " or more");
 }
 
-// What nobody chose is told, and how to choose.
+// Tells what nobody chose, and how to choose.
 void tell_look(const RenderArguments& a, const bccsplat_look& look) {
   const bool iso = a.mode == BCCSPLAT_MODE_ISOSURFACE;
   if (a.common.quiet || !a.tf.empty() || a.range || a.mode == BCCSPLAT_MODE_XRAY || (iso && !a.iso.empty()))

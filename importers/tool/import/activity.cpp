@@ -60,7 +60,7 @@ class ActivityPlanes {
   [[nodiscard]] size_t cell_of(uint64_t cell_x, uint64_t y, uint64_t z) const {
     return (axes_[2].cell_at(z) * axes_[1].cells + axes_[1].cell_at(y)) * axes_[0].cells + cell_x;
   }
-  // At the faces of x and y.
+  // Adds the kinks at the faces of x and y.
   void add_kinks(uint64_t z, Shares& kinks) const {
     if (axes_[0].cells > 1)
       for (uint64_t y = 0; y < ny_; ++y) {
@@ -149,7 +149,7 @@ struct Mean {
                    channels[c]);
     frames += static_cast<double>(length), looked_at += static_cast<double>(moments);
   }
-  // Of all frames it stands for, of a channel.
+  // Returns the share of a channel summed over all frames that the measured ones stand for.
   [[nodiscard]] double sum(size_t channel, Shares Activity::*kind) const {
     double all = 0;
     for (const double share : channels[channel].*kind) all += share;

@@ -39,8 +39,8 @@ struct Activity {
   explicit Activity(size_t cells) : in_space(cells), in_time(cells), at_faces(cells), filled(cells) {}
 };
 
-// What the cells have in the mean frame of `here`, all of them together 1 in the mean frame of `all`, which
-// holds `here`. Channels count alike. Looks at some frames of both; ranges: widened by what is seen, by
+// Returns what the cells have in the mean frame of `here`, all of them together 1 in the mean frame of `all`,
+// which holds `here`. Channels count alike. Looks at some frames of both; ranges: widened by what is seen, by
 // channel.
 [[nodiscard]] Activity find_activity(FrameReader& reader, const std::vector<double>& air,
                                      const Divisions& axes, FrameSpan here, FrameSpan all,

@@ -11,7 +11,7 @@ namespace bcc4 {
 namespace {
 
 constexpr double kShareOfAir = 1.0 / 256; // of the samples; with more of it, air is what is empty
-// In standard deviations: a mean this near to air has it among the values already.
+// Standard deviations: a mean this near to air has it among the values already.
 constexpr double kNearAir = 0.5;
 // Standard deviation over mean: of a channel with less, a constant, it is not known what else there will be.
 constexpr double kConstant = 1e-6;

@@ -13,7 +13,7 @@ namespace bcc4 {
 
 namespace {
 
-// Where every frame has a file of its own.
+// Warns of frames whose files are not those of the series, where each frame has a file of its own.
 void warn_of_other_files(const std::string& path, const AppendedFile& old, const SeriesDescription& series) {
   if (old.sources.size() != old.frames || series.files.size() != series.dims[3]) return;
   for (size_t f = 0; f < old.frames; ++f) {

@@ -21,7 +21,7 @@ struct AppendedFile {
 [[nodiscard]] AppendedFile open_appended(const Device& device, const std::string& path,
                                          const SeriesDescription& series, const std::string& filtering);
 
-// How many coarser levels it has, which it keeps.
+// Returns how many coarser levels it has, which it keeps.
 [[nodiscard]] uint32_t levels_in_file(const Device& device, const std::string& path);
 // A series that is appended to keeps its lattice, and steps that are not those of the source.
 void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings);

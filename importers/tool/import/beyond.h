@@ -11,11 +11,11 @@
 
 namespace bcc4 {
 
-// Of faces: the one that says PREDICT across axis 0, 1 or 2.
+// Returns the flag that says PREDICT for the faces across axis 0, 1 or 2.
 [[nodiscard]] constexpr int32_t face_bit(size_t axis) { return BCCSPLAT_FACES_PREDICT_X << axis; }
 static_assert(face_bit(1) == BCCSPLAT_FACES_PREDICT_Y && face_bit(2) == BCCSPLAT_FACES_PREDICT_Z);
 
-// What a writer of a series of `dims` does at its faces, in words that mean the same for a part of it.
+// Returns what a writer does at the faces of a series of `dims`, in words that fit a part of it, too.
 [[nodiscard]] int32_t faces_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // Does a writer of a series of `dims` predict what lies beyond its ends?
 [[nodiscard]] bool predicts_ends(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
@@ -23,7 +23,7 @@ static_assert(face_bit(1) == BCCSPLAT_FACES_PREDICT_Y && face_bit(2) == BCCSPLAT
 // too.
 enum class Beyond : uint8_t { plain, faces, all };
 inline constexpr std::array kBeyond{Beyond::plain, Beyond::faces, Beyond::all};
-// What is given stays, and samples of the source need nothing outside.
+// Adds what is not given; samples of the source need nothing outside.
 [[nodiscard]] LatticeShape with_beyond(LatticeShape shape, Beyond beyond);
 // Do writers of a series do the same for both?
 [[nodiscard]] bool goes_on_alike(const LatticeShape& a, const LatticeShape& b,

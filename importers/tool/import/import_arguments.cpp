@@ -66,7 +66,7 @@ void add_lattice_options(Command import, ImportArguments& a) {
       .type_name("X|auto");
 }
 
-// Which values are there, and how they become samples of the lattice.
+// Adds the options that say which values are there, and how they become samples of the lattice.
 void add_fit_options(Command import, ImportArguments& a) {
   add_number(import, "--air", a.air,
              "Value of empty space (default: the background of OpenVDB grids, else 0, and of floats that are "
@@ -96,7 +96,7 @@ void add_fit_options(Command import, ImportArguments& a) {
                       "again, and there are no faces (of time: --ends periodic)");
 }
 
-// How near the file has to be, and how it stores samples.
+// Adds the options that say how near the file has to be, and how it stores samples.
 void add_coding_options(Command import, ImportArguments& a) {
   import.add_flag(
       "--exact", a.exact,
@@ -125,7 +125,7 @@ void add_coding_options(Command import, ImportArguments& a) {
   import.add_option("--kernel", a.settings.kernel, "Kernel recommended to readers").type_name("NAME");
 }
 
-// What is written, and how.
+// Adds the options that say what is written, and how.
 void add_output_options(Command import, ImportArguments& a) {
   add_threads(import, a.common);
   add_max_memory(import, a.common);

@@ -17,7 +17,7 @@ namespace {
 // spectrum that fades out there says.
 constexpr std::array kTooLow{4.0, 4.0, 8.0};
 constexpr double kGain = 0.25; // dB that prediction has to gain to be worth its trouble
-// Of the error power of the lattice, by rounding. An even spread of width q has the power q^2 / 12.
+// Rounding may add this share of the lattice's error power. An even spread of width q has the power q^2 / 12.
 constexpr double kRoundingShare = 1.0 / 15, kCoarsestRounding = 1.0 / 512;
 constexpr double kSpread = 12;
 constexpr double kMostSites = 1.25;    // of those wished for
@@ -27,7 +27,7 @@ constexpr double kFarOff = 30;         // dB below which the report says what ke
 
 double decibels(double mean_square) { return mean_square > 0 ? -10 * std::log10(mean_square) : HUGE_VAL; }
 
-// Every second frame, or as many as the density leaves.
+// Keeps every second frame, or as many as the density leaves.
 LatticeShape fewer_frames(double density) {
   return {BCCSPLAT_LATTICE_CC, {1, 1, 1, std::max(1.0, std::round(1 / density))}};
 }
@@ -55,7 +55,7 @@ std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const Latt
     found.push_back(
         {name, shape, beyond, decibels(predicted_error(spectra.of(beyond), shape, series.dims)), {}});
   };
-  // In all ways to go on beyond the ends that are not the same, sites outside being sites.
+  // Adds a shape in each distinct way to go on beyond the ends, sites outside being sites.
   const auto add_all = [&](const std::string& name, const auto& shape_of) {
     constexpr std::array<const char*, 3> names{"", ", faces predicted", ", ends predicted"};
     std::vector<LatticeShape> others;

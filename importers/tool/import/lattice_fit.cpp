@@ -143,7 +143,7 @@ double error_of(const Spectrum& spectrum, const SpectrumBins& bins, const Lattic
                        : error_of(CartesianWaves(spectrum, distances), bins, most);
 }
 
-// Of each bin.
+// Returns the error in each bin.
 std::vector<double> errors_of(const Spectrum& spectrum, const SpectrumBins& bins, const LatticeShape& shape,
                               const std::array<uint64_t, 4>& dims) {
   std::vector<double> errors;
@@ -230,7 +230,7 @@ class ShapeSearch {
   [[nodiscard]] double factor(const LatticeShape& s) const {
     return std::pow(std::max(1.0, site_density(s, dims_) / density_), kOfDensity);
   }
-  // Where it is more than `most`, perhaps not all of it.
+  // Returns the cost of a shape; where it is more than `most`, perhaps not all of it.
   [[nodiscard]] double cost(const LatticeShape& s, double most) const {
     return factor(s) * error_of(spectrum_, bins_, s, dims_, most / factor(s));
   }
@@ -241,7 +241,7 @@ class ShapeSearch {
     for (double& part : parts) part *= times;
     return parts;
   }
-  // By what is sampled, is the first one more?
+  // Returns whether the first one is more, as far as was sampled.
   [[nodiscard]] static bool surely_more(const std::vector<double>& a, const std::vector<double>& b) {
     double more = 0, squares = 0;
     for (size_t i = 0; i < a.size(); ++i) more += a[i] - b[i], squares += (a[i] - b[i]) * (a[i] - b[i]);

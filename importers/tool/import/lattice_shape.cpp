@@ -20,7 +20,7 @@ bool turns(const LatticeShape& s, size_t axis, uint64_t n) {
   return n > 1 && (axis == 3 ? s.ends == BCCSPLAT_ENDS_PERIODIC : is_periodic(s.periodic, axis));
 }
 
-// In units of the lattice's distance.
+// Returns the distance of planes in units of the lattice's distance.
 double plane_distance(const LatticeShape& s) { return is_bcc(s) ? 1 / std::numbers::sqrt2 : 1; }
 
 double axes_of(const std::array<uint64_t, 4>& dims) {

@@ -36,9 +36,9 @@ struct LatticeShape {
 // Distances as a writer realises them: in space a whole number of planes ends on the last sample,
 // or is a turn.
 [[nodiscard]] Distances realised_distances(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
-// What a part of a series, of `part` samples, takes to be like the whole: along the axes that are cut planes
-// as far from each other as those of the series, as nearly as a whole number of them allows. A part that ends
-// with the series has its last layer as far behind the last frame.
+// Returns what a part of a series, of `part` samples, takes to be like the whole: along the axes that are cut
+// planes as far from each other as those of the series, as nearly as a whole number of them allows. A part
+// that ends with the series has its last layer as far behind the last frame.
 [[nodiscard]] LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
                                          const std::array<uint64_t, 4>& part, bool ends_with_series);
 // Layers of a series, none of them beyond its ends.

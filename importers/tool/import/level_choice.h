@@ -16,7 +16,7 @@ struct LevelChoice {
 
 // Levels until a frame is smaller than about 96^3 samples; none where all of it is smaller than 192^3.
 [[nodiscard]] uint32_t levels_for(const std::array<uint64_t, 4>& dims);
-// What is said about them; empty: nothing.
+// Returns what is said about them; empty: nothing.
 [[nodiscard]] std::string levels_text(const LevelChoice& choice, uint32_t levels);
 
 } // namespace bcc4

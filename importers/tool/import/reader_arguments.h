@@ -20,7 +20,7 @@ struct ReaderArguments {
 // Inputs are not among them: each command names its own.
 void add_reader_options(Command command, ReaderArguments& arguments);
 
-// As if typed.
+// Sets an option of a reader as if it had been typed.
 void set_reader_option(ReaderArguments& arguments, const std::string& key, const std::string& text);
 
 // What import keeps in the file, so that verify reads the source the same way without being told again.

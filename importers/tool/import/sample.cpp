@@ -20,7 +20,7 @@ constexpr uint64_t kFrameMargin = 4; // the same in time
 constexpr uint64_t kFewestBoxes = 3; // of a stretch that has more
 constexpr double kEven = 0.1;        // of the picks: spread evenly, whatever is busy
 
-// All frames, or two stretches: one before the middle, and one that ends with the series.
+// Takes all frames, or two stretches: one before the middle, and one that ends with the series.
 std::vector<SampleStretch> divide_time(uint64_t frames, uint64_t longest) {
   if (frames <= longest) {
     SampleStretch all;

@@ -27,7 +27,7 @@ struct SampleStretch {
   double filled = 0;    // by these weights, of what the series has that is not air; 0: not counted
   std::vector<std::vector<float>> values; // by channel: x fastest, frames slowest; NaN as in the source
 
-  // How many frames one that counts stands for.
+  // Returns how many frames one that counts stands for.
   [[nodiscard]] double frame_weight(uint64_t frame) const;
   // Is the box as long as the series along this axis?
   [[nodiscard]] bool whole(size_t axis, const std::array<uint64_t, 4>& dims) const {
@@ -40,7 +40,7 @@ struct SeriesSample {
   std::vector<ChannelScan> ranges; // by channel: of the frames that were looked at to find what is busy, and
                                    // of the boxes
   [[nodiscard]] uint64_t frames() const;
-  // What is not air by the weights, over what there is of it: as much too large is what rounding adds.
+  // Returns what is not air by the weights, over what there is of it: the factor that rounding is off by.
   [[nodiscard]] double filled() const;
 };
 

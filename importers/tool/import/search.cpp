@@ -20,7 +20,7 @@ namespace {
 // dB by which the sample must beat the series: more takes a finer coding than needed, less writes more series
 // twice.
 constexpr double kPsnrReserve = 0.3;
-// Of the error that is allowed, by the lattice: the rest is rounding. Where the search begins, by spectrum.
+// The share of the allowed error that the lattice may take, rounding the rest, where the search begins.
 constexpr double kLatticeShare = 0.4;
 // A largest error over the root of the mean square that lattice and rounding are to have: less leaves more
 // samples to correct, more takes a finer coding. Twice is the least.
@@ -233,7 +233,7 @@ class BoundSearch {
   [[nodiscard]] double merit_of(const LatticeShape& shape) {
     return merit(plain_trial(shape).psnr, shape, series_.dims, 1);
   }
-  // What is done beyond the ends, and the shape that fits it.
+  // Returns a shape that fits what is done beyond the ends.
   [[nodiscard]] LatticeShape fitted(int32_t lattice, double density, Beyond beyond) {
     const auto [found, is_new] = fitted_.try_emplace({lattice, density, beyond});
     if (is_new) {

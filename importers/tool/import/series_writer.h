@@ -57,7 +57,7 @@ struct ScaledCoding {
 // None: the source is not scaled, or the settings ask for other values, or air is too far from its range.
 [[nodiscard]] std::optional<ScaledCoding> scaled_coding(const Channel& channel,
                                                         const WriterSettings& settings);
-// From one value of a channel to the next; 0: floats.
+// Returns the step from one value of a channel to the next; 0: floats.
 [[nodiscard]] double source_step(const Channel& channel);
 // Does the kernel of that name have a form for the Cartesian lattice?
 [[nodiscard]] bool has_cartesian(const std::string& kernel);
@@ -66,8 +66,8 @@ struct ScaledCoding {
 // Codes `step` apart for a channel of which `known` is known, with room for values that come later; those of
 // its type where they are too many.
 [[nodiscard]] StepCoding step_coding(double step, const ChannelScan& known, double air, int32_t nonfinite);
-// By channel, steps of at most `widest`: of integers whole numbers of their own, if two or more fit; 0: as
-// the source. None where no channel has any.
+// Returns by channel steps of at most `widest`: of integers whole numbers of their own, if two or more fit;
+// 0: as the source. None where no channel has any.
 [[nodiscard]] std::vector<StepCoding> whole_steps(const std::vector<double>& widest,
                                                   const SeriesDescription& series,
                                                   const WriterSettings& settings,
@@ -79,7 +79,7 @@ struct ScaledCoding {
 // Integers of another width or floats stored as u8 or u16 need the range of the whole series, and so do
 // infinities that become its ends.
 [[nodiscard]] bool needs_range(const Channel& channel, const WriterSettings& settings);
-// Of scaled integers, unless the user says otherwise, a value the source has.
+// Returns the air of a channel; unless given, that of scaled integers is a value that the source has.
 [[nodiscard]] double air_of(const Channel& channel, const WriterSettings& settings);
 
 // `frames` replaces the number of frames of the description. `scans` may be empty unless a range is needed.

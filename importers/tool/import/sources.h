@@ -10,8 +10,8 @@
 
 namespace bcc4 {
 
-// With CRC-32 unless they are very many bytes. Those of `known` files of the same name and size are taken
-// from there: they are not read.
+// Returns the files, with CRC-32 unless they are very many bytes. That of a `known` file of the same name and
+// size is taken from there: it is not read.
 [[nodiscard]] std::vector<PlannedSource> sources_of(const SeriesDescription& series,
                                                     std::span<const PlannedSource> known = {});
 

@@ -114,8 +114,8 @@ void take_block(const SampleStretch& s, size_t channel, double air, const AxisTr
 
 uint64_t length_of(const SampleStretch& s, size_t axis) { return axis == 3 ? s.frames : s.box.dims[axis]; }
 
-// Where blocks begin along an axis: from one end to the other, and no two overlap; a single one is in the
-// middle.
+// Returns where blocks begin along an axis: from one end to the other, no two overlapping; a single one is in
+// the middle.
 std::vector<size_t> block_begins(uint64_t length, size_t n) {
   const size_t fit = std::max<size_t>(1, length / n);
   if (fit == 1) return {(length - n) / 2};
@@ -183,7 +183,7 @@ struct BlockAxis {
     for (const bool first : {false, true})
       for (const bool last : {false, true}) transforms_.emplace_back(n, Ends{{first, last}});
   }
-  // Of a block from `begin` on in a stretch: it ends at a face, or it is cut there.
+  // Returns the transform of a block from `begin` on in a stretch: it ends at a face, or it is cut there.
   [[nodiscard]] const Transform& transform(const SampleStretch& s, size_t begin) const {
     if (mirrored) return transforms_.front();
     if (axis == 3 || !mirrors_) return transforms_.back();

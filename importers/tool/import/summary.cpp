@@ -14,8 +14,8 @@
 namespace bcc4 {
 namespace {
 
-// Of this program alone. ru_maxrss would do, but on Linux it starts from the memory of the process that
-// started us.
+// Returns the memory of this program alone. On Linux ru_maxrss starts from the memory of the process that
+// started this one, and will not do.
 uint64_t peak_memory() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -27,14 +27,14 @@ uint64_t peak_memory() {
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-// Of the source's values as its files hold them: the library counts scaled integers as the floats they are.
+// Returns the bytes of the values in their files: the library counts scaled integers as floats.
 uint64_t value_bytes(const SeriesDescription& s, const bccsplat_writer_report& r) {
   uint64_t bytes = 0;
   for (const Channel& c : s.channels) bytes += r.cc_samples / s.channels.size() * type_size(c.precision);
   return bytes;
 }
 
-// Of the samples of a channel in measured frames, the part that was compared; 1 where all were that have a
+// Returns the part of a channel's samples in measured frames that was compared; 1 where all were that have a
 // value.
 double compared_part(const SeriesDescription& s, const ImportResult& import, size_t channel) {
   const bccsplat_error_report& e = import.errors.series[channel];

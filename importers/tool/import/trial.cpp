@@ -179,7 +179,7 @@ void Trier::weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const {
   trial.psnr = psnr_of(trial.mean_squares);
 }
 
-// What a writer of the series does at its ends; where a stretch is cut out of it, nothing counts.
+// Returns what a writer of the series does at its ends; where a stretch is cut out of it, nothing counts.
 int32_t Trier::ends_of(const SampleStretch& stretch, const LatticeShape& shape) const {
   const bool at_end = stretch.first == 0 || stretch.first + stretch.frames == series_.dims[3];
   if (shape.ends == BCCSPLAT_ENDS_PERIODIC) {
@@ -244,7 +244,7 @@ bool Trier::measure_stretch(const SampleStretch& stretch, CodingTrial& trial,
     const Writer writer = create_writer(device_, "", part, s, scans_, stretch.frames, nullptr, &stream);
     if (!write_stretch(writer, part, stretch)) return false;
   }
-  // Of a box more stands outside the faces than of the series.
+  // More of a box than of the series is outside the faces.
   trial.bytes += static_cast<uint64_t>(
       static_cast<double>(file.bytes.size()) * (1 + outside_share(whole, series_.dims)) /
       (1 + outside_share(shape, part.dims, s.faces, s.ends == BCCSPLAT_ENDS_PREDICT)));

@@ -84,7 +84,7 @@ class Columns {
       values_.insert(values_.end(), plane.begin(), plane.end());
     }
   }
-  // As of frames: of columns i and j across an axis.
+  // Returns the difference of columns i and j across an axis, as that of frames is computed.
   [[nodiscard]] double difference(size_t axis, uint64_t i, uint64_t j) const {
     double squares = 0, count = 0;
     each(axis, i, [&](size_t at) {

@@ -52,7 +52,7 @@ double bessel_i0(double x) {
 
 constexpr size_t kPerBand = 50; // entries of the response between frequencies 0 and 1
 
-// Of the sinc of 8 taps in a Kaiser window, up to frequency 2; the integral by midpoints.
+// Samples the response of the Kaiser-windowed sinc of 8 taps up to frequency 2; the integral by midpoints.
 std::array<double, 2 * kPerBand + 1> make_response() {
   constexpr double half = 4, beta = 5.5;
   constexpr int steps = 400;

@@ -9,7 +9,7 @@ struct WaveResponse {
   double pass = 0, folded = 0;
 };
 
-// On D4* and BCC, by where the wave stands in the cell of the lattice's dual: gauge is the largest |f_i| +
+// Returns the response on D4* and BCC, by the wave's place in the dual's cell: gauge is the largest |f_i| +
 // |f_j| over sqrt2, f in units of the Nyquist frequency of a grid of the lattice's distance; 1 at the border.
 [[nodiscard]] WaveResponse lattice_response(double gauge);
 // Along one axis of CC, |f| in the same units.

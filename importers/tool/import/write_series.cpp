@@ -17,7 +17,7 @@
 namespace bcc4 {
 namespace {
 
-// Where a PSNR was missed, by sizes of steps one after the other: rounding is about half of the error there.
+// Sizes of steps tried where a PSNR was missed: rounding is about half of the error there.
 constexpr double kFiner[] = {0.85, 0.6};
 
 std::string counts_text(const std::vector<uint64_t>& counts) {

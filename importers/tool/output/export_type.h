@@ -9,7 +9,7 @@ namespace bcc4 {
 
 // Narrow integers go back as such, everything else as f32.
 [[nodiscard]] Type export_type(const bccsplat_channel_info& channel);
-// What is written for `value`.
+// Returns what is written for `value`.
 [[nodiscard]] double exported_value(Type type, float value);
 
 } // namespace bcc4

@@ -29,7 +29,7 @@ class Exporter {
   void write_frame(const std::string& path, const Cut& where);
   // All frames in one file, time slowest; raw and NRRD.
   void write_series(const std::string& path, Progress& progress);
-  // Of the values written.
+  // Returns the type of the values written.
   [[nodiscard]] Type type() const { return type_; }
   // Values that are missing and were written as 0.
   [[nodiscard]] uint64_t holes() const { return holes_; }

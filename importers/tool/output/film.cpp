@@ -187,7 +187,7 @@ bool Film::ends_well() {
   }
   process_ = -1;
   std::error_code error;
-  // Of a disk that fills up while it writes the end, ffmpeg 5.1 speaks and exits with 0 all the same.
+  // When the disk fills up while the end is written, ffmpeg 5.1 prints an error and still exits with 0.
   return WIFEXITED(status) && WEXITSTATUS(status) == 0 && fs::file_size(partial_, error) > 0 && !error &&
          !mentions(its_words(), {"Error writing trailer", "Error closing file"});
 }

@@ -15,7 +15,7 @@ void refuse_existing(const std::string& path, bool overwrite);
 void require_writable_folder(const std::string& path);
 // Nothing is written over what is read, whatever `overwrite` says: refused where both are one file.
 void refuse_source_as_output(const std::string& output, const std::string& source);
-// Where to write meanwhile: a hidden neighbour of `path`.
+// Returns the path to write to meanwhile: a hidden neighbour of `path`.
 [[nodiscard]] std::string partial_path(const std::string& path);
 void rename_finished(const std::string& partial, const std::string& path);
 

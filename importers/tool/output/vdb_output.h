@@ -22,7 +22,7 @@ struct VdbOutput {
   bool overwrite = false;
 };
 
-// How far the value is from the background, for a level set from either of them; NaN is not.
+// Returns how far the value is from the background, for a level set from either of them; NaN is not.
 [[nodiscard]] float distance_from_air(const VdbOutput& output, float value);
 // The least distance at which no more than `count` of the values of a frame are active, but for equal ones.
 [[nodiscard]] float least_distance(const VdbOutput& output, std::span<const float> values, uint64_t count);

@@ -22,7 +22,7 @@ struct CameraFile {
 // The camera on a circle about its target, `degrees` about its up direction, right-handed as --rotate-y.
 [[nodiscard]] bccsplat_camera turned(const bccsplat_camera& camera, double degrees);
 
-// What is seen grows by the factor about the middle of the picture.
+// Makes what is seen grow by the factor about the middle of the picture.
 [[nodiscard]] bccsplat_camera zoomed(const bccsplat_camera& camera, double factor);
 
 } // namespace bcc4

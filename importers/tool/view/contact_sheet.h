@@ -8,13 +8,13 @@
 
 namespace bcc4 {
 
-// Which of so many pictures a sheet with fewer places shows: evenly from the first to the last, or, where
-// they go round a circle, to the one that leads to the first.
+// Returns which of so many pictures a sheet with fewer places shows: evenly from the first to the last, or,
+// where they go round a circle, to the one that leads to the first.
 [[nodiscard]] std::vector<size_t> places_on_sheet(size_t pictures, size_t places, bool circle);
 
 class ContactSheet : public PictureOutput {
  public:
-  // Of pictures that were chosen by places_on_sheet.
+  // The pictures were chosen by places_on_sheet.
   ContactSheet(const RenderArguments& arguments, const Device& device, const PictureSize& size);
   void take(const Image& image, const Picture& picture, double exposure) override;
   void finish() override;

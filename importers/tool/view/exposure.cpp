@@ -14,7 +14,7 @@ double seconds_per_unit(std::string_view unit) {
     double seconds;
     std::array<std::string_view, 5> names;
   };
-  // Those of UDUNITS and NIfTI.
+  // The names are those of UDUNITS and NIfTI.
   constexpr std::array<Unit, 6> units{{{1e-6, {"us", "usec", "microsecond", "microseconds"}},
                                        {1e-3, {"ms", "msec", "millisecond", "milliseconds"}},
                                        {1, {"s", "sec", "second", "seconds", "secs"}},

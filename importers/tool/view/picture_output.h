@@ -23,7 +23,7 @@ class PictureOutput {
   // exposure: seconds that the picture gathers.
   virtual void take(const Image& image, const Picture& picture, double exposure) = 0;
   virtual void finish() = 0;
-  // What is told at the end, beside the size of a picture.
+  // Returns what is told at the end, beside the size of a picture.
   [[nodiscard]] virtual std::string in_words() const { return {}; }
 };
 

@@ -19,7 +19,7 @@ struct FunctionChoice {
   bool always = false; // even when nothing else asks for it
 };
 [[nodiscard]] FunctionChoice slice_function(const RenderArguments& arguments);
-// What is not given for the trail is the slice's.
+// Chooses the trail's function: what is not given is the slice's.
 [[nodiscard]] FunctionChoice trail_function(const RenderArguments& arguments);
 
 // Colours and opacities; none: the library's own, which is `look` unchanged.
@@ -30,7 +30,7 @@ struct FunctionChoice {
 [[nodiscard]] bccsplat_look make_look(const Volume& volume, uint32_t channel, int32_t look, int32_t mode);
 // Its points of value and linear colour.
 [[nodiscard]] std::vector<std::array<double, 4>> colors_of(const bccsplat_look& look);
-// What of a channel's values is transparent, in words.
+// Returns what of a channel's values is transparent, in words.
 [[nodiscard]] std::string look_in_words(const bccsplat_look& look);
 // The struct of the API; it borrows the function's points.
 [[nodiscard]] bccsplat_transfer_function as_struct(const TransferFunction& function);

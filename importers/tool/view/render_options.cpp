@@ -139,7 +139,7 @@ void add_pictures(Command command, RenderArguments& a) {
   });
 }
 
-// Where they are seen from.
+// Adds the options that place the camera.
 void add_camera(Command command, RenderArguments& a) {
   command.add_option("--camera", a.camera, "Fitted view, or a camera file (default ortho)")
       .type_name("ortho|persp|FILE.json");

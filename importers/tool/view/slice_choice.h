@@ -34,7 +34,7 @@ struct Cut {
   bool is_time_slice = true;
   double index = 0; // of a time slice
   double time = 0;  // of a time slice, in the file's unit
-  // In place of the normal form: a point and directions of u, v, w.
+  // A point and the directions of u, v, w, in place of the normal form.
   std::optional<std::array<double, 4>> point;
   std::array<double, 12> basis{};
   double thickness = 0, spacing = 0;

@@ -20,7 +20,7 @@ namespace bcc4 {
 // "X0-X1,Y0-Y1,Z0-Z1" of --roi: samples of the source grid from 0, both ends included. Fails where the
 // volume has none such.
 void check_region(const SampleBox& region, const bccsplat_volume_info& volume);
-// As bccsplat_slice_options.box has it.
+// Returns the box in samples that bccsplat_slice_options.box takes.
 [[nodiscard]] std::optional<std::array<double, 6>> sample_box(const Volume& volume,
                                                               const std::optional<SampleBox>& region);
 

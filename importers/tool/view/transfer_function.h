@@ -25,13 +25,13 @@ struct TransferFunction {
 // The first map of a ParaView JSON file. RGBPoints are display colours; they are blended in
 // the map's own space and made linear. `warning` gets what could not be honoured.
 [[nodiscard]] TransferFunction read_paraview_json(const std::string& path, std::string& warning);
-// As one map of ColorSpace RGB that ParaView can import.
+// Returns the function as one map of ColorSpace RGB that ParaView can import.
 [[nodiscard]] std::string paraview_json(const TransferFunction& function, const std::string& name);
 
 // Moves the values so that the colours (and opacities) span [low, high].
 void rescale(TransferFunction& function, double low, double high);
-// From 0 near air, where fields ring, to a quarter at the farther end of [low, high], for colours that come
-// without opacities.
+// Lets opacity rise from 0 near air, where fields ring, to a quarter at the farther end of [low, high], for
+// colours that come without opacities.
 void add_default_opacity(TransferFunction& function, double low, double high, double air);
 void scale_opacity(TransferFunction& function, double factor);
 

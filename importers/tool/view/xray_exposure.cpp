@@ -18,9 +18,9 @@ namespace {
 
 // Rays this much shorter than the longest, at the edges of the domain, say little of what is along them.
 constexpr double kShortRay = 0.25;
-// Of the rays: as dark as this share is the background, as bright as all but this share is white.
+// Shares of the rays: as dark as the darkest is the background, as bright as all but the brightest white.
 constexpr double kDark = 0.02, kBright = 0.002;
-// Of white: so much is black, and from twice as much on nothing is changed.
+// This share of white is drawn black, and from twice as much on nothing is changed.
 constexpr double kToe = 1e-3;
 
 // Rays of a camera, and the world lengths that they have inside of a slice's domain.

@@ -35,7 +35,7 @@ namespace bccsplat {
 class Corrections; // field/corrections.h
 class Masks;       // field/masks.h
 
-// In one of two forms, with the same values.
+// A layer in one of two forms, with the same values.
 struct CoefficientLayer {
   std::shared_ptr<const BrickLayer> values;
   std::shared_ptr<const SampleLayer> compact;
@@ -52,7 +52,7 @@ class Coefficients {
   Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes,
                const BrickBox& region = {});
 
-  // What coefficients are made of: samples, or stored coefficients of this kernel.
+  // Returns what coefficients are made of: samples, or stored coefficients of this kernel.
   [[nodiscard]] const SampleSource& source() const { return is_stored_ ? source_ : samples(); }
   // The samples, also where the source stores coefficients.
   [[nodiscard]] const SampleSource& samples() const {
@@ -69,7 +69,7 @@ class Coefficients {
   // Corrections of the field that these coefficients give; null: none. They outlive it.
   [[nodiscard]] const Corrections* corrections() const { return corrections_; }
   void set_corrections(const Corrections* corrections) { corrections_ = corrections; }
-  // What is missing of the field; null: no masks tell. They outlive it.
+  // Returns what is missing of the field; null: no masks tell. They outlive it.
   [[nodiscard]] const Masks* masks() const { return masks_; }
   void set_masks(const Masks* masks) { masks_ = masks; }
 
@@ -87,16 +87,16 @@ class Coefficients {
   [[nodiscard]] std::set<int32_t> reads(int32_t layer) const;
   // The number of layers that the prefilter has made so far.
   [[nodiscard]] uint64_t layers_made() const { return made_.load(std::memory_order_relaxed); }
-  // How many layers, of coefficients or of samples that these are made of, were made or read before and let
-  // go.
+  // Returns how many layers, of coefficients or of samples that these are made of, were made or read before
+  // and let go.
   [[nodiscard]] uint64_t layers_repeated() const { return repeated_.load(std::memory_order_relaxed); }
 
-  // For a rehearsal of what another one would ask its source for: has empty layers in its cache where that
-  // one has layers.
+  // Lets a rehearsal of what another one would ask its source for begin: has empty layers in its cache where
+  // that one has layers.
   void pretend_to_hold(const Coefficients& other) const;
 
-  // For those who go through a series once: layers before `first` are not asked for again, those before
-  // `next` have been made, and what only these depend on need not stay in the cache.
+  // Forgets what a single walk through a series no longer needs: layers before `first` are not asked for
+  // again, those before `next` have been made, and what only these depend on need not stay in the cache.
   void forget(int32_t first, int32_t next) const;
 
  private:
@@ -116,7 +116,7 @@ class Coefficients {
   // Makes a layer of values of one that is compact, and keeps it in place of that.
   std::shared_ptr<const BrickLayer> as_values(int32_t layer, const SampleLayer& compact,
                                               const Context& context) const;
-  // What the samples of a stretch may take of the cache.
+  // Returns what the samples of a stretch may take of the cache.
   [[nodiscard]] uint64_t stretch_bytes() const { return limit_ - limit_ / 4; }
   // Returns how many rows of bricks along z a stretch may have for the layers to fit the cache; infinite
   // where the layers need not be cut.

@@ -21,7 +21,7 @@ struct FilledBox {
     first_x = std::min(first_x, other.first_x), end_x = std::max(end_x, other.end_x);
     first_y = std::min(first_y, other.first_y), end_y = std::max(end_y, other.end_y);
   }
-  // Where sites that see one of it stand, if each sees those from `from` to `to` beside it along both axes.
+  // Returns the box of the sites that see one of it, each seeing `from` to `to` beside it along both axes.
   [[nodiscard]] FilledBox seen(int from, int to) const {
     if (empty()) return {};
     return {first_x - to, end_x - from, first_y - to, end_y - from};

@@ -116,8 +116,8 @@ std::shared_ptr<Brick> filter_brick(const std::vector<InverseFactor>& factors, c
   return out;
 }
 
-// Whether the brick or a neighbour along the axis holds anything; mirror images lie no further away, and
-// what a periodic axis has beyond its end is looked at.
+// Returns whether the brick or a neighbour along the axis holds anything; mirror images lie no further away,
+// and what a periodic axis has beyond its end is looked at.
 bool near(const BrickLayer& from, size_t axis, Int3 brick) {
   const int at = brick[axis], bricks = from.brick_dims()[axis];
   if (from.lattice().periodic[axis]) { // whose last brick may be narrow

@@ -19,7 +19,7 @@ class InversePrefilter {
   // space: the stage with a pole; time: those behind it, which sum layers `stride` apart.
   InversePrefilter(const PrefilterStage& space, std::span<const PrefilterStage> time);
 
-  // As Prefilter::apply, for one layer.
+  // Prefilters one layer as Prefilter::apply does.
   [[nodiscard]] BrickLayer apply(int32_t layer, const Lattice4& lattice,
                                  const std::map<int32_t, const SampleLayer*>& samples, float prune,
                                  const BrickBox& region, const Context& context) const;

@@ -47,7 +47,7 @@ class Prefilter {
   [[nodiscard]] std::set<int32_t> reads(std::span<const int32_t> layers) const {
     return needed(layers).front();
   }
-  // How many layers on either side of its own a layer depends on.
+  // Returns how many layers on either side of its own a layer depends on.
   [[nodiscard]] int32_t reach() const;
 
   // The bricks in `region` of coefficients of `layers`, holes included. samples: all that they read; their

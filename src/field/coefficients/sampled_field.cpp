@@ -202,8 +202,8 @@ bool finish(Brick& brick, const Brick* stored, float prune) {
   return kept > 0;
 }
 
-// In which order stored layers are read for the layers of samples that are asked for, and when they have done
-// their part.
+// The order in which stored layers are read for the layers of samples that are asked for, and when they have
+// done their part.
 class ReadOrder {
  public:
   ReadOrder(const Lattice4& lattice, const std::vector<Tap>& taps, std::span<const int32_t> layers) {
@@ -221,7 +221,7 @@ class ReadOrder {
     }
   }
   [[nodiscard]] std::span<const int32_t> stored() const { return stored_; }
-  // Whether layer number i of those asked for needs nothing beyond this position among the stored ones.
+  // Returns whether number i of the layers asked for needs nothing beyond this position among the stored.
   [[nodiscard]] bool due(size_t i, size_t position) const { return i < due_.size() && due_[i] <= position; }
   [[nodiscard]] bool complete(size_t i, const std::map<int32_t, BrickLayer>& read) const {
     return std::ranges::all_of(needed_[i], [&](int32_t m) { return read.contains(m); });

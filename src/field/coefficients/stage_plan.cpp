@@ -7,8 +7,8 @@
 namespace bccsplat {
 namespace {
 
-// How many planes along each axis a stage looks at on either side, of what the stage before made and of the
-// samples; -1: it does not read these.
+// Returns how many planes along each axis a stage looks at on either side, of what the stage before made and
+// of the samples; -1: it does not read these.
 int reach_of_previous(const PrefilterStage& f, bool bcc) {
   return f.spatial != 0 || f.mixed != 0 || (bcc && f.cross != 0) ? 1 : 0;
 }

@@ -26,7 +26,7 @@ struct RowSpan {
   int first = 0, end = 0;
 };
 
-// Of `count` rows of a plane of a brick, from row y on, those from the first to the last that have sites.
+// Returns the first to the last row that has sites, of `count` rows of a plane of a brick from row y on.
 RowSpan filled_rows(const SampleBrick& brick, int plane, int y, int count) {
   const BrickMask* kept = brick.kept();
   const BrickMask* hole = brick.hole();
@@ -172,7 +172,7 @@ void TilePlanes::make(const std::map<int32_t, const SampleLayer*>& samples,
   }
 }
 
-// Where the sites of the tile along an axis and those around it lie in bricks, beyond the lattice their
+// Returns where the tile's sites along an axis and those around it lie in bricks, beyond the lattice as their
 // mirror images or those at its other end.
 std::vector<TilePlanes::Run> TilePlanes::runs_of(size_t axis, int coset) const {
   const int margin = plan_.margin();

@@ -71,7 +71,7 @@ class TilePlanes {
   // The first site of the tile in plane z of a ring.
   [[nodiscard]] float* at(const Ring& ring, int z) const;
   [[nodiscard]] float* at(size_t ring, int z) const { return at(plan_.ring(ring), z); }
-  // What is filled of plane z of a ring.
+  // Returns what is filled of plane z of a ring.
   [[nodiscard]] FilledBox& filled(const Ring& ring, int z) { return filled_[plane_number(ring, z)]; }
   [[nodiscard]] FilledBox& filled(size_t ring, int z) { return filled(plan_.ring(ring), z); }
   [[nodiscard]] static size_t plane_number(const Ring& ring, int z) {
@@ -79,7 +79,7 @@ class TilePlanes {
   }
   // The sites of the tile and `margin` around.
   [[nodiscard]] FilledBox around(int margin) const;
-  // From the first site of the tile to that of a box.
+  // Returns the way from the first site of the tile to that of a box.
   [[nodiscard]] std::ptrdiff_t first(const FilledBox& box) const {
     return box.first_y * size_.stride + box.first_x;
   }

@@ -14,7 +14,7 @@ namespace {
 
 constexpr uint64_t gibibyte = uint64_t{1} << 30;
 constexpr double most_over_mean = 2, coefficients_over_samples = 1.5; // bricks, but not more than there are
-// Of a brick of codes: what is beside them; and where some sites are left out, which, and where rows start.
+// Bytes beside the codes of a brick; and where some sites are left out, to say which, and where rows start.
 constexpr uint64_t code_overhead = 200, rounded_overhead = 64, part_overhead = 1200;
 constexpr double whole_share = 0.98; // of the sites of u8, which are kept where air is scattered among them
 
@@ -31,7 +31,7 @@ double outer_share(const Lattice3& lattice) {
   return 1 - inner;
 }
 
-// Whether inside the coset bricks of which some sites are left out are few.
+// Returns whether inside the coset bricks of which some sites are left out are few.
 bool is_whole(const VolumeInfo& info) {
   uint64_t sites = 0;
   for (int32_t m = 0; m < info.lattice.layers(); ++m)
@@ -83,7 +83,7 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   };
   VolumeCache need;
   need.chunks = bytes(static_cast<uint64_t>(info.slab_layers), chunks, coded);
-  // Those of u8 always fit the steps of rounded ones, which Cartesian lattices do not have.
+  // Bytes always fit the steps of rounded coefficients, which Cartesian lattices do not have.
   const bool rounded = lattice.space.bcc && !stores_coefficients &&
                        std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) {
                          return c.type == ValueType::u8 && sample_step(c) > 0;

@@ -17,10 +17,10 @@ struct VolumeCache {
   [[nodiscard]] uint64_t bytes() const { return std::max(chunks + coefficients, 3 * chunks); }
 };
 
-// What a series needs that plays forward, up to half a frame a moment: a slab of chunks, the layers of
-// coefficients in the kernel's reach, and those of samples in the prefilter's with what the next moment adds.
-// A file of which parts are air is taken to fill at most twice as much as in the mean. Nothing for a volume
-// without time.
+// Returns what a series needs that plays forward, up to half a frame a moment: a slab of chunks, the layers
+// of coefficients in the kernel's reach, and those of samples in the prefilter's with what the next moment
+// adds. A file of which parts are air is taken to fill at most twice as much as in the mean. Nothing for a
+// volume without time.
 [[nodiscard]] VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel);
 
 // A cache of a size: chunks get a third, but not more than they need before the others have what they do.

@@ -90,7 +90,7 @@ void copy_mirrored(const Rows& rows, const PatchAxis& x, const std::array<Quarte
       copy[rows.to[r] + i] = brick[x.half[i]][rows.quarter[r]][rows.begin[r] + x.site[i]];
 }
 
-// Whether a patch crosses the end of a periodic axis: then its sites may lie in three bricks, far apart.
+// Returns whether a patch crosses the end of a periodic axis: its sites may lie in three bricks, far apart.
 bool crosses_turn(const BrickLayer& any, const std::array<int32_t, 4>& first, int edge) {
   for (size_t a = 0; a < 3; ++a)
     if (any.lattice().periodic[a] && (first[a] < 0 || first[a] + edge > any.dims()[a])) return true;

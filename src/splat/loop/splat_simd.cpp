@@ -24,7 +24,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 #if HWY_TARGET == HWY_SCALAR
-// Without vectors the reference loops do it.
+// The reference loops stand in where there are no vectors.
 void Splat(const SplatArgs& s) { reference_loops().splat(s); }
 #else
 

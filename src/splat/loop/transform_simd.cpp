@@ -19,7 +19,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 #if HWY_TARGET == HWY_SCALAR
-// Without vectors the reference loops do it.
+// The reference loops stand in where there are no vectors.
 TransformCounts Transform(const TransformArgs& t) { return reference_loops().transform(t); }
 void Extract(const ExtractArgs& e) { reference_loops().extract(e); }
 #else
@@ -64,7 +64,7 @@ struct NeededCells {
   }
 };
 
-// Where a vector of points stands on the sheets of their gaps.
+// The places of a vector of points on the sheets of their gaps.
 struct Feet {
   V x, y, lateral_x, lateral_y, half_x, half_y;
   VI columns, rows;

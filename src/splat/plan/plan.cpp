@@ -158,7 +158,7 @@ std::shared_ptr<const LatticeSums> sums_of(const SplatScene& scene, const SplatO
   return lattice_sums(*scene.slice, drawn_kernel(scene.slice->kernel.space, options.kernel_form), scene.sums);
 }
 
-// What is classified alike in all tiles.
+// Plans what is classified alike in all tiles.
 void plan_classes(const SplatScene& scene, const SplatOptions& options, SplatPlan& plan) {
   const SheetView& view = *scene.view;
   const float base = scene.slice->base;

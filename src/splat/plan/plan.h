@@ -84,7 +84,7 @@ struct SplatPlan {
   PlannedRing ring;
   PlannedGaps gaps;
 
-  // Of what is drawn, whose ripple surfaces, maxima and analytic gradients are lit without; null: with it.
+  // Sums of what is drawn: surfaces, maxima and analytic gradients are lit without their ripple; null: with.
   std::shared_ptr<const LatticeSums> sums;
   bool base_visible = false;
   // Orthographic composites: SheetClasses::whole.

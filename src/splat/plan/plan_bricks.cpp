@@ -126,7 +126,7 @@ class BrickChoice {
     plan.inside.cells.resize(slots);
   }
 
-  // How far away the samples are that all a visible sample is made of looks at, lattice units; as
+  // Returns how far away the samples are that all a visible sample is made of looks at, lattice units; as
   // useful_cells() has it.
   [[nodiscard]] double looked_at() const { return (options_.preintegrate ? 2 : 1) * look_; }
   [[nodiscard]] int least() const { return least_; }

@@ -16,8 +16,8 @@ namespace {
 // 8 % more visits of an isosurface than 0.1 for all (tests/bench/notes/render-speed.md).
 constexpr double radial_ripple = 0.02, other_ripple = 0.1;
 
-// Whether all samples between points of this range only are beyond the isosurface furthest from the base. A
-// range that ends at 0 says nothing.
+// Returns whether all samples between points of this range only are beyond the isosurface furthest from the
+// base. A range that ends at 0 says nothing.
 bool beyond(double furthest, const WeightBounds& weights, const CellRange& range) {
   const double least = weights.least;
   return furthest > 0 ? least * static_cast<double>(range.low) > furthest

@@ -17,8 +17,8 @@ struct WeightBounds {
   explicit WeightBounds(const Slice& slice);
 };
 
-// Whether samples may show that lie between points with coefficients low .. high (and 0) only. The field
-// there is within the range that follows from these, whether points are left out or not.
+// Returns whether samples may show that lie between points with coefficients low .. high (and 0) only. The
+// field there is within the range that follows from these, whether points are left out or not.
 [[nodiscard]] bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights,
                          float low, float high);
 // Returns how far from a visible sample those may be that its gradient or crossing looks at, lattice units.

@@ -6,7 +6,7 @@
 
 namespace bccsplat {
 
-// Where points of the corrections' grid fall in a picture: sheet, x and y are linear in the point.
+// The places of the corrections' grid points in a picture: sheet, x and y are linear in the point.
 struct CorrectionView {
   explicit CorrectionView(const SplatScene& scene);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t fine_edge = std::tuple_size_v<FineCells>; // fine cells along an edge of a brick
 
-// Whether some bit is set in every block of 2^3 cells of a brick of 8^3.
+// Returns whether some bit is set in every block of 2^3 cells of a brick of 8^3.
 bool fills_every_block(const FineCells& cells) {
   constexpr uint64_t first_of_blocks = 0x0055005500550055; // in two planes, put together
   for (size_t z = 0; z < fine_edge; z += 2) {

@@ -10,7 +10,7 @@
 
 namespace bccsplat {
 
-// Whether points of the brick may touch the ring of the tile.
+// Returns whether points of the brick may touch the ring of the tile.
 [[nodiscard]] bool meets_tile(const SplatPlan& plan, const PlannedBrick& brick, const PlannedTile& tile);
 
 // Returns about how many points the tile draws, and for its pixels as many as take as long as they do.

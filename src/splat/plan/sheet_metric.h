@@ -38,7 +38,7 @@ struct SheetMetric {
 // sheet.
 inline constexpr double metric_rounding = 1e-12, drift_rounding = 1e-9;
 
-// Whether a sheet's metric is a multiple of the identity and rays run along its normal.
+// Returns whether a sheet's metric is a multiple of the identity and rays run along its normal.
 [[nodiscard]] inline bool isotropic(const SheetView& v) {
   const SheetMetric metric(v);
   const auto [drift_x, drift_y] = drift(v);

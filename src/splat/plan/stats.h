@@ -12,8 +12,8 @@ struct SplatStats {
   uint64_t points_after_cull = 0, points_splatted = 0, points_occluded = 0;
   uint64_t points_invisible = 0; // visits of points in cells that nothing visible looks at
   uint64_t bricks_total = 0, bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
-  // Of tiles, to bricks that are neither invisible nor outside; of these, to bricks that finished pixels hide
-  // when they are come to, and to those that the tile was done without.
+  // Visits of tiles to bricks that are neither invisible nor outside; of these, to bricks that finished
+  // pixels hide when they are come to, and to those that the tile was done without.
   uint64_t brick_visits = 0, visits_hidden = 0, visits_unread = 0;
   uint64_t sheets_taken = 0;  // of tiles, from those that were kept
   uint64_t contributions = 0; // window samples (pixels x sheets) the splat loop went through

@@ -14,7 +14,7 @@ struct InsideCells {
   const SplatPoints* points = nullptr;
   std::vector<uint64_t> cells; // per SplatPoints::slot, bits as TransformArgs::cells; empty: nothing is known
 
-  // Whether the field is known to lie beyond the surface at a place, lattice units.
+  // Returns whether the field is known to lie beyond the surface at a place, lattice units.
   [[nodiscard]] bool contains(const Vec3& p) const;
 };
 

@@ -56,7 +56,7 @@ struct RaiseArgs {
   float* plane = nullptr;       // of pixel column 0, row 0
   int plane_pitch = 0;          // whole vectors are written
   int x0 = 0, x1 = 0, y0 = 0, y1 = 0;
-  // Of plane column and row 0: first samples, relative to `origin`, and weights.
+  // First samples, relative to `origin`, and weights of plane column and row 0.
   const int32_t *sample_x = nullptr, *sample_y = nullptr;
   int origin_x = 0, origin_y = 0;
   const float *weight_x = nullptr, *weight_y = nullptr;

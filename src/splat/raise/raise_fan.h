@@ -43,11 +43,11 @@ void fan_axis(const RaiseFan& fan, const RaiseFan::Axis& axis, double scale, int
 using IntRange = std::array<int, 2>;  // begin, end
 using Scales = std::array<double, 2>; // smallest, largest
 
-// At least the samples that pixels [pixel[0], pixel[1]) and their border are raised from on sheets of any of
-// the scales.
+// Returns at least the samples that pixels [pixel[0], pixel[1]) and their border are raised from on sheets of
+// any of the scales.
 [[nodiscard]] IntRange fan_samples(const RaiseFan& fan, const RaiseFan::Axis& axis, const Scales& scales,
                                    const IntRange& pixel);
-// At least the pixels that samples [sample[0], sample[1]) of such sheets are of use to.
+// Returns at least the pixels that samples [sample[0], sample[1]) of such sheets are of use to.
 [[nodiscard]] IntRange fan_pixels(const RaiseFan& fan, const RaiseFan::Axis& axis, const Scales& scales,
                                   const IntRange& sample);
 

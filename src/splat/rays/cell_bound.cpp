@@ -20,8 +20,8 @@
 namespace bccsplat {
 namespace {
 
-// At least the largest second derivative of the kernel in any direction: 2 phi' + 4 t phi'', t between 0 and
-// r^2, phi being a function of r^2.
+// Returns at least the kernel's largest second derivative in any direction: 2 phi' + 4 t phi'', t between 0
+// and r^2, phi being a function of r^2.
 double largest_bend(const RadialKernel& kernel) {
   const double square = kernel.radius * kernel.radius;
   double third = 0; // of the polynomial's third and second derivatives

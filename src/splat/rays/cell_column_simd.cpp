@@ -89,7 +89,7 @@ HWY_INLINE Reach ReachOf(const ColumnSites& s, int y, int z, std::ptrdiff_t lane
           hn::Max(hn::LoadU(d, s.high.data() + even_site), hn::LoadU(d, s.high.data() + odd_site))};
 }
 
-// Whether a row of blocks may hold the value in a stretch, lane by lane.
+// Returns whether a row of blocks may hold the value in a stretch, lane by lane.
 bool RowMayHold(const ColumnArgs& a, int block_y, int block_z, std::ptrdiff_t lane) {
   const V target = hn::Set(d, a.target), more = hn::Set(d, a.site_sum - 1);
   const auto n = static_cast<std::ptrdiff_t>(hn::Lanes(d));
@@ -234,8 +234,8 @@ void MarkStretch(const ColumnArgs& a, int stretch, Stretch& t) {
   }
 }
 
-// Whether a field of coefficients in a range may hold the value, give or take the ripple of their weights'
-// sum.
+// Returns whether a field of coefficients in a range may hold the value, give or take the ripple of their
+// weights' sum.
 bool MayHold(const ColumnArgs& a, float low, float high) {
   const float size = std::max(std::fabs(low), std::fabs(high)), slack = (a.site_sum - 1) * size;
   return size > 0 && low - slack <= a.target && high + slack >= a.target;

@@ -83,7 +83,7 @@ void SumCorners(const RefinedStencil& stencil, const CellSites& sites, float* co
   }
 }
 
-// Whether any part's range, widened by what may lie between its corners, holds the target.
+// Returns whether any part's range, widened by what may lie between its corners, holds the target.
 bool MayHold(const RefineArgs& args, const CellSites& sites) {
   alignas(64) float corners[RefinedStencil::room + beyond + lanes] = {};
   SumCorners(*args.stencil, sites, corners);

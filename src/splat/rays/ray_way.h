@@ -22,7 +22,7 @@ class RayWay {
 
   // False where nothing can be met in the square of pixels around it.
   [[nodiscard]] bool any(int i, int j) const { return any_[square_at(i, j)] != 0; }
-  // Of that square, a bit for each slab that may hold something, 64 a word.
+  // Returns a bit for each slab that may hold something in that square, 64 a word.
   [[nodiscard]] std::span<const uint64_t> slabs(int i, int j) const {
     const auto words = static_cast<size_t>(words_);
     return {&slabs_[square_at(i, j) * words], words};
@@ -42,7 +42,7 @@ class RayWay {
       if (begin != end) sheets(first + begin * per_plane_, first + end * per_plane_);
   }
 
-  // At least the number of sheets that bound a ray's layers in a slab.
+  // Returns at least the number of sheets that bound a ray's layers in a slab.
   [[nodiscard]] size_t most_sheets() const {
     return static_cast<size_t>(block_edge * std::fabs(per_plane_)) + 3;
   }
@@ -50,7 +50,7 @@ class RayWay {
  private:
   static constexpr int parts = SlabArgs::parts;
   using Masks = SlabArgs::Masks;
-  // Where a ray enters and leaves the layers beside each other, of all that are passed; at most two times.
+  // The times at which a ray enters and leaves layers beside each other, of all that are passed; at most two.
   using Runs = std::array<std::array<int, 2>, 2>;
   void make_runs();
   void make_masks(double slope, size_t across, Masks& masks) const;

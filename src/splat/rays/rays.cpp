@@ -24,7 +24,7 @@ constexpr int64_t most_sheets = 1 << 23;
 
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 
-// Whether the lattice has a field, and cells, all over what is drawn.
+// Returns whether the lattice has a field, and cells, all over what is drawn.
 bool covers_domain(const Slice& slice) {
   const DrawnBox box = drawn_box(slice);
   for (size_t a = 0; a < 3; ++a) {

@@ -16,9 +16,9 @@
 
 namespace bccsplat {
 
-// Whether rays draw a picture of this slice in this view: a time slice on BCC by a kernel with a bound, all
-// of whose domain has a field without holes, masks, corrections, clips and periodic axes; orthographic, one
-// opaque surface, not deep. The scene needs no points then.
+// Returns whether rays draw a picture of this slice in this view: a time slice on BCC by a kernel with a
+// bound, all of whose domain has a field without holes, masks, corrections, clips and periodic axes;
+// orthographic, one opaque surface, not deep. The scene needs no points then.
 [[nodiscard]] bool rays_cover(const Slice& slice, const SheetView& view, const SplatOptions& options);
 
 // Draws such a picture; `emit` as that of splat(). A scene without kept cells has them made for the picture.

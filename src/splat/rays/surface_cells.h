@@ -26,7 +26,7 @@ struct SurfaceCells {
                static_cast<size_t>(blocks[0]) +
            static_cast<size_t>(block[0]);
   }
-  // Of the marks; those of a last block beyond the cells count, too.
+  // Returns the number of marks; those of a last block beyond the cells count, too.
   [[nodiscard]] uint64_t count() const;
   [[nodiscard]] bool marked(const Int3& cell) const {
     const uint64_t word = bits[at({cell[0] / block_edge, cell[1] / block_edge, cell[2] / block_edge})];

@@ -27,14 +27,14 @@ struct ClassTable {
     const float e = std::clamp((value - low) * scale, 0.0f, static_cast<float>(size() - 1));
     return static_cast<int>(std::nearbyint(e));
   }
-  // Whether any value of [a, b] absorbs (index() never falls as the value rises).
+  // Returns whether any value of [a, b] absorbs (index() never falls as the value rises).
   [[nodiscard]] bool visible(double a, double b) const {
     const auto i = static_cast<size_t>(index(static_cast<float>(a)));
     const auto j = static_cast<size_t>(index(static_cast<float>(b)));
     return visible_before[j + 1] > visible_before[i];
   }
-  // Whether a segment whose values lie in [a, b] absorbs: by the entries, and by the integrals where there
-  // are any.
+  // Returns whether a segment whose values lie in [a, b] absorbs: by the entries, and by the integrals where
+  // there are any.
   [[nodiscard]] bool crossed(double a, double b) const {
     const auto e = [this](double value) { return (static_cast<float>(value) - low) * scale; };
     return visible(a, b) || (!integrals.empty() && integrals.visible(e(a), e(b)));

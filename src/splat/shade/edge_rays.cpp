@@ -85,7 +85,7 @@ class Walk {
   [[nodiscard]] double gap(const Station& s) const { return below_ ? target_ - s.value : s.value - target_; }
   [[nodiscard]] double closing(const Station& s) const { return below_ ? s.slope : -s.slope; }
 
-  // Whether the tangents at both ends meet beyond the target.
+  // Returns whether the tangents at both ends meet beyond the target.
   [[nodiscard]] bool may_graze(const Station& a, const Station& b) const {
     const double u = closing(a), v = -closing(b);
     if (!(u > 0 && v > 0)) return false;

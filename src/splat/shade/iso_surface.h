@@ -18,7 +18,7 @@ struct IsoSurface {
   std::optional<Vec3> color; // linear; none: the transfer function's at the value
 };
 
-// Whether light passes any of the surfaces.
+// Returns whether light passes any of the surfaces.
 [[nodiscard]] inline bool sees_through(std::span<const IsoSurface> surfaces) {
   return std::any_of(surfaces.begin(), surfaces.end(), [](const IsoSurface& s) { return s.opacity < 1; });
 }

@@ -12,7 +12,7 @@ class ParallelLight {
  public:
   // to_viewer: unit vector.
   ParallelLight(const Lights& lights, const Vec3& to_viewer);
-  // What shade() returns, but for rounding.
+  // Returns what shade() returns, but for rounding.
   [[nodiscard]] Shading shade(const Vec3& gradient, double value) const;
 
  private:

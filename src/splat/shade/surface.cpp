@@ -58,7 +58,7 @@ void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span
 
 namespace {
 
-// Where the cubic through a crossing's values and slopes passes the target, or else the straight line.
+// Returns where the cubic through a crossing's values and slopes passes the target, else the straight line.
 double first_guess(const Crossing& c, double target) {
   const double d0 = c.value_low - target, d1 = c.value_high - target;
   double x = d0 / (d0 - d1); // from low to high

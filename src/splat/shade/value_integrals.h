@@ -33,7 +33,7 @@ struct ValueIntegrals {
   // The interval that begins at or below e, and the one that ends at or above it.
   [[nodiscard]] int below(float e) const { return within(std::floor(e) + 1); }
   [[nodiscard]] int above(float e) const { return within(std::ceil(e)); }
-  // Whether anything absorbs between two values, low <= high.
+  // Returns whether anything absorbs between two values, low <= high.
   [[nodiscard]] bool visible(float low, float high) const {
     return next_visible[static_cast<size_t>(below(low))] <= std::max(above(high), below(low));
   }

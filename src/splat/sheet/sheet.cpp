@@ -10,7 +10,7 @@
 namespace bccsplat {
 namespace {
 
-// Of the analytic sums gi, gj and gk at a pixel of the tile.
+// Takes the kernel's ripple off the analytic sums gi, gj and gk at a pixel of the tile.
 void take_ripple_off(const SheetArgs& s, int x, int y, float value, float& gi, float& gj, float& gk) {
   const SheetRipple& r = s.analytic.ripple;
   if (!r.sums) return;
@@ -163,7 +163,7 @@ void integrate(const SheetArgs& s) {
     }
 }
 
-// Whether a curve from d0 to d1 with the slopes s0 and s1 at its ends (per sheet) may reach 0 in between.
+// Returns whether a curve from d0 to d1 with the slopes s0 and s1 at its ends (per sheet) may reach 0 inside.
 bool may_graze(float d0, float d1, float s0, float s1) {
   const float side = d0 < 0 ? 1.0f : -1.0f; // seen from below
   d0 *= side, d1 *= side, s0 *= side, s1 *= side;

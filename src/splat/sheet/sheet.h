@@ -20,8 +20,8 @@ namespace bccsplat {
 
 // Planes of the pixels of a tile, `pitch` floats per row.
 struct PixelPlanes {
-  // So far: premultiplied colour and opacity; depth in sheet steps where the opacity passed 1/2; sums
-  // weighted by opacity.
+  // What has been composited: premultiplied colour and opacity; depth in sheet steps where the opacity passed
+  // 1/2; sums weighted by opacity.
   float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;
   float *depth = nullptr, *value = nullptr, *time = nullptr; // value, time: null when not asked for
   // The ray: sheet numbers where it enters and leaves the domain, world length per sheet step, direction to
@@ -55,7 +55,7 @@ struct SheetTile {
   int pitch = 0;               // of PixelPlanes and holes
   int plane_pitch = 0;         // of the planes of sheets, which have a border
   PixelRect seen = all_pixels; // pixels of the tile outside of it are the base, which is invisible
-  // Where pixel (x, y) of the tile is in a plane of pixels, and in a plane of sheets from its first pixel on.
+  // Returns the place of pixel (x, y) of the tile in a plane of pixels, or of sheets from its first pixel on.
   [[nodiscard]] size_t pixel(int column, int row) const { return plane_index(column, row, pitch); }
   [[nodiscard]] std::ptrdiff_t sample(int column, int row) const {
     return plane_offset(column, row, plane_pitch);
@@ -77,11 +77,11 @@ struct SheetDifferences {
   float depth_scale = 0, depth_scale2 = 0;
 };
 
-// Where the samples of a sheet lie in the cells of the lattice, whose ripple is taken off analytic gradients.
+// The places of a sheet's samples in the cells of the lattice, whose ripple is taken off analytic gradients.
 struct SheetRipple {
   const LatticeSums* sums = nullptr; // null: it is left in them
-  // Of the picture's first pixel, so that tiles do not matter, and what a pixel to the right and down is from
-  // it, cells.
+  // The place of the picture's first pixel, so that tiles do not matter, and the steps to the pixels right of
+  // and below it, in cells.
   std::array<float, 3> at{}, per_x{}, per_y{};
   // The sums of a sample that a gradient per lattice unit is, by its parts.
   std::array<float, 3> sum_i{}, sum_j{}, sum_k{};

@@ -66,7 +66,7 @@ void set_ripple(const SheetView& view, int64_t k, double radius, SheetRipple& r)
   const auto sheet = static_cast<double>(k);
   const double cell = r.sums->cell(), scale = view.scale(sheet);
   const Vec3 first = view.sample(0, 0, sheet);
-  // As in gradient_basis(), sums times this are gradients.
+  // Sums times this are gradients, as in gradient_basis().
   const double factor = -2 / (radius * radius);
   for (size_t n = 0; n < 3; ++n) {
     r.at[n] = static_cast<float>(first[n] / cell - std::floor(first[n] / cell));

@@ -28,7 +28,7 @@ struct SegmentColor {
   V depth; // optical; of ByIntegrals
 };
 
-// Where the opacity passes 1/2: the opacities before and behind, and the part of the segment in between.
+// A passage of the opacity through 1/2: the opacities before and behind, and the part of the segment between.
 struct Passage {
   V before, after, begin, weight;
 };

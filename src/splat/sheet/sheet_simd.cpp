@@ -15,7 +15,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 #if HWY_TARGET == HWY_SCALAR
-// Without vectors the reference loops do it.
+// The reference loops stand in where there are no vectors.
 int Composite(std::span<const SheetArgs> sheets) { return reference_sheet_loops().composite(sheets); }
 void Integrate(const SheetArgs& s) { reference_sheet_loops().integrate(s); }
 void Maximum(const SheetArgs& s) { reference_sheet_loops().maximum(s); }

@@ -13,7 +13,7 @@ namespace bccsplat {
 namespace {
 
 constexpr float unbounded = std::numeric_limits<float>::infinity();
-// Of pixels that are never finished. What passes less than 1/100 is a float of the opacity to within 6e-6 of
+// Such a pixel is never finished. What passes less than 1/100 is a float of the opacity to within 6e-6 of
 // itself.
 constexpr float opaque_front = 0.99f;
 // A sample that is cut off in front shows what passes it divided by what passes the part that is gone.

@@ -47,7 +47,7 @@ class DeepTile {
   // Takes the planes of one pixel after a surface at sheet number k. Returns whether that ends the ray: by
   // its opacity, or as the last that a ray may have.
   bool add_surface(const PixelPlanes& planes, size_t p, float k, float stop);
-  // Whether a ray has had the last surface that it may have.
+  // Returns whether a ray has had the last surface that it may have.
   [[nodiscard]] bool full(size_t p) const { return !fronts_.empty() && fronts_[p].surfaces == most_surfaces; }
   // Puts back what was taken off the planes, whose sums are still undivided.
   void put_fronts_back(const PixelPlanes& planes) const;
@@ -85,7 +85,7 @@ class DeepTile {
   [[nodiscard]] static Sum sum_of(const PixelPlanes& planes, size_t p) {
     return {planes.red[p], planes.green[p], planes.blue[p], planes.alpha[p]};
   }
-  // What lies between two sums, by itself.
+  // Returns what lies between two sums, by itself.
   [[nodiscard]] static DeepSample sample_between(const Sum& before, const Sum& after, float front,
                                                  float back);
   [[nodiscard]] bool fits_run(const Run& run, const DeepSample& whole) const;

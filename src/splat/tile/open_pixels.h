@@ -46,10 +46,10 @@ class OpenPixels {
     }
   }
 
-  // Whether no pixel of the tile whose sample is inside the rectangle of samples of the picture (x begin,
-  // y begin, x end, y end), or within around() of it, is open; of a fan: inside the rectangle of pixels.
+  // Returns whether no pixel is open whose sample is inside the rectangle of samples of the picture (x begin,
+  // y begin, x end, y end), or within around() of it; of a fan: no pixel inside the rectangle of pixels.
   [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const;
-  // Whether all of those pixels are open.
+  // Returns whether all of those pixels are open.
   [[nodiscard]] bool all_open(const std::array<int, 4>& rect) const;
   [[nodiscard]] bool mostly_closed() const { return sum_.back() < width_ * height_ / mostly_closed_part; }
   [[nodiscard]] const int32_t* sums() const { return sum_.data(); } // see TransformArgs::open_sum
@@ -62,7 +62,7 @@ class OpenPixels {
 
   int ring_x_ = 0, ring_y_ = 0, ring_width_ = 0, ring_height_ = 0;
   int width_ = 0, height_ = 0, around_ = 0;
-  // Of a fan the "ring" is the tile itself.
+  // The "ring" of a fan is the tile itself.
   std::vector<int> pixels_; // of a row of the tile that follow samples before a column of the ring
   std::vector<int> row_;    // of the ring that a row of pixels follows
   std::vector<int> rows_;   // of pixels that follow samples before a row of the ring

@@ -21,7 +21,7 @@ class SheetCorrections {
   // Everything passed must outlive it, and the slice must have corrections.
   SheetCorrections(const SplatScene& scene, const SplatPlan& plan, const PlannedTile& tile);
 
-  // Whether any correction may reach sheet k.
+  // Returns whether any correction may reach sheet k.
   [[nodiscard]] bool reach(int64_t k) const;
   // Adds those that reach sheet k; returns the pixels, counted from the plane's first, that have changed. A
   // pixel gets the same sum whatever plane it is in.

@@ -110,7 +110,7 @@ class SheetSource {
   // vectors.
   FinishedSheets<PixelRect> plane_touched_;
   PixelRect samples_held_{0, 0, 0, 0};
-  // For each gap, where sheets are raised by a fan: as FanArgs has them.
+  // The rectangle of each gap, where sheets are raised by a fan, as FanArgs has it.
   std::vector<std::array<int32_t, 4>> gap_rect_;
   std::vector<float> inverse_near_, inverse_far_;
   FanArgs fan_;

@@ -115,7 +115,7 @@ class Tile {
     if (job_.use == KeptSheets::Use::keep) source_.complete_sheets(last_ + around, nullptr, clock);
   }
 
-  // Whether any point reaches what the segment of a sheet is classified by.
+  // Returns whether any point reaches what the segment of a sheet is classified by.
   [[nodiscard]] bool filled(int64_t k) const {
     bool any = false;
     for (int64_t sheet = std::max(k - plan_.sheets.halfway, view_.first_sheet());
@@ -131,7 +131,7 @@ class Tile {
     return rect;
   }
 
-  // Whether samples that no point reaches are looked at.
+  // Returns whether samples that no point reaches are looked at.
   [[nodiscard]] bool sees_base() const {
     return plan_.base_visible || (options_.disable_skips & skip_empty_sheets);
   }

@@ -21,7 +21,7 @@ class HolesOfSheet {
                     to.vector(scale * view.ey));
   }
 
-  // What is missing in a rectangle of the tile, as far as it is told without a look at each pixel.
+  // Returns what is missing in a rectangle of the tile, as far as it is told without a look at each pixel.
   [[nodiscard]] Missing within(const PixelRect& r) const {
     const std::array<double, 2> i{static_cast<double>(s_.tile.x + r.x0),
                                   static_cast<double>(s_.tile.x + r.x1 - 1)},
@@ -59,7 +59,7 @@ class HolesOfSheet {
       }
   }
 
-  // Of the sites around the points, as lattices of hosts mark them.
+  // Tells of the sites around the points, as lattices of hosts mark them.
   [[nodiscard]] Missing sites_within(const std::array<double, 2>& i, const std::array<double, 2>& j) const {
     const Lattice3& lattice = slice_.lattice;
     const double step = (lattice.bcc ? 2 : 1) * lattice.plane_distance(); // between sites of a coset

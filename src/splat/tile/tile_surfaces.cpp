@@ -91,7 +91,7 @@ void TileSurfaces::find_crossings(CrossingArgs& c) {
   }
 }
 
-// Whether a sample is on the base's side of the surface only because points beyond it are left out.
+// Returns whether a sample is on the base's side of the surface only because points beyond it are left out.
 bool TileSurfaces::lacks_points(double k, int x, int y, float value, float target) const {
   return !plan_.inside.cells.empty() && (value < target) == (target > 0) &&
          plan_.inside.contains(view_.sample(tile_.x + x, tile_.y + y, k));

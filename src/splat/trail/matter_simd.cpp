@@ -16,7 +16,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 #if HWY_TARGET == HWY_SCALAR
-// Without vectors the reference loops do it.
+// The reference loops stand in where there are no vectors.
 void Absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
   reference_matter_loops().absorb(s, weight, out);
 }
@@ -136,7 +136,7 @@ int Join(const JoinArgs& j) {
       hn::StoreU(after, d, j.pixel.alpha + p);
       const M passed = hn::And(hn::Lt(before, half), hn::Ge(after, half));
       if (!hn::AllFalse(d, passed)) {
-        // As in Composite, the transmittance falls exponentially through the segment.
+        // The transmittance falls exponentially through the segment, as in Composite.
         const V begin = hn::Max(Set(j.k - j.front), hn::LoadU(d, j.pixel.enter + p));
         const V end = hn::Min(Set(j.k + 0.5f), hn::LoadU(d, j.pixel.leave + p));
         const V left = hn::Max(hn::Sub(one, before), tiny);

@@ -16,7 +16,7 @@
 namespace bccsplat {
 namespace {
 
-// Whether the rays run inside both domains alike.
+// Returns whether the rays run inside both domains alike.
 bool same_domain(const SplatScene& a, const SplatScene& b) {
   return a.view == b.view && a.slice->domain_begin == b.slice->domain_begin &&
          a.slice->domain_end == b.slice->domain_end && a.slice->clip.empty() && b.slice->clip.empty();
@@ -70,7 +70,7 @@ TilePixels lay_over(const TilePixels& front, const TilePixels& back, TrailMemory
   return back;
 }
 
-// Whether as many of the largest tiles as there are threads find room.
+// Returns whether as many of the largest tiles as there are threads find room.
 template<class Bytes> bool fits_all_threads(size_t tiles, const Bytes& bytes, const Context& context) {
   uint64_t largest = 0;
   for (size_t n = 0; n < tiles; ++n) largest = std::max(largest, bytes(n));

@@ -54,14 +54,14 @@ class TrailSheets {
   // Makes those of the gradient's sums of sheet k, of which there is one set of planes.
   void mix_gradients(int64_t k);
 
-  // As SheetSource::plane.
+  // Returns a plane as SheetSource::plane does.
   [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;
   // Returns the pixels of the tile outside of which the segments of sheet k are nothing but the base of the
   // field.
   [[nodiscard]] PixelRect touched(int64_t k) const;
-  // Whether samples that no point reaches are looked at.
+  // Returns whether samples that no point reaches are looked at.
   [[nodiscard]] bool sees_base(float base) const;
-  // Whether anything may absorb on sheet k.
+  // Returns whether anything may absorb on sheet k.
   [[nodiscard]] bool seen(float base, int64_t k) const;
 
  private:
@@ -75,8 +75,8 @@ class TrailSheets {
   std::span<const SheetShare> shares_;
   const ClassTable& table_;
   float* mixed_; // null: the sheets are an object's own
-  // For the mixed sheets: the smallest and largest value, relative to the base; where they are not zero, in
-  // pixels of the whole plane; and whether anything is on them.
+  // The smallest and largest value of each mixed sheet, relative to the base; where it is not zero, in pixels
+  // of the whole plane; and whether anything is on it.
   FinishedSheets<std::array<float, 2>> range_{};
   FinishedSheets<PixelRect> touched_{};
   FinishedSheets<bool> filled_{};
