@@ -504,7 +504,7 @@ typedef struct bccsplat_channel_options {
   uint32_t set_mask;
   /* Unique in the file, such as "density", UTF-8 (INVALID_ARGUMENT); NULL: "value". */
   const char* name;
-  /* Of the values; NULL: unknown. */
+  /* Unit of the values; NULL: unknown. */
   const char* unit;
   /* Precision of the source values; DEFAULT: the type of the first box for the channel that gets
    * the first frame, F32 for others and for layers. */
@@ -549,7 +549,7 @@ typedef struct bccsplat_series_part {
   /* Frames given before the first one needed: those back to one that is not missing altogether (no
    * finite value in some channel), or back to frame 0; 0: none. */
   uint64_t lead;
-  /* Of all frames of the series, dims[3] of them, rising; borrowed during the call. */
+  /* Times of all frames of the series, dims[3] of them, rising; borrowed during the call. */
   const double* times;
 } bccsplat_series_part;
 
@@ -580,7 +580,7 @@ typedef struct bccsplat_writer_options {
   double scale;
   /* The same along time, in frames; 0: 1. */
   double time_scale;
-  /* Of readers and stored coefficients; NULL: default, and of CC of samples at 1 "exact": the
+  /* Kernel of readers and stored coefficients; NULL: default, for CC of samples at 1 "exact": the
    * samples as far as type and 32-bit floats hold them. */
   const char* recommended_kernel;
   /* NULL: none; fraction of the frames (or layers), only when dims[3] is known. */
@@ -649,7 +649,7 @@ typedef struct bccsplat_writer_options {
  * (INVALID_ARGUMENT, with the numbers of two that do). */
 typedef struct bccsplat_box {
   uint32_t struct_size;
-  /* Not DEFAULT. */
+  /* Type of the samples, not DEFAULT. */
   bccsplat_type type;
   /* Borrowed during the call; sample (begin[0], begin[1], begin[2]) stands first. */
   const void* data;
@@ -684,11 +684,11 @@ typedef struct bccsplat_writer_report {
   uint64_t frames;
   /* Samples of the Cartesian source, all channels. */
   uint64_t cc_samples;
-  /* Of these, further than air_threshold from air. */
+  /* Samples of the source that are further than air_threshold from air. */
   uint64_t cc_relevant;
   /* Lattice sites, all channels, those outside the faces not counted. */
   uint64_t sites_total;
-  /* Of these, stored. */
+  /* Lattice sites that are stored. */
   uint64_t sites_kept;
   /* Stored sites that are missing data. */
   uint64_t holes;
@@ -696,10 +696,10 @@ typedef struct bccsplat_writer_report {
   uint64_t clamped;
   /* Source values that were NaN or infinite. */
   uint64_t nonfinite;
-  /* Of the source values in the source's precision. */
+  /* Bytes of the source values in the source's precision. */
   uint64_t bytes_source;
   uint64_t bytes_file;
-  /* Of these: which sites are stored. */
+  /* Part of bytes_file that says which sites are stored. */
   uint64_t bytes_runs;
   /* Their values. */
   uint64_t bytes_values;
@@ -709,7 +709,7 @@ typedef struct bccsplat_writer_report {
   uint64_t frames_measured;
   /* Source samples with a correction. */
   uint64_t corrected;
-  /* Of bytes_index. */
+  /* Part of bytes_index that corrections take. */
   uint64_t bytes_corrections;
   /* Largest difference of a stored lattice sample from what the resampling filter made: by
    * rounding, clamping, or as air; over all channels. */
@@ -735,16 +735,16 @@ typedef struct bccsplat_error_report {
   double peak;
   /* dB, 20 log10(peak / rmse); infinite without any difference, NaN without samples. */
   double psnr;
-  /* Of them, further than air_threshold from air; the next three are theirs. */
+  /* Samples further than air_threshold from air; the next three are theirs. */
   uint64_t non_air_samples;
   double non_air_max_abs;
   double non_air_rmse;
   double non_air_psnr;
-  /* Of the largest difference, in `frame`. */
+  /* Place of the largest difference, in `frame`. */
   uint64_t voxel[3];
-  /* There: the source. */
+  /* What the source has there. */
   double expected;
-  /* And the file. */
+  /* What the file gives there. */
   double got;
   /* Largest difference before corrections. */
   double uncorrected_max_abs;
@@ -917,9 +917,9 @@ typedef struct bccsplat_volume_info {
   double time_scale;
   /* Index space -> world. */
   double affine[16];
-  /* Of frame 0. */
+  /* Time of frame 0. */
   double time_first;
-  /* Of frame dims[3] - 1. */
+  /* Time of frame dims[3] - 1. */
   double time_last;
   /* Cube root of a voxel's world volume. */
   double mean_voxel;
@@ -938,10 +938,10 @@ typedef struct bccsplat_volume_info {
   uint64_t bytes_runs;
   uint64_t bytes_values;
   uint64_t bytes_index;
-  /* From the file so far, through this handle. */
+  /* Bytes read from the file so far, through this handle. */
   uint64_t bytes_read;
   uint64_t attribute_count;
-  /* Of a part of a series: its frames are part_first .. part_end-1, the rest is air. */
+  /* A part of a series has the frames part_first .. part_end-1, the rest is air. */
   uint64_t part_first;
   /* 0: a whole file. */
   uint64_t part_end;
@@ -950,7 +950,7 @@ typedef struct bccsplat_volume_info {
   double scales[4];
   /* Planes of the lattice outside the first sample along x, y, z. */
   uint32_t planes_before[3];
-  /* And outside the last. */
+  /* Planes outside the last one. */
   uint32_t planes_behind[3];
   /* Lattice sites per channel on these planes. */
   uint64_t sites_outside;
@@ -959,12 +959,12 @@ typedef struct bccsplat_volume_info {
   /* 1: the last frame leads to the first (BCCSPLAT_ENDS_PERIODIC), and times and indices go on to
    * time_end and dims[3], which are those of frame 0 again. */
   uint32_t time_periodic;
-  /* Of the last moment that can be looked at: time_last, and where time_periodic the mean distance
-   * of the frames later. */
+  /* Time of the last moment to look at: time_last, and where time_periodic later by the mean
+   * distance of frames. */
   double time_end;
-  /* Of a series that is being written, or was left unfinished: the frames it is to have, dims[3]
-   * where that is not known; dims[3] are those that can be looked at. Opened again it may have
-   * more. 0: finished. */
+  /* Frames that a series being written, or left unfinished, is to have; dims[3], those that can be
+   * looked at, where that is not known. Opened again the file may have more of them. 0: it is
+   * finished. */
   uint64_t frames_expected;
   /* BCCSPLAT_PERIODIC_..., the sum: along these indices go on to dims[axis], which is that of
    * sample 0 again. */
@@ -982,13 +982,13 @@ typedef struct bccsplat_level_info {
   uint64_t layer_count;
   /* Lattice sites per channel, those outside the faces not counted. */
   uint64_t sites_total;
-  /* Of all channels, those outside the faces counted. */
+  /* Stored sites of all channels, those outside the faces counted. */
   uint64_t sites_kept;
-  /* Of its samples in the file, without the index. */
+  /* Bytes of its samples in the file, without the index. */
   uint64_t bytes;
-  /* Of what the level gives at source samples, measured at some of them while the file was written:
-   * the largest of any channel, each in units of its source's range; 0: not measured. Of level 0
-   * where the file has levels or a bound. */
+  /* Error of what the level gives at source samples, measured at some of them while the file was
+   * written: the largest of any channel, in units of its source's range; 0: not measured. Level 0
+   * has one where the file has levels or a bound. */
   double relative_rmse;
 } bccsplat_level_info;
 
@@ -1005,9 +1005,9 @@ typedef struct bccsplat_channel_info {
   double value_offset;
   /* Smallest and largest source value. */
   double range[2];
-  /* Of the stored samples. */
+  /* Smallest and largest stored sample. */
   double kept_range[2];
-  /* Of the stored samples, from a 256-bin histogram over kept_range. */
+  /* Percentiles of the stored samples, from a 256-bin histogram over kept_range. */
   double percentile_2;
   double percentile_998;
   uint64_t sites_kept;
@@ -1019,7 +1019,7 @@ typedef struct bccsplat_channel_info {
   int32_t reserved;
   /* With the recommended kernel no finite source sample is off by more; 0: none was asked for. */
   double error_bound;
-  /* Of files with a bound: measured at the finite source samples, of the lattice alone and with
+  /* Errors of a file with a bound at the finite source samples, of the lattice alone and with
    * corrections. The range of the source is the peak of their PSNR. 0: not measured. */
   double lattice_rmse;
   double lattice_max_abs;
@@ -1134,7 +1134,7 @@ typedef struct bccsplat_recode_options {
   bccsplat_type value_type;
   /* Value of one code of integer types; 0: that of the file. */
   double value_step;
-  /* Of the coefficients, and recommended; NULL: the file's. */
+  /* Kernel of the coefficients, and recommended; NULL: the file's. */
   const char* kernel;
   /* Highest version of the format that the new file may need, 1 to 3; 0: any. Up to 2 the planes
    * outside the faces are left out, as of FACES_MIRROR. */
@@ -1225,7 +1225,7 @@ typedef struct bccsplat_slice_options {
    * periodic it goes round, up to a turn before frame 0 and a turn behind the end. Both 0: the
    * instant. Time slices only. */
   double interval[2];
-  /* Of the target lattice in index units, up to the largest of dims; 0: 1, and less along axes
+  /* Target lattice's distance in index units, up to the largest of dims; 0: 1, and less along axes
    * where the volume's lattice is finer. Any other (for time slices but 1) resamples;
    * LIMIT_EXCEEDED where it makes more than 1e6 planes along an axis. */
   double spacing;
@@ -1233,14 +1233,14 @@ typedef struct bccsplat_slice_options {
   double time_length;
   /* Target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC. */
   bccsplat_lattice lattice;
-  /* Of the volume: 0 all of it; l of 1 .. level_count what its coarser lattice l holds, an eighth
-   * of the points and of the work for each, without the file's corrections; NOT_FOUND beyond. A
+  /* Level of the volume: 0 all of it; l of 1 .. level_count what its coarser lattice l holds, with
+   * an eighth of the points and work for each, without the file's corrections; NOT_FOUND beyond. A
    * slice that is resampled has the same spacing at every level. */
   uint32_t level;
   /* NULL: none; about the share of the work done, 1 at success. */
   bccsplat_progress_fn progress;
   void* progress_user;
-  /* Of a slab centred on the hyperplane, in index units along the unit normal (frames for time
+  /* Thickness of a slab around the hyperplane, index units along its unit normal (frames for time
    * slices), clipped to the domain, time slices as an interval is; 0: none; what is sampled across
    * more than 2000 index units is LIMIT_EXCEEDED. Excludes interval. */
   double thickness;
@@ -1290,12 +1290,12 @@ typedef struct bccsplat_slice_info {
   double air;
   /* Lattice points that take part. */
   uint64_t points;
-  /* From the file, to make this slice. */
+  /* Bytes read from the file to make this slice. */
   uint64_t bytes_read;
   /* It took. */
   double milliseconds;
   const char* kernel;
-  /* Of the volume, that it is made of. */
+  /* Level of the volume that it is made of. */
   uint32_t level;
   uint32_t reserved;
 } bccsplat_slice_info;
@@ -1473,9 +1473,9 @@ typedef struct bccsplat_look {
   /* Values in between are taken for air and noise; infinite where a side has no end; [0] > [1]:
    * none are. */
   double empty[2];
-  /* That the colours span. */
+  /* Range that the colours span. */
   double range[2];
-  /* Of a surface between background and object. */
+  /* Value of a surface between background and object. */
   double iso_value;
   /* At least 1. */
   uint32_t color_count;
@@ -1508,7 +1508,7 @@ typedef struct bccsplat_lights {
   /* Material, as fractions of the classified colour; all four zero: 0.3 0.7 0.2 20. */
   double ambient;
   double diffuse;
-  /* Of white light. */
+  /* Strength of white highlights. */
   double specular;
   /* Up to 1e6. */
   double shininess;
