@@ -23,6 +23,9 @@ struct TestContext {
   [[nodiscard]] Context get() { return {tasks, memory, progress}; }
 };
 
+// Bytes in which all coefficients of a test have room.
+inline constexpr uint64_t large_cache = uint64_t{1} << 30;
+
 // f(x, y, z, t) in source index units.
 using Field4 = std::function<double(const Vec4&)>;
 

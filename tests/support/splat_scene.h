@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <numbers>
+#include <vector>
 
 #include "field/coefficients/coefficients.h"
 #include "render/picture.h"
@@ -59,6 +61,14 @@ inline RenderStats draw(const Scene& scene, const RenderOptions& options, ImageS
                         int threads = 2) {
   TestContext context(threads);
   return render(scene, options, context.get(), out.image);
+}
+
+inline bool same_bits(const ImageStorage& a, const ImageStorage& b) {
+  const auto same = [](const std::vector<float>& x, const std::vector<float>& y) {
+    return x.size() == y.size() &&
+           (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0);
+  };
+  return same(a.rgba, b.rgba) && same(a.depth, b.depth) && same(a.value, b.value) && same(a.time, b.time);
 }
 
 struct ImageError {

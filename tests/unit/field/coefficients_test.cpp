@@ -14,9 +14,8 @@
 namespace bccsplat {
 namespace {
 
+using test::large_cache;
 using test::TestContext;
-
-constexpr uint64_t large_cache = 1u << 30;
 
 // A series of noise in [-1, 1] in which whole blocks are air.
 MemorySamples noise_samples(const Lattice4& lattice, uint32_t seed) {

@@ -16,20 +16,20 @@ namespace bccsplat {
 namespace {
 
 using test::Grid4;
+using test::large_cache;
 using test::MarschnerLobb;
 using test::PlaneWaves;
 using test::random_points;
 using test::TestContext;
 
-constexpr uint64_t cache = 1u << 30;
 constexpr uint32_t edge = 30; // samples per axis
 constexpr double margin = 10; // from the ends, where a wave is not its own mirror image
 
-struct Asked {
+struct KernelSnr {
   const char* kernel;
   std::array<double, 3> snr; // dB at rho 0.5, 0.7, 0.9
 };
-std::ostream& operator<<(std::ostream& out, const Asked& a) { return out << a.kernel; }
+std::ostream& operator<<(std::ostream& out, const KernelSnr& a) { return out << a.kernel; }
 constexpr std::array<double, 3> rhos{0.5, 0.7, 0.9};
 
 double snr_db(const std::vector<float>& got, const std::vector<double>& truth) {
@@ -64,9 +64,10 @@ std::vector<float> values_of(const Coefficients& c, const std::vector<Vec4>& poi
   return values;
 }
 
-class Direct : public testing::TestWithParam<Asked> {};
+class Direct : public testing::TestWithParam<KernelSnr> {};
 INSTANTIATE_TEST_SUITE_P(EvaluateAccuracy, Direct,
-                         testing::Values(Asked{"default", {50, 34, 18.5}}, Asked{"fine", {62, 43, 21.5}}));
+                         testing::Values(KernelSnr{"default", {50, 34, 18.5}},
+                                         KernelSnr{"fine", {62, 43, 21.5}}));
 
 TEST_P(Direct, WavesSampledOnTheLattice) {
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {edge, edge, edge, edge});
@@ -76,15 +77,16 @@ TEST_P(Direct, WavesSampledOnTheLattice) {
     std::vector<double> truth;
     for (const Vec4& p : points) truth.push_back(field(p));
     const MemorySamples samples = on_sites(lattice, field);
-    EXPECT_GE(snr_db(values_of({samples, 0, make_kernel(GetParam().kernel), 0, cache}, points), truth),
+    EXPECT_GE(snr_db(values_of({samples, 0, make_kernel(GetParam().kernel), 0, large_cache}, points), truth),
               GetParam().snr[r])
         << "rho " << rhos[r];
   }
 }
 
-class Imported : public testing::TestWithParam<Asked> {};
+class Imported : public testing::TestWithParam<KernelSnr> {};
 INSTANTIATE_TEST_SUITE_P(EvaluateAccuracy, Imported,
-                         testing::Values(Asked{"default", {47.5, 33, 17.5}}, Asked{"fine", {54, 41, 20.5}}));
+                         testing::Values(KernelSnr{"default", {47.5, 33, 17.5}},
+                                         KernelSnr{"fine", {54, 41, 20.5}}));
 
 TEST_P(Imported, SlicesBetweenFrames) {
   Grid4 frames, grid;
@@ -114,7 +116,7 @@ TEST_P(Imported, SlicesBetweenFrames) {
     }
     const Lattice4 lattice = fit.finish().lattice;
     const MemorySamples samples(lattice, {0}, std::move(layers));
-    const Coefficients c(samples, 0, make_kernel(GetParam().kernel), 0, cache);
+    const Coefficients c(samples, 0, make_kernel(GetParam().kernel), 0, large_cache);
     const Vec3 unit = lattice.lattice_unit();
     std::vector<float> got;
     for (const double t : grid[3]) {
@@ -149,7 +151,7 @@ TEST_P(Phases, OfTheInstantChangeTheErrorLittle) {
   for (size_t r = 0; r < rhos.size(); ++r) {
     const PlaneWaves field(200, rhos[r], 17);
     const MemorySamples samples = on_sites(lattice, field);
-    const Coefficients c(samples, 0, make_kernel(GetParam().kernel), 0, cache);
+    const Coefficients c(samples, 0, make_kernel(GetParam().kernel), 0, large_cache);
     double low = 1e9, high = -1e9;
     for (int phase = 0; phase < 4; ++phase) {
       auto points = random_points(lattice, 2500, 23, margin);
@@ -176,8 +178,8 @@ TEST(EvaluateAccuracy, PaperMode) {
     std::vector<double> truth;
     for (const Vec4& p : points) truth.push_back(field(p));
     const MemorySamples samples = on_sites(lattice, field);
-    EXPECT_NEAR(snr_db(values_of({samples, 0, make_kernel("paper"), 0, cache}, points), truth), stated[r],
-                0.7);
+    EXPECT_NEAR(snr_db(values_of({samples, 0, make_kernel("paper"), 0, large_cache}, points), truth),
+                stated[r], 0.7);
   }
   // Without division a constant would be 1.037 on one coset and 0.736 on the other at the instant of a layer.
   const TemporalKernel beta = make_kernel("paper").time;
@@ -195,7 +197,7 @@ double marschner_lobb_psnr(const char* kernel, const MarschnerLobb& field) {
   const auto unit_of = [](const Vec4& p) { return Vec3{p[0] / 20 - 1, p[1] / 20 - 1, p[2] / 20 - 1}; };
   const MemorySamples samples = test::sample_field(lattice, [&](const Vec4& p) { return field(unit_of(p)); });
   auto points = random_points(lattice, 5000, 3, 2);
-  const std::vector<float> got = values_of({samples, 0, make_kernel(kernel), 0, cache}, points);
+  const std::vector<float> got = values_of({samples, 0, make_kernel(kernel), 0, large_cache}, points);
   double error = 0;
   for (size_t i = 0; i < points.size(); ++i)
     error += std::pow(static_cast<double>(got[i]) - field(unit_of(points[i])), 2);

@@ -14,9 +14,9 @@
 namespace bccsplat {
 namespace {
 
+using test::large_cache;
 using test::TestContext;
 
-constexpr uint64_t cache = 1u << 30;
 using Sample = std::function<float(int32_t layer, const Int3& site)>;
 
 MemorySamples samples_of(const Lattice4& lattice, const Sample& f) {
@@ -70,7 +70,7 @@ TEST_P(Prefilter, StaysWithinItsGainOnAnyInput) {
         }};
     for (const Sample& f : inputs) {
       const MemorySamples samples = samples_of(lattice, f);
-      EXPECT_LE(largest({samples, 0, kernel, 0, cache}, context), kernel.prefilter_gain * 1.0001);
+      EXPECT_LE(largest({samples, 0, kernel, 0, large_cache}, context), kernel.prefilter_gain * 1.0001);
     }
   }
 }
@@ -83,7 +83,7 @@ TEST_P(Prefilter, TurnsNoCheckerboardOver) {
       [](int32_t m, const Int3& i) { return (i[0] + i[1] + i[2] + m / 2) & 1 ? -1.0f : 1.0f; }};
   for (const Sample& f : inputs) {
     const MemorySamples samples = samples_of(lattice, f);
-    const Coefficients c(samples, 0, kernel, 0, cache);
+    const Coefficients c(samples, 0, kernel, 0, large_cache);
     for (const int32_t m : {12, 13}) {
       const Int3 site{7, 8, 8};
       const Vec3 at = lattice.site_position(lattice.coset(m), site);
@@ -110,7 +110,8 @@ TEST_P(Prefilter, LooksNoFurtherThanStated) {
   const MemorySamples c = samples_of(lattice, [&](int32_t m, const Int3& i) { // differs where x is large
     return noise(static_cast<uint32_t>(m) + (2 * i[0] + (m & 1) > 20 ? 1000 : 0), place(i));
   });
-  const Coefficients of_a(a, 0, kernel, 0, cache), of_b(b, 0, kernel, 0, cache), of_c(c, 0, kernel, 0, cache);
+  const Coefficients of_a(a, 0, kernel, 0, large_cache), of_b(b, 0, kernel, 0, large_cache),
+      of_c(c, 0, kernel, 0, large_cache);
   for (int32_t m = low + reach.time; m <= high - reach.time; ++m)
     EXPECT_EQ(layer_to_dense(*of_a.layer(m, context)), layer_to_dense(*of_b.layer(m, context)))
         << "layer " << m;
@@ -138,7 +139,7 @@ TEST_P(Prefilter, LeavesAStatedResidualAtTheSites) {
         layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
   }
   const MemorySamples samples(lattice, {0}, std::move(layers));
-  const Coefficients c(samples, 0, kernel, 0, cache);
+  const Coefficients c(samples, 0, kernel, 0, large_cache);
   std::vector<Vec4> points;
   std::vector<double> truth;
   for (int32_t m = 15; m < 27; ++m)

@@ -15,13 +15,12 @@ namespace bccsplat {
 namespace {
 
 using test::evaluate_values;
+using test::large_cache;
 using test::PlaneWaves;
 using test::random_points;
 using test::sample_field;
 using test::snr_db;
 using test::TestContext;
-
-constexpr uint64_t large_cache = 1u << 30;
 
 // Points of a time slice (index units) in the slice's lattice units.
 std::vector<Vec3> slice_points(const Lattice4& lattice, const std::vector<Vec4>& points) {

@@ -13,7 +13,7 @@ namespace bccsplat::test {
 namespace {
 
 using Dims = std::array<int64_t, 3>;
-constexpr Dims dims{45, 30, 37};
+constexpr Dims frame_dims{45, 30, 37};
 
 size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) {
   return static_cast<size_t>((z * n[1] + y) * n[0] + x);
@@ -23,15 +23,15 @@ size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) {
 std::vector<float> noise_in_ball(double radius) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> unit(1, 5);
-  std::vector<float> values(at(dims, 0, 0, dims[2]));
-  for (int64_t z = 0; z < dims[2]; ++z)
-    for (int64_t y = 0; y < dims[1]; ++y)
-      for (int64_t x = 0; x < dims[0]; ++x) {
+  std::vector<float> values(at(frame_dims, 0, 0, frame_dims[2]));
+  for (int64_t z = 0; z < frame_dims[2]; ++z)
+    for (int64_t y = 0; y < frame_dims[1]; ++y)
+      for (int64_t x = 0; x < frame_dims[0]; ++x) {
         const float v = unit(random);
         const auto off = [&](int64_t i, size_t a) {
-          return static_cast<double>(i) - 0.5 * static_cast<double>(dims[a]);
+          return static_cast<double>(i) - 0.5 * static_cast<double>(frame_dims[a]);
         };
-        values[at(dims, x, y, z)] = std::hypot(off(x, 0), off(y, 1), off(z, 2)) < radius ? v : 0;
+        values[at(frame_dims, x, y, z)] = std::hypot(off(x, 0), off(y, 1), off(z, 2)) < radius ? v : 0;
       }
   return values;
 }
@@ -40,10 +40,10 @@ HalvedFrame halve(const std::vector<float>& values, std::span<const FrameBox> bo
                   float ringing = 0, const AxisFlags& predicted = {}) {
   Bench bench(threads);
   FrameBox whole;
-  whole.data = values.data(), whole.dims = dims;
-  const Frame frame(boxes.empty() ? std::span(&whole, 1) : boxes, dims, 0, "frame");
+  whole.data = values.data(), whole.dims = frame_dims;
+  const Frame frame(boxes.empty() ? std::span(&whole, 1) : boxes, frame_dims, 0, "frame");
   const FrameScan scan = scan_frame(frame, 0, bench.context());
-  FrameHalver halver(dims, {true, true, true}, predicted, Filter::kaiser8);
+  FrameHalver halver(frame_dims, {true, true, true}, predicted, Filter::kaiser8);
   HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, ringing, bench.context());
   made.memory = {}; // of a budget that ends here
   return made;
@@ -56,7 +56,7 @@ TEST(HalvedFrame, IsTheFilteredFrameAtTwiceTheDistance) {
   EXPECT_EQ(n, (Dims{23, 16, 19}));
   std::array<FilterTable, 3> table;
   for (size_t a = 0; a < 3; ++a) {
-    const double step = (static_cast<double>(dims[a]) - 1) / (static_cast<double>(n[a]) - 1);
+    const double step = (static_cast<double>(frame_dims[a]) - 1) / (static_cast<double>(n[a]) - 1);
     std::vector<double> positions;
     for (int64_t i = 0; i < n[a]; ++i) positions.push_back(static_cast<double>(i) * step);
     table[a] = filter_table(Filter::kaiser8, step, positions);
@@ -68,7 +68,7 @@ TEST(HalvedFrame, IsTheFilteredFrameAtTwiceTheDistance) {
         const auto tap = [&](size_t a, int64_t i, int k) {
           const auto row = static_cast<size_t>(i);
           return std::pair(
-              mirror_index(table[a].first[row] + k, dims[a]),
+              mirror_index(table[a].first[row] + k, frame_dims[a]),
               static_cast<double>(
                   table[a].weight[row * static_cast<size_t>(table[a].taps) + static_cast<size_t>(k)]));
         };
@@ -78,7 +78,7 @@ TEST(HalvedFrame, IsTheFilteredFrameAtTwiceTheDistance) {
               const auto [i, u] = tap(0, x, a);
               const auto [j, v] = tap(1, y, b);
               const auto [k, w] = tap(2, z, c);
-              sum += u * v * w * static_cast<double>(values[at(dims, i, j, k)]);
+              sum += u * v * w * static_cast<double>(values[at(frame_dims, i, j, k)]);
             }
         ASSERT_NEAR(static_cast<double>(made.values[at(n, x, y, z)]), sum, 1e-5) << x << " " << y << " " << z;
       }
@@ -90,12 +90,12 @@ TEST(HalvedFrame, IsTheSameHoweverItIsMade) {
   const std::vector<float> values = noise_in_ball(11);
   const HalvedFrame made = halve(values, {}, 1, 1.0f / 512);
   std::vector<FrameBox> boxes;
-  for (int64_t z = 0; z < dims[2]; z += 10)
-    for (int64_t x = 0; x < dims[0]; x += 9) {
+  for (int64_t z = 0; z < frame_dims[2]; z += 10)
+    for (int64_t x = 0; x < frame_dims[0]; x += 9) {
       FrameBox& box = boxes.emplace_back();
-      box.begin = {x, 0, z}, box.dims = {9, dims[1], std::min<int64_t>(10, dims[2] - z)};
-      box.data = &values[at(dims, x, 0, z)];
-      box.stride = {4, 4 * dims[0], 4 * dims[0] * dims[1]};
+      box.begin = {x, 0, z}, box.dims = {9, frame_dims[1], std::min<int64_t>(10, frame_dims[2] - z)};
+      box.data = &values[at(frame_dims, x, 0, z)];
+      box.stride = {4, 4 * frame_dims[0], 4 * frame_dims[0] * frame_dims[1]};
     }
   EXPECT_EQ(halve(values, {}, 4, 1.0f / 512).values, made.values);
   EXPECT_EQ(halve(values, boxes, 2, 1.0f / 512).values, made.values);
@@ -116,15 +116,15 @@ TEST(HalvedFrame, IsTheSameHoweverItIsMade) {
 bool air_around(const std::vector<float>& values, const Dims& n, const Dims& place) {
   std::array<std::array<int64_t, 2>, 3> span;
   for (size_t a = 0; a < 3; ++a) {
-    const double step = static_cast<double>(dims[a] - 1) / static_cast<double>(n[a] - 1);
+    const double step = static_cast<double>(frame_dims[a] - 1) / static_cast<double>(n[a] - 1);
     const double position = static_cast<double>(place[a]) * step;
     span[a] = {std::max<int64_t>(0, static_cast<int64_t>(std::ceil(position - 1.25 * step))),
-               std::min(dims[a] - 1, static_cast<int64_t>(std::floor(position + 1.25 * step)))};
+               std::min(frame_dims[a] - 1, static_cast<int64_t>(std::floor(position + 1.25 * step)))};
   }
   for (int64_t z = span[2][0]; z <= span[2][1]; ++z)
     for (int64_t y = span[1][0]; y <= span[1][1]; ++y)
       for (int64_t x = span[0][0]; x <= span[0][1]; ++x)
-        if (values[at(dims, x, y, z)] != 0) return false;
+        if (values[at(frame_dims, x, y, z)] != 0) return false;
   return true;
 }
 
@@ -195,11 +195,11 @@ TEST(HalvedFrame, AirIsFoundBeyondEndsThatTurn) {
 
 // A constant stays one, bit for bit; a ramp has no bend at faces beyond which samples are predicted.
 TEST(HalvedFrame, ConstantsAndRampsStayWhatTheyAre) {
-  for (const float v : halve(std::vector<float>(at(dims, 0, 0, dims[2]), 70.1f), {}, 2).values)
+  for (const float v : halve(std::vector<float>(at(frame_dims, 0, 0, frame_dims[2]), 70.1f), {}, 2).values)
     ASSERT_EQ(v, 70.1f);
-  std::vector<float> ramp(at(dims, 0, 0, dims[2]));
+  std::vector<float> ramp(at(frame_dims, 0, 0, frame_dims[2]));
   for (size_t i = 0; i < ramp.size(); ++i)
-    ramp[i] = 10 + static_cast<float>(i % static_cast<size_t>(dims[0]));
+    ramp[i] = 10 + static_cast<float>(i % static_cast<size_t>(frame_dims[0]));
   const auto bend = [&](const AxisFlags& predicted) {
     const HalvedFrame made = halve(ramp, {}, 2, 0, predicted);
     return std::fabs(made.values[0] - 10);

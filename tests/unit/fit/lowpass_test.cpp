@@ -65,29 +65,29 @@ double gain(const std::array<uint32_t, 4>& dims, const std::array<double, 4>& f,
 
 double decibel(double g) { return 20 * std::log10(std::max(std::fabs(g), 1e-9)); }
 
-constexpr std::array<uint32_t, 4> dims{21, 11, 11, 21};
+constexpr std::array<uint32_t, 4> wave_dims{21, 11, 11, 21};
 
 TEST(Lowpass, PassesWhatLiesInTheCell) {
   const std::array<double, 4> inside[] = {{.5, .5, 0, 0},     {.5, 0, 0, .5},  {.7, 0, 0, 0},
                                           {0, 0, 0, .7},      {.4, .4, .4, 0}, {0, .5, .5, 0},
                                           {.35, .3, .4, .35}, {.5, 0, .5, 0}};
   for (const auto& f : inside)
-    EXPECT_LT(std::fabs(decibel(gain(dims, f))), 0.1) << f[0] << f[1] << f[2] << f[3];
-  EXPECT_NEAR(gain(dims, {1, 0, 0, 0}), 1, 0.02); // a corner of the cell: sum 1
+    EXPECT_LT(std::fabs(decibel(gain(wave_dims, f))), 0.1) << f[0] << f[1] << f[2] << f[3];
+  EXPECT_NEAR(gain(wave_dims, {1, 0, 0, 0}), 1, 0.02); // a corner of the cell: sum 1
 }
 
 TEST(Lowpass, StopsTheCornersOfTheCube) {
   const std::array<double, 4> outside[] = {{1, 1, 0, 0},   {1, 0, 0, 1},   {0, 1, 1, 0},    {0, 0, 1, 1},
                                            {.9, .9, 0, 0}, {.9, 0, 0, .9}, {1, .8, 0, 0},   {0, .8, 0, 1},
                                            {1, 1, 1, 1},   {0, .9, .9, 0}, {.9, 0, .9, .9}, {1, 0, .8, 0}};
-  for (const auto& f : outside) EXPECT_LT(decibel(gain(dims, f)), -30) << f[0] << f[1] << f[2] << f[3];
+  for (const auto& f : outside) EXPECT_LT(decibel(gain(wave_dims, f)), -30) << f[0] << f[1] << f[2] << f[3];
 }
 
 TEST(Lowpass, CellShrinksWithTheLattice) {
   constexpr LatticeScales coarse{2, 2, 2, 2};
-  EXPECT_LT(std::fabs(decibel(gain(dims, {.25, .2, 0, .25}, coarse))), 0.1);
-  EXPECT_LT(decibel(gain(dims, {.5, .5, 0, 0}, coarse)), -30);
-  EXPECT_LT(decibel(gain(dims, {.5, 0, 0, .5}, coarse)), -30);
+  EXPECT_LT(std::fabs(decibel(gain(wave_dims, {.25, .2, 0, .25}, coarse))), 0.1);
+  EXPECT_LT(decibel(gain(wave_dims, {.5, .5, 0, 0}, coarse)), -30);
+  EXPECT_LT(decibel(gain(wave_dims, {.5, 0, 0, .5}, coarse)), -30);
 }
 
 TEST(Lowpass, CellIsOfTheDistancesOfItsAxes) {
@@ -95,10 +95,10 @@ TEST(Lowpass, CellIsOfTheDistancesOfItsAxes) {
   const std::array<double, 4> inside[] = {
       {1, .9, 0, 0}, {.9, 0, .4, 0}, {.9, 0, 0, .2}, {0, .7, 0, .25}, {0, 0, .3, .3}};
   for (const auto& f : inside)
-    EXPECT_LT(std::fabs(decibel(gain(dims, f, scales))), 0.1) << f[0] << f[1] << f[2] << f[3];
+    EXPECT_LT(std::fabs(decibel(gain(wave_dims, f, scales))), 0.1) << f[0] << f[1] << f[2] << f[3];
   const std::array<double, 4> outside[] = {{1, 0, 0, .6}, {0, .7, 0, .7}, {.5, 0, 0, .7}, {0, 0, 1, .4}};
   for (const auto& f : outside)
-    EXPECT_LT(decibel(gain(dims, f, scales)), -30) << f[0] << f[1] << f[2] << f[3];
+    EXPECT_LT(decibel(gain(wave_dims, f, scales)), -30) << f[0] << f[1] << f[2] << f[3];
 }
 
 TEST(Lowpass, ShortAxesMirrorAsOftenAsNeeded) {

@@ -17,7 +17,7 @@ namespace {
 
 using test::channel;
 
-std::vector<ChannelInfo> channels() {
+std::vector<ChannelInfo> coded_channels() {
   ChannelInfo bytes = channel("u8", ValueType::u8), words = channel("u16", ValueType::u16);
   ChannelInfo shifted = words, fine = words, half_values = channel("f16", ValueType::f16, 3);
   shifted.scale = 0.1, shifted.offset = -3276.8, shifted.air = 0; // an i16 in tenths
@@ -32,7 +32,7 @@ std::vector<ChannelInfo> channels() {
 }
 
 TEST(SampleCoder, EveryCodeSurvives) {
-  for (const ChannelInfo& c : channels()) {
+  for (const ChannelInfo& c : coded_channels()) {
     const SampleCoder coder(c);
     const uint32_t step = c.type == ValueType::f32 ? 65537 : 1;
     uint64_t clamped = 0;
@@ -55,7 +55,7 @@ TEST(SampleCoder, EveryCodeSurvives) {
 }
 
 TEST(SampleCoder, CodesRiseWithValues) {
-  for (const ChannelInfo& c : channels()) {
+  for (const ChannelInfo& c : coded_channels()) {
     const SampleCoder coder(c);
     const uint32_t step = c.type == ValueType::f32 ? 1000003 : 7;
     float last = coder.decode(coder.lowest());
@@ -70,7 +70,7 @@ TEST(SampleCoder, CodesRiseWithValues) {
 TEST(SampleCoder, NearestCode) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> value(-300, 300);
-  for (const ChannelInfo& c : channels()) {
+  for (const ChannelInfo& c : coded_channels()) {
     if (c.air > 1e6f) continue;
     const SampleCoder coder(c);
     uint64_t clamped = 0;

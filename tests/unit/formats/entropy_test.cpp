@@ -36,7 +36,7 @@ TEST(Bcc4Entropy, OfKnownCodes) {
   EXPECT_EQ(entropy_bits_256({}), 0u);
 }
 
-size_t deflated(const std::vector<std::byte>& bytes, int strategy) {
+size_t deflated_size(const std::vector<std::byte>& bytes, int strategy) {
   z_stream stream{};
   EXPECT_EQ(deflateInit2(&stream, 6, Z_DEFLATED, -15, 8, strategy), Z_OK);
   std::vector<Bytef> out(deflateBound(&stream, bytes.size()));
@@ -61,8 +61,8 @@ TEST(Bcc4Entropy, PredictsDeflate) {
         if (run > 0 && random() % 40 == 0) bytes.insert(bytes.end(), 1 + random() % run, std::byte{0});
       }
       const DeflateBits bits = deflate_bits(bytes);
-      const auto alone = static_cast<double>(deflated(bytes, Z_HUFFMAN_ONLY));
-      const auto with_runs = static_cast<double>(deflated(bytes, Z_RLE));
+      const auto alone = static_cast<double>(deflated_size(bytes, Z_HUFFMAN_ONLY));
+      const auto with_runs = static_cast<double>(deflated_size(bytes, Z_RLE));
       const std::string what = "width " + std::to_string(width) + " run " + std::to_string(run);
       EXPECT_NEAR(static_cast<double>(bits.alone_256) / 2048, alone, 0.04 * alone + 100) << what;
       EXPECT_NEAR(static_cast<double>(bits.with_runs_256) / 2048, with_runs, 0.04 * with_runs + 100) << what;

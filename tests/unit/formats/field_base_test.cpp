@@ -17,7 +17,7 @@ VolumeInfo volume_of_sites() {
   return info;
 }
 
-ChannelInfo dense(float air, Range kept) {
+ChannelInfo dense_channel(float air, Range kept) {
   ChannelInfo c;
   c.air = air, c.offset = static_cast<double>(air);
   c.sites_kept = static_cast<uint64_t>(volume_of_sites().lattice.sites());
@@ -29,21 +29,21 @@ float base_of(const VolumeInfo& info, const ChannelInfo& channel) { return field
 
 TEST(FieldBase, IsAmongValuesFarFromAir) {
   const VolumeInfo info = volume_of_sites();
-  EXPECT_EQ(base_of(info, dense(0, {101275, 101375})), 101325);
-  EXPECT_EQ(base_of(info, dense(0, {-40, -30})), -35);
-  EXPECT_EQ(base_of(info, dense(7, {5, 5})), 5);
+  EXPECT_EQ(base_of(info, dense_channel(0, {101275, 101375})), 101325);
+  EXPECT_EQ(base_of(info, dense_channel(0, {-40, -30})), -35);
+  EXPECT_EQ(base_of(info, dense_channel(7, {5, 5})), 5);
   // Nearer than the values are to each other, and among them.
-  EXPECT_EQ(base_of(info, dense(0, {50, 100})), 0);
-  EXPECT_EQ(base_of(info, dense(0, {49, 99})), 0);
-  EXPECT_EQ(base_of(info, dense(0, {51, 100})), 75.5f);
-  EXPECT_EQ(base_of(info, dense(60, {50, 100})), 60);
-  EXPECT_EQ(base_of(info, dense(0, {-3e38, -2.9e38})), -2.95e38f);
+  EXPECT_EQ(base_of(info, dense_channel(0, {50, 100})), 0);
+  EXPECT_EQ(base_of(info, dense_channel(0, {49, 99})), 0);
+  EXPECT_EQ(base_of(info, dense_channel(0, {51, 100})), 75.5f);
+  EXPECT_EQ(base_of(info, dense_channel(60, {50, 100})), 60);
+  EXPECT_EQ(base_of(info, dense_channel(0, {-3e38, -2.9e38})), -2.95e38f);
 }
 
 // A few samples elsewhere, and a few sites that are air, do not move it.
 TEST(FieldBase, IsAmongMostValues) {
   const VolumeInfo info = volume_of_sites();
-  ChannelInfo c = dense(0, {-3000, 120000});
+  ChannelInfo c = dense_channel(0, {-3000, 120000});
   EXPECT_EQ(base_of(info, c), 0);
   c.percentiles = {{1, -100}, {5, 101275}, {50, 101300}, {95, 101375}, {99, 110000}};
   EXPECT_EQ(base_of(info, c), 101300);
@@ -66,7 +66,7 @@ TEST(FieldBase, IsAmongMostValues) {
 // Corrections are differences from one field.
 TEST(FieldBase, IsWhatCorrectionsTell) {
   const VolumeInfo info = volume_of_sites();
-  ChannelInfo c = dense(0, {101275, 101375});
+  ChannelInfo c = dense_channel(0, {101275, 101375});
   c.residuals.bound = 0.5;
   EXPECT_EQ(base_of(info, c), 0);
   c.residuals.base = 101300;
@@ -78,7 +78,7 @@ TEST(FieldBase, IsWhatCorrectionsTell) {
 // What is left out beside masks is missing data, where no source sample is near air.
 TEST(FieldBase, IsAmongValuesWhereOthersAreMissing) {
   VolumeInfo info = volume_of_sites();
-  ChannelInfo c = dense(0, {101275, 101375});
+  ChannelInfo c = dense_channel(0, {101275, 101375});
   c.sites_kept /= 2;
   c.source_range = {101276, 101374};
   EXPECT_EQ(base_of(info, c), 0);

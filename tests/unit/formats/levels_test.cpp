@@ -149,18 +149,11 @@ TEST(Bcc4Levels, WritesOfPartsHaveAnOrder) {
 }
 
 // What a file says that breaks a rule of record 9, or of the directory.
-struct Broken {
+struct BrokenLevel {
   const char* text;
   Edit edit;
 };
 
-Edit with_info(const std::function<void(VolumeInfo&)>& change) {
-  return {.metadata = [change](Bytes& m) {
-    VolumeInfo v = read_metadata(m, 0, {});
-    change(v);
-    m = write_metadata(v);
-  }};
-}
 // Changes the payload of record 9.
 Edit with_record(const std::function<void(Bytes&, size_t at)>& change) {
   return {.metadata = [change](Bytes& m) {
@@ -169,11 +162,10 @@ Edit with_record(const std::function<void(Bytes&, size_t at)>& change) {
     change(m, at + 8);
   }};
 }
-Edit with_pages(const std::function<void(std::vector<PageRef>&)>& change) { return {.pages = change}; }
 
 TEST(Bcc4Levels, HostileOnesAreRefusedByName) {
   const Bytes file = levels_file();
-  const std::vector<Broken> all{
+  const std::vector<BrokenLevel> all{
       {"0 levels in", with_record([](Bytes& m, size_t at) { poke<uint32_t>(m, at, 0); })},
       {"16 levels in", with_record([](Bytes& m, size_t at) { poke<uint32_t>(m, at, 16); })},
       {"1 levels in", with_record([](Bytes& m, size_t at) { poke<uint32_t>(m, at, 1); })},
@@ -230,7 +222,7 @@ TEST(Bcc4Levels, HostileOnesAreRefusedByName) {
             }}}};
   Bench bench;
   EXPECT_NO_THROW((void)read_all(rebuild(file, {}), 1));
-  for (const Broken& b : all) {
+  for (const BrokenLevel& b : all) {
     SCOPED_TRACE(b.text);
     try {
       const Bytes broken = rebuild(file, b.edit);

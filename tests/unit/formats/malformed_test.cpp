@@ -321,13 +321,6 @@ Edit with_metadata(const std::function<void(Bytes&)>& change) {
   e.metadata = change;
   return e;
 }
-Edit with_info(const std::function<void(VolumeInfo&)>& change) {
-  return with_metadata([change](Bytes& m) {
-    VolumeInfo v = read_metadata(m, 0, {});
-    change(v);
-    m = write_metadata(v);
-  });
-}
 // Counts of 8 bytes, in the last record of the file, of which it says that they are `bytes`.
 Edit with_counts_of(uint32_t bytes) {
   return with_metadata([bytes](Bytes& m) {
@@ -350,11 +343,6 @@ Edit with_chunk(const std::function<void(Bcc4Chunk&, Bytes&)>& change) {
 Edit with_page(const std::function<void(Bytes&)>& change) {
   Edit e;
   e.page = change;
-  return e;
-}
-Edit with_pages(const std::function<void(std::vector<PageRef>&)>& change) {
-  Edit e;
-  e.pages = change;
   return e;
 }
 Edit with_directory(const std::function<void(Bytes&)>& change) {

@@ -28,6 +28,15 @@ struct Edit {
   bool raw_blocks = false;                    // not deflated
 };
 
+inline Edit with_info(const std::function<void(VolumeInfo&)>& change) {
+  return {.metadata = [change](Bytes& m) {
+    VolumeInfo v = read_metadata(m, 0, {});
+    change(v);
+    m = write_metadata(v);
+  }};
+}
+inline Edit with_pages(const std::function<void(std::vector<PageRef>&)>& change) { return {.pages = change}; }
+
 class Rebuild {
  public:
   Rebuild(const Bytes& file, const Edit& edit) : file_(file), edit_(edit) {

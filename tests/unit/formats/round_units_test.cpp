@@ -15,7 +15,7 @@
 namespace bccsplat {
 namespace {
 
-struct Case {
+struct RoundingCase {
   LatticeKind kind = LatticeKind::d4star;
   std::array<uint32_t, 4> dims{40, 40, 40, 12};
   Int3 brick{0, 0, 0};
@@ -33,7 +33,7 @@ struct Chunk {
   std::vector<const Brick*> all;
 };
 
-Chunk chunk_of(const Case& c) {
+Chunk chunk_of(const RoundingCase& c) {
   std::mt19937 random(7);
   std::normal_distribution<float> value(0, static_cast<float>(c.size));
   std::uniform_real_distribution<double> share(0, 1);
@@ -55,7 +55,7 @@ Chunk chunk_of(const Case& c) {
   return chunk;
 }
 
-void expect_same(const Case& c) {
+void expect_as_reference(const RoundingCase& c) {
   const Chunk chunk = chunk_of(c);
   UnitRounding how{.unit = 0.37, .most = 200, .weights = {}};
   if (c.shaped) {
@@ -83,10 +83,10 @@ TEST(RoundUnits, FullChunksOfEveryLattice) {
   for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::bcc, LatticeKind::cc})
     for (const bool shaped : {true, false}) {
       SCOPED_TRACE(static_cast<int>(kind));
-      expect_same({.kind = kind,
-                   .dims = {40, 40, 40, kind == LatticeKind::bcc ? 1u : 12u},
-                   .layers = kind == LatticeKind::bcc ? 2 : 8,
-                   .shaped = shaped});
+      expect_as_reference({.kind = kind,
+                           .dims = {40, 40, 40, kind == LatticeKind::bcc ? 1u : 12u},
+                           .layers = kind == LatticeKind::bcc ? 2 : 8,
+                           .shaped = shaped});
     }
 }
 
@@ -95,24 +95,24 @@ TEST(RoundUnits, BricksThatEndEarly) {
   for (const uint32_t edge : {32u, 33u, 34u, 45u, 63u, 64u, 65u})
     for (const Int3& brick : {Int3{1, 0, 0}, Int3{0, 1, 0}, Int3{0, 0, 1}, Int3{1, 1, 1}}) {
       SCOPED_TRACE(edge);
-      const Case c{.dims = {edge, edge, edge, 12}, .brick = brick, .layers = 7};
-      if (chunk_of(c).shape.sites() > 20) expect_same(c);
+      const RoundingCase c{.dims = {edge, edge, edge, 12}, .brick = brick, .layers = 7};
+      if (chunk_of(c).shape.sites() > 20) expect_as_reference(c);
     }
 }
 
 TEST(RoundUnits, SparseSitesRowsPlanesAndLayers) {
   for (const double filled : {0.9, 0.5, 0.03}) {
-    expect_same({.filled = filled});
-    expect_same({.filled = filled, .air_layer = 1});
-    expect_same({.filled = filled, .in_planes = true});
-    expect_same({.layers = 7, .filled = filled, .air_layer = 3, .in_planes = true});
+    expect_as_reference({.filled = filled});
+    expect_as_reference({.filled = filled, .air_layer = 1});
+    expect_as_reference({.filled = filled, .in_planes = true});
+    expect_as_reference({.layers = 7, .filled = filled, .air_layer = 3, .in_planes = true});
   }
 }
 
 // Errors do not grow beyond what a unit can take, nor do units.
 TEST(RoundUnits, ValuesBeyondAllUnits) {
-  expect_same({.size = 1e4});
-  expect_same({.size = 0.2});
+  expect_as_reference({.size = 1e4});
+  expect_as_reference({.size = 0.2});
 }
 
 } // namespace

@@ -16,7 +16,7 @@ namespace bccsplat {
 namespace {
 
 // Integers with scales and offsets that must be rounded alike, halves, floats.
-std::vector<ChannelInfo> channels() {
+std::vector<ChannelInfo> spread_channels() {
   ChannelInfo bytes = test::channel("u8", ValueType::u8), words = test::channel("u16", ValueType::u16);
   bytes.scale = 1.0 / 3, bytes.offset = -7.7;
   words.scale = 0.1, words.offset = -3276.8, words.air = 0;
@@ -29,7 +29,7 @@ std::vector<ChannelInfo> channels() {
 // Rows that are empty, full, one run or anything, at the ends of the codes or between them.
 TEST(Bcc4Spread, EveryValueToItsPlaceAndZeroElsewhere) {
   std::mt19937 random(3);
-  for (const ChannelInfo& channel : channels())
+  for (const ChannelInfo& channel : spread_channels())
     for (int round = 0; round < 20; ++round) {
       const SampleCoder coder(channel, round < 15 ? channel.air : 1000.1f);
       // Chunks of i32 have a base of their own and one, two or four bytes.

@@ -17,15 +17,14 @@ namespace bccsplat {
 namespace {
 
 using test::evaluate_values;
+using test::large_cache;
 using test::PlaneWaves;
 using test::random_points;
 using test::sample_field;
 using test::snr_db;
 using test::TestContext;
 
-constexpr uint64_t large_cache = 1u << 30;
-
-double site_sum(const RadialKernel& phi, const Vec3& p) {
+double cubic_site_sum(const RadialKernel& phi, const Vec3& p) {
   double sum = 0;
   for (int z = -4; z <= 4; ++z)
     for (int y = -4; y <= 4; ++y)
@@ -44,7 +43,7 @@ TEST(CcKernel, SumsToOneInTheMeanWithASmallRipple) {
     EXPECT_NEAR(radial_integral(cc.kernel.space), 1, 1e-9);
     for (int i = 0; i < 125; ++i) {
       const Vec3 p{0.125 * (i % 5), 0.125 * (i / 5 % 5), 0.125 * (i / 25)};
-      EXPECT_NEAR(site_sum(cc.kernel.space, p), 1, ripple) << name;
+      EXPECT_NEAR(cubic_site_sum(cc.kernel.space, p), 1, ripple) << name;
     }
   }
 }
@@ -56,7 +55,8 @@ TEST(CcKernel, PaperLatticeSumIsTheSumOfTheWeights) {
   EXPECT_EQ(paper.time.order, 2); // linear in time
   for (int i = 0; i < 64; ++i) {
     const Vec3 p{0.2 * (i % 4), 0.17 * (i / 4 % 4), 0.13 * (i / 16)};
-    EXPECT_NEAR(cc_lattice_sum(paper, p[0], p[1], p[2]), site_sum(paper.space, p), 2.5e-3); // cut at 2 T
+    EXPECT_NEAR(cc_lattice_sum(paper, p[0], p[1], p[2]), cubic_site_sum(paper.space, p),
+                2.5e-3); // cut at 2 T
   }
   EXPECT_EQ(cc_lattice_sum(make_cc_kernel("default").kernel, 0.3, 0.4, 0.1), 1);
 }

@@ -11,7 +11,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr double pitch = std::numbers::sqrt2;
+constexpr double cell_edge = std::numbers::sqrt2;
 
 // Returns the sum of phi over all sites of BCC at a point, site by site.
 double site_sum(const RadialKernel& phi, double x, double y, double z) {
@@ -20,7 +20,8 @@ double site_sum(const RadialKernel& phi, double x, double y, double z) {
     for (int a = -4; a <= 4; ++a)
       for (int b = -4; b <= 4; ++b)
         for (int c = -4; c <= 4; ++c) {
-          const double dx = (a + half) * pitch - x, dy = (b + half) * pitch - y, dz = (c + half) * pitch - z;
+          const double dx = (a + half) * cell_edge - x, dy = (b + half) * cell_edge - y,
+                       dz = (c + half) * cell_edge - z;
           sum += phi.value(dx * dx + dy * dy + dz * dz);
         }
   return sum;
@@ -36,7 +37,8 @@ Sums site_sums(const RadialKernel& phi) {
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j)
       for (int k = 0; k < n; ++k) {
-        const double s = site_sum(phi, (i + 0.5) * pitch / n, (j + 0.5) * pitch / n, (k + 0.5) * pitch / n);
+        const double s =
+            site_sum(phi, (i + 0.5) * cell_edge / n, (j + 0.5) * cell_edge / n, (k + 0.5) * cell_edge / n);
         sums.mean += s / (n * n * n);
         sums.ripple = std::max(sums.ripple, std::abs(s - 1));
       }
@@ -100,7 +102,7 @@ TEST_P(RadialKernels, SumOverTheSitesIsOneWithinItsRipple) {
 
 TEST(KernelRadial, GaussiansAgreeWithTheExponential) {
   for (const double g : {0.9, 2.0}) {
-    const double radius = g < 1 ? 2 * pitch : 2;
+    const double radius = g < 1 ? 2 * cell_edge : 2;
     const RadialKernel phi = gaussian_kernel(g, radius);
     for (int i = 0; i < 2000; ++i) {
       const double r2 = radius * radius * i / 2000;

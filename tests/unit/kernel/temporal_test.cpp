@@ -9,7 +9,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr double pitch = std::numbers::sqrt2;
+constexpr double layer_pitch = std::numbers::sqrt2;
 
 class SplineOrders : public testing::TestWithParam<int> {
  protected:
@@ -18,9 +18,9 @@ class SplineOrders : public testing::TestWithParam<int> {
 INSTANTIATE_TEST_SUITE_P(Splines, SplineOrders, testing::Values(2, 3, 4));
 
 TEST_P(SplineOrders, LayersOfACosetSumToOneAtAnyPhase) {
-  for (double phase = 0; phase < pitch; phase += 0.0137) {
+  for (double phase = 0; phase < layer_pitch; phase += 0.0137) {
     double sum = 0;
-    for (int k = -4; k <= 4; ++k) sum += beta.value(k * pitch - phase);
+    for (int k = -4; k <= 4; ++k) sum += beta.value(k * layer_pitch - phase);
     EXPECT_NEAR(sum, 1, 1e-14);
   }
 }
@@ -28,7 +28,7 @@ TEST_P(SplineOrders, LayersOfACosetSumToOneAtAnyPhase) {
 TEST_P(SplineOrders, WithoutBendsIsTheTextbookSpline) {
   beta.bend = {};
   for (double t = -3; t < 3; t += 0.01) {
-    const double x = std::abs(t) / pitch;
+    const double x = std::abs(t) / layer_pitch;
     double expected = 0;
     if (GetParam() == 2) expected = std::max(1 - x, 0.0);
     if (GetParam() == 3) expected = x < 0.5 ? 0.75 - x * x : x < 1.5 ? 0.5 * (1.5 - x) * (1.5 - x) : 0;
@@ -38,7 +38,7 @@ TEST_P(SplineOrders, WithoutBendsIsTheTextbookSpline) {
     EXPECT_GE(beta.value(t), 0);
   }
   EXPECT_EQ(beta.value(beta.half_width), 0);
-  EXPECT_DOUBLE_EQ(beta.half_width, GetParam() * pitch / 2);
+  EXPECT_DOUBLE_EQ(beta.half_width, GetParam() * layer_pitch / 2);
 }
 
 TEST_P(SplineOrders, BendsAreThoseOfTheFormula) {
@@ -48,7 +48,7 @@ TEST_P(SplineOrders, BendsAreThoseOfTheFormula) {
   for (const std::array<double, 2>& bend : {std::array{0.3, 0.0}, {0.0, 0.2}}) {
     beta.bend = bend;
     for (double t = -3; t < 3; t += 0.0173) {
-      const double d = std::abs(t) / pitch;
+      const double d = std::abs(t) / layer_pitch;
       const auto outer = [&](double h) {
         if (h < 0 || h > 1) return 0.0;
         return h * h * (1 - h) * (order == 3 ? bend[0] * (2 * h - 1) + bend[1] : bend[0] * (1 - h));
@@ -104,7 +104,7 @@ TEST_P(TemporalKernels, LayerSumIsOneInTheMeanForBothCosets) {
   constexpr int n = 400;
   double mean = 0;
   for (int i = 0; i < n; ++i)
-    for (int k = -4; k <= 4; ++k) mean += beta.value((k - (i + 0.5) / n) * pitch) / n;
+    for (int k = -4; k <= 4; ++k) mean += beta.value((k - (i + 0.5) / n) * layer_pitch) / n;
   EXPECT_NEAR(mean, 1, 2e-4); // a cut Gaussian is a step: the rule sees it to its first order
 }
 
@@ -112,7 +112,7 @@ TEST(KernelTemporal, GaussianIsTheExponential) {
   const TemporalKernel beta = make_kernel("gauss09").time;
   for (double t = -2.8; t < 2.8; t += 0.1)
     EXPECT_NEAR(beta.value(t) / beta.value(0), std::exp(-0.9 * t * t), 1e-14);
-  EXPECT_EQ(beta.value(2 * pitch), 0);
+  EXPECT_EQ(beta.value(2 * layer_pitch), 0);
 }
 
 } // namespace

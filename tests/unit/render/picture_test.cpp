@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -20,7 +18,7 @@ Affine3 anisotropic() {
   return a;
 }
 
-RenderOptions flat(double step) {
+RenderOptions unshaded(double step) {
   RenderOptions o;
   o.shading = false;
   o.sheet_step = step;
@@ -40,7 +38,7 @@ TEST(Render, ConstantFieldHasTheOpacityOfItsPath) {
       const int width = 33, height = 21;
       const Scene scene = make_scene(slice, f, fit_camera(slice, perspective, 20, 30, width, height));
       ImageStorage out(width, height, true, true, true);
-      draw(scene, flat(step), out);
+      draw(scene, unshaded(step), out);
       const SheetView view = make_view(slice, resolve_camera(scene.camera), width, height, step);
       for (int j = 0; j < height; ++j)
         for (int i = 0; i < width; ++i) {
@@ -84,7 +82,7 @@ TEST(Render, APlaneOfOneSampleIsAsThickAsASample) {
         const Scene scene =
             make_scene(slice, f, fit_camera(slice, perspective, 0, axis == 0 ? 90 : 0, 33, 33));
         ImageStorage out(33, 33, true, true, true);
-        draw(scene, flat(step), out);
+        draw(scene, unshaded(step), out);
         const double thickness = axis == 0 ? 1 : 2;
         EXPECT_NEAR(out.image.rgba.at(16, 16)[3], 1 - std::pow(1 - 0.3, thickness / 1.7), 1e-5)
             << axis << ' ' << perspective << " step " << step;
@@ -92,7 +90,7 @@ TEST(Render, APlaneOfOneSampleIsAsThickAsASample) {
         // Edges and inside must be those of the slow integration.
         ImageStorage slow(33, 33, true, true, true);
         TestContext context;
-        (void)render_reference(scene, flat(step), slice_field(slice), {}, context.get(), slow.image);
+        (void)render_reference(scene, unshaded(step), slice_field(slice), {}, context.get(), slow.image);
         for (int j = 0; j < 33; ++j)
           for (int i = 0; i < 33; ++i)
             EXPECT_NEAR(out.image.rgba.at(i, j)[3], slow.image.rgba.at(i, j)[3], 2e-3) << i << ' ' << j;
@@ -112,7 +110,7 @@ TEST(Render, XrayOfASingleSiteIsTheKernelsLineIntegral) {
     const int size = 41;
     Scene scene =
         make_scene(slice, ramp_function(0, 1, 0.5), fit_camera(slice, perspective, 25, -40, size, size));
-    RenderOptions o = flat(0.25);
+    RenderOptions o = unshaded(0.25);
     o.mode = RenderMode::xray;
     ImageStorage out(size, size);
     draw(scene, o, out);
@@ -186,7 +184,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(AgainstReference, ClassifiesAndCompositesToSecondOrder) {
   // The limits are what was measured less about 6 dB, for better kernels change the field.
-  const double coarse = db(flat(1)), middle = db(flat(0.5)), fine = db(flat(0.25));
+  const double coarse = db(unshaded(1)), middle = db(unshaded(0.5)), fine = db(unshaded(0.25));
   EXPECT_GT(coarse, 43);
   EXPECT_GT(middle, 56);
   EXPECT_GT(fine, 68);
@@ -207,14 +205,14 @@ TEST_P(AgainstReference, ShadesWithTheKernelsGradient) {
 }
 
 TEST_P(AgainstReference, IntegratesXrays) {
-  RenderOptions o = flat(0.5);
+  RenderOptions o = unshaded(0.5);
   o.mode = RenderMode::xray;
   const double longest = length(slice_.slice_to_world.vector({19, 16, 21}));
   EXPECT_GT(db(o, longest), 75);
 }
 
 TEST_P(AgainstReference, FindsMaxima) {
-  RenderOptions o = flat(0.25);
+  RenderOptions o = unshaded(0.25);
   o.mode = RenderMode::maximum;
   EXPECT_GT(db(o), 50);
 }
@@ -277,7 +275,7 @@ TEST(Render, CameraInsideTheVolume) {
   c.perspective = true;
   c.position = {9.3, 10.1, 6.2}, c.target = {15, 12, 18}, c.up = {0, 1, 0}, c.fovy_degrees = 70;
   const Scene scene = make_scene(slice, ramp_function(0.2, 1, 0.3), c);
-  RenderOptions o = flat(0.25);
+  RenderOptions o = unshaded(0.25);
   ImageStorage reference(40, 30), got(40, 30);
   o.reference = true;
   draw(scene, o, reference);
@@ -303,13 +301,6 @@ TEST(Render, NothingOutsideTheView) {
   ImageStorage out(16, 16);
   draw(scene, {}, out);
   for (const float v : out.rgba) EXPECT_EQ(v, 0);
-}
-
-bool same_bits(const ImageStorage& a, const ImageStorage& b) {
-  const auto same = [](const std::vector<float>& x, const std::vector<float>& y) {
-    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0;
-  };
-  return same(a.rgba, b.rgba) && same(a.depth, b.depth) && same(a.value, b.value) && same(a.time, b.time);
 }
 
 TEST(Render, NeitherThreadsNorTilesChangeABit) {
@@ -411,7 +402,7 @@ TEST(Render, AirThatAbsorbsIsDrawnWhereNoPointIs) {
   f.opacities = {{0, 0}, {2, 0.1}};
   const Scene scene = make_scene(slice, f, fit_camera(slice, false, 0, 0, 16, 16));
   ImageStorage out(16, 16);
-  draw(scene, flat(0.5), out);
+  draw(scene, unshaded(0.5), out);
   EXPECT_NEAR(out.image.rgba.at(8, 8)[3], 1 - std::pow(0.9, 11), 1e-5);
 }
 
@@ -469,7 +460,7 @@ TEST(Render, HolesAreNotDrawn) {
   slice.has_holes = true;
   const Scene scene = make_scene(slice, ramp_function(0, 1, 0.3), fit_camera(slice, false, 0, 0, 32, 32));
   ImageStorage out(32, 32);
-  draw(scene, flat(0.5), out);
+  draw(scene, unshaded(0.5), out);
   const double pixel = scene.camera.ortho_height / 32;
   for (int i = 0; i < 32; ++i) {
     const double x = 7.5 - (i - 15.5) * pixel; // +x points left

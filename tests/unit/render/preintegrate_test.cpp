@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <random>
 
 #include "render/deep.h"
@@ -328,13 +327,6 @@ TEST(Preintegrate, TheReferenceTakesFinerStepsForNarrowFunctions) {
   RenderOptions o = flat(1);
   o.reference = true;
   EXPECT_GT(exact.db(o), 45);
-}
-
-bool same_bits(const ImageStorage& a, const ImageStorage& b) {
-  const auto same = [](const std::vector<float>& x, const std::vector<float>& y) {
-    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0;
-  };
-  return same(a.rgba, b.rgba) && same(a.depth, b.depth) && same(a.value, b.value) && same(a.time, b.time);
 }
 
 TEST(Preintegrate, NeitherThreadsNorTilesNorSkipsChangeABit) {

@@ -14,31 +14,32 @@
 namespace bccsplat {
 namespace {
 
-constexpr int n = 32, size = 96;
-constexpr double middle = (n - 1) / 2.0, radius = 9;
+constexpr int field_edge = 32, image_edge = 96;
+constexpr double field_middle = (field_edge - 1) / 2.0, radius = 9;
 
 // Falls off around a sphere slowly enough for the lattice to hold it; 0.5 on it.
-double ball(const Vec3& p, const Vec3& centre, double r) {
+double soft_ball(const Vec3& p, const Vec3& centre, double r) {
   return 1 / (1 + std::exp(0.7 * (length(p - centre) - r)));
 }
 
 Slice one_ball() {
-  return test::make_slice({n, n, n}, [](double x, double y, double z) {
-    return ball({x, y, z}, {middle, middle, middle}, radius);
+  return test::make_slice({field_edge, field_edge, field_edge}, [](double x, double y, double z) {
+    return soft_ball({x, y, z}, {field_middle, field_middle, field_middle}, radius);
   });
 }
 
 // A small ball in front of a large one, from any side that is looked from here.
 Slice two_balls() {
-  return test::make_slice({n, n, n}, [](double x, double y, double z) {
-    return ball({x, y, z}, {middle, middle, 21}, 8.5) + ball({x, y, z}, {middle + 2, middle + 3, 6}, 4);
+  return test::make_slice({field_edge, field_edge, field_edge}, [](double x, double y, double z) {
+    return soft_ball({x, y, z}, {field_middle, field_middle, 21}, 8.5) +
+           soft_ball({x, y, z}, {field_middle + 2, field_middle + 3, 6}, 4);
   });
 }
 
 // A plane that ends a ray cuts through the ball, and data are missing in a part of it.
 Slice cut_ball() {
   Slice s = one_ball();
-  const Vec3 at = s.lattice_to_slice.inverse().point({middle - 4, middle, middle});
+  const Vec3 at = s.lattice_to_slice.inverse().point({field_middle - 4, field_middle, field_middle});
   const Vec3 normal = normalized({1, 0.2, 0.3});
   s.clip.push_back({normal, -dot(normal, at)});
   return s;
@@ -60,7 +61,8 @@ Slice holed_ball() {
 }
 
 struct Pair {
-  ImageStorage plain{size, size, true, true, true}, smooth{size, size, true, true, true};
+  ImageStorage plain{image_edge, image_edge, true, true, true},
+      smooth{image_edge, image_edge, true, true, true};
   RenderStats stats;
 
   Pair(const Slice& s, const Camera& camera, RenderOptions o = {}, int threads = 2) {
@@ -77,7 +79,7 @@ struct Pair {
 };
 
 Camera camera_of(const Slice& s, bool perspective = false) {
-  return fit_camera(s, perspective, 20, 30, size, size);
+  return fit_camera(s, perspective, 20, 30, image_edge, image_edge);
 }
 
 double square(float a, double b) { return (static_cast<double>(a) - b) * (static_cast<double>(a) - b); }
@@ -87,8 +89,8 @@ double square(float a, double b) { return (static_cast<double>(a) - b) * (static
 TEST(SmoothEdges, ABallCoversWhatItsCircleDoes) {
   const Slice s = one_ball();
   const Pair p(s, camera_of(s));
-  const SheetView view = make_view(s, resolve_camera(camera_of(s)), size, size, 0.5);
-  const Vec3 centre = s.lattice_to_slice.inverse().point({middle, middle, middle});
+  const SheetView view = make_view(s, resolve_camera(camera_of(s)), image_edge, image_edge, 0.5);
+  const Vec3 centre = s.lattice_to_slice.inverse().point({field_middle, field_middle, field_middle});
   const Vec3 along = normalized(view.lattice_to_world.vector(view.ray(0, 0)));
   const double pixel = length(view.lattice_to_world.vector(view.ex));
   const auto outside = [&](double i, double j) { // world length of a ray's distance from the sphere
@@ -97,8 +99,8 @@ TEST(SmoothEdges, ABallCoversWhatItsCircleDoes) {
   };
   double plain = 0, smooth = 0;
   int edges = 0;
-  for (int j = 0; j < size; ++j)
-    for (int i = 0; i < size; ++i) {
+  for (int j = 0; j < image_edge; ++j)
+    for (int i = 0; i < image_edge; ++i) {
       if (std::fabs(outside(i, j)) > 1.8 * pixel) {
         EXPECT_FALSE(p.changed(i, j)) << i << ' ' << j;
       }
@@ -123,14 +125,14 @@ TEST(SmoothEdges, AreMeansOfFinerPictures) {
   constexpr int factor = 8;
   const auto closer = [&](const char* name, const Slice& s, const Camera& camera) {
     const Pair p(s, camera);
-    ImageStorage large(factor * size, factor * size);
+    ImageStorage large(factor * image_edge, factor * image_edge);
     RenderOptions o;
     o.mode = RenderMode::isosurface, o.iso_value = 0.5;
     (void)test::draw(test::make_scene(s, test::ramp_function(0, 1, 0.5), camera), o, large);
     double plain = 0, smooth = 0;
     int edges = 0, within = 0;
-    for (int j = 0; j < size; ++j)
-      for (int i = 0; i < size; ++i) {
+    for (int j = 0; j < image_edge; ++j)
+      for (int i = 0; i < image_edge; ++i) {
         if (!p.changed(i, j)) continue;
         ++edges;
         within += p.smooth.image.rgba.at(i, j)[3] == 1;
@@ -152,16 +154,17 @@ TEST(SmoothEdges, AreMeansOfFinerPictures) {
   for (const bool perspective : {false, true}) {
     const Slice one = one_ball(), two = two_balls(), cut = cut_ball(), holed = holed_ball();
     closer("ball", one, camera_of(one, perspective));
-    EXPECT_GT(closer("two balls", two, fit_camera(two, perspective, 10, 180, size, size)), 50);
+    EXPECT_GT(closer("two balls", two, fit_camera(two, perspective, 10, 180, image_edge, image_edge)), 50);
     closer("cut", cut, camera_of(cut, perspective));
     closer("holes", holed, camera_of(holed, perspective));
-    const Slice waves = test::make_slice({n, n, n}, test::marschner_lobb(n, 4));
+    const Slice waves =
+        test::make_slice({field_edge, field_edge, field_edge}, test::marschner_lobb(field_edge, 4));
     EXPECT_GT(closer("waves", waves, camera_of(waves, perspective)), 200);
   }
 }
 
 TEST(SmoothEdges, NeitherThreadsNorTilesChangeABit) {
-  const Slice s = test::make_slice({n, n, n}, test::marschner_lobb(n, 4));
+  const Slice s = test::make_slice({field_edge, field_edge, field_edge}, test::marschner_lobb(field_edge, 4));
   const Pair one(s, camera_of(s), {}, 1), four(s, camera_of(s), {}, 4);
   EXPECT_GT(one.stats.edge_pixels, 500u);
   EXPECT_EQ(one.smooth.rgba, four.smooth.rgba);
@@ -205,12 +208,12 @@ TEST(SmoothEdges, DepthsAreReservedFromTheBudget) {
   scene.points = &points;
   RenderOptions o;
   o.mode = RenderMode::isosurface, o.iso_value = 0.5, o.smooth_edges = true;
-  ImageStorage image(size, size);
+  ImageStorage image(image_edge, image_edge);
   Tasks tasks(1);
   MemoryBudget budget;
   Progress progress;
   (void)render(scene, o, {tasks, budget, progress}, image.image);
-  EXPECT_GE(budget.peak(), size * size * sizeof(float));
+  EXPECT_GE(budget.peak(), image_edge * image_edge * sizeof(float));
   EXPECT_EQ(budget.used(), 0u);
 }
 

@@ -17,8 +17,6 @@
 
 namespace bccsplat::test {
 
-inline constexpr uint64_t large_cache = 1u << 30;
-
 inline double ball(double x, double y, double z, double r) {
   return std::exp(-(x * x + y * y + z * z) / (2 * r * r));
 }

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "kernel/kernel_time.h"
 #include "tests/support/fields.h"
+#include "tests/unit/slice/hyperplanes.h"
 
 namespace bccsplat {
 namespace {
@@ -14,10 +15,7 @@ namespace {
 using test::PlaneWaves;
 using test::sample_field;
 using test::TestContext;
-
-Hyperplane through(const Vec4& normal, const Vec4& point) {
-  return {normal[0], normal[1], normal[2], normal[3], -dot4(normal, point)};
-}
+using test::through;
 
 class ExtractionTest : public testing::Test {
  protected:

@@ -17,11 +17,11 @@
 namespace bccsplat {
 namespace {
 
+using test::large_cache;
 using test::PlaneWaves;
 using test::sample_field;
 using test::TestContext;
 
-constexpr uint64_t large_cache = 1u << 30;
 constexpr int32_t margin = 8; // more than kernel and prefilter reach
 
 // Returns points of the domain, each within a sample of some face.

@@ -15,9 +15,8 @@
 namespace bccsplat {
 namespace {
 
+using test::large_cache;
 using test::TestContext;
-
-constexpr uint64_t large_cache = 1u << 30;
 
 class Part : public testing::TestWithParam<LatticeKind> {
  protected:

@@ -14,19 +14,17 @@
 #include "slice/hyperslice.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/unit/slice/hyperplanes.h"
 
 namespace bccsplat {
 namespace {
 
+using test::large_cache;
 using test::PlaneWaves;
 using test::sample_field;
 using test::TestContext;
+using test::through;
 
-constexpr uint64_t large_cache = 1u << 30;
-
-Hyperplane through(const Vec4& normal, const Vec4& point) {
-  return {normal[0], normal[1], normal[2], normal[3], -dot4(normal, point)};
-}
 Hyperplane across(size_t axis, double at) {
   return {1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2), 0, -at};
 }

@@ -12,11 +12,10 @@
 namespace bccsplat {
 namespace {
 
+using test::large_cache;
 using test::PlaneWaves;
 using test::sample_field;
 using test::TestContext;
-
-constexpr uint64_t large_cache = 1u << 30;
 
 TEST(Quadrature, GaussLegendreIntegratesPolynomials) {
   for (const int n : {1, 2, 5, 40}) {

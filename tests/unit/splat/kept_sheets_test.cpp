@@ -35,8 +35,8 @@ struct Volume {
 };
 
 // The budget of all pictures outlives the sheets.
-RenderStats draw(test::TestContext& context, const Scene& scene, const RenderOptions& options,
-                 ImageStorage& out) {
+RenderStats draw_kept(test::TestContext& context, const Scene& scene, const RenderOptions& options,
+                      ImageStorage& out) {
   return render(scene, options, context.get(), out.image);
 }
 
@@ -92,9 +92,9 @@ TEST_P(KeptSheetsOf, PicturesAreTheSame) {
     options.iso_value = 0.4 + 0.05 * n;
     ImageStorage fresh(size, size, true), image(size, size, true);
     scene.kept = nullptr;
-    const RenderStats all = draw(context, scene, options, fresh);
+    const RenderStats all = draw_kept(context, scene, options, fresh);
     scene.kept = &kept;
-    const RenderStats stats = draw(context, scene, options, image);
+    const RenderStats stats = draw_kept(context, scene, options, image);
     EXPECT_TRUE(same(fresh, image)) << n;
     EXPECT_EQ(stats.drawn.sheets_taken > 0, n >= 2) << n;
     EXPECT_EQ(stats.drawn.points_splatted > 0, n < 2) << n;
@@ -115,7 +115,7 @@ TEST(KeptSheets, EveryChangeOfTheViewDrawsAnew) {
   options.rays = false;
   ImageStorage image(size, size), smaller(size - 20, size);
   const auto taken = [&](ImageStorage& out) {
-    return draw(context, scene, options, out).drawn.sheets_taken > 0;
+    return draw_kept(context, scene, options, out).drawn.sheets_taken > 0;
   };
   const auto settle = [&] {
     for (int n = 0; n < 2; ++n) EXPECT_FALSE(taken(image));
@@ -157,7 +157,7 @@ TEST(KeptSheets, StayWithinTheBudget) {
   options.tile_size = 30; // else smaller where there is little memory
   ImageStorage fresh(size, size, true), image(size, size, true);
   test::TestContext context(2);
-  (void)draw(context, scene, options, fresh);
+  (void)draw_kept(context, scene, options, fresh);
   Tasks tasks(2);
   Progress progress;
   uint64_t needed = 0;
@@ -188,7 +188,7 @@ TEST(KeptSheets, CancelledPicturesKeepNothing) {
   options.tile_size = 30;
   ImageStorage fresh(size, size, true), image(size, size, true);
   test::TestContext context(2);
-  (void)draw(context, scene, options, fresh);
+  (void)draw_kept(context, scene, options, fresh);
   Tasks tasks(2);
   MemoryBudget memory;
   KeptSheets kept;

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <memory>
 
 #include "base/error.h"
@@ -23,14 +22,6 @@ RenderOptions surface_options(double iso, double step = 0) {
   RenderOptions o;
   o.mode = RenderMode::isosurface, o.iso_value = iso, o.sheet_step = step;
   return o;
-}
-
-bool same_bits(const ImageStorage& a, const ImageStorage& b) {
-  const auto same = [](const std::vector<float>& x, const std::vector<float>& y) {
-    return x.size() == y.size() &&
-           (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0);
-  };
-  return same(a.rgba, b.rgba) && same(a.depth, b.depth) && same(a.value, b.value) && same(a.time, b.time);
 }
 
 size_t covered(const ImageStorage& image) {

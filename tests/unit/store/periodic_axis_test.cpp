@@ -28,48 +28,49 @@ using test::write;
 
 // D4* takes a turn of 48 samples in 68 planes, 34 sites of a coset: the last brick is narrow. Half a turn is
 // 34 planes, of the same coset.
-constexpr std::array<uint32_t, 4> dims{48, 20, 18, 6};
+constexpr std::array<uint32_t, 4> axis_dims{48, 20, 18, 6};
 constexpr int32_t half = 24;
 
 // A cloud across the seam and one half a turn away, unlike their mirror images.
 double clouds(double x, double y, double z, double t) {
   double sum = 20;
   for (const double centre : {0.3, 21.0}) {
-    const double dx = std::remainder(x - centre - 0.3 * t - 0.2 * (y - 9), dims[0]), dy = y - 9 - 0.3 * t,
-                 dz = z - 8;
+    const double dx = std::remainder(x - centre - 0.3 * t - 0.2 * (y - 9), axis_dims[0]),
+                 dy = y - 9 - 0.3 * t, dz = z - 8;
     sum += (centre < 1 ? 100 : 70) * std::exp(-(dx * dx + dy * dy + dz * dz) / 18);
   }
   return sum;
 }
 
 Series turned_clouds(double shift) {
-  return Series(dims, [&](double x, double y, double z, double t) { return clouds(x + shift, y, z, t); });
+  return Series(axis_dims,
+                [&](double x, double y, double z, double t) { return clouds(x + shift, y, z, t); });
 }
 
 WriterSettings round_settings() {
   WriterSettings s;
-  s.dims = dims, s.turning = {true, false, false}, s.faces = Faces::mirror, s.ends = Ends::mirror;
+  s.dims = axis_dims, s.turning = {true, false, false}, s.faces = Faces::mirror, s.ends = Ends::mirror;
   s.channels[0].value_type = ValueType::f32;
   return s;
 }
 
 // Points with x in [begin, end), which may go on behind the seam.
-std::vector<Vec4> points_in(double begin, double end, int count) {
+std::vector<Vec4> points_across(double begin, double end, int count) {
   std::vector<Vec4> points;
   for (int i = 0; i < count; ++i) {
     const auto part = [&](double step, double low, double high) {
       return low + (high - low) * std::fmod(0.5 + i * step, 1.0);
     };
     const double x = part(0.8567, begin, end);
-    points.push_back(
-        {std::fmod(x + dims[0], dims[0]), part(0.7338, 4, 15), part(0.6288, 4, 13), part(0.5386, 2, 3)});
+    points.push_back({std::fmod(x + axis_dims[0], axis_dims[0]), part(0.7338, 4, 15), part(0.6288, 4, 13),
+                      part(0.5386, 2, 3)});
   }
   return points;
 }
 
 // dB.
-double snr(Opened& file, double begin, double end) {
-  const std::vector<Vec4> points = points_in(begin, end, 4000);
+double axis_snr(Opened& file, double begin, double end) {
+  const std::vector<Vec4> points = points_across(begin, end, 4000);
   const auto got = file.at(points);
   double signal = 0, error = 0;
   for (size_t i = 0; i < points.size(); ++i) {
@@ -104,13 +105,13 @@ TEST(PeriodicAxis, AWholeNumberOfPlanesIsATurn) {
                Error);
 }
 
-struct Way {
+struct AxisWay {
   const char* name;
   std::function<void(WriterSettings&)> set;
   double tolerance = 1e-3;
 };
 
-class PeriodicAxisWays : public testing::TestWithParam<Way> {};
+class PeriodicAxisWays : public testing::TestWithParam<AxisWay> {};
 
 TEST_P(PeriodicAxisWays, HasNoBeginning) {
   WriterSettings settings = round_settings();
@@ -137,9 +138,9 @@ TEST_P(PeriodicAxisWays, HasNoBeginning) {
     }
   }
   for (const double begin : {-2.0, 0.0, 10.0, 22.0}) {
-    const std::vector<Vec4> points = points_in(begin, begin + 2, 800);
+    const std::vector<Vec4> points = points_across(begin, begin + 2, 800);
     std::vector<Vec4> turned = points;
-    for (Vec4& p : turned) p[0] = std::fmod(p[0] + dims[0] - half, static_cast<double>(dims[0]));
+    for (Vec4& p : turned) p[0] = std::fmod(p[0] + axis_dims[0] - half, static_cast<double>(axis_dims[0]));
     const auto x = a.at(points), y = b.at(turned);
     for (size_t i = 0; i < points.size(); ++i) ASSERT_NEAR(x[i], y[i], GetParam().tolerance) << points[i][0];
   }
@@ -147,21 +148,21 @@ TEST_P(PeriodicAxisWays, HasNoBeginning) {
 
 INSTANTIATE_TEST_SUITE_P(
     Ways, PeriodicAxisWays,
-    testing::Values(Way{"samples", [](WriterSettings&) {}},
-                    Way{"cartesian",
-                        [](WriterSettings& s) {
-                          s.lattice = LatticeKind::cc, s.recommended_kernel = "default";
-                        }},
-                    Way{"coarse",
-                        [](WriterSettings& s) {
-                          s.scales = {1.2, 1.1, 1.3, 1.4};
-                        },
-                        0.5},
-                    Way{"lowpass", [](WriterSettings& s) { s.lowpass = true; }},
-                    Way{"coefficients", [](WriterSettings& s) { s.coefficients = true; }, 0.05},
-                    Way{"planesOutside", [](WriterSettings& s) { s.faces = Faces::predict; }},
-                    Way{"goesRoundInTime", [](WriterSettings& s) { s.ends = Ends::periodic; }},
-                    Way{"bounded", [](WriterSettings& s) { s.abs_error = 0.02; }, 0.05}),
+    testing::Values(AxisWay{"samples", [](WriterSettings&) {}},
+                    AxisWay{"cartesian",
+                            [](WriterSettings& s) {
+                              s.lattice = LatticeKind::cc, s.recommended_kernel = "default";
+                            }},
+                    AxisWay{"coarse",
+                            [](WriterSettings& s) {
+                              s.scales = {1.2, 1.1, 1.3, 1.4};
+                            },
+                            0.5},
+                    AxisWay{"lowpass", [](WriterSettings& s) { s.lowpass = true; }},
+                    AxisWay{"coefficients", [](WriterSettings& s) { s.coefficients = true; }, 0.05},
+                    AxisWay{"planesOutside", [](WriterSettings& s) { s.faces = Faces::predict; }},
+                    AxisWay{"goesRoundInTime", [](WriterSettings& s) { s.ends = Ends::periodic; }},
+                    AxisWay{"bounded", [](WriterSettings& s) { s.abs_error = 0.02; }, 0.05}),
     [](const auto& way) { return way.param.name; });
 
 TEST(PeriodicAxis, TheSeamIsAsGoodAsTheRest) {
@@ -175,12 +176,12 @@ TEST(PeriodicAxis, TheSeamIsAsGoodAsTheRest) {
     settings.turning = {};
     write(settings, turned_clouds(0), bytes);
     Opened mirrored(bytes);
-    const double inside = snr(file, 19, 23), first = snr(file, 0, 2), last = snr(file, -1, 0),
-                 was = snr(mirrored, 0, 2);
+    const double inside = axis_snr(file, 19, 23), first = axis_snr(file, 0, 2), last = axis_snr(file, -1, 0),
+                 was = axis_snr(mirrored, 0, 2);
     EXPECT_GT(first, inside - 2);
     EXPECT_GT(last, inside - 2);
     EXPECT_LT(was, inside - 8);
-    EXPECT_TRUE(std::isnan(snr(mirrored, -1, 0))) << "outside";
+    EXPECT_TRUE(std::isnan(axis_snr(mirrored, -1, 0))) << "outside";
   }
 }
 
@@ -192,8 +193,8 @@ TEST(PeriodicAxis, TheEndIsTheBeginning) {
     write(settings, turned_clouds(0), bytes);
     Opened file(bytes);
     std::vector<Vec4> begin, end;
-    for (const Vec4& p : points_in(0, 1, 500))
-      begin.push_back({0, p[1], p[2], p[3]}), end.push_back({dims[0], p[1], p[2], p[3]});
+    for (const Vec4& p : points_across(0, 1, 500))
+      begin.push_back({0, p[1], p[2], p[3]}), end.push_back({axis_dims[0], p[1], p[2], p[3]});
     std::vector<float> x(begin.size()), y(end.size());
     std::vector<std::array<float, 4>> u(begin.size()), v(end.size());
     (void)evaluate4(*file.coefficients, begin, x, u, file.bench.context());
@@ -202,7 +203,7 @@ TEST(PeriodicAxis, TheEndIsTheBeginning) {
       ASSERT_NEAR(x[i], y[i], 2e-4);
       for (size_t a = 0; a < 4; ++a) ASSERT_NEAR(u[i][a], v[i][a], 1e-3);
     }
-    const std::array<Vec4, 1> beyond{{{dims[0] + 0.01, 9, 9, 2}}};
+    const std::array<Vec4, 1> beyond{{{axis_dims[0] + 0.01, 9, 9, 2}}};
     EXPECT_TRUE(std::isnan(file.at(beyond)[0]));
   }
 }
@@ -232,7 +233,7 @@ TEST(PeriodicAxis, SlicesSeeNoSeam) {
         for (size_t n = 0; n < 4; ++n) q[n] += uvw[k] * slice.basis[k][n];
       bool inside = (q[0] <= 1.5 || q[0] >= 46.5) && q[3] >= 1.5 && q[3] <= 3.5;
       for (size_t n = 0; n < 4; ++n) inside = inside && q[n] >= 0 && q[n] <= file.lattice().domain_end(n);
-      for (size_t n = 1; n < 3; ++n) inside = inside && q[n] >= 3 && q[n] <= dims[n] - 4.0;
+      for (size_t n = 1; n < 3; ++n) inside = inside && q[n] >= 3 && q[n] <= axis_dims[n] - 4.0;
       if (inside) seen.push_back(uvw), points.push_back(q);
     }
     ASSERT_GT(seen.size(), 20u);
@@ -307,11 +308,12 @@ TEST(PeriodicAxis, BoundsHoldAtTheSeam) {
   Opened file(bytes);
   ASSERT_TRUE(file.corrections);
   const Slice slice = time_slice(*file.coefficients, 2, {0, 0}, {}, file.bench.context());
-  for (uint32_t z = 0; z < dims[2]; ++z)
-    for (uint32_t y = 0; y < dims[1]; ++y)
+  for (uint32_t z = 0; z < axis_dims[2]; ++z)
+    for (uint32_t y = 0; y < axis_dims[1]; ++y)
       for (const uint32_t x : {0u, 1u, 46u, 47u, 48u}) {
         const std::array<Vec4, 1> p{{{1.0 * x, 1.0 * y, 1.0 * z, 2}}};
-        const auto truth = static_cast<double>(s.frame(2)[(size_t{z} * dims[1] + y) * dims[0] + x % dims[0]]);
+        const auto truth =
+            static_cast<double>(s.frame(2)[(size_t{z} * axis_dims[1] + y) * axis_dims[0] + x % axis_dims[0]]);
         ASSERT_NEAR(file.at(p)[0], truth, 0.0201) << x << " " << y << " " << z;
         const std::array<Vec3, 1> q{{{1.0 * x, 1.0 * y, 1.0 * z}}};
         std::array<float, 1> got;
@@ -328,9 +330,9 @@ TEST(PeriodicAxis, MasksGoRound) {
   const auto with_gap = [&](int64_t first, int64_t last, double shift) {
     Series s = turned_clouds(shift);
     for (size_t i = 0; i < s.values.size(); ++i) {
-      const auto x = static_cast<int64_t>(i % dims[0]);
+      const auto x = static_cast<int64_t>(i % axis_dims[0]);
       const bool land = first <= last ? x >= first && x <= last : x >= first || x <= last;
-      if (land && i / dims[0] % dims[1] > 9) s.values[i] = none;
+      if (land && i / axis_dims[0] % axis_dims[1] > 9) s.values[i] = none;
     }
     return s;
   };
@@ -367,8 +369,8 @@ TEST(PeriodicAxis, LevelsFieldsAndSingleFramesGoRound) {
   {
     Opened coarse(bytes, 1);
     EXPECT_TRUE(coarse.lattice().turns(0));
-    EXPECT_EQ(coarse.lattice().domain_end(0), dims[0]);
-    EXPECT_GT(snr(coarse, -1, 1), snr(coarse, 20, 22) - 3);
+    EXPECT_EQ(coarse.lattice().domain_end(0), axis_dims[0]);
+    EXPECT_GT(axis_snr(coarse, -1, 1), axis_snr(coarse, 20, 22) - 3);
   }
   settings = round_settings();
   for (const uint32_t frames : {1u, 6u}) {
@@ -385,9 +387,9 @@ TEST(PeriodicAxis, LevelsFieldsAndSingleFramesGoRound) {
     Opened file(bytes);
     expect_sound(file);
     if (frames > 1) {
-      EXPECT_GT(snr(file, -1, 1), snr(file, 20, 22) - 2);
+      EXPECT_GT(axis_snr(file, -1, 1), axis_snr(file, 20, 22) - 2);
     }
-    const std::array<Vec4, 2> ends{{{0, 9, 8, 0}, {dims[0], 9, 8, 0}}};
+    const std::array<Vec4, 2> ends{{{0, 9, 8, 0}, {axis_dims[0], 9, 8, 0}}};
     const auto got = file.at(ends);
     EXPECT_NEAR(got[0], got[1], 2e-4);
     EXPECT_NEAR(got[0], clouds(0, 9, 8, 0), 1.5);
@@ -431,7 +433,7 @@ TEST(PeriodicAxis, RecodingKeepsIt) {
   EXPECT_EQ(reader->info().lattice, was.lattice());
   const Bcc4Samples samples(reader, was.bench.memory, 64 << 20, RelativeTo::base);
   const Coefficients coefficients(samples, 0, make_kernel("default"), 0, 64 << 20);
-  const std::vector<Vec4> points = points_in(-2, 2, 500);
+  const std::vector<Vec4> points = points_across(-2, 2, 500);
   std::vector<float> got(points.size());
   (void)evaluate4(coefficients, points, got, {}, was.bench.context());
   const auto expected = was.at(points);
