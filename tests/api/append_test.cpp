@@ -22,7 +22,7 @@ struct Variant {
 
 constexpr uint32_t nx = 21, ny = 19, nz = 17;
 
-void coefficients(bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; }
+void store_coefficients(bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; }
 
 bool coefficient_file(const Variant& v) {
   auto o = sized<bccsplat_writer_options>();
@@ -140,19 +140,19 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
       {"short filter, one more frame", BCCSPLAT_TYPE_U8, 1, false, false,
        [](bccsplat_writer_options& o) { o.filter = BCCSPLAT_FILTER_KAISER6; }, 43},
       {"few frames", BCCSPLAT_TYPE_U8, 1, false, false, [](bccsplat_writer_options&) {}, 4, 9},
-      {"coefficients in steps", BCCSPLAT_TYPE_U8, 1, false, false, coefficients},
-      {"coefficients as floats", BCCSPLAT_TYPE_F32, 1, false, true, coefficients},
-      {"coefficients of two channels with holes", BCCSPLAT_TYPE_F32, 2, true, false, coefficients},
+      {"coefficients in steps", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients},
+      {"coefficients as floats", BCCSPLAT_TYPE_F32, 1, false, true, store_coefficients},
+      {"coefficients of two channels with holes", BCCSPLAT_TYPE_F32, 2, true, false, store_coefficients},
       {"mirrored coefficients of fine", BCCSPLAT_TYPE_U8, 1, false, false,
        [](bccsplat_writer_options& o) {
-         coefficients(o), o.ends = BCCSPLAT_ENDS_MIRROR, o.recommended_kernel = "fine";
+         store_coefficients(o), o.ends = BCCSPLAT_ENDS_MIRROR, o.recommended_kernel = "fine";
        },
        40, 47},
       {"coefficients, coarse in time", BCCSPLAT_TYPE_U8, 1, false, false,
-       [](bccsplat_writer_options& o) { coefficients(o), o.time_scale = 1.5; }, 40, 49},
+       [](bccsplat_writer_options& o) { store_coefficients(o), o.time_scale = 1.5; }, 40, 49},
       {"Cartesian coefficients", BCCSPLAT_TYPE_U8, 1, false, false,
-       [](bccsplat_writer_options& o) { coefficients(o), o.lattice = BCCSPLAT_LATTICE_CC; }},
-      {"coefficients of few frames", BCCSPLAT_TYPE_U8, 1, false, false, coefficients, 4, 9},
+       [](bccsplat_writer_options& o) { store_coefficients(o), o.lattice = BCCSPLAT_LATTICE_CC; }},
+      {"coefficients of few frames", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients, 4, 9},
   };
   for (const Variant& v : variants) {
     SCOPED_TRACE(v.name);
@@ -207,7 +207,7 @@ TEST_F(Append, KeepsWhatWasMeasuredOfLevels) {
 
 TEST_F(Append, OfPartsOfPartsIsTheSame) {
   for (const Variant& v : {Variant{"bytes", BCCSPLAT_TYPE_U8},
-                           Variant{"coefficients", BCCSPLAT_TYPE_U8, 1, false, false, coefficients}}) {
+                           Variant{"coefficients", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients}}) {
     SCOPED_TRACE(v.name);
     ASSERT_OK(write(v, path, first_of(30)));
     for (const uint32_t n : {31u, 33u, 43u, 44u}) {
@@ -239,7 +239,7 @@ TEST_F(Append, RefusesWhatItCannotContinue) {
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "channel 0 (density): its type");
   other = v, other.change = [](bccsplat_writer_options& o) { o.abs_error = 1; };
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "give all frames");
-  other.change = coefficients;
+  other.change = store_coefficients;
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "it stores samples");
   other.change = [](bccsplat_writer_options& o) { o.scale = 1.5; };
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "planes along x");
@@ -249,7 +249,8 @@ TEST_F(Append, RefusesWhatItCannotContinue) {
 
 // What its coefficients were made of are stored samples, not those of its source.
 TEST_F(Append, TakesAllFramesOfAFileThatWasRecoded) {
-  const Variant v{"bytes", BCCSPLAT_TYPE_U8, 1, false, false, coefficients}, samples{"", BCCSPLAT_TYPE_U8};
+  const Variant v{"bytes", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients},
+      samples{"", BCCSPLAT_TYPE_U8};
   ASSERT_OK(write(samples, whole, first_of(30)));
   const Volume volume = open(device, whole);
   auto options = sized<bccsplat_recode_options>();

@@ -33,12 +33,12 @@ bool missing_at(const std::array<double, 4>& p) {
   return missing(s[0], s[1], s[2], s[3]);
 }
 
-struct Files {
+struct CoastFiles {
   TestDevice device;
   Source source = source_of(dims, BCCSPLAT_TYPE_F32, sea);
   std::map<std::string, Bytes> file;
 
-  Files() {
+  CoastFiles() {
     add("default", [](bccsplat_writer_options&) {});
     add("scale 1.3", [](bccsplat_writer_options& o) { o.scale = 1.3; });
     add("time scale", [](bccsplat_writer_options& o) { o.scale = 1.3, o.time_scale = 1.7; });
@@ -59,13 +59,13 @@ struct Files {
   }
 };
 
-const Files& files() {
-  static const Files all;
+const CoastFiles& coast_files() {
+  static const CoastFiles all;
   return all;
 }
 
 TEST(Coast, EverySourceSampleIsWhatItWas) {
-  const Files& f = files();
+  const CoastFiles& f = coast_files();
   for (const auto& [name, bytes] : f.file) {
     const OpenVolume volume(f.device, bytes);
     std::vector<std::array<double, 4>> points;
@@ -98,7 +98,7 @@ TEST(Coast, EverySourceSampleIsWhatItWas) {
 }
 
 TEST(Coast, PointsInBetweenBelongToTheNearestSample) {
-  const Files& f = files();
+  const CoastFiles& f = coast_files();
   std::mt19937 random(9);
   std::vector<std::array<double, 4>> points(4000);
   for (auto& p : points)
@@ -147,7 +147,7 @@ void expect_masked(const Cut& cut, const std::string& what) {
 }
 
 TEST(Coast, SlicesOfEveryKindMissWhatTheVolumeMisses) {
-  const Files& f = files();
+  const CoastFiles& f = coast_files();
   for (const auto& [name, bytes] : f.file) {
     const OpenVolume volume(f.device, bytes);
     for (const std::array<double, 5>& h : {std::array<double, 5>{0, 0, 0, 1, -3.4},
@@ -174,7 +174,7 @@ TEST(Coast, SlicesOfEveryKindMissWhatTheVolumeMisses) {
 // The largest value over some time: where it is land all that time, and nothing of what fills it beside the
 // coast.
 TEST(Coast, TheMaximumOverTimeIsOneOfData) {
-  const Files& f = files();
+  const CoastFiles& f = coast_files();
   const OpenVolume volume(f.device, f.file.at("default"));
   auto options = sized<bccsplat_slice_options>();
   options.thickness = 2, options.slab = BCCSPLAT_SLAB_MAXIMUM;
@@ -354,7 +354,7 @@ Picture draw(const Cut& cut, const TestDevice& device, int32_t mode, int32_t qua
 
 // Land is clear in every pixel, the sea is drawn in every pixel.
 TEST(Coast, PicturesAreClearWhereItIsLandAndNowhereElse) {
-  const Files& f = files();
+  const CoastFiles& f = coast_files();
   auto trail = sized<bccsplat_trail>();
   trail.interval[0] = -1, trail.interval[1] = 0;
   for (const auto& [name, bytes] : f.file) {
@@ -401,7 +401,7 @@ double depth_integral(double x, double y, double t) {
 }
 
 TEST(Coast, XraysAddUpTheSeaAlone) {
-  const Files& f = files();
+  const CoastFiles& f = coast_files();
   for (const char* name : {"default", "scale 1.3", "corrected", "cc"}) {
     const OpenVolume volume(f.device, f.file.at(name));
     const Cut cut(volume, {0, 0, 0, 1, -3});
@@ -428,7 +428,7 @@ TEST(Coast, XraysAddUpTheSeaAlone) {
 
 // Seen from the side of the land: an isosurface is where the sea has the value, not where it ends.
 TEST(Coast, IsosurfacesDoNotFollowTheCoast) {
-  const Files& f = files();
+  const CoastFiles& f = coast_files();
   for (const char* name : {"default", "scale 1.3", "corrected", "cc"}) {
     const OpenVolume volume(f.device, f.file.at(name));
     const Cut cut(volume, {0, 0, 0, 1, -3});
@@ -460,7 +460,7 @@ TEST(Coast, IsosurfacesDoNotFollowTheCoast) {
 
 // Ice lies on the uppermost samples: it takes the half of a sample off the sea beneath.
 TEST(Coast, IceIsAsThinAsTheSource) {
-  const Files& f = files();
+  const CoastFiles& f = coast_files();
   for (const char* name : {"default", "scale 1.3"}) {
     const OpenVolume volume(f.device, f.file.at(name));
     const Cut cut(volume, {0, 0, 0, 1, -3});

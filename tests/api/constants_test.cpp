@@ -39,12 +39,12 @@ Bytes stored(const TestDevice& device, const Source& s,
   return std::move(w.bytes);
 }
 
-struct Errors {
+struct ConstantErrors {
   double rms = 0, gradient_db = 0; // of values; signal to error of the four slopes
 };
 
 // At random points 5 samples and more from faces and ends.
-Errors errors_of(const OpenVolume& volume, double constant, double signal) {
+ConstantErrors errors_of(const OpenVolume& volume, double constant, double signal) {
   std::mt19937 random(7);
   std::vector<std::array<double, 4>> points(2000);
   constexpr std::array<double, 4> last{21, 20, 19, 23};
@@ -201,7 +201,7 @@ TEST(Constants, WavesAroundThemFarFromAir) {
     s.air = constant;
     const Bytes near_bytes = stored(device, s, options);
     const OpenVolume far(device, far_bytes), near(device, near_bytes);
-    const Errors e = errors_of(far, constant, 50), best = errors_of(near, constant, 50);
+    const ConstantErrors e = errors_of(far, constant, 50), best = errors_of(near, constant, 50);
     EXPECT_LT(e.rms, 1.1 * best.rms + 0.01) << what;
     EXPECT_GT(e.gradient_db, std::max(least_db, best.gradient_db - 1)) << what;
     for (const auto& h : {in_time, across_x, oblique})
@@ -229,12 +229,12 @@ TEST(Constants, RoundingIsWhatIsLostOfTwoThousandMillions) {
   for (const int32_t type : {BCCSPLAT_TYPE_I32, BCCSPLAT_TYPE_F64, BCCSPLAT_TYPE_F32}) {
     Source s = around(constant, 100, type);
     const Bytes zero_bytes = stored(device, s);
-    const Errors far = errors_of(OpenVolume(device, zero_bytes), constant, 100);
+    const ConstantErrors far = errors_of(OpenVolume(device, zero_bytes), constant, 100);
     EXPECT_LT(far.rms, 100) << type;         // of 4.8e6 by the ripple
     if (type == BCCSPLAT_TYPE_F32) continue; // the source has such steps itself
     s.air = constant;
     const Bytes near_bytes = stored(device, s);
-    const Errors near = errors_of(OpenVolume(device, near_bytes), constant, 100);
+    const ConstantErrors near = errors_of(OpenVolume(device, near_bytes), constant, 100);
     EXPECT_LT(near.rms, 128 / std::sqrt(12.0) + 5) << type;
     EXPECT_GT(near.gradient_db, 30) << type;
   }
@@ -270,7 +270,7 @@ TEST(Constants, MissingDataLeaveTheOthersAlone) {
   const Bytes bytes = stored(device, s, options);
   const OpenVolume volume(device, bytes);
   EXPECT_TRUE(std::isnan(volume.at({{20, 19, 18, 12}})[0]));
-  const Errors e = errors_of(volume, pressure, 50);
+  const ConstantErrors e = errors_of(volume, pressure, 50);
   EXPECT_LT(e.rms, 0.2);
   EXPECT_GT(e.gradient_db, 30);
 }
@@ -362,7 +362,7 @@ int32_t ask_pressure(void* missing, uint64_t n, const double* p, float* values) 
 void expect_as_dense(const TestDevice& device, const Written& w, const char* what) {
   ASSERT_EQ(w.status, BCCSPLAT_OK) << what << w.text;
   const OpenVolume volume(device, w.bytes);
-  const Errors e = errors_of(volume, pressure, 50);
+  const ConstantErrors e = errors_of(volume, pressure, 50);
   EXPECT_LT(e.rms, 0.25) << what;
   EXPECT_GT(e.gradient_db, 30) << what;
   EXPECT_LT(slice_rms(volume, in_time, pressure, 50), 0.25) << what;
@@ -431,7 +431,7 @@ TEST(Constants, BoundsHoldFarFromAir) {
     EXPECT_LE(e.slices, bound) << what;
     EXPECT_LE(e.points, bound) << what;
     EXPECT_NEAR(w.error.rmse, rms_of_samples(volume, s), 0.01 * w.error.rmse) << what;
-    const Errors got = errors_of(volume, constant, signal);
+    const ConstantErrors got = errors_of(volume, constant, signal);
     EXPECT_LT(got.rms, 1.2 * errors_of(unbound, constant, signal).rms + 0.01) << what;
     EXPECT_GT(got.gradient_db, least_db) << what;
     EXPECT_LT(slice_rms(volume, across_x, constant, signal), bound) << what;
@@ -551,7 +551,7 @@ TEST(Constants, ResumedFarFromAir) {
     std::filesystem::remove(path);
     options.partial = 0;
     EXPECT_EQ(resumed, stored(device, s, options)) << store;
-    const Errors e = errors_of(OpenVolume(device, resumed), pressure, 50);
+    const ConstantErrors e = errors_of(OpenVolume(device, resumed), pressure, 50);
     EXPECT_LT(e.rms, 1) << store;
     EXPECT_GT(e.gradient_db, 30) << store;
   }

@@ -18,12 +18,12 @@ double heart(double x, double y, double z, double t) {
 
 constexpr double range = 2, bound = 0.02;
 
-struct Files {
+struct HeartFiles {
   TestDevice device;
   Source source = source_of({24, 22, 14, 9}, BCCSPLAT_TYPE_F32, heart);
   Bytes plain, fixed;
 
-  Files() {
+  HeartFiles() {
     auto options = sized<bccsplat_writer_options>();
     options.scale = 1.5, options.time_scale = 1.5; // the lattice alone is far off
     plain = write_frames(device, source, options).bytes;
@@ -39,18 +39,18 @@ struct Files {
   }
 };
 
-const Files& files() {
-  static const Files all;
+const HeartFiles& heart_files() {
+  static const HeartFiles all;
   return all;
 }
 
 // Points inside the series, a little off its ends and off whole indices.
-std::vector<std::array<double, 4>> random_points(size_t count) {
+std::vector<std::array<double, 4>> points_inside(size_t count) {
   std::mt19937 random(5);
   std::vector<std::array<double, 4>> points(count);
   for (auto& p : points)
     for (size_t a = 0; a < 4; ++a) {
-      const double cells = files().source.dims[a] - 1.0;
+      const double cells = heart_files().source.dims[a] - 1.0;
       p[a] = std::floor(std::uniform_real_distribution<double>(0, cells)(random)) +
              std::uniform_real_distribution<double>(0.05, 0.95)(random);
     }
@@ -58,8 +58,8 @@ std::vector<std::array<double, 4>> random_points(size_t count) {
 }
 
 TEST(CorrectedField, GradientsAreThoseOfTheValues) {
-  const OpenVolume volume(files().device, files().fixed);
-  const auto points = random_points(300);
+  const OpenVolume volume(heart_files().device, heart_files().fixed);
+  const auto points = points_inside(300);
   std::vector<float> values(points.size()), slopes(4 * points.size());
   ASSERT_EQ(
       bccsplat_volume_evaluate(volume.volume, points.size(), points[0].data(), values.data(), slopes.data()),
@@ -76,7 +76,7 @@ TEST(CorrectedField, GradientsAreThoseOfTheValues) {
 
 // x, y and z slices hold the source as well as frames do, though their own kernel is another one.
 TEST(CorrectedField, AxisSlicesKeepWhatWasPromised) {
-  const Files& f = files();
+  const HeartFiles& f = heart_files();
   const auto& n = f.source.dims;
   const OpenVolume plain(f.device, f.plain), fixed(f.device, f.fixed);
   const auto largest = [&](const OpenVolume& volume, size_t axis, uint64_t at) {
@@ -102,7 +102,7 @@ TEST(CorrectedField, AxisSlicesKeepWhatWasPromised) {
 
 // Any other slice agrees with the volume at the points that it is sampled at, and thick ones with their mean.
 TEST(CorrectedField, ObliqueSlicesShowTheFieldOfTheVolume) {
-  const Files& f = files();
+  const HeartFiles& f = heart_files();
   const OpenVolume plain(f.device, f.plain), fixed(f.device, f.fixed);
   const auto difference = [&](const OpenVolume& volume, std::array<double, 5> h, const OpenVolume& of) {
     const Cut cut(volume, h);
@@ -129,7 +129,7 @@ TEST(CorrectedField, ObliqueSlicesShowTheFieldOfTheVolume) {
 }
 
 TEST(CorrectedField, ThickSlicesHoldTheirCorrections) {
-  const Files& f = files();
+  const HeartFiles& f = heart_files();
   const OpenVolume fixed(f.device, f.fixed);
   // Means by many points across: over time, along x, and the sum along z.
   const auto mean = [&](std::array<double, 4> p, const std::array<double, 4>& normal, double length) {
@@ -176,7 +176,7 @@ struct Look {
   uint32_t size = 72;
 };
 
-std::vector<float> picture(const Cut& cut, const TestDevice& device, const Look& look) {
+std::vector<float> heart_picture(const Cut& cut, const TestDevice& device, const Look& look) {
   bccsplat_renderer* renderer = nullptr;
   EXPECT_EQ(bccsplat_renderer_create(device.device, &renderer), BCCSPLAT_OK);
   EXPECT_EQ(bccsplat_renderer_set_slice(renderer, cut.slice), BCCSPLAT_OK);
@@ -229,7 +229,7 @@ constexpr std::array<double, 5> now{0, 0, 0, 1, -3.3};
 
 // Against rays through the same field in fine steps; the bare lattice is far from them.
 TEST(CorrectedField, PicturesShowIt) {
-  const Files& f = files();
+  const HeartFiles& f = heart_files();
   const OpenVolume plain(f.device, f.plain), fixed(f.device, f.fixed);
   for (const std::array<double, 5>& h :
        {now, std::array<double, 5>{1, 0, 0, 0, -11}, std::array<double, 5>{1, 0.6, 0, 0.8, -14}}) {
@@ -243,19 +243,19 @@ TEST(CorrectedField, PicturesShowIt) {
         Look look;
         look.mode = mode, look.projection = projection, look.reference = 1, look.size = 60;
         look.smooth_edges = BCCSPLAT_SMOOTH_EDGES_OFF; // the reference has one sample per pixel
-        const auto truth = picture(corrected, f.device, look);
+        const auto truth = heart_picture(corrected, f.device, look);
         look.reference = 0;
-        const double without = rms(picture(bare, f.device, look), truth);
-        EXPECT_LT(rms(picture(corrected, f.device, look), truth), 0.3 * without);
+        const double without = rms(heart_picture(bare, f.device, look), truth);
+        EXPECT_LT(rms(heart_picture(corrected, f.device, look), truth), 0.3 * without);
         look.quality = BCCSPLAT_QUALITY_NORMAL;
-        EXPECT_LT(rms(picture(corrected, f.device, look), truth), 0.6 * without);
+        EXPECT_LT(rms(heart_picture(corrected, f.device, look), truth), 0.6 * without);
       }
   }
 }
 
 // Sheets stand as close as the source's samples however coarse the lattice is.
 TEST(CorrectedField, PicturesOfCoarseLatticesShowIt) {
-  const Files& f = files();
+  const HeartFiles& f = heart_files();
   auto options = sized<bccsplat_writer_options>();
   options.scale = 4, options.abs_error = bound;
   const Bytes coarse = write_frames(f.device, f.source, options).bytes;
@@ -263,9 +263,9 @@ TEST(CorrectedField, PicturesOfCoarseLatticesShowIt) {
   const Cut cut(volume, now);
   Look look;
   look.quality = BCCSPLAT_QUALITY_NORMAL, look.reference = 1, look.size = 60;
-  const auto truth = picture(cut, f.device, look);
+  const auto truth = heart_picture(cut, f.device, look);
   look.reference = 0;
-  EXPECT_LT(rms(picture(cut, f.device, look), truth), 0.02);
+  EXPECT_LT(rms(heart_picture(cut, f.device, look), truth), 0.02);
 }
 
 // What nothing but corrections holds: the lattice of these files is air everywhere.
@@ -288,46 +288,46 @@ TEST(CorrectedField, NothingIsLeftOutThatOnlyCorrectionsShow) {
     for (const int32_t quality : {BCCSPLAT_QUALITY_DRAFT, BCCSPLAT_QUALITY_NORMAL, BCCSPLAT_QUALITY_BEST}) {
       Look look;
       look.mode = mode, look.quality = quality, look.low = 0.3, look.iso = 0.5;
-      const auto some = picture(cut, device, look);
+      const auto some = heart_picture(cut, device, look);
       look.disable_skips = BCCSPLAT_SKIP_TRANSFER_FUNCTION | BCCSPLAT_SKIP_FRUSTUM | BCCSPLAT_SKIP_OCCLUSION |
                            BCCSPLAT_SKIP_EMPTY_SHEETS;
-      EXPECT_EQ(some, picture(cut, device, look));
+      EXPECT_EQ(some, heart_picture(cut, device, look));
       look.tile_size = 24;
-      EXPECT_EQ(some, picture(cut, device, look));
+      EXPECT_EQ(some, heart_picture(cut, device, look));
       double light = 0;
       for (size_t i = 3; i < some.size(); i += 4) light += double(some[i]);
       EXPECT_GT(light, mode == BCCSPLAT_MODE_COMPOSITE ? 20 : 0);
     }
   Look deep;
   deep.planes = BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_DEEP, deep.low = 0.3;
-  EXPECT_GT(picture(cut, device, deep)[0], 100);
+  EXPECT_GT(heart_picture(cut, device, deep)[0], 100);
   auto trail = sized<bccsplat_trail>();
   trail.interval[0] = -1, trail.interval[1] = 0;
   Look moved;
   moved.trail = &trail, moved.low = 0.3;
-  EXPECT_GT(rms(picture(cut, device, moved), std::vector<float>(4 * 72 * 72)), 0.01);
+  EXPECT_GT(rms(heart_picture(cut, device, moved), std::vector<float>(4 * 72 * 72)), 0.01);
 }
 
 // No skip changes a bit where lattice and corrections mix, nor does any size of tiles.
 TEST(CorrectedField, SkipsAndTilesChangeNoBit) {
-  const Files& f = files();
+  const HeartFiles& f = heart_files();
   const OpenVolume fixed(f.device, f.fixed);
   const Cut cut(fixed, now);
   for (const int32_t mode : {BCCSPLAT_MODE_COMPOSITE, BCCSPLAT_MODE_ISOSURFACE})
     for (const double low : {0.5, 1.75}) {
       Look look;
       look.mode = mode, look.quality = BCCSPLAT_QUALITY_NORMAL, look.low = low;
-      const auto some = picture(cut, f.device, look);
+      const auto some = heart_picture(cut, f.device, look);
       look.tile_size = 40;
-      EXPECT_EQ(some, picture(cut, f.device, look));
+      EXPECT_EQ(some, heart_picture(cut, f.device, look));
       look.tile_size = 0, look.disable_skips = 15;
-      EXPECT_LT(rms(some, picture(cut, f.device, look)), 1e-6);
+      EXPECT_LT(rms(some, heart_picture(cut, f.device, look)), 1e-6);
     }
 }
 
 // A trail of stills that have corrections of their own moments.
 TEST(CorrectedField, TrailsShowIt) {
-  const Files& f = files();
+  const HeartFiles& f = heart_files();
   auto options = sized<bccsplat_writer_options>();
   options.scale = options.time_scale = 0.5; // dense: the lattice alone is near the source
   const Bytes near = write_frames(f.device, f.source, options).bytes;
@@ -338,14 +338,14 @@ TEST(CorrectedField, TrailsShowIt) {
   look.trail = &trail;
   const auto shown = [&](const OpenVolume& volume) {
     const Cut cut(volume, {0, 0, 0, 1, -6});
-    return picture(cut, f.device, look);
+    return heart_picture(cut, f.device, look);
   };
   const auto truth = shown(dense);
   EXPECT_LT(rms(shown(fixed), truth), 0.6 * rms(shown(plain), truth));
 }
 
 TEST(CorrectedField, InfoSaysWhatItTakes) {
-  const Files& f = files();
+  const HeartFiles& f = heart_files();
   const OpenVolume plain(f.device, f.plain), fixed(f.device, f.fixed);
   auto info = sized<bccsplat_channel_info>();
   ASSERT_EQ(bccsplat_volume_get_channel_info(plain.volume, 0, &info), BCCSPLAT_OK);

@@ -15,8 +15,8 @@ int lowest_reader(const std::string& path) {
   return static_cast<unsigned char>(head[14]) + 256 * static_cast<unsigned char>(head[15]);
 }
 
-void write(const Device& device, const std::string& path, const Series& s, int32_t ends, int32_t partial = 0,
-           bool length_known = true, int32_t lattice = BCCSPLAT_LATTICE_D4STAR) {
+void write_file(const Device& device, const std::string& path, const Series& s, int32_t ends,
+                int32_t partial = 0, bool length_known = true, int32_t lattice = BCCSPLAT_LATTICE_D4STAR) {
   bccsplat_writer_options o = options_of(s);
   o.ends = ends, o.partial = partial, o.lattice = lattice;
   if (!length_known) o.dims[3] = 0;
@@ -48,8 +48,8 @@ TEST(WriterEnds, PredictionIsTheDefaultAndMirrorsStayReadableByVersionOne) {
   const Folder folder;
   const Series s{.nt = 24};
   const std::string by_default = folder.file("d.bcc4"), mirrored = folder.file("m.bcc4");
-  write(device, by_default, s, BCCSPLAT_ENDS_DEFAULT);
-  write(device, mirrored, s, BCCSPLAT_ENDS_MIRROR);
+  write_file(device, by_default, s, BCCSPLAT_ENDS_DEFAULT);
+  write_file(device, mirrored, s, BCCSPLAT_ENDS_MIRROR);
   EXPECT_EQ(lowest_reader(by_default), 2);
   EXPECT_EQ(lowest_reader(mirrored), 1);
   EXPECT_LT(4 * worst_at_ends(device, by_default, s), worst_at_ends(device, mirrored, s));
@@ -57,7 +57,7 @@ TEST(WriterEnds, PredictionIsTheDefaultAndMirrorsStayReadableByVersionOne) {
   const auto lowest = [&](uint32_t frames, int32_t ends, bool length_known,
                           int32_t lattice = BCCSPLAT_LATTICE_D4STAR) {
     const std::string path = folder.file("few.bcc4");
-    write(device, path, Series{.nt = frames}, ends, 0, length_known, lattice);
+    write_file(device, path, Series{.nt = frames}, ends, 0, length_known, lattice);
     const int version = lowest_reader(path);
     std::filesystem::remove(path);
     return version;
@@ -83,9 +83,9 @@ TEST(WriterEnds, ASeriesThatIsAppendedToKeepsItsEnds) {
   const Series all{.nt = 24}, first{.nt = 16};
   for (const int32_t ends : {BCCSPLAT_ENDS_PREDICT, BCCSPLAT_ENDS_MIRROR}) {
     const std::string path = folder.file("a.bcc4"), whole = folder.file("w.bcc4");
-    write(device, path, first, ends);
-    write(device, path, all, BCCSPLAT_ENDS_DEFAULT, BCCSPLAT_PARTIAL_APPEND);
-    write(device, whole, all, ends, 0, false);
+    write_file(device, path, first, ends);
+    write_file(device, path, all, BCCSPLAT_ENDS_DEFAULT, BCCSPLAT_PARTIAL_APPEND);
+    write_file(device, whole, all, ends, 0, false);
     EXPECT_EQ(lowest_reader(path), lowest_reader(whole));
     const Volume a = open(device, path), b = open(device, whole);
     std::vector<double> points;
@@ -108,7 +108,7 @@ TEST(WriterEnds, APeriodicSeriesGoesOnToItsFirstFrame) {
   };
   const Series s{.nt = 10, .first = 3, .step = 0.5, .field = round};
   const std::string path = folder.file("p.bcc4");
-  write(device, path, s, BCCSPLAT_ENDS_PERIODIC);
+  write_file(device, path, s, BCCSPLAT_ENDS_PERIODIC);
   EXPECT_EQ(lowest_reader(path), 3);
   const Volume volume = open(device, path);
   auto info = sized<bccsplat_volume_info>();
@@ -176,8 +176,8 @@ TEST(WriterEnds, APeriodicSeriesGoesOnToItsFirstFrame) {
 }
 
 // A picture of a moment of a ball that goes round, with what the volume held before it.
-std::vector<float> trail_picture(const Device& device, const Volume& volume, double frame, double back,
-                                 int32_t content) {
+std::vector<float> picture_of_trail(const Device& device, const Volume& volume, double frame, double back,
+                                    int32_t content) {
   constexpr uint32_t size = 48;
   bccsplat_renderer* r = nullptr;
   EXPECT_OK(bccsplat_renderer_create(device.get(), &r));
@@ -216,24 +216,24 @@ TEST(WriterEnds, TheTrailOfAPeriodicSeriesReachesBackAcrossItsBeginning) {
     return 100 * std::exp(-(dx * dx + dy * dy + dz * dz) / 12);
   };
   const std::string path = folder.file("ball.bcc4");
-  write(device, path, s, BCCSPLAT_ENDS_PERIODIC);
+  write_file(device, path, s, BCCSPLAT_ENDS_PERIODIC);
   const Volume volume = open(device, path);
   for (const int32_t content : {BCCSPLAT_TRAIL_CLASSIFIED, BCCSPLAT_TRAIL_MEAN, BCCSPLAT_TRAIL_MAXIMUM}) {
-    const auto first = trail_picture(device, volume, 0, 3, content);
-    EXPECT_LT(difference(first, trail_picture(device, volume, 10, 3, content)), 2e-3) << content;
-    EXPECT_GT(difference(first, trail_picture(device, volume, 0, 0, content)), 0.1) << content;
-    EXPECT_GT(difference(first, trail_picture(device, volume, 5, 3, content)), 0.1) << content;
+    const auto first = picture_of_trail(device, volume, 0, 3, content);
+    EXPECT_LT(difference(first, picture_of_trail(device, volume, 10, 3, content)), 2e-3) << content;
+    EXPECT_GT(difference(first, picture_of_trail(device, volume, 0, 0, content)), 0.1) << content;
+    EXPECT_GT(difference(first, picture_of_trail(device, volume, 5, 3, content)), 0.1) << content;
   }
 }
 
 // A field that knows what lies beyond its ends, and keeps the moments it was asked for.
-struct Asked {
+struct AskedField {
   Series series;
   double first = 0, last = 0;
 };
 
 int32_t answer(void* user, uint64_t n, const double* xyzt, float* values) {
-  auto& asked = *static_cast<Asked*>(user);
+  auto& asked = *static_cast<AskedField*>(user);
   for (uint64_t i = 0; i < n; ++i) {
     const double* p = xyzt + 4 * i;
     asked.first = std::min(asked.first, p[3]), asked.last = std::max(asked.last, p[3]);
@@ -247,7 +247,7 @@ TEST(WriterEnds, AFieldIsAskedBeyondItsEndsWherePredictionIsAskedFor) {
   const Folder folder;
   double worst[2] = {};
   for (const bool predict : {false, true}) {
-    Asked asked{.series = {.nt = 24}};
+    AskedField asked{.series = {.nt = 24}};
     auto o = options_of(asked.series);
     o.ends = predict ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR, o.lattice = BCCSPLAT_LATTICE_D4STAR;
     const std::string path = folder.file(predict ? "p.bcc4" : "m.bcc4");
@@ -300,7 +300,7 @@ TEST(WriterEnds, LayersBeyondTheEndsAreGiven) {
     EXPECT_EQ(info.dims[3], short_of_it ? 17u : 24u); // four of the layers given stand behind the last frame
     if (short_of_it) continue;
     const std::string mirrored = folder.file("m2.bcc4");
-    write(device, mirrored, s, BCCSPLAT_ENDS_MIRROR);
+    write_file(device, mirrored, s, BCCSPLAT_ENDS_MIRROR);
     EXPECT_LT(4 * worst_at_ends(device, path, s), worst_at_ends(device, mirrored, s));
   }
 }

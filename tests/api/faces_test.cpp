@@ -9,12 +9,12 @@ namespace bccsplat::test {
 namespace {
 
 // A plane wave of 0.4 of the frequencies that the lattice holds, askew to all faces.
-double wave(double x, double y, double z, double t) {
+double askew_wave(double x, double y, double z, double t) {
   return std::sin(.9 * x - .6 * y + .45 * z + .4 * t + 1);
 }
 
-int32_t ask_wave(void*, uint64_t n, const double* p, float* values) {
-  for (uint64_t i = 0; i < n; ++i, p += 4) values[i] = static_cast<float>(wave(p[0], p[1], p[2], p[3]));
+int32_t ask_askew_wave(void*, uint64_t n, const double* p, float* values) {
+  for (uint64_t i = 0; i < n; ++i, p += 4) values[i] = static_cast<float>(askew_wave(p[0], p[1], p[2], p[3]));
   return 0;
 }
 
@@ -24,11 +24,11 @@ bccsplat_volume_info info_of(const OpenVolume& volume) {
   return info;
 }
 
-struct Errors {
+struct FaceErrors {
   double value, gradient; // RMS
 };
 // At points within a sample of a face, in the middle frames.
-Errors errors_at_faces(const OpenVolume& volume, const Source& s) {
+FaceErrors errors_at_faces(const OpenVolume& volume, const Source& s) {
   std::mt19937 random(4);
   std::vector<double> points;
   for (int i = 0; i < 2000; ++i) {
@@ -44,10 +44,10 @@ Errors errors_at_faces(const OpenVolume& volume, const Source& s) {
   std::vector<float> values(n), gradients(4 * n);
   EXPECT_EQ(bccsplat_volume_evaluate(volume.volume, n, points.data(), values.data(), gradients.data()),
             BCCSPLAT_OK);
-  Errors e{0, 0};
+  FaceErrors e{0, 0};
   for (size_t i = 0; i < n; ++i) {
     const double* p = &points[4 * i];
-    e.value += std::pow(values[i] - wave(p[0], p[1], p[2], p[3]), 2) / static_cast<double>(n);
+    e.value += std::pow(values[i] - askew_wave(p[0], p[1], p[2], p[3]), 2) / static_cast<double>(n);
     const double slope = std::cos(.9 * p[0] - .6 * p[1] + .45 * p[2] + .4 * p[3] + 1);
     e.gradient += std::pow(gradients[4 * i] - .9 * slope, 2) / static_cast<double>(n);
   }
@@ -65,7 +65,7 @@ Written written(const TestDevice& device, const Source& s, int32_t faces, int32_
 TEST(Faces, ArePredictedByDefault) {
   const TestDevice device;
   for (const uint32_t frames : {1u, 12u}) {
-    const Source s = source_of({46, 44, 48, frames}, BCCSPLAT_TYPE_F32, wave);
+    const Source s = source_of({46, 44, 48, frames}, BCCSPLAT_TYPE_F32, askew_wave);
     const Written first = written(device, s, BCCSPLAT_FACES_DEFAULT),
                   second = written(device, s, BCCSPLAT_FACES_MIRROR);
     const OpenVolume predicted(device, first.bytes), mirrored(device, second.bytes);
@@ -75,7 +75,7 @@ TEST(Faces, ArePredictedByDefault) {
       EXPECT_EQ(more.planes_behind[a], 2u);
       EXPECT_EQ(none.planes_before[a] + none.planes_behind[a], 0u);
     }
-    const Errors now = errors_at_faces(predicted, s), before = errors_at_faces(mirrored, s);
+    const FaceErrors now = errors_at_faces(predicted, s), before = errors_at_faces(mirrored, s);
     EXPECT_LT(10 * now.value, before.value) << frames;
     EXPECT_LT(4 * now.gradient, before.gradient) << frames;
   }
@@ -102,21 +102,22 @@ TEST(Faces, HavePlanesWhereTheyCostLittle) {
   EXPECT_EQ(planes({1, 2, 20, 5}, BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Y), (Planes{0, 2, 0}));
   auto options = sized<bccsplat_writer_options>();
   options.faces = 33;
-  EXPECT_EQ(write_frames(device, source_of({4, 4, 4, 1}, BCCSPLAT_TYPE_U8, wave), options).status,
+  EXPECT_EQ(write_frames(device, source_of({4, 4, 4, 1}, BCCSPLAT_TYPE_U8, askew_wave), options).status,
             BCCSPLAT_ERROR_INVALID_ARGUMENT);
   options.faces = 3;
-  const Source s = source_of({4, 4, 4, 1}, BCCSPLAT_TYPE_U8, wave);
+  const Source s = source_of({4, 4, 4, 1}, BCCSPLAT_TYPE_U8, askew_wave);
   EXPECT_EQ(write_frames(device, s, options).status, BCCSPLAT_ERROR_INVALID_ARGUMENT);
 }
 
 // Fields and layers hold the planes outside where a host asks for them.
 TEST(Faces, OfFieldsAndLayersAreTheHosts) {
   const TestDevice device;
-  const Source s = source_of({30, 28, 26, 14}, BCCSPLAT_TYPE_F32, wave);
+  const Source s = source_of({30, 28, 26, 14}, BCCSPLAT_TYPE_F32, askew_wave);
   auto options = sized<bccsplat_writer_options>();
   const auto field = [&] {
-    return write_with(device, s, options, sized<bccsplat_channel_options>(),
-                      [&](bccsplat_writer* w) { return bccsplat_writer_add_field(w, 0, ask_wave, nullptr); });
+    return write_with(device, s, options, sized<bccsplat_channel_options>(), [&](bccsplat_writer* w) {
+      return bccsplat_writer_add_field(w, 0, ask_askew_wave, nullptr);
+    });
   };
   const Written plain = field();
   options.faces = BCCSPLAT_FACES_PREDICT;
@@ -132,10 +133,10 @@ TEST(Faces, OfFieldsAndLayersAreTheHosts) {
           for (int64_t k = 0; k < g.dims[2]; ++k)
             for (int64_t j = 0; j < g.dims[1]; ++j)
               for (int64_t i = 0; i < g.dims[0]; ++i)
-                values.push_back(
-                    static_cast<float>(wave(g.origin[0] + g.step[0] * static_cast<double>(i),
-                                            g.origin[1] + g.step[1] * static_cast<double>(j),
-                                            g.origin[2] + g.step[2] * static_cast<double>(k), g.frame)));
+                values.push_back(static_cast<float>(
+                    askew_wave(g.origin[0] + g.step[0] * static_cast<double>(i),
+                               g.origin[1] + g.step[1] * static_cast<double>(j),
+                               g.origin[2] + g.step[2] * static_cast<double>(k), g.frame)));
           status = bccsplat_writer_add_layer(w, 0, m, values.data(), values.size());
           if (status != BCCSPLAT_OK) return status;
         }

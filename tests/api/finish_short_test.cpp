@@ -10,12 +10,12 @@ namespace {
 
 constexpr uint32_t told = 60;
 
-double field_of(double x, double y, double z, double t) {
+double short_field(double x, double y, double z, double t) {
   return 20 + 9 * std::sin(0.4 * x + 0.3 * t) * std::cos(0.35 * y - 0.2 * z + 0.05 * t);
 }
 
 Source series(uint32_t frames, int32_t type = BCCSPLAT_TYPE_F32) {
-  return source_of({18, 13, 11, frames}, type, field_of);
+  return source_of({18, 13, 11, frames}, type, short_field);
 }
 
 // Writes frames of a series with a writer that was told of `declared`.
@@ -84,15 +84,15 @@ void expect_same_content(const TestDevice& device, const Written& knew, const Wr
       }
 }
 
-struct Variant {
+struct ShortVariant {
   const char* name;
   int32_t type;
   bool bytes; // the same, else what is seen is the same
   bccsplat_writer_options options;
 };
 
-std::vector<Variant> variants() {
-  std::vector<Variant> list;
+std::vector<ShortVariant> short_variants() {
+  std::vector<ShortVariant> list;
   const auto add = [&](const char* name, int32_t type, bool bytes, const auto& change) {
     auto o = sized<bccsplat_writer_options>();
     change(o);
@@ -118,7 +118,7 @@ std::vector<Variant> variants() {
 
 TEST(FinishShort, IsTheFileOfAWriterThatKnew) {
   const TestDevice device;
-  for (const Variant& v : variants())
+  for (const ShortVariant& v : short_variants())
     for (const uint32_t frames : {23u, 31u, 59u, told}) {
       SCOPED_TRACE(testing::Message() << v.name << ", " << frames << " frames");
       const Source s = series(frames, v.type);
@@ -192,9 +192,9 @@ Written write_layers(const TestDevice& device, uint32_t declared, int64_t count,
       for (int64_t y = 0; y < g.dims[1]; ++y)
         for (int64_t x = 0; x < g.dims[0]; ++x)
           values.push_back(
-              static_cast<float>(field_of(g.origin[0] + g.step[0] * static_cast<double>(x),
-                                          g.origin[1] + g.step[1] * static_cast<double>(y),
-                                          g.origin[2] + g.step[2] * static_cast<double>(z), g.frame)));
+              static_cast<float>(short_field(g.origin[0] + g.step[0] * static_cast<double>(x),
+                                             g.origin[1] + g.step[1] * static_cast<double>(y),
+                                             g.origin[2] + g.step[2] * static_cast<double>(z), g.frame)));
     EXPECT_EQ(bccsplat_writer_add_layer(writer, 0, m, values.data(), values.size()), BCCSPLAT_OK);
   }
   w.status = ends_short ? bccsplat_writer_finish_short(writer, &w.report)

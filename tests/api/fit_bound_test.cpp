@@ -9,7 +9,7 @@ namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-double wave(double x, double y, double z, double t) {
+double bound_wave(double x, double y, double z, double t) {
   return std::sin(0.7 * x + 0.3 * y) * std::cos(0.4 * z - 0.5 * t) + 0.2 * std::sin(1.1 * y + 0.6 * t);
 }
 
@@ -29,26 +29,26 @@ std::vector<Case> cases() {
   };
   const auto torn = [](double x, double y, double z, double t) { // a block of missing data, and single ones
     if ((x >= 4 && x < 8 && y >= 4 && y < 7 && z > 3 && t > 1) || (x == 1 && y == 2)) return nan_value;
-    return wave(x, y, z, t);
+    return bound_wave(x, y, z, t);
   };
   std::vector<Case> list;
-  list.push_back({"wave f32", source_of({12, 11, 9, 7}, BCCSPLAT_TYPE_F32, wave), 2.4});
+  list.push_back({"wave f32", source_of({12, 11, 9, 7}, BCCSPLAT_TYPE_F32, bound_wave), 2.4});
   list.push_back(
       {"wave f64, far from 0",
-       source_of({9, 10, 8, 6}, BCCSPLAT_TYPE_F64, [](auto... p) { return 1e5 + 100 * wave(p...); }), 240,
-       100120});
+       source_of({9, 10, 8, 6}, BCCSPLAT_TYPE_F64, [](auto... p) { return 1e5 + 100 * bound_wave(p...); }),
+       240, 100120});
   list.push_back({"noise f32", source_of({10, 9, 8, 6}, BCCSPLAT_TYPE_F32, noise), 2});
   list.push_back({"box in air f32", source_of({16, 13, 9, 6}, BCCSPLAT_TYPE_F32, box), 3});
   list.push_back({"holes f32", source_of({12, 11, 9, 6}, BCCSPLAT_TYPE_F32, torn), 2.4});
   list.push_back(
       {"noise u8",
        source_of({9, 8, 9, 5}, BCCSPLAT_TYPE_U8, [&](auto... p) { return 128 + 120 * noise(p...); }), 240});
-  list.push_back({"wave i16",
-                  source_of({9, 8, 9, 5}, BCCSPLAT_TYPE_I16, [](auto... p) { return 9000 * wave(p...); }),
-                  21600});
+  list.push_back(
+      {"wave i16",
+       source_of({9, 8, 9, 5}, BCCSPLAT_TYPE_I16, [](auto... p) { return 9000 * bound_wave(p...); }), 21600});
   list.push_back({"wave u16, air 700",
                   source_of({9, 8, 9, 5}, BCCSPLAT_TYPE_U16,
-                            [](auto... p) { return std::max(700.0, 9000 * wave(p...)); }),
+                            [](auto... p) { return std::max(700.0, 9000 * bound_wave(p...)); }),
                   10000});
   list.back().source.air = 700;
   list.back().source.threshold = 40;
@@ -118,7 +118,7 @@ TEST(Bound, CorrectsOnlyWhatMisses) {
 TEST(Bound, IsRefusedWhereFloatsCannotHoldIt) {
   const TestDevice device;
   const Source s = source_of({9, 8, 7, 5}, BCCSPLAT_TYPE_F64, [](double x, double y, double z, double t) {
-    return 1e6 + 30 * wave(x, y, 3 * z, 2 * t);
+    return 1e6 + 30 * bound_wave(x, y, 3 * z, 2 * t);
   });
   auto options = sized<bccsplat_writer_options>();
   options.abs_error = 0.01; // floats near 1e6 are 1/16 apart
@@ -134,7 +134,7 @@ TEST(Bound, IsRefusedWhereFloatsCannotHoldIt) {
 TEST(Bound, OfPsnrBeyondFloatsSaysHowMuchTheyHold) {
   const TestDevice device;
   const Source s = source_of({9, 8, 7, 5}, BCCSPLAT_TYPE_F64, [](double x, double y, double z, double t) {
-    return 1e6 + 30 * wave(x, y, 3 * z, 2 * t);
+    return 1e6 + 30 * bound_wave(x, y, 3 * z, 2 * t);
   });
   auto options = sized<bccsplat_writer_options>();
   options.psnr = 70;

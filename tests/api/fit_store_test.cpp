@@ -7,13 +7,14 @@
 namespace bccsplat::test {
 namespace {
 
-double wave(double x, double y, double z, double t) {
+double moving_wave(double x, double y, double z, double t) {
   return 3 + std::sin(0.5 * x + 0.3 * y) * std::cos(0.4 * z - 0.5 * t) + 0.2 * std::sin(0.9 * y + 0.6 * t);
 }
 
 int32_t ask_wave(void* user, uint64_t n, const double* xyzt, float* values) {
   for (uint64_t i = 0; i < n; ++i)
-    values[i] = static_cast<float>(wave(xyzt[4 * i], xyzt[4 * i + 1], xyzt[4 * i + 2], xyzt[4 * i + 3]));
+    values[i] =
+        static_cast<float>(moving_wave(xyzt[4 * i], xyzt[4 * i + 1], xyzt[4 * i + 2], xyzt[4 * i + 3]));
   if (user && (*static_cast<int*>(user))-- <= 0) return 1;
   return 0;
 }
@@ -33,13 +34,14 @@ double rms_error(const OpenVolume& volume, const std::vector<std::array<double, 
   const auto values = volume.at(points);
   double sum = 0;
   for (size_t i = 0; i < points.size(); ++i)
-    sum += std::pow(double(values[i]) - wave(points[i][0], points[i][1], points[i][2], points[i][3]), 2);
+    sum +=
+        std::pow(double(values[i]) - moving_wave(points[i][0], points[i][1], points[i][2], points[i][3]), 2);
   return std::sqrt(sum / double(points.size()));
 }
 
 TEST(Field, IsWhatItsLayersAre) {
   const TestDevice device;
-  const Source s = source_of({20, 18, 16, 14}, BCCSPLAT_TYPE_F32, wave);
+  const Source s = source_of({20, 18, 16, 14}, BCCSPLAT_TYPE_F32, moving_wave);
   const auto options = sized<bccsplat_writer_options>();
   const auto channel = sized<bccsplat_channel_options>();
   const Written field = write_with(device, s, options, channel, [&](bccsplat_writer* w) {
@@ -55,9 +57,9 @@ TEST(Field, IsWhatItsLayersAre) {
       for (int64_t k = 0; k < g.dims[2]; ++k)
         for (int64_t j = 0; j < g.dims[1]; ++j)
           for (int64_t i = 0; i < g.dims[0]; ++i)
-            values.push_back(static_cast<float>(wave(g.origin[0] + g.step[0] * double(i),
-                                                     g.origin[1] + g.step[1] * double(j),
-                                                     g.origin[2] + g.step[2] * double(k), g.frame)));
+            values.push_back(static_cast<float>(moving_wave(g.origin[0] + g.step[0] * double(i),
+                                                            g.origin[1] + g.step[1] * double(j),
+                                                            g.origin[2] + g.step[2] * double(k), g.frame)));
       const bccsplat_status status = bccsplat_writer_add_layer(w, 0, m, values.data(), values.size());
       if (status != BCCSPLAT_OK) return status;
     }
@@ -71,7 +73,7 @@ TEST(Field, IsWhatItsLayersAre) {
 // Half the samples, taken by the field itself: at least as good as resampled frames.
 TEST(Field, NeedsNoResampling) {
   const TestDevice device;
-  const Source s = source_of({20, 18, 16, 14}, BCCSPLAT_TYPE_F32, wave);
+  const Source s = source_of({20, 18, 16, 14}, BCCSPLAT_TYPE_F32, moving_wave);
   auto options = sized<bccsplat_writer_options>();
   const Written field =
       write_with(device, s, options, sized<bccsplat_channel_options>(),
@@ -86,7 +88,7 @@ TEST(Field, NeedsNoResampling) {
 TEST(Field, KeepsABoundAtTheSourceSamples) {
   const TestDevice device;
   for (const uint32_t frames : {1u, 7u}) {
-    const Source s = source_of({12, 11, 10, frames}, BCCSPLAT_TYPE_F32, wave);
+    const Source s = source_of({12, 11, 10, frames}, BCCSPLAT_TYPE_F32, moving_wave);
     auto options = sized<bccsplat_writer_options>();
     options.abs_error = 1e-3;
     const Written w =
@@ -102,7 +104,7 @@ TEST(Field, KeepsABoundAtTheSourceSamples) {
 
 TEST(Field, MayGiveUpAndCannotBeMixed) {
   const TestDevice device;
-  const Source s = source_of({12, 11, 10, 5}, BCCSPLAT_TYPE_F32, wave);
+  const Source s = source_of({12, 11, 10, 5}, BCCSPLAT_TYPE_F32, moving_wave);
   int calls = 3;
   const Written given_up =
       write_with(device, s, sized<bccsplat_writer_options>(), sized<bccsplat_channel_options>(),
@@ -125,7 +127,7 @@ TEST(Coefficients, GiveTheSameFieldAsSamples) {
         if (lattice == BCCSPLAT_LATTICE_CC && std::string(kernel) == "fine") continue;
         SCOPED_TRACE(std::string(kernel) + ", lattice " + std::to_string(lattice) + ", frames " +
                      std::to_string(frames));
-        const Source s = source_of({20, 18, 16, frames}, BCCSPLAT_TYPE_F32, wave);
+        const Source s = source_of({20, 18, 16, frames}, BCCSPLAT_TYPE_F32, moving_wave);
         auto options = sized<bccsplat_writer_options>();
         options.recommended_kernel = kernel, options.lattice = lattice;
         const Written samples = write_frames(device, s, options);
@@ -152,7 +154,7 @@ TEST(Coefficients, GiveTheSameFieldAsSamples) {
 
 TEST(Coefficients, KnowTheirKernelAndReadFewerLayers) {
   const TestDevice device;
-  const Source s = source_of({34, 30, 28, 40}, BCCSPLAT_TYPE_F32, wave);
+  const Source s = source_of({34, 30, 28, 40}, BCCSPLAT_TYPE_F32, moving_wave);
   auto options = sized<bccsplat_writer_options>();
   const Written samples = write_frames(device, s, options);
   options.store = BCCSPLAT_STORE_COEFFICIENTS;
@@ -170,8 +172,9 @@ TEST(Coefficients, KnowTheirKernelAndReadFewerLayers) {
 // What another kernel or a slice across another axis sees of stored coefficients are the samples they give.
 TEST(Coefficients, OtherKernelsAndAxesSeeTheirSamples) {
   const TestDevice device;
-  const Source s = source_of({34, 30, 28, 24}, BCCSPLAT_TYPE_U8,
-                             [](double x, double y, double z, double t) { return 50 * wave(x, y, z, t); });
+  const Source s = source_of({34, 30, 28, 24}, BCCSPLAT_TYPE_U8, [](double x, double y, double z, double t) {
+    return 50 * moving_wave(x, y, z, t);
+  });
   auto options = sized<bccsplat_writer_options>();
   const Written samples = write_frames(device, s, options);
   options.store = BCCSPLAT_STORE_COEFFICIENTS;
@@ -217,7 +220,7 @@ TEST(Coefficients, OfIntegersAreSteps) {
         SCOPED_TRACE("type " + std::to_string(type) + ", lattice " + std::to_string(lattice) + ", frames " +
                      std::to_string(frames));
         Source s = source_of({20, 18, 16, frames}, type, [&](double x, double y, double z, double t) {
-          return (type == BCCSPLAT_TYPE_I16 ? -2000 : 0) + 60 * wave(x, y, z, t);
+          return (type == BCCSPLAT_TYPE_I16 ? -2000 : 0) + 60 * moving_wave(x, y, z, t);
         });
         s.air = type == BCCSPLAT_TYPE_I16 ? -1900 : 0;
         auto options = sized<bccsplat_writer_options>();
@@ -248,7 +251,8 @@ TEST(Coefficients, OfIntegersAreSteps) {
 TEST(Coefficients, KeepHolesAndBounds) {
   const TestDevice device;
   const Source s = source_of({14, 13, 12, 9}, BCCSPLAT_TYPE_F32, [](double x, double y, double z, double t) {
-    return x >= 5 && x < 9 && y > 6 && z > 3 ? std::numeric_limits<double>::quiet_NaN() : wave(x, y, z, t);
+    return x >= 5 && x < 9 && y > 6 && z > 3 ? std::numeric_limits<double>::quiet_NaN()
+                                             : moving_wave(x, y, z, t);
   });
   auto options = sized<bccsplat_writer_options>();
   options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
@@ -280,7 +284,7 @@ TEST(Coefficients, KeepHolesAndBounds) {
 
 TEST(Coefficients, RefuseWhatCannotHoldThem) {
   const TestDevice device;
-  Source s = source_of({9, 8, 7, 5}, BCCSPLAT_TYPE_F32, wave);
+  Source s = source_of({9, 8, 7, 5}, BCCSPLAT_TYPE_F32, moving_wave);
   auto options = sized<bccsplat_writer_options>();
   options.store = BCCSPLAT_STORE_COEFFICIENTS;
   auto channel = sized<bccsplat_channel_options>();

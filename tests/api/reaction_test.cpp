@@ -177,13 +177,13 @@ struct FractionTrace {
   }
 };
 
-struct Cut {
+struct TimedCut {
   const char* name;
   double a, d, e, thickness;
   int32_t slab;
 };
 
-FractionTrace trace_of(const std::string& path, const Cut& cut, int threads) {
+FractionTrace trace_of(const std::string& path, const TimedCut& cut, int threads) {
   const Device device = make_device(threads);
   const Volume volume = open(device, path);
   auto h = sized<bccsplat_hyperplane>();
@@ -202,7 +202,7 @@ FractionTrace trace_of(const std::string& path, const Cut& cut, int threads) {
 // Fractions of slices: they rise with the work that is done and end at 1, once the slice is there. A busy
 // machine stretches some stages more than others, so that the nearest of three runs is judged.
 TEST_F(Reaction, FractionsOfSlices) {
-  constexpr Cut cuts[] = {
+  constexpr TimedCut cuts[] = {
       {"time", 0, 1, -1.5, 0, BCCSPLAT_SLAB_MEAN},
       {"axis", 1, 0, -50.3, 0, BCCSPLAT_SLAB_MEAN},
       {"oblique", 0.02, 1, -2.5, 0, BCCSPLAT_SLAB_MEAN},
@@ -212,7 +212,7 @@ TEST_F(Reaction, FractionsOfSlices) {
   };
   constexpr double furthest = 0.5;
   for (const int threads : {1, 2})
-    for (const Cut& cut : cuts) {
+    for (const TimedCut& cut : cuts) {
       double off = 1;
       for (int run = 0; run < 3 && off >= furthest; ++run) {
         const FractionTrace trace = trace_of(path, cut, threads);

@@ -10,7 +10,7 @@
 namespace bccsplat::test {
 namespace {
 
-double wave(double x, double y, double z, double t) {
+double raised_wave(double x, double y, double z, double t) {
   return 120 + 50 * std::sin(0.5 * x + 0.3 * y) * std::cos(0.4 * z - 0.5 * t) +
          10 * std::sin(0.9 * y + 0.6 * t);
 }
@@ -40,7 +40,7 @@ class Recode : public testing::Test {
   }
 
   const TestDevice device;
-  const Source bytes = source_of({22, 18, 16, 11}, BCCSPLAT_TYPE_U8, wave);
+  const Source bytes = source_of({22, 18, 16, 11}, BCCSPLAT_TYPE_U8, raised_wave);
   const std::string path =
       (std::filesystem::temp_directory_path() / ("recode_" + std::to_string(getpid()) + ".bcc4")).string();
 };
@@ -137,7 +137,7 @@ TEST_F(Recode, RefusesStepsThatDoNotFit) {
 // Halves that are stored as they are, not relative to air, stay so.
 TEST_F(Recode, KeepsHalvesOfTheSource) {
   Source s = source_of({14, 12, 10, 9}, BCCSPLAT_TYPE_F32,
-                       [](double x, double y, double z, double t) { return wave(x, y, z, t) / 300; });
+                       [](double x, double y, double z, double t) { return raised_wave(x, y, z, t) / 300; });
   s.air = 0.3;
   auto channel = sized<bccsplat_channel_options>();
   channel.source_type = BCCSPLAT_TYPE_F16;

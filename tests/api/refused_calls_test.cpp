@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<uint32_t, 3> n{18, 13, 11};
 
-double field_of(double x, double y, double z, double t) {
+double whole_field(double x, double y, double z, double t) {
   return std::round(20 + 9 * std::sin(0.4 * x + 0.3 * t) * std::cos(0.35 * y - 0.2 * z));
 }
 
@@ -18,7 +18,7 @@ std::vector<float> frame_of(uint32_t t) {
   std::vector<float> values;
   for (uint32_t z = 0; z < n[2]; ++z)
     for (uint32_t y = 0; y < n[1]; ++y)
-      for (uint32_t x = 0; x < n[0]; ++x) values.push_back(static_cast<float>(field_of(x, y, z, t)));
+      for (uint32_t x = 0; x < n[0]; ++x) values.push_back(static_cast<float>(whole_field(x, y, z, t)));
   return values;
 }
 
@@ -108,13 +108,13 @@ struct Host {
   int refused = 0;
 };
 
-struct Variant {
+struct CallVariant {
   const char* name;
   bccsplat_writer_options options;
 };
 
-std::vector<Variant> variants() {
-  std::vector<Variant> list;
+std::vector<CallVariant> call_variants() {
+  std::vector<CallVariant> list;
   const auto add = [&](const char* name, const auto& change) {
     auto o = sized<bccsplat_writer_options>();
     for (size_t a = 0; a < 3; ++a) o.dims[a] = n[a];
@@ -135,7 +135,7 @@ std::vector<Variant> variants() {
 
 TEST(RefusedCalls, LeaveAWriterOfFramesAsItWas) {
   const TestDevice device;
-  for (const Variant& v : variants()) {
+  for (const CallVariant& v : call_variants()) {
     SCOPED_TRACE(v.name);
     const auto write = [&](bool meddled) {
       Host host(device, v.options);
@@ -169,7 +169,7 @@ TEST(RefusedCalls, LeaveAWriterOfFramesAsItWas) {
 // What the first frame settles is settled by the first that is taken: here the type of the source.
 TEST(RefusedCalls, TheFirstFrameThatIsTakenSettlesTheType) {
   const TestDevice device;
-  auto o = variants().front().options;
+  auto o = call_variants().front().options;
   o.dims[3] = 3;
   const std::vector<unsigned char> values(size_t{n[0]} * n[1] * n[2], 77);
   const auto write = [&](bool meddled) {
@@ -205,7 +205,7 @@ TEST(RefusedCalls, ChannelsOfAFrameAgree) {
   std::array<bccsplat_channel_options, 2> channels{sized<bccsplat_channel_options>(),
                                                    sized<bccsplat_channel_options>()};
   channels[0].name = "a", channels[1].name = "b";
-  auto o = variants().front().options;
+  auto o = call_variants().front().options;
   o.channels = channels.data(), o.channel_count = 2, o.dims[3] = 12;
   const auto write = [&](bool meddled) {
     Host host(device, o);
@@ -229,7 +229,7 @@ TEST(RefusedCalls, ChannelsOfAFrameAgree) {
 TEST(RefusedCalls, LeaveAWriterOfLayersAsItWas) {
   const TestDevice device;
   for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS}) {
-    auto o = variants().front().options;
+    auto o = call_variants().front().options;
     o.dims[3] = 9, o.store = store;
     o.lowpass = store == BCCSPLAT_STORE_SAMPLES; // of no use to layers
     const auto write = [&](bool meddled) {
@@ -277,13 +277,13 @@ TEST(RefusedCalls, LeaveAWriterOfLayersAsItWas) {
 
 int32_t steady(void*, uint64_t count, const double* at, float* values) {
   for (uint64_t i = 0; i < count; ++i)
-    values[i] = static_cast<float>(field_of(at[4 * i], at[4 * i + 1], at[4 * i + 2], at[4 * i + 3]));
+    values[i] = static_cast<float>(whole_field(at[4 * i], at[4 * i + 1], at[4 * i + 2], at[4 * i + 3]));
   return 0;
 }
 
 TEST(RefusedCalls, AFieldIsOneOfItsChannel) {
   const TestDevice device;
-  auto o = variants().front().options;
+  auto o = call_variants().front().options;
   o.dims[3] = 6, o.measure = BCCSPLAT_MEASURE_ALL;
   const auto write = [&](bool meddled) {
     Host host(device, o);
@@ -308,7 +308,7 @@ TEST(RefusedCalls, AFieldIsOneOfItsChannel) {
 // Layers cannot be measured, which is found out with the first of them: frames may come instead.
 TEST(RefusedCalls, LayersThatCannotBeMeasuredGiveWayToFrames) {
   const TestDevice device;
-  auto o = variants().front().options;
+  auto o = call_variants().front().options;
   o.dims[3] = 4, o.abs_error = 0.5;
   Host host(device, o);
   auto g = sized<bccsplat_layer_geometry>();
@@ -327,7 +327,7 @@ TEST(RefusedCalls, LayersThatCannotBeMeasuredGiveWayToFrames) {
 // A field that gives up ends the writer, as the header says.
 TEST(RefusedCalls, WhatFailsInTheWorkEndsTheWriter) {
   const TestDevice device;
-  auto o = variants().front().options;
+  auto o = call_variants().front().options;
   o.dims[3] = 6;
   Host host(device, o);
   const auto give_up = [](void*, uint64_t, const double*, float*) -> int32_t { return 1; };

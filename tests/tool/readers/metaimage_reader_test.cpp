@@ -10,7 +10,7 @@
 namespace bcc4::test {
 namespace {
 
-const std::string header =
+const std::string mha_header =
     "ObjectType = Image\nNDims = 4\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
     "CompressedData = False\nDimSize = 2 3 4 5\nElementType = MET_SHORT\n";
 
@@ -42,15 +42,15 @@ TEST(MetaImageReader, ReadsAttachedDetachedCompressedAndTextAlike) {
   for (const int16_t v : ramp()) text += std::to_string(v) + " ";
   s.file("d.raw", raw);
   s.file("d.zraw", deflated(raw));
-  const std::string zip = replaced(header, "CompressedData = False", "CompressedData = True");
+  const std::string zip = replaced(mha_header, "CompressedData = False", "CompressedData = True");
   const std::vector<std::string> files{
-      s.file("a.mha", header + "ElementDataFile = LOCAL\n" + raw),
-      s.file("b.mhd", header + "ElementDataFile = d.raw\n"),
+      s.file("a.mha", mha_header + "ElementDataFile = LOCAL\n" + raw),
+      s.file("b.mhd", mha_header + "ElementDataFile = d.raw\n"),
       s.file("c.mhd", zip + "ElementDataFile = d.zraw\n"),
       s.file("d.mha", zip + "ElementDataFile = LOCAL\n" + deflated(raw)),
-      s.file("e.mha", replaced(header, "ByteOrderMSB = False", "ByteOrderMSB = True") +
+      s.file("e.mha", replaced(mha_header, "ByteOrderMSB = False", "ByteOrderMSB = True") +
                           "ElementDataFile = LOCAL\n" + bytes_of(ramp(), true)),
-      s.file("f.mha", replaced(header, "BinaryData = True", "BinaryData = False") +
+      s.file("f.mha", replaced(mha_header, "BinaryData = True", "BinaryData = False") +
                           "ElementDataFile = LOCAL\n" + text)};
   for (const std::string& file : files) {
     const auto reader = open_series(inputs({file}));
@@ -66,7 +66,7 @@ TEST(MetaImageReader, ReadsAttachedDetachedCompressedAndTextAlike) {
 
 TEST(MetaImageReader, PlacesTheGridInTheWorldAndTime) {
   Scratch s;
-  const std::string file = s.file("a.mha", header +
+  const std::string file = s.file("a.mha", mha_header +
                                                "ElementSpacing = 2 3 4 0.5\nOffset = 10 20 30 7\n"
                                                "TransformMatrix = 0 1 0 0  -1 0 0 0  0 0 1 0  0 0 0 1\n"
                                                "AnatomicalOrientation = RAI\nElementDataFile = LOCAL\n" +
@@ -87,13 +87,13 @@ TEST(MetaImageReader, TakesFilesOneByOneByListAndByNumber) {
     part = {part.begin() + 24 * i, part.begin() + 24 * (i + 1)};
     s.file("slice" + std::to_string(i + 1) + ".raw", bytes_of(part));
     s.file("step" + std::to_string(i) + ".mha",
-           replaced(replaced(header, "NDims = 4", "NDims = 3"), "2 3 4 5", "2 3 4") +
+           replaced(replaced(mha_header, "NDims = 4", "NDims = 3"), "2 3 4 5", "2 3 4") +
                "ElementDataFile = LOCAL\n" + bytes_of(part));
   }
   const std::string list =
-      s.file("list.mhd", header + "ElementDataFile = LIST\nslice1.raw\nslice2.raw\nslice3.raw\n"
-                                  "slice4.raw\nslice5.raw\n");
-  const std::string numbered = s.file("numbered.mhd", header + "ElementDataFile = slice%d.raw 1 5 1\n");
+      s.file("list.mhd", mha_header + "ElementDataFile = LIST\nslice1.raw\nslice2.raw\nslice3.raw\n"
+                                      "slice4.raw\nslice5.raw\n");
+  const std::string numbered = s.file("numbered.mhd", mha_header + "ElementDataFile = slice%d.raw 1 5 1\n");
   for (const std::string& input : {list, numbered, s.path("step#.mha")}) {
     const auto reader = open_series(inputs({input}));
     ASSERT_EQ(reader->description().dims[3], 5u) << input;
@@ -105,7 +105,7 @@ TEST(MetaImageReader, TakesFilesOneByOneByListAndByNumber) {
 TEST(MetaImageReader, GivesComponentsAsChannels) {
   Scratch s;
   const std::string file =
-      s.file("a.mha", replaced(header, "2 3 4 5", "2 3 4 1") +
+      s.file("a.mha", replaced(mha_header, "2 3 4 5", "2 3 4 1") +
                           "ElementNumberOfChannels = 5\nElementDataFile = LOCAL\n" + bytes_of(ramp()));
   const auto reader = open_series(inputs({file}));
   ASSERT_EQ(reader->description().channels.size(), 5u);
@@ -123,23 +123,25 @@ TEST(MetaImageReader, RefusesWhatItCannotTrust) {
   const auto refused = [&](const std::string& content) {
     return refusal(inputs({s.file("x.mha", content)}));
   };
-  EXPECT_REFUSED(refused(header + "ElementDataFile = ../secret.raw\n"), Exit::bad_input, "own folder");
-  EXPECT_REFUSED(refused(header + "ElementDataFile = /etc/passwd\n"), Exit::bad_input, "own folder");
-  EXPECT_REFUSED(refused(header + "ElementDataFile = LOCAL\n" + raw.substr(2)), Exit::bad_input, "x.mha");
-  EXPECT_REFUSED(refused(header), Exit::bad_input, "ElementDataFile");
-  EXPECT_REFUSED(refused(replaced(header, "MET_SHORT", "MET_SHORT_ARRAY") + tail), Exit::bad_input,
+  EXPECT_REFUSED(refused(mha_header + "ElementDataFile = ../secret.raw\n"), Exit::bad_input, "own folder");
+  EXPECT_REFUSED(refused(mha_header + "ElementDataFile = /etc/passwd\n"), Exit::bad_input, "own folder");
+  EXPECT_REFUSED(refused(mha_header + "ElementDataFile = LOCAL\n" + raw.substr(2)), Exit::bad_input, "x.mha");
+  EXPECT_REFUSED(refused(mha_header), Exit::bad_input, "ElementDataFile");
+  EXPECT_REFUSED(refused(replaced(mha_header, "MET_SHORT", "MET_SHORT_ARRAY") + tail), Exit::bad_input,
                  "MET_SHORT_ARRAY");
-  EXPECT_REFUSED(refused(replaced(header, "2 3 4 5", "2 3 4") + tail), Exit::bad_input, "NDims");
-  EXPECT_REFUSED(refused(replaced(header, "2 3 4 5", "0 3 4 5") + tail), Exit::bad_input, "no samples");
-  EXPECT_REFUSED(refused(replaced(header, "2 3 4 5", "2147483647 2147483647 4 5") + tail), Exit::bad_input,
-                 "too many");
-  EXPECT_REFUSED(refused(replaced(header, "NDims = 4", "NDims = 77") + tail), Exit::bad_input, "NDims 77");
-  EXPECT_REFUSED(refused(replaced(header, "Image\n", "Tube\n") + tail), Exit::bad_input, "Tube");
-  EXPECT_REFUSED(refused(header + "ElementSpacing = 1 0 1 1\n" + tail), Exit::bad_input, "--spacing");
-  EXPECT_REFUSED(refused(header + "ElementSpacing = 1 nan 1 1\n" + tail), Exit::bad_input, "line 8");
-  EXPECT_REFUSED(refused(header + "ElementDataFile = s%d.raw -9223372036854775808 9223372036854775807 1\n"),
-                 Exit::bad_input, "first, last, step");
-  EXPECT_REFUSED(refused(replaced(header, "CompressedData = False", "CompressedData = True") + tail),
+  EXPECT_REFUSED(refused(replaced(mha_header, "2 3 4 5", "2 3 4") + tail), Exit::bad_input, "NDims");
+  EXPECT_REFUSED(refused(replaced(mha_header, "2 3 4 5", "0 3 4 5") + tail), Exit::bad_input, "no samples");
+  EXPECT_REFUSED(refused(replaced(mha_header, "2 3 4 5", "2147483647 2147483647 4 5") + tail),
+                 Exit::bad_input, "too many");
+  EXPECT_REFUSED(refused(replaced(mha_header, "NDims = 4", "NDims = 77") + tail), Exit::bad_input,
+                 "NDims 77");
+  EXPECT_REFUSED(refused(replaced(mha_header, "Image\n", "Tube\n") + tail), Exit::bad_input, "Tube");
+  EXPECT_REFUSED(refused(mha_header + "ElementSpacing = 1 0 1 1\n" + tail), Exit::bad_input, "--spacing");
+  EXPECT_REFUSED(refused(mha_header + "ElementSpacing = 1 nan 1 1\n" + tail), Exit::bad_input, "line 8");
+  EXPECT_REFUSED(
+      refused(mha_header + "ElementDataFile = s%d.raw -9223372036854775808 9223372036854775807 1\n"),
+      Exit::bad_input, "first, last, step");
+  EXPECT_REFUSED(refused(replaced(mha_header, "CompressedData = False", "CompressedData = True") + tail),
                  Exit::bad_input, "x.mha");
 }
 

@@ -61,7 +61,7 @@ std::string vti(const std::string& array, const std::string& root = "", const st
          array + "</PointData>\n<CellData></CellData>\n</Piece>\n</ImageData>\n" + after + "</VTKFile>\n";
 }
 
-void expect_counting(const std::string& path) {
+void expect_counting_file(const std::string& path) {
   const auto reader = open_series(inputs({path}));
   ASSERT_EQ(reader->description().dims, (std::array<uint64_t, 4>{2, 3, 4, 1}));
   const auto v = dense(*reader, 0);
@@ -74,34 +74,36 @@ TEST(VtiReader, ReadsEveryKindOfData) {
   Scratch s;
   std::string text;
   for (const float v : counting()) text += concat(v, " ");
-  expect_counting(s.file("ascii.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"ascii\">\n" +
-                                          text + "</DataArray>")));
+  expect_counting_file(s.file("ascii.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"ascii\">\n" +
+                                               text + "</DataArray>")));
 
   const std::string data = bytes_of(counting());
   const std::string plain = u32({96}) + data;
-  expect_counting(s.file("binary.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">\n " +
-                                           base64(plain) + "\n</DataArray>")));
+  expect_counting_file(
+      s.file("binary.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">\n " +
+                               base64(plain) + "\n</DataArray>")));
   const std::string wide = bytes_of(std::vector<uint64_t>{96}) + data;
-  expect_counting(s.file("wide.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">" +
-                                             base64(wide) + "</DataArray>",
-                                         "byte_order=\"LittleEndian\" header_type=\"UInt64\"")));
+  expect_counting_file(s.file("wide.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">" +
+                                                  base64(wide) + "</DataArray>",
+                                              "byte_order=\"LittleEndian\" header_type=\"UInt64\"")));
   const std::string big = u32({96}, true) + bytes_of(counting(), true);
   const std::string reference = "<DataArray type=\"Float32\" Name=\"d\" format=\"appended\" offset=\"0\"/>";
-  expect_counting(s.file("big.vti", vti(reference, "byte_order=\"BigEndian\"",
-                                        "<AppendedData encoding=\"raw\">\n _" + big + "\n</AppendedData>")));
-  expect_counting(s.file(
+  expect_counting_file(
+      s.file("big.vti", vti(reference, "byte_order=\"BigEndian\"",
+                            "<AppendedData encoding=\"raw\">\n _" + big + "\n</AppendedData>")));
+  expect_counting_file(s.file(
       "appended64.vti",
       vti(reference, "", "<AppendedData encoding=\"base64\">\n_" + base64(plain) + "\n</AppendedData>")));
 
   std::string sizes;
   const std::string packed = blocks(data, 40, sizes);
   const std::string zlib = "compressor=\"vtkZLibDataCompressor\"";
-  expect_counting(
+  expect_counting_file(
       s.file("zlib.vti",
              vti(reference, zlib, "<AppendedData encoding=\"raw\">_" + sizes + packed + "</AppendedData>")));
-  expect_counting(s.file("zlib64.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">" +
-                                               base64(sizes) + base64(packed) + "</DataArray>",
-                                           zlib)));
+  expect_counting_file(s.file("zlib64.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">" +
+                                                    base64(sizes) + base64(packed) + "</DataArray>",
+                                                zlib)));
 }
 
 TEST(VtiReader, PlacesCellsAtTheirCentres) {
