@@ -77,7 +77,7 @@ std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledS
   Scene s = splat_scene(scene, sampled, camera);
   s.camera = strided_camera(camera, size, stride);
   const Affine3& to_index = sampled.slice.lattice_to_slice;
-  const Field field = [&](const Vec3& p, Vec3* gradient) {
+  const bccsplat::Field field = [&](const Vec3& p, Vec3* gradient) {
     const double value = scene.field(to_index.point(p), gradient);
     if (gradient) *gradient = to_index.transposed(*gradient);
     return value;

@@ -10,6 +10,7 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
+#include "tests/bench/fit/fit_source.h"
 #include "tests/bench/paper/paper.h"
 #include "tests/support/fields.h"
 
@@ -18,7 +19,6 @@ namespace {
 
 using test::TestContext;
 
-constexpr uint64_t cache = 4ull << 30;
 constexpr std::array<int32_t, 3> leads{0, 2, 4};
 
 struct Known {
@@ -28,16 +28,16 @@ struct Known {
 };
 
 // Times from an end; `random`: anywhere in the frame that follows.
-struct Place {
+struct EndPlace {
   const char* name;
   double from;
   bool random;
 };
-constexpr Place places[] = {{"t = 0", 0, false}, {"t = .5", 0.5, false}, {"t 0..1", 0, true},
-                            {"t 1..2", 1, true}, {"t 2..3", 2, true},    {"t 3..4", 3, true},
-                            {"inside", 11, true}};
+constexpr EndPlace end_places[] = {{"t = 0", 0, false}, {"t = .5", 0.5, false}, {"t 0..1", 0, true},
+                                   {"t 1..2", 1, true}, {"t 2..3", 2, true},    {"t 3..4", 3, true},
+                                   {"inside", 11, true}};
 
-MemorySamples fitted(const FitSource& source, int32_t lead, uint64_t* kept = nullptr) {
+MemorySamples fitted_with_lead(const FitSource& source, int32_t lead, uint64_t* kept = nullptr) {
   FitOptions options;
   options.lead = lead;
   std::vector<std::vector<BrickLayer>> layers(1);
@@ -50,7 +50,7 @@ MemorySamples fitted(const FitSource& source, int32_t lead, uint64_t* kept = nul
 std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::array<uint32_t, 4>& dims,
                               size_t count, const Context& context) {
   std::vector<double> db;
-  for (const Place& place : places) {
+  for (const EndPlace& place : end_places) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> unit(0, 1);
     std::vector<Vec4> points;
@@ -84,8 +84,8 @@ std::vector<double> noise_at(const Coefficients& c, const std::array<uint32_t, 4
   return power;
 }
 
-FitSource sampled(const std::array<uint32_t, 4>& dims, const std::function<double(const Vec4&)>& field,
-                  const std::string& name) {
+FitSource sampled_source(const std::array<uint32_t, 4>& dims, const std::function<double(const Vec4&)>& field,
+                         const std::string& name) {
   FitSeries s{dims, {}};
   for (uint32_t t = 0; t < dims[3]; ++t)
     for (uint32_t z = 0; z < dims[2]; ++z)
@@ -98,11 +98,11 @@ FitSource sampled(const std::array<uint32_t, 4>& dims, const std::function<doubl
 void add_row(std::vector<Row>& rows, const std::string& name, const std::string& beyond,
              const std::vector<double>& v, int digits) {
   Row row{word("series", name), word("beyond the ends", beyond)};
-  for (size_t i = 0; i < v.size(); ++i) row.push_back(figure(places[i].name, v[i], digits));
+  for (size_t i = 0; i < v.size(); ++i) row.push_back(figure(end_places[i].name, v[i], digits));
   rows.push_back(row);
 }
 
-std::string name_of(int32_t lead) {
+std::string lead_name(int32_t lead) {
   return lead == 0 ? std::string("mirrored") : concat(lead, " layers predicted");
 }
 
@@ -126,11 +126,11 @@ void report_ends(const Report& report) {
                    0});
   std::vector<Row> rows, noise;
   for (const Known& k : known) {
-    const FitSource source = sampled(dims, k.field, k.name);
+    const FitSource source = sampled_source(dims, k.field, k.name);
     for (const int32_t lead : leads) {
-      const MemorySamples samples = fitted(source, lead);
-      const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-      add_row(rows, k.name, name_of(lead), errors_at(c, k, dims, count, context.get()), 1);
+      const MemorySamples samples = fitted_with_lead(source, lead);
+      const Coefficients c(samples, 0, make_kernel("default"), 0, fit_cache);
+      add_row(rows, k.name, lead_name(lead), errors_at(c, k, dims, count, context.get()), 1);
     }
   }
   std::mt19937 random(3);
@@ -140,9 +140,9 @@ void report_ends(const Report& report) {
     white.values.push_back(static_cast<float>(normal(random)));
   const FitSource source = source_of<float>(white, SourceType::f32, 1, "white noise");
   for (const int32_t lead : leads) {
-    const MemorySamples samples = fitted(source, lead);
-    const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-    add_row(noise, source.name, name_of(lead), noise_at(c, dims, count, context.get()), 2);
+    const MemorySamples samples = fitted_with_lead(source, lead);
+    const Coefficients c(samples, 0, make_kernel("default"), 0, fit_cache);
+    add_row(noise, source.name, lead_name(lead), noise_at(c, dims, count, context.get()), 2);
   }
   report.table("the ends of time: SNR dB (blob: PSNR), default kernel, through the import, both ends", rows);
   std::vector<Row> few;
@@ -151,11 +151,11 @@ void report_ends(const Report& report) {
       const test::PlaneWaves waves(60, rho, 17);
       const Known k{concat(frames, " frames, waves, rho ", rho), waves, 1};
       const std::array<uint32_t, 4> short_dims{dims[0], dims[1], dims[2], frames};
-      const FitSource series = sampled(short_dims, k.field, k.name);
+      const FitSource series = sampled_source(short_dims, k.field, k.name);
       for (const int32_t lead : leads) {
-        const MemorySamples samples = fitted(series, lead);
-        const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-        add_row(few, k.name, name_of(lead), errors_at(c, k, short_dims, count, context.get()), 1);
+        const MemorySamples samples = fitted_with_lead(series, lead);
+        const Coefficients c(samples, 0, make_kernel("default"), 0, fit_cache);
+        add_row(few, k.name, lead_name(lead), errors_at(c, k, short_dims, count, context.get()), 1);
       }
     }
   report.table("the ends of time: SNR dB of short series", few);
@@ -168,9 +168,9 @@ void report_ends(const FitSource& source, const Report& report) {
   const double n = source.dims[3];
   for (const int32_t lead : leads) {
     uint64_t kept = 0;
-    const MemorySamples samples = fitted(source, lead, &kept);
-    const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-    Row row{word("series", source.name), word("beyond the ends", name_of(lead)),
+    const MemorySamples samples = fitted_with_lead(source, lead, &kept);
+    const Coefficients c(samples, 0, make_kernel("default"), 0, fit_cache);
+    Row row{word("series", source.name), word("beyond the ends", lead_name(lead)),
             figure("sites kept", static_cast<double>(kept), 0)};
     for (const double at : {0.0, 1.0, 2.0, 3.0, std::floor(n / 2), n - 4, n - 3, n - 2, n - 1}) {
       const std::vector<float> truth = source.frame(static_cast<uint32_t>(at));

@@ -24,13 +24,12 @@ namespace {
 using test::TestContext;
 using Gradient = std::array<float, 4>;
 
-constexpr uint64_t cache = 4ull << 30;
 constexpr uint32_t around = 11; // of a real set around a box: another lattice than with planes outside
 
 // How the field goes on beyond the faces: planes of the lattice outside, 0: mirrored.
 constexpr int32_t candidates[] = {0, 2};
 
-std::string name_of(int32_t margin) {
+std::string margin_name(int32_t margin) {
   return margin == 0 ? "mirrored" : concat("predicted, ", margin, " planes outside");
 }
 
@@ -46,7 +45,7 @@ struct Fitted {
 
   [[nodiscard]] Values at(std::span<const Vec4> points) const {
     TestContext context;
-    const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
+    const Coefficients c(samples, 0, make_kernel("default"), 0, fit_cache);
     Values v{std::vector<float>(points.size()), std::vector<Gradient>(points.size())};
     (void)evaluate4(c, points, v.value, v.gradient, context.get());
     return v;
@@ -62,14 +61,14 @@ Fitted fitted(const FitSeries& s, int32_t margin) {
 }
 
 // Distances from a face, of an edge from both its faces, of a corner from three.
-struct Place {
+struct FacePlace {
   const char* name;
   int faces;
   double from, span;
 };
-constexpr Place places[] = {{"face: 0", 1, 0, 0},   {"0.5", 1, 0.5, 0},       {"0..1", 1, 0, 1},
-                            {"1..2", 1, 1, 1},      {"2..3", 1, 2, 1},        {"3..4", 1, 3, 1},
-                            {"edge 0..1", 2, 0, 1}, {"corner 0..1", 3, 0, 1}, {"inside", 0, 0, 0}};
+constexpr FacePlace face_places[] = {{"face: 0", 1, 0, 0},   {"0.5", 1, 0.5, 0},       {"0..1", 1, 0, 1},
+                                     {"1..2", 1, 1, 1},      {"2..3", 1, 2, 1},        {"3..4", 1, 3, 1},
+                                     {"edge 0..1", 2, 0, 1}, {"corner 0..1", 3, 0, 1}, {"inside", 0, 0, 0}};
 
 struct Domain {
   std::array<uint32_t, 4> dims;
@@ -77,7 +76,7 @@ struct Domain {
   bool moves = true;
 };
 
-std::vector<Vec4> points_of(const Domain& d, const Place& place, size_t count) {
+std::vector<Vec4> points_of(const Domain& d, const FacePlace& place, size_t count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<Vec4> points(count);
@@ -96,12 +95,12 @@ std::vector<Vec4> points_of(const Domain& d, const Place& place, size_t count) {
   return points;
 }
 
-struct Snr {
+struct FaceSnr {
   double value, gradient, largest;
 };
 
 // peak 0: over the mean square of the truth there; else over the square of the peak (values alone).
-Snr compare(const Values& got, const Values& truth, double peak, bool moves) {
+FaceSnr compare(const Values& got, const Values& truth, double peak, bool moves) {
   double error = 0, power = 0, steep_error = 0, steep = 0, largest = 0;
   for (size_t i = 0; i < got.value.size(); ++i) {
     const double t = static_cast<double>(truth.value[i]), e = static_cast<double>(got.value[i]) - t;
@@ -122,21 +121,21 @@ void add_rows(Tables& tables, const std::string& name, const Domain& domain, dou
               const std::function<Fitted(int32_t)>& fit, size_t count) {
   std::vector<std::vector<Vec4>> points;
   std::vector<Values> wanted;
-  for (const Place& place : places) {
+  for (const FacePlace& place : face_places) {
     points.push_back(points_of(domain, place, count));
     wanted.push_back(truth(points.back()));
   }
   for (const int32_t margin : candidates) {
     const Fitted field = fit(margin);
-    Row value{word("series", name), word("beyond the faces", name_of(margin))}, gradient = value;
-    for (size_t i = 0; i < std::size(places); ++i) {
-      if (static_cast<size_t>(places[i].faces) > domain.axes.size()) {
-        value.push_back(word(places[i].name, "-")), gradient.push_back(word(places[i].name, "-"));
+    Row value{word("series", name), word("beyond the faces", margin_name(margin))}, gradient = value;
+    for (size_t i = 0; i < std::size(face_places); ++i) {
+      if (static_cast<size_t>(face_places[i].faces) > domain.axes.size()) {
+        value.push_back(word(face_places[i].name, "-")), gradient.push_back(word(face_places[i].name, "-"));
         continue;
       }
-      const Snr snr = compare(field.at(points[i]), wanted[i], peak, domain.moves);
-      value.push_back(figure(places[i].name, snr.value, 1));
-      gradient.push_back(figure(places[i].name, snr.gradient, 1));
+      const FaceSnr snr = compare(field.at(points[i]), wanted[i], peak, domain.moves);
+      value.push_back(figure(face_places[i].name, snr.value, 1));
+      gradient.push_back(figure(face_places[i].name, snr.gradient, 1));
     }
     tables.values.push_back(value), tables.gradients.push_back(gradient);
   }
@@ -201,7 +200,7 @@ void report_cloud(const Report& report) {
       double& most = largest[out < 2 ? 0 : out < 4 ? 1 : 2];
       most = std::max(most, std::fabs(static_cast<double>(v.value[i])));
     }
-    rows.push_back({word("beyond the faces", name_of(margin)),
+    rows.push_back({word("beyond the faces", margin_name(margin)),
                     figure("air, 0..2 from the rim", largest[0], 5), figure("2..4", largest[1], 5),
                     figure("further", largest[2], 5)});
   }
@@ -250,11 +249,11 @@ void report_cost(const Report& report) {
   report.table("planes outside: what they take (ratios to mirrored)", rows);
 }
 
-struct RealSet {
+struct BoxedSet {
   PaperSet set;
   std::array<uint32_t, 4> first, dims; // a box of it and what is around
 };
-constexpr RealSet real_sets[] = {
+constexpr BoxedSet real_sets[] = {
     {{"fingers", "viscous_fingers_run01_64x64x64x99_u16.nrrd", "", "", true},
      {0, 0, 0, 40},
      {64, 64, 64, 14}},
@@ -301,7 +300,7 @@ void report_faces(const Report& report) {
 
 void report_faces(const std::string& folder, const Report& report) {
   Tables tables;
-  for (const RealSet& real : real_sets) {
+  for (const BoxedSet& real : real_sets) {
     const auto source = load_paper_set(real.set, folder);
     if (!source) continue;
     Domain domain{real.dims, {}, real.dims[3] > 1};

@@ -13,7 +13,7 @@
 
 namespace bccsplat::bench {
 
-PlaneWaves::PlaneWaves(double rho, int count, uint32_t seed) {
+SeriesWaves::SeriesWaves(double rho, int count, uint32_t seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -31,7 +31,7 @@ PlaneWaves::PlaneWaves(double rho, int count, uint32_t seed) {
   }
 }
 
-std::vector<double> PlaneWaves::on_grid(const std::array<std::vector<double>, 4>& coordinates) const {
+std::vector<double> SeriesWaves::on_grid(const std::array<std::vector<double>, 4>& coordinates) const {
   using Complex = std::complex<double>;
   const size_t waves = vector.size();
   std::array<std::vector<Complex>, 4> factor; // [axis][coordinate * waves + wave]
@@ -95,7 +95,7 @@ FitSeries smoke_like(const std::array<uint32_t, 4>& dims) {
 }
 
 double sample_psnr(Filter filter, double rho, const std::array<uint32_t, 4>& dims, int waves, uint32_t seed) {
-  const PlaneWaves field(rho, waves, seed);
+  const SeriesWaves field(rho, waves, seed);
   std::array<std::vector<double>, 4> grid;
   for (size_t a = 0; a < 4; ++a)
     for (uint32_t i = 0; i < dims[a]; ++i) grid[a].push_back(i);

@@ -18,11 +18,11 @@ struct FitSeries {
 };
 
 // A sum of 4D plane waves whose wave vectors are uniform in the ball |w| <= rho * pi / T.
-struct PlaneWaves {
+struct SeriesWaves {
   std::vector<std::array<double, 4>> vector;
   std::vector<double> phase;
 
-  PlaneWaves(double rho, int count, uint32_t seed);
+  SeriesWaves(double rho, int count, uint32_t seed);
   // Values at the points of a tensor grid given by its coordinates per axis, x fastest.
   [[nodiscard]] std::vector<double> on_grid(const std::array<std::vector<double>, 4>& coordinates) const;
 };

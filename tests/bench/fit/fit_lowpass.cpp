@@ -110,7 +110,7 @@ void report_lowpass(const Report& report) {
       if (!lowpass) plain_time = time;
       Row row{word("series", s->name), word("low-pass", lowpass ? "yes" : "no")};
       for (const double rho : {0.5, 0.7, 0.9}) {
-        const PlaneWaves waves(rho, report.quick ? 20 : 60, 9);
+        const SeriesWaves waves(rho, report.quick ? 20 : 60, 9);
         std::vector<std::array<double, 4>> f = waves.vector;
         for (auto& v : f)
           for (double& w : v) w /= std::numbers::pi;

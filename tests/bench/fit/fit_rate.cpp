@@ -36,7 +36,7 @@ double psnr_of(double squares, double count, double peak) {
   return 20 * std::log10(peak / std::sqrt(squares / count));
 }
 
-std::string kib(uint64_t bytes) { return number(static_cast<double>(bytes) / 1024, 1); }
+std::string whole_kib(uint64_t bytes) { return number(static_cast<double>(bytes) / 1024, 1); }
 
 // PSNR of a curve at some number of bytes, straight between its points in log bytes; NaN outside.
 double at_bytes(const std::vector<RatePoint>& curve, uint64_t bytes) {
@@ -187,7 +187,8 @@ void report_rates(const FitSource& source, const Report& report) {
         return lattice && std::isfinite(other) ? number(p.psnr - other, 1) : std::string("-");
       };
       rows.push_back(
-          {word("stored", c.name), figure("step / range", steps[i] / peak, 5), word("KiB", kib(p.bytes)),
+          {word("stored", c.name), figure("step / range", steps[i] / peak, 5),
+           word("KiB", whole_kib(p.bytes)),
            figure("ratio", static_cast<double>(source.bytes.size()) / static_cast<double>(p.bytes), 1),
            figure("PSNR dB", p.psnr, 1), figure("largest / range", p.largest / peak, 4),
            figure("kept % of relevant", p.kept_percent, 1), word("dB over dropping, linear", ahead(0)),
@@ -216,7 +217,7 @@ void report_rates(const FitSource& source, const Report& report) {
       const double ratio = static_cast<double>(source.bytes.size()) / static_cast<double>(p.bytes);
       series.points.push_back({part, ratio});
       rows.push_back({figure("bound / range", part, 3), word("lattice", series.title),
-                      word("KiB", kib(p.bytes)), figure("ratio", ratio, 1),
+                      word("KiB", whole_kib(p.bytes)), figure("ratio", ratio, 1),
                       figure("largest / bound", p.largest / bound, 3), figure("PSNR dB", p.psnr, 1)});
     }
     bounds.series.push_back(std::move(series));

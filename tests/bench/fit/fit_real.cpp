@@ -44,7 +44,7 @@ struct RealSet {
 FitSource ellipsoid(const std::string& name, const std::array<uint32_t, 4>& dims,
                     const std::array<double, 4>& rho) {
   constexpr int waves = 60;
-  PlaneWaves field(1, waves, 5);
+  SeriesWaves field(1, waves, 5);
   for (auto& v : field.vector)
     for (size_t a = 0; a < 4; ++a) v[a] *= rho[a];
   std::array<std::vector<double>, 4> grid;

@@ -17,6 +17,9 @@
 
 namespace bccsplat::bench {
 
+// Bytes in which the coefficients of any of them have room.
+inline constexpr uint64_t fit_cache = uint64_t{4} << 30;
+
 struct FitSource {
   std::string name;
   std::array<uint32_t, 4> dims{1, 1, 1, 1};

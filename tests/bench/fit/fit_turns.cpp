@@ -61,16 +61,17 @@ class TurningWaves {
 
 enum class Way { mirrored, predicted, periodic };
 constexpr Way ways[] = {Way::mirrored, Way::predicted, Way::periodic};
-const char* name_of(Way way) {
+const char* way_name(Way way) {
   return way == Way::mirrored ? "mirrored" : way == Way::predicted ? "predicted" : "periodic";
 }
 
-struct Place {
+struct TurnPlace {
   const char* name;
   double from, span; // from either end; below 0: between the last sample and the first, or the last two
 };
-constexpr Place places[] = {{"at 0", 0, 0}, {"at 0.5", 0.5, 0},       {"0..1", 0, 1},   {"1..2", 1, 1},
-                            {"2..3", 2, 1}, {"last to first", -1, 1}, {"inside", 10, 1}};
+constexpr TurnPlace turn_places[] = {{"at 0", 0, 0},   {"at 0.5", 0.5, 0}, {"0..1", 0, 1},
+                                     {"1..2", 1, 1},   {"2..3", 2, 1},     {"last to first", -1, 1},
+                                     {"inside", 10, 1}};
 
 struct Turn {
   std::array<uint32_t, 4> dims;
@@ -108,7 +109,7 @@ std::vector<std::byte> stored(const TurningWaves& waves, const Turn& turn, Way w
 }
 
 // In the middle of the other axes.
-std::vector<Vec4> points_of(const Turn& turn, const Place& place, bool periodic, size_t count) {
+std::vector<Vec4> points_of_turn(const Turn& turn, const TurnPlace& place, bool periodic, size_t count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<Vec4> points(count);
@@ -132,8 +133,8 @@ struct Snr {
   double value, gradient;
 };
 
-Snr compare(const Coefficients& field, const TurningWaves& waves, const std::vector<Vec4>& points,
-            const Context& context) {
+Snr compare_turns(const Coefficients& field, const TurningWaves& waves, const std::vector<Vec4>& points,
+                  const Context& context) {
   std::vector<float> values(points.size());
   std::vector<std::array<float, 4>> gradients(points.size());
   (void)evaluate4(field, points, values, gradients, context);
@@ -167,13 +168,13 @@ void report_turns(size_t axis, const Report& report) {
       const std::shared_ptr<Bcc4Reader> reader = Bcc4Reader::open(open_memory_source(file));
       const Bcc4Samples samples(reader, context.memory, 256 << 20, RelativeTo::base);
       const Coefficients field(samples, 0, make_kernel("default"), 0, 4ull << 30);
-      Row value{word("waves", concat("rho ", rho)), word("ends", name_of(way)),
+      Row value{word("waves", concat("rho ", rho)), word("ends", way_name(way)),
                 figure("KiB", static_cast<double>(file.size()) / 1024, 0)};
       Row gradient{value[0], value[1]};
-      for (const Place& place : places) {
-        const Snr snr =
-            compare(field, waves, points_of(turn, place, way == Way::periodic, report.quick ? 600 : 3000),
-                    context.get());
+      for (const TurnPlace& place : turn_places) {
+        const Snr snr = compare_turns(
+            field, waves, points_of_turn(turn, place, way == Way::periodic, report.quick ? 600 : 3000),
+            context.get());
         value.push_back(figure(place.name, snr.value, 1));
         gradient.push_back(figure(place.name, snr.gradient, 1));
       }

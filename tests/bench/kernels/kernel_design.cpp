@@ -15,7 +15,7 @@
 namespace bccsplat::bench {
 namespace {
 
-using Vector = std::vector<double>;
+using Parameters = std::vector<double>;
 
 // Per stage: weights of 1 - mean of S, T, ST, X of the coefficients (their own weight being 1), then of 1,
 // and of 1 - mean of S, T, ST of the samples. A constant passes with the sum of ones and sources; the whole
@@ -43,7 +43,7 @@ struct Model {
   }
 
   // The response of the whole at a frequency, and its derivatives by all parameters (0 for those not free).
-  double response(const Vector& p, const NeighbourMeans& means, Vector* gradient) const {
+  double response(const Parameters& p, const NeighbourMeans& means, Parameters* gradient) const {
     const double s = 1 - means.spatial, t = 1 - means.temporal, x = 1 - means.cross;
     const double st = 1 - means.spatial * means.temporal;
     std::array<double, max_stages + 1> q{}, constant{}, pass{};
@@ -72,7 +72,7 @@ struct Model {
   }
 };
 
-struct Problem {
+struct DesignProblem {
   DesignGoal goal;
   std::vector<std::vector<WaveSample>> balls;
   std::vector<WaveSample> all;
@@ -85,7 +85,7 @@ double excess(const DesignGoal& goal, double at_sites) {
   return std::max(at_sites - goal.highest, 0.0) + std::min(at_sites - goal.lowest, 0.0);
 }
 
-double objective(const Problem& problem, const Model& model, const Vector& p, Vector& errors) {
+double objective(const DesignProblem& problem, const Model& model, const Parameters& p, Parameters& errors) {
   double sum = 0;
   for (size_t b = 0; b < problem.balls.size(); ++b) {
     errors[b] = 0;
@@ -106,7 +106,7 @@ double objective(const Problem& problem, const Model& model, const Vector& p, Ve
 }
 
 // Solves a x = b in place for a symmetric positive definite a (lower triangle given); false if it is not.
-bool solve(std::vector<Vector>& a, Vector& b) {
+bool solve_symmetric(std::vector<Parameters>& a, Parameters& b) {
   const size_t n = b.size();
   for (size_t i = 0; i < n; ++i)
     for (size_t j = 0; j <= i; ++j) {
@@ -128,17 +128,17 @@ bool solve(std::vector<Vector>& a, Vector& b) {
 
 // Levenberg-Marquardt on the squares of Q - Q_best, weighted by 1 / error of their ball: at the optimum of
 // the weighted squares with converged weights the mean of the logarithms is stationary too.
-double minimise(const Problem& problem, const Model& model, Vector& p, int steps) {
+double minimise(const DesignProblem& problem, const Model& model, Parameters& p, int steps) {
   std::vector<size_t> free;
   for (size_t i = 0; i < p.size(); ++i)
     if (model.free[i]) free.push_back(i);
   const size_t n = free.size();
-  Vector errors(problem.balls.size()), gradient(p.size());
+  Parameters errors(problem.balls.size()), gradient(p.size());
   double best = objective(problem, model, p, errors);
   double damping = 1e-2;
   for (int step = 0, stalled = 0; step < steps && stalled < 8; ++step) {
-    std::vector<Vector> normal(n, Vector(n, 0.0));
-    Vector right(n, 0.0);
+    std::vector<Parameters> normal(n, Parameters(n, 0.0));
+    Parameters right(n, 0.0);
     const auto add = [&](double weight, double residual) {
       for (size_t i = 0; i < n; ++i) {
         const double g = weight * gradient[free[i]];
@@ -165,11 +165,11 @@ double minimise(const Problem& problem, const Model& model, Vector& p, int steps
     }
     bool better = false;
     for (int attempt = 0; attempt < 8 && !better; ++attempt) {
-      std::vector<Vector> damped = normal;
+      std::vector<Parameters> damped = normal;
       for (size_t i = 0; i < n; ++i) damped[i][i] += damping * normal[i][i] + 1e-12;
-      Vector change = right;
-      if (solve(damped, change)) {
-        Vector next = p, next_errors(errors.size());
+      Parameters change = right;
+      if (solve_symmetric(damped, change)) {
+        Parameters next = p, next_errors(errors.size());
         for (size_t i = 0; i < n; ++i) next[free[i]] += change[i];
         const double value = objective(problem, model, next, next_errors);
         if (std::isfinite(value) && value < best) {
@@ -188,7 +188,7 @@ double minimise(const Problem& problem, const Model& model, Vector& p, int steps
 
 // The model's parameters as stages; every intermediate result is scaled to a largest response of 1 (all
 // waves), the last to pass a constant unchanged.
-std::vector<PrefilterStage> to_stages(const Problem& problem, const Model& model, const Vector& p) {
+std::vector<PrefilterStage> to_stages(const DesignProblem& problem, const Model& model, const Parameters& p) {
   const int cross_neighbours = problem.goal.dimensions == 4 ? 16 : 8;
   std::vector<PrefilterStage> stages;
   double scale_before = 1;
@@ -239,7 +239,7 @@ Design design_prefilter(const Kernel& kernel, const DesignGoal& goal) {
     fail(Code::invalid_argument, "a pattern of stages is 1 to ", max_stages,
          " letters out of f, x, n and a, not '", goal.pattern, "'");
   const KernelSpectrum spectrum(kernel);
-  Problem problem{goal, {}, all_waves(spectrum, goal.dimensions, 1500)};
+  DesignProblem problem{goal, {}, all_waves(spectrum, goal.dimensions, 1500)};
   for (const double rho : design_rhos)
     problem.balls.push_back(ball_waves(spectrum, goal.dimensions, rho, 600));
   const Model model(goal);
@@ -250,7 +250,7 @@ Design design_prefilter(const Kernel& kernel, const DesignGoal& goal) {
   std::vector<Design> found;
   double best_value = std::numeric_limits<double>::infinity();
   for (int start = 0; start < goal.starts; ++start) {
-    Vector p(model.free.size(), 0.0);
+    Parameters p(model.free.size(), 0.0);
     const double spread = start % 4 >= 2 ? 1.0 : 0.5;
     for (size_t i = 0; i < p.size(); ++i) {
       if (!model.free[i]) continue;

@@ -19,18 +19,18 @@ using Complex = std::complex<double>;
 // times waves of those frequencies: in space the sites of a coset repeat the spectrum at n / sqrt2, with the
 // sign (-1)^(n_x + n_y + n_z) for coset 1. W_n adds the weights of the layers, times the phases of the wave
 // there, of both cosets for even sums of n, and takes those of coset 1 from those of coset 0 for odd ones.
-struct Wave {
+struct BentWave {
   double time;      // its frequency along t, cycles per T
   double q;         // of the prefilter
   double pass;      // Phi(xi)
   double even, odd; // sums of Phi^2 over n of even and odd sum, the former with n = 0
 };
 
-std::vector<Wave> waves_of(const Kernel& kernel, double rho, size_t count) {
+std::vector<BentWave> waves_of(const Kernel& kernel, double rho, size_t count) {
   const KernelSpectrum spectrum(kernel);
-  std::vector<Wave> waves;
+  std::vector<BentWave> waves;
   for (const auto& xi : ball_frequencies(4, rho, count)) {
-    Wave w{xi[3], prefilter_symbol(kernel.prefilter4, neighbour_means4(xi), 16), 0, 0, 0};
+    BentWave w{xi[3], prefilter_symbol(kernel.prefilter4, neighbour_means4(xi), 16), 0, 0, 0};
     constexpr int reach = 4;
     for (int z = -reach; z <= reach; ++z)
       for (int y = -reach; y <= reach; ++y)
@@ -46,30 +46,30 @@ std::vector<Wave> waves_of(const Kernel& kernel, double rho, size_t count) {
   return waves;
 }
 
-constexpr int reach = 4; // layers on either side: no spline has more
+constexpr int spline_reach = 4; // layers on either side: no spline has more
 
-// Weights of layers -reach .. reach + 1 at an instant `phase` layers after layer 0.
-using Weights = std::array<double, 2 * reach + 2>;
+// Weights of layers -spline_reach .. spline_reach + 1 at an instant `phase` layers after layer 0.
+using LayerWeights = std::array<double, 2 * spline_reach + 2>;
 
-Weights weights_at(const TemporalKernel& beta, double phase) {
-  Weights w;
-  for (int i = 0; i < 2 * reach + 2; ++i)
-    w[static_cast<size_t>(i)] = beta.value((i - reach - phase) / std::numbers::sqrt2);
+LayerWeights weights_at(const TemporalKernel& beta, double phase) {
+  LayerWeights w;
+  for (int i = 0; i < 2 * spline_reach + 2; ++i)
+    w[static_cast<size_t>(i)] = beta.value((i - spline_reach - phase) / std::numbers::sqrt2);
   return w;
 }
 
 // W_n for even and odd sums of n.
-std::array<Complex, 2> passed(const Wave& wave, const Weights& weights, double phase) {
+std::array<Complex, 2> passed(const BentWave& wave, const LayerWeights& weights, double phase) {
   std::array<Complex, 2> by_coset{};
-  for (int i = 0; i < 2 * reach + 2; ++i) {
-    const double t = (i - reach - phase) / std::numbers::sqrt2;
+  for (int i = 0; i < 2 * spline_reach + 2; ++i) {
+    const double t = (i - spline_reach - phase) / std::numbers::sqrt2;
     by_coset[static_cast<size_t>(i & 1)] +=
         std::polar(0.5 * weights[static_cast<size_t>(i)], 2 * std::numbers::pi * wave.time * t);
   }
   return {by_coset[0] + by_coset[1], by_coset[0] - by_coset[1]};
 }
 
-double error_of(const Wave& w, const Weights& weights, double phase) {
+double error_of(const BentWave& w, const LayerWeights& weights, double phase) {
   const auto [even, odd] = passed(w, weights, phase);
   return std::norm(w.q * w.pass * even - 1.0) +
          w.q * w.q * (std::norm(even) * (w.even - w.pass * w.pass) + std::norm(odd) * w.odd);
@@ -82,13 +82,13 @@ double share_of(int i, int phases) { return (i == 0 || i == phases - 1 ? 0.5 : 1
 } // namespace
 
 std::vector<double> phase_errors(const Kernel& kernel, double rho, int phases, size_t waves) {
-  const std::vector<Wave> ball = waves_of(kernel, rho, waves);
+  const std::vector<BentWave> ball = waves_of(kernel, rho, waves);
   std::vector<double> errors;
   for (int i = 0; i < phases; ++i) {
     const double phase = phase_of(i, phases);
-    const Weights weights = weights_at(kernel.time, phase);
+    const LayerWeights weights = weights_at(kernel.time, phase);
     double sum = 0;
-    for (const Wave& w : ball) sum += error_of(w, weights, phase);
+    for (const BentWave& w : ball) sum += error_of(w, weights, phase);
     errors.push_back(sum / static_cast<double>(ball.size()));
   }
   return errors;
@@ -100,7 +100,7 @@ std::array<double, 2> design_bend(const Kernel& kernel) {
   Kernel bent = kernel;
   bent.time.bend = {};
   const TemporalKernel straight = bent.time;
-  std::vector<std::vector<Wave>> balls;
+  std::vector<std::vector<BentWave>> balls;
   for (const double rho : design_rhos) balls.push_back(waves_of(kernel, rho, waves));
   const int order = kernel.time.order;
   const std::array<bool, 2> free{order > 2, true}; // what the order uses
@@ -113,22 +113,23 @@ std::array<double, 2> design_bend(const Kernel& kernel) {
       double error = 0;
       std::array<double, phases> at{}; // error of each phase
       for (int i = 0; i < phases; ++i) {
-        const Weights weights = weights_at(bent.time, phase_of(i, phases));
-        for (const Wave& w : ball) at[static_cast<size_t>(i)] += error_of(w, weights, phase_of(i, phases));
+        const LayerWeights weights = weights_at(bent.time, phase_of(i, phases));
+        for (const BentWave& w : ball)
+          at[static_cast<size_t>(i)] += error_of(w, weights, phase_of(i, phases));
         error += share_of(i, phases) * at[static_cast<size_t>(i)];
       }
       for (int i = 0; i < phases; ++i) {
         const double phase = phase_of(i, phases), louder = at[static_cast<size_t>(i)] / error;
         const double share = share_of(i, phases) * std::pow(louder, 6) / error;
-        const Weights base = weights_at(straight, phase);
-        std::array<Weights, 2> turn{};
+        const LayerWeights base = weights_at(straight, phase);
+        std::array<LayerWeights, 2> turn{};
         for (size_t b = 0; b < 2; ++b) {
           TemporalKernel one = straight;
           one.bend[b] = free[b] ? 1 : 0;
           turn[b] = weights_at(one, phase);
           for (size_t k = 0; k < base.size(); ++k) turn[b][k] -= base[k];
         }
-        for (const Wave& w : ball) {
+        for (const BentWave& w : ball) {
           const auto [even, odd] = passed(w, base, phase);
           std::array<std::array<Complex, 2>, 2> d;
           for (size_t b = 0; b < 2; ++b) d[b] = passed(w, turn[b], phase);

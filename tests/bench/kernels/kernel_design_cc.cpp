@@ -15,18 +15,18 @@
 namespace bccsplat::bench {
 namespace {
 
-constexpr std::array<double, 4> rhos{0.3, 0.5, 0.7, 0.9};
+constexpr std::array<double, 4> cc_rhos{0.3, 0.5, 0.7, 0.9};
 constexpr double tau = 2 * std::numbers::pi;
 
 // A plane wave: what reconstruction needs of the kernel there, and the values of the polynomial's terms.
-struct Wave {
+struct CcWave {
   double own = 0;     // transform of the kernel at the wave itself
   double sum = 0;     // over the dual lattice: the response at the sites without a prefilter
   double squares = 0; // of the transform over the dual lattice
   std::vector<double> terms;
 };
 
-std::vector<double> solve(std::vector<std::vector<long double>> a, std::vector<long double> b) {
+std::vector<double> solve_pivoted(std::vector<std::vector<long double>> a, std::vector<long double> b) {
   const size_t n = b.size();
   for (size_t i = 0; i < n; ++i) {
     size_t pivot = i;
@@ -47,23 +47,23 @@ std::vector<double> solve(std::vector<std::vector<long double>> a, std::vector<l
   return x;
 }
 
-double response_of(const std::vector<double>& q, const Wave& w) {
+double response_of(const std::vector<double>& q, const CcWave& w) {
   double sum = 0;
   for (size_t i = 0; i < q.size(); ++i) sum += q[i] * w.terms[i];
   return sum;
 }
 
 // (q own - 1)^2 + q^2 (squares - own^2): error power of a wave of power 1.
-double snr(const std::vector<Wave>& waves, const std::function<double(const Wave&)>& q) {
+double cc_snr(const std::vector<CcWave>& waves, const std::function<double(const CcWave&)>& q) {
   double error = 0;
-  for (const Wave& w : waves) {
+  for (const CcWave& w : waves) {
     const double v = q(w);
     error += v * v * w.squares - 2 * v * w.own + 1;
   }
   return -10 * std::log10(error / static_cast<double>(waves.size()));
 }
 
-struct Fit {
+struct CcFit {
   std::vector<double> q;
   CcDesign design;
 };
@@ -71,13 +71,13 @@ struct Fit {
 // bands: waves of each rho; all: over every frequency of the cell, where the magnitude of the response at the
 // sites is kept below 1.2 by as small a penalty on the square of the prefilter as does. (It cannot be 1
 // everywhere: at the corners of the cell these kernels' sums over CC are slightly negative.)
-Fit fit(const std::vector<std::vector<Wave>>& bands, const std::vector<Wave>& all) {
-  Fit f;
+CcFit fit(const std::vector<std::vector<CcWave>>& bands, const std::vector<CcWave>& all) {
+  CcFit f;
   const size_t n = bands[0][0].terms.size();
   for (double penalty = 1e-9; penalty < 1; penalty *= 2) {
     std::vector<std::vector<long double>> a(n, std::vector<long double>(n));
     std::vector<long double> b(n);
-    const auto add = [&](const Wave& w, double quadratic, double linear) {
+    const auto add = [&](const CcWave& w, double quadratic, double linear) {
       for (size_t i = 0; i < n; ++i) {
         b[i] += static_cast<long double>(linear * w.terms[i]);
         for (size_t j = 0; j < n; ++j)
@@ -86,22 +86,22 @@ Fit fit(const std::vector<std::vector<Wave>>& bands, const std::vector<Wave>& al
     };
     for (const auto& band : bands) {
       double least = 0;
-      for (const Wave& w : band) least += 1 - w.own * w.own / w.squares;
-      for (const Wave& w : band) add(w, w.squares / least, w.own / least);
+      for (const CcWave& w : band) least += 1 - w.own * w.own / w.squares;
+      for (const CcWave& w : band) add(w, w.squares / least, w.own / least);
     }
-    for (const Wave& w : all) add(w, penalty, 0);
-    f.q = solve(a, b);
+    for (const CcWave& w : all) add(w, penalty, 0);
+    f.q = solve_pivoted(a, b);
     f.design.lowest = f.design.highest = 1;
-    for (const Wave& w : all) {
+    for (const CcWave& w : all) {
       const double response = response_of(f.q, w) * w.sum;
       f.design.lowest = std::min(f.design.lowest, response),
       f.design.highest = std::max(f.design.highest, response);
     }
     if (f.design.lowest >= -1.2 && f.design.highest <= 1.2) break;
   }
-  for (size_t r = 0; r < rhos.size(); ++r) {
-    f.design.snr[r] = snr(bands[r], [&](const Wave& w) { return response_of(f.q, w); });
-    f.design.best[r] = snr(bands[r], [](const Wave& w) { return w.own / w.squares; });
+  for (size_t r = 0; r < cc_rhos.size(); ++r) {
+    f.design.snr[r] = cc_snr(bands[r], [&](const CcWave& w) { return response_of(f.q, w); });
+    f.design.best[r] = cc_snr(bands[r], [](const CcWave& w) { return w.own / w.squares; });
   }
   return f;
 }
@@ -140,8 +140,9 @@ double gain_in_space(const std::vector<double>& q, int degree) {
   return sum;
 }
 
-Wave space_wave(const std::function<double(double)>& transform, const std::array<double, 3>& xi, int degree) {
-  Wave w;
+CcWave space_wave(const std::function<double(double)>& transform, const std::array<double, 3>& xi,
+                  int degree) {
+  CcWave w;
   for (int i = -3; i <= 3; ++i)
     for (int j = -3; j <= 3; ++j)
       for (int k = -3; k <= 3; ++k) {
@@ -158,8 +159,8 @@ Wave space_wave(const std::function<double(double)>& transform, const std::array
   return w;
 }
 
-Wave time_wave(int order, double xi, int degree) {
-  Wave w;
+CcWave time_wave(int order, double xi, int degree) {
+  CcWave w;
   for (int n = -8; n <= 8; ++n) {
     const double x = std::numbers::pi * (xi + n);
     const double v = std::pow(std::fabs(x) < 1e-12 ? 1.0 : std::sin(x) / x, order);
@@ -171,7 +172,7 @@ Wave time_wave(int order, double xi, int degree) {
   return w;
 }
 
-void print_stages(std::ostream& out, const CcDesign& d, const std::string& name) {
+void print_cc_stages(std::ostream& out, const CcDesign& d, const std::string& name) {
   out << "constexpr PrefilterStage " << name << "[] = {\n";
   for (const PrefilterStage& s : d.stages)
     out << "    {" << s.self << ", " << s.spatial << ", " << s.temporal << ", 0, " << s.cross << ", "
@@ -201,8 +202,8 @@ CcDesign design_cc_space(const RadialKernel& phi, int stages) {
   };
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  std::vector<std::vector<Wave>> bands;
-  for (const double rho : rhos) {
+  std::vector<std::vector<CcWave>> bands;
+  for (const double rho : cc_rhos) {
     auto& band = bands.emplace_back();
     while (band.size() < 2000) {
       const std::array<double, 3> u{uniform(random), uniform(random), uniform(random)};
@@ -210,13 +211,13 @@ CcDesign design_cc_space(const RadialKernel& phi, int stages) {
       band.push_back(space_wave(transform, {u[0] * rho / 2, u[1] * rho / 2, u[2] * rho / 2}, stages));
     }
   }
-  std::vector<Wave> all;
+  std::vector<CcWave> all;
   constexpr int grid = 10; // steps of an eighth of the cell
   for (int i = 0; i <= grid; ++i)
     for (int j = 0; j <= i; ++j)
       for (int k = 0; k <= j; ++k)
         all.push_back(space_wave(transform, {0.5 * i / grid, 0.5 * j / grid, 0.5 * k / grid}, stages));
-  Fit f = fit(bands, all);
+  CcFit f = fit(bands, all);
   f.design.gain = gain_in_space(f.q, stages);
   // Horner in S: c <- S c + (p_j + x_j X) f.
   const auto p = [&](int j) { return f.q[static_cast<size_t>(2 * j)]; };
@@ -234,9 +235,9 @@ CcDesign design_cc_space(const RadialKernel& phi, int stages) {
 }
 
 CcDesign design_cc_time(int order, int stages) {
-  std::vector<std::vector<Wave>> bands;
+  std::vector<std::vector<CcWave>> bands;
   constexpr int samples = 500;
-  for (const double rho : rhos) {
+  for (const double rho : cc_rhos) {
     auto& band = bands.emplace_back();
     // The density of one coordinate of points uniform in a 4D ball: (1 - u^2)^(3/2), by repetition.
     for (int i = 0; i < samples; ++i) {
@@ -245,9 +246,9 @@ CcDesign design_cc_time(int order, int stages) {
       for (int k = 0; k < times; ++k) band.push_back(time_wave(order, u * rho / 2, stages));
     }
   }
-  std::vector<Wave> all;
+  std::vector<CcWave> all;
   for (int i = 0; i <= 100; ++i) all.push_back(time_wave(order, 0.005 * i, stages));
-  Fit f = fit(bands, all);
+  CcFit f = fit(bands, all);
   // Taps of cos^j, by convolution.
   std::vector<double> total(static_cast<size_t>(2 * stages + 1)), power = total;
   power[static_cast<size_t>(stages)] = 1;
@@ -295,13 +296,13 @@ void print_cc_designs(std::ostream& out) {
     for (double& a : phi.a) a /= integral;
     const CcDesign d = design_cc_space(phi, stages);
     comment(d);
-    print_stages(out, d, std::string(name) + "_cc");
+    print_cc_stages(out, d, std::string(name) + "_cc");
     spaces += "    {\"" + std::string(name) + "\", " + name + "_cc, " + std::to_string(d.gain) + "},\n";
   }
   for (const auto& [order, stages] : {std::pair{2, 1}, {3, 3}, {4, 5}}) {
     const CcDesign d = design_cc_time(order, stages);
     comment(d);
-    print_stages(out, d, "b" + std::to_string(order) + "_cc");
+    print_cc_stages(out, d, "b" + std::to_string(order) + "_cc");
     times += "    {" + std::to_string(order) + ", b" + std::to_string(order) + "_cc, " +
              std::to_string(d.gain) + "},\n";
   }

@@ -18,33 +18,33 @@ namespace {
 
 constexpr size_t first = 2; // C1: no terms 1 and u
 constexpr size_t terms = 6;
-using Vector = std::array<double, terms>;
+using Powers = std::array<double, terms>;
 
 // With Phi = a . F linear in the coefficients, the best error at a wave is 1 - (a.f)^2 / (a.G a): f the
 // transforms of the powers u^j there, G the Gram matrix of their transforms over the dual lattice.
-struct Wave {
-  Vector f{};
+struct ShapeWave {
+  Powers f{};
   std::array<double, terms * terms> gram{};
   std::array<double, terms * terms> steep{}; // as gram, with the squares of the frequencies
   double space2 = 0;
 };
 
-struct Problem {
-  std::vector<std::vector<Wave>> balls; // in the order of ShapeFigures
-  Vector mass{};                        // integrals of the powers
-  std::vector<Vector> sums;             // of the powers over the sites, at points of a cell
+struct ShapeProblem {
+  std::vector<std::vector<ShapeWave>> balls; // in the order of ShapeFigures
+  Powers mass{};                             // integrals of the powers
+  std::vector<Powers> sums;                  // of the powers over the sites, at points of a cell
   ShapeGoal goal;
 };
 
 // At points of an eighth of the cell of a coset, times the volume of a site.
-std::vector<Vector> lattice_sums(double radius) {
+std::vector<Powers> lattice_sums(double radius) {
   constexpr int points = 9, reach = 5;
   constexpr double plane = 1 / std::numbers::sqrt2;
-  std::vector<Vector> sums;
+  std::vector<Powers> sums;
   for (int i = 0; i < points; ++i)
     for (int j = 0; j <= i; ++j)
       for (int k = 0; k <= j; ++k) {
-        Vector& sum = sums.emplace_back();
+        Powers& sum = sums.emplace_back();
         for (int z = -reach; z <= reach; ++z)
           for (int y = -reach; y <= reach; ++y)
             for (int x = -reach; x <= reach; ++x) {
@@ -60,10 +60,10 @@ std::vector<Vector> lattice_sums(double radius) {
   return sums;
 }
 
-double ripple_of(const Problem& problem, const Vector& a) {
+double ripple_of(const ShapeProblem& problem, const Powers& a) {
   double integral = 0, worst = 0;
   for (size_t i = 0; i < terms; ++i) integral += a[i] * problem.mass[i];
-  for (const Vector& at : problem.sums) {
+  for (const Powers& at : problem.sums) {
     double sum = 0;
     for (size_t i = 0; i < terms; ++i) sum += a[i] * at[i];
     worst = std::max(worst, std::abs(sum / integral - 1));
@@ -71,8 +71,8 @@ double ripple_of(const Problem& problem, const Vector& a) {
   return worst;
 }
 
-Problem make_problem(const ShapeGoal& goal) {
-  Problem problem;
+ShapeProblem make_problem(const ShapeGoal& goal) {
+  ShapeProblem problem;
   problem.goal = goal;
   problem.sums = lattice_sums(goal.radius);
   std::vector<KernelSpectrum> powers, pairs;
@@ -98,7 +98,7 @@ Problem make_problem(const ShapeGoal& goal) {
     for (const double rho : {design_rhos[0], design_rhos[1], design_rhos[2], design_rhos[3], 0.0}) {
       if (dimensions == 4 && rho == 0) break; // a constant: B-splines add nothing to the error
       const size_t waves = rho == 0 ? 1 : 500;
-      std::vector<Wave> ball(waves);
+      std::vector<ShapeWave> ball(waves);
       size_t pair = 0;
       for (size_t i = 0; i < terms; ++i)
         for (size_t j = 0; j <= i; ++j, ++pair) {
@@ -114,9 +114,9 @@ Problem make_problem(const ShapeGoal& goal) {
             if (i == j) ball[w].f[i] = mass / 2 * samples[w].pass;
           }
         }
-      for (Wave& w : ball)
+      for (ShapeWave& w : ball)
         for (auto* gram : {&w.gram, &w.steep}) {
-          Vector own;
+          Powers own;
           for (size_t i = 0; i < terms; ++i) own[i] = (*gram)[i * terms + i] / 4;
           for (size_t i = 0; i < terms; ++i)
             for (size_t j = 0; j <= i; ++j) {
@@ -129,11 +129,11 @@ Problem make_problem(const ShapeGoal& goal) {
   return problem;
 }
 
-ShapeFigures figures(const Problem& problem, const Vector& a) {
+ShapeFigures figures(const ShapeProblem& problem, const Powers& a) {
   ShapeFigures db{};
   for (size_t b = 0; b < db.size(); ++b) {
     double sum = 0;
-    for (const Wave& w : problem.balls[b]) {
+    for (const ShapeWave& w : problem.balls[b]) {
       double pass = 0, total = 0;
       for (size_t i = 0; i < terms; ++i) {
         pass += a[i] * w.f[i];
@@ -146,12 +146,12 @@ ShapeFigures figures(const Problem& problem, const Vector& a) {
   return db;
 }
 
-GradientFigures gradient_figures(const Problem& problem, const Vector& a) {
+GradientFigures gradient_figures(const ShapeProblem& problem, const Powers& a) {
   GradientFigures db{};
   for (size_t b = 0; b < db.size(); ++b) {
-    const std::vector<Wave>& ball = problem.balls[5 + b]; // D4*
+    const std::vector<ShapeWave>& ball = problem.balls[5 + b]; // D4*
     double signal = 0, error = 0;
-    for (const Wave& w : ball) {
+    for (const ShapeWave& w : ball) {
       double pass = 0, total = 0, steep = 0;
       for (size_t i = 0; i < terms; ++i) {
         pass += a[i] * w.f[i];
@@ -168,7 +168,7 @@ GradientFigures gradient_figures(const Problem& problem, const Vector& a) {
   return db;
 }
 
-double objective(const Problem& problem, const Vector& a) {
+double shape_objective(const ShapeProblem& problem, const Powers& a) {
   const ShapeFigures db = figures(problem, a);
   const ShapeGoal& goal = problem.goal;
   double soft = 0, given_up = 0;
@@ -199,7 +199,7 @@ double objective(const Problem& problem, const Vector& a) {
 
 // The parameters are the logarithms of phi at Chebyshev nodes of u: a well-scaled simplex.
 struct Nodes {
-  std::array<Vector, terms> inverse{};
+  std::array<Powers, terms> inverse{};
 
   static double node(size_t i) {
     return 0.5 - 0.5 * std::cos(std::numbers::pi * static_cast<double>(i + 1) / terms);
@@ -226,8 +226,8 @@ struct Nodes {
     for (size_t i = 0; i < terms; ++i)
       for (size_t j = 0; j < terms; ++j) inverse[i][j] = m[i][terms + j];
   }
-  [[nodiscard]] Vector coefficients(const Vector& logs) const {
-    Vector a{};
+  [[nodiscard]] Powers coefficients(const Powers& logs) const {
+    Powers a{};
     for (size_t i = 0; i < terms; ++i)
       for (size_t j = 0; j < terms; ++j) a[i] += inverse[i][j] * std::exp(logs[j]);
     return a;
@@ -236,14 +236,14 @@ struct Nodes {
 
 struct Vertex {
   double value;
-  Vector x;
+  Powers x;
 };
 
 // Nelder-Mead from a simplex around `start`.
 template<class F, class Jitter> Vertex descend(const Vertex& start, Jitter&& jitter, F&& f) {
   std::vector<Vertex> v{start};
   for (size_t i = 0; i < terms; ++i) {
-    Vector x = start.x;
+    Powers x = start.x;
     for (double& c : x) c += jitter();
     v.push_back({f(x), x});
   }
@@ -251,7 +251,7 @@ template<class F, class Jitter> Vertex descend(const Vertex& start, Jitter&& jit
     std::sort(v.begin(), v.end(), [](const Vertex& a, const Vertex& b) { return a.value < b.value; });
     if (step > 50 && v.back().value - v.front().value < 1e-7) break;
     const auto along = [&](double t) { // from the mean of the others towards the worst
-      Vector x{};
+      Powers x{};
       for (size_t i = 0; i < terms; ++i) {
         for (size_t k = 0; k < terms; ++k) x[i] += v[k].x[i] / terms;
         x[i] += t * (v.back().x[i] - x[i]);
@@ -283,10 +283,10 @@ template<class F, class Jitter> Vertex descend(const Vertex& start, Jitter&& jit
 } // namespace
 
 Shape design_shape(const ShapeGoal& goal) {
-  const Problem problem = make_problem(goal);
+  const ShapeProblem problem = make_problem(goal);
   const Nodes nodes;
-  const auto value = [&](const Vector& logs) {
-    const double v = objective(problem, nodes.coefficients(logs));
+  const auto value = [&](const Powers& logs) {
+    const double v = shape_objective(problem, nodes.coefficients(logs));
     return std::isfinite(v) ? v : 1e9;
   };
   uint64_t state = 1;
@@ -304,7 +304,7 @@ Shape design_shape(const ShapeGoal& goal) {
       if (found.value < best.value) best = found;
     }
   Shape shape;
-  const Vector a = nodes.coefficients(best.x);
+  const Powers a = nodes.coefficients(best.x);
   shape.figures = figures(problem, a);
   shape.gradient = gradient_figures(problem, a);
   shape.ripple = ripple_of(problem, a);
@@ -316,8 +316,8 @@ Shape design_shape(const ShapeGoal& goal) {
 }
 
 Shape measure_shape(const ShapeGoal& goal, const RadialKernel& phi) {
-  const Problem problem = make_problem(goal);
-  Vector a{};
+  const ShapeProblem problem = make_problem(goal);
+  Powers a{};
   std::copy_n(phi.a.begin() + first, terms, a.begin());
   return {phi, figures(problem, a), gradient_figures(problem, a), ripple_of(problem, a)};
 }

@@ -25,9 +25,7 @@ using test::random_points;
 using test::TestContext;
 
 constexpr uint64_t cache = 4ull << 30;
-constexpr double margin = 12; // from the ends, where the field is not its own mirror image
-constexpr std::array<double, 3> rhos{0.5, 0.7, 0.9};
-constexpr const char* kernels[] = {"paper", "fast", "radial18+b3", "default", "fine", "gauss09"};
+constexpr const char* chain_kernels[] = {"paper", "fast", "radial18+b3", "default", "fine", "gauss09"};
 
 struct Size {
   uint32_t edge;
@@ -175,7 +173,7 @@ struct Phases {
 void constants(const Report& report) {
   TestContext context;
   std::vector<Row> rows;
-  for (const char* name : kernels)
+  for (const char* name : chain_kernels)
     for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc}) {
       const Kernel kernel = make_kernel(name);
       if (kind == LatticeKind::cc && kernel.space.radius > 2) continue;
@@ -207,16 +205,16 @@ void constants(const Report& report) {
 void run_kernel_chain(const Report& report) {
   const Size size(report.quick);
   TestContext context;
-  const size_t count = std::size(kernels);
+  const size_t count = std::size(chain_kernels);
   std::vector<Lines> direct(count), import(count);
   std::vector<Row> phases;
   Lines cubic("CC cubic B-spline, interpolating, all samples"), linear("CC linear, all samples");
-  for (size_t k = 0; k < count; ++k) direct[k].name(kernels[k]), import[k].name(kernels[k]);
-  for (const double rho : rhos) {
+  for (size_t k = 0; k < count; ++k) direct[k].name(chain_kernels[k]), import[k].name(chain_kernels[k]);
+  for (const double rho : wave_rhos) {
     const PlaneWaves field(size.waves, rho, 17);
     const MemorySamples on_sites = sampled_on_d4star(field, size.edge, context.get());
     const Lattice4& lattice = on_sites.lattice();
-    const auto points = random_points(lattice, size.points, 19, margin);
+    const auto points = random_points(lattice, size.points, 19, wave_margin);
     const std::vector<double> truth = values_at(field, points);
 
     std::vector<double> frames = field.on_grid(sample_grid(size.edge));
@@ -225,8 +223,8 @@ void run_kernel_chain(const Report& report) {
     Grid4 grid;
     const double last = size.edge - 1.0;
     for (size_t a = 0; a < 3; ++a)
-      for (double x = margin; x <= last - margin; ++x) grid[a].push_back(x);
-    for (const double t : {0.13, 1.5, 2.71}) grid[3].push_back(margin + t);
+      for (double x = wave_margin; x <= last - wave_margin; ++x) grid[a].push_back(x);
+    for (const double t : {0.13, 1.5, 2.71}) grid[3].push_back(wave_margin + t);
     const std::vector<double> between = field.on_grid(grid);
 
     const std::array<uint32_t, 4> dims{size.edge, size.edge, size.edge, size.edge};
@@ -240,7 +238,7 @@ void run_kernel_chain(const Report& report) {
     cartesian(linear, CartesianKernel::linear);
 
     for (size_t k = 0; k < count; ++k) {
-      const Kernel kernel = make_kernel(kernels[k]);
+      const Kernel kernel = make_kernel(chain_kernels[k]);
       const Vec3 unit = lattice.lattice_unit();
       const auto on_slice = [&](double x, double y, double z) {
         return Vec3{x / unit[0], y / unit[1], z / unit[2]};
@@ -270,7 +268,7 @@ void run_kernel_chain(const Report& report) {
           }
           spread.add(10 * std::log10(power / error));
         }
-        if (rho == rhos[0]) phases.push_back({word("kernel", kernels[k])});
+        if (rho == wave_rhos[0]) phases.push_back({word("kernel", chain_kernels[k])});
         Row& row = phases[k];
         row.push_back(word("rho " + number(rho, 1), number(spread.low, 1) + " .. " + number(spread.high, 1)));
         row.push_back(figure("spread " + number(rho, 1), spread.high - spread.low, 2));
@@ -295,7 +293,7 @@ void run_kernel_chain(const Report& report) {
     std::vector<Row> rows;
     for (size_t k = 0; k < count; ++k) {
       rows.push_back(lines[k].rows[0]);
-      add_asked(rows.back(), kernels[k], for_default, for_fine);
+      add_asked(rows.back(), chain_kernels[k], for_default, for_fine);
     }
     if (references)
       for (Lines* l : {&linear, &cubic}) {
@@ -318,7 +316,7 @@ void run_kernel_chain(const Report& report) {
             .series = {}};
   for (size_t k = 0; k < count; ++k) {
     plot.series.push_back(direct[k].series[0]);
-    plot.series.back().title = std::string("D4* ") + kernels[k] + ", sampled directly";
+    plot.series.back().title = std::string("D4* ") + chain_kernels[k] + ", sampled directly";
   }
   for (const Lines* l : {&linear, &cubic}) plot.series.push_back(l->series[0]);
   report.plot("chain", plot);

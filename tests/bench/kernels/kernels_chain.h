@@ -2,9 +2,14 @@
 // What reaches a user: the whole way from samples to values, against fields known everywhere.
 #pragma once
 
+#include <array>
+
 #include "tests/bench/report.h"
 
 namespace bccsplat::bench {
+
+inline constexpr double wave_margin = 12; // samples from the ends, where a wave is not its own mirror image
+inline constexpr std::array<double, 3> wave_rhos{0.5, 0.7, 0.9}; // of the Nyquist frequency
 
 // Plane waves of a ball. Samples taken on D4* and evaluated at random 4D points; Cartesian frames imported,
 // and time slices at instants between frames; slices splatted at random points, phase by phase of the

@@ -28,7 +28,7 @@ struct Case {
 };
 
 // Frames one after the other, x fastest.
-std::vector<float> sampled(const test::PlaneWaves& waves) {
+std::vector<float> sampled_waves(const test::PlaneWaves& waves) {
   std::vector<float> values;
   for (uint32_t t = 0; t < dims[3]; ++t)
     for (uint32_t z = 0; z < dims[2]; ++z)
@@ -105,7 +105,7 @@ void report_constant_files(const Report& report) {
                             {"to 2 Pa, one sample missing", Gap::one_missing, 2},
                             {"to 2 Pa, one sample 0", Gap::one_zero, 2}};
   const test::PlaneWaves waves(60, 0.3, 5);
-  const std::vector<float> at_samples = sampled(waves);
+  const std::vector<float> at_samples = sampled_waves(waves);
   std::vector<Row> rows;
   for (const Case& c : cases) rows.push_back(row_of(c, waves, at_samples, report.quick ? 300 : 4000));
   report.table("101325 Pa and waves of 50 Pa through whole files", rows);

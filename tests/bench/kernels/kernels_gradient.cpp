@@ -17,13 +17,12 @@ namespace {
 using test::PlaneWaves;
 using test::TestContext;
 
-constexpr double margin = 12; // from the ends, where a wave is not its own mirror image
-
 // A field by its values at many points.
-using Values = std::function<std::vector<double>(const std::vector<Vec4>&)>;
+using FieldValues = std::function<std::vector<double>(const std::vector<Vec4>&)>;
 
 // Differences of values a step h apart along x, y and z: central (order 2), or of order 4.
-std::vector<Vec3> differences(const Values& values, const std::vector<Vec4>& points, double h, int order) {
+std::vector<Vec3> differences(const FieldValues& values, const std::vector<Vec4>& points, double h,
+                              int order) {
   std::vector<Vec3> slopes(points.size());
   for (size_t a = 0; a < 3; ++a)
     for (const int k : {1, 2}) {
@@ -56,7 +55,7 @@ void run_kernel_gradients(const Report& report) {
   const uint32_t edge = report.quick ? 30 : 40;
   const std::array<uint32_t, 4> dims{edge, edge, edge, edge};
   const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
-  const auto points = test::random_points(lattice, report.quick ? 300 : 2500, 29, margin);
+  const auto points = test::random_points(lattice, report.quick ? 300 : 2500, 29, wave_margin);
   Table table;
   for (const double rho : design_rhos) {
     table.next = 0;
@@ -72,7 +71,7 @@ void run_kernel_gradients(const Report& report) {
         }
       return 10 * std::log10(signal / error);
     };
-    const auto by_differences = [&](const std::string& name, const Values& values) {
+    const auto by_differences = [&](const std::string& name, const FieldValues& values) {
       for (const double h : {0.25, 0.5, 1.0})
         table.add(name, "central, h = " + number(h, 2) + " T", 6, rho,
                   snr(differences(values, points, h, 2)));
@@ -98,7 +97,7 @@ void run_kernel_gradients(const Report& report) {
           for (size_t i = 0; i < points.size(); ++i) (void)cc(points[i], &slopes[i]);
           table.add(r.name, "analytic", 1, rho, snr(slopes));
         }
-        const Values values = [&](const std::vector<Vec4>& at) {
+        const FieldValues values = [&](const std::vector<Vec4>& at) {
           std::vector<double> v;
           for (const Vec4& p : at) v.push_back(cc(p));
           return v;

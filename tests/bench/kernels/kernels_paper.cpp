@@ -19,19 +19,17 @@ namespace {
 using test::PlaneWaves;
 using test::TestContext;
 
-constexpr double margin = 12; // from the ends, where a wave is not its own mirror image
-constexpr double a = 2;       // exp(-a r^2), cut at
-constexpr double reach = 2;   // T
-constexpr std::array<double, 3> rhos{0.5, 0.7, 0.9};
+constexpr double a = 2;           // exp(-a r^2), cut at
+constexpr double gauss_reach = 2; // T
 
-double gauss(double r2) { return r2 <= reach * reach ? std::exp(-a * r2) : 0; }
+double gauss(double r2) { return r2 <= gauss_reach * gauss_reach ? std::exp(-a * r2) : 0; }
 
 // A lattice with its samples at hand. D4*, or CC.
 struct PaperField {
   Lattice4 lattice;
   std::vector<std::vector<float>> layers; // by layer, x fastest
 
-  // Of samples that lie inside; points and sites stay `margin` away from the ends.
+  // Of samples that lie inside; points and sites stay `wave_margin` away from the ends.
   [[nodiscard]] double at(int32_t layer, const Int3& i) const {
     const Int3 n = lattice.space.dims(lattice.coset(layer));
     return static_cast<double>(layers[static_cast<size_t>(
@@ -63,15 +61,15 @@ template<class Body> void near(const Lattice3& space, int coset, const Vec3& p, 
   const double plane = space.plane_distance(), pitch = space.bcc ? 2 * plane : plane;
   Int3 low, high;
   for (size_t k = 0; k < 3; ++k) {
-    low[k] = static_cast<int32_t>(std::ceil((p[k] - reach - coset * plane) / pitch));
-    high[k] = static_cast<int32_t>(std::floor((p[k] + reach - coset * plane) / pitch));
+    low[k] = static_cast<int32_t>(std::ceil((p[k] - gauss_reach - coset * plane) / pitch));
+    high[k] = static_cast<int32_t>(std::floor((p[k] + gauss_reach - coset * plane) / pitch));
   }
   for (Int3 i = low; i[2] <= high[2]; ++i[2])
     for (i[1] = low[1]; i[1] <= high[1]; ++i[1])
       for (i[0] = low[0]; i[0] <= high[0]; ++i[0]) {
         double r2 = 0;
         for (size_t k = 0; k < 3; ++k) r2 += std::pow(plane * space.plane(coset, i[k]) - p[k], 2);
-        if (r2 <= reach * reach) body(i, r2);
+        if (r2 <= gauss_reach * gauss_reach) body(i, r2);
       }
 }
 
@@ -83,7 +81,8 @@ SliceValue approximate(const PaperField& f) {
   return [&f](int coset, const Int3& site, double t1) {
     const double distance = f.lattice.layer_distance();
     double sum = 0, weights = 0;
-    for (auto m = static_cast<int32_t>(std::ceil((t1 - reach) / distance)); m * distance <= t1 + reach; ++m) {
+    for (auto m = static_cast<int32_t>(std::ceil((t1 - gauss_reach) / distance));
+         m * distance <= t1 + gauss_reach; ++m) {
       if (f.lattice.coset(m) != coset) continue;
       const double w = std::exp(-a * std::pow(m * distance - t1, 2));
       sum += w * f.at(m, site), weights += w;
@@ -99,7 +98,8 @@ SliceValue accurate(const PaperField& f) {
     Vec3 p;
     for (size_t k = 0; k < 3; ++k) p[k] = plane * f.lattice.space.plane(coset, site[k]);
     double sum = 0, weights = 0;
-    for (auto m = static_cast<int32_t>(std::ceil((t1 - reach) / distance)); m * distance <= t1 + reach; ++m)
+    for (auto m = static_cast<int32_t>(std::ceil((t1 - gauss_reach) / distance));
+         m * distance <= t1 + gauss_reach; ++m)
       near(f.lattice.space, f.lattice.coset(m), p, [&](const Int3& i, double r2) {
         const double w = gauss(r2 + std::pow(m * distance - t1, 2));
         sum += w * f.at(m, i), weights += w;
@@ -109,7 +109,7 @@ SliceValue accurate(const PaperField& f) {
 }
 
 // The 3D splat of section 4.2, divided by the sum of the weights.
-double splat(const PaperField& f, const SliceValue& slice, const Vec3& p, double t1) {
+double splat_gauss(const PaperField& f, const SliceValue& slice, const Vec3& p, double t1) {
   double sum = 0, weights = 0;
   for (int coset = 0; coset < f.lattice.space.cosets(); ++coset)
     near(f.lattice.space, coset, p, [&](const Int3& site, double r2) {
@@ -118,7 +118,7 @@ double splat(const PaperField& f, const SliceValue& slice, const Vec3& p, double
   return sum / weights;
 }
 
-struct Lines {
+struct PaperLines {
   std::vector<Row> rows;
   size_t next = 0;
   void add(const std::string& name, const std::string& lattice, double rho, double db) {
@@ -134,7 +134,7 @@ void constant_sums(const Report& report) {
     double sum = 0;
     for (int k = -2; k <= 2; ++k) {
       const double dt = k * std::numbers::sqrt2 + from;
-      if (std::abs(dt) <= reach) sum += std::exp(-a * dt * dt);
+      if (std::abs(dt) <= gauss_reach) sum += std::exp(-a * dt * dt);
     }
     return sum;
   };
@@ -166,8 +166,8 @@ void run_paper_kernel(const Report& report) {
   const uint32_t edge = report.quick ? 30 : 40;
   const size_t count = report.quick ? 100 : 600;
   constexpr std::array<double, 3> instants{0, 0.3, 0.5}; // in steps of two layers of D4*
-  Lines lines;
-  for (const double rho : rhos) {
+  PaperLines lines;
+  for (const double rho : wave_rhos) {
     lines.next = 0;
     const PlaneWaves waves(report.quick ? 60 : 300, rho, 17);
     for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc}) {
@@ -177,7 +177,7 @@ void run_paper_kernel(const Report& report) {
       const MemorySamples samples = memory_samples(field);
       const Vec3 unit = lattice.lattice_unit();
       const double frame_unit = lattice.time_step / lattice.layer_distance(); // frames per T
-      const auto points = test::random_points(lattice, count, 19, margin);
+      const auto points = test::random_points(lattice, count, 19, wave_margin);
       const auto measure = [&](const std::string& name,
                                const std::function<double(const Vec3&, double)>& value) {
         double error = 0, signal = 0;
@@ -198,11 +198,12 @@ void run_paper_kernel(const Report& report) {
         return waves({p[0], p[1], p[2], t1 * frame_unit});
       };
       measure("paper, approximate slice, splat",
-              [&](const Vec3& p, double t) { return splat(field, by_layers, p, t); });
+              [&](const Vec3& p, double t) { return splat_gauss(field, by_layers, p, t); });
       measure("paper, accurate slice (equation 6), splat",
-              [&](const Vec3& p, double t) { return splat(field, by_sites, p, t); });
+              [&](const Vec3& p, double t) { return splat_gauss(field, by_sites, p, t); });
       if (!report.quick)
-        measure("exact slice, splat", [&](const Vec3& p, double t) { return splat(field, exact, p, t); });
+        measure("exact slice, splat",
+                [&](const Vec3& p, double t) { return splat_gauss(field, exact, p, t); });
       for (const char* kernel : {"paper", "default"}) {
         const Coefficients c(samples, 0, make_kernel(kernel), 0, 4ull << 30);
         std::function<double(const Vec3&, double)> value;

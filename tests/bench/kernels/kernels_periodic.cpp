@@ -10,7 +10,7 @@
 namespace bccsplat::bench {
 namespace {
 
-constexpr double pitch = std::numbers::sqrt2;
+constexpr double coset_pitch = std::numbers::sqrt2;
 
 // A site in reach of another one: steps along the axes, and whether it is of the other coset.
 struct Neighbour {
@@ -28,7 +28,7 @@ std::vector<Neighbour> neighbours(const PeriodicLattice& lattice, const Kernel& 
       for (int k = -reach; k <= reach; ++k)
         for (int j = -reach; j <= reach; ++j)
           for (int i = -reach; i <= reach; ++i) {
-            const auto along = [&](int step) { return (step + (other ? 0.5 : 0)) * pitch; };
+            const auto along = [&](int step) { return (step + (other ? 0.5 : 0)) * coset_pitch; };
             const double x = along(i), y = along(j), z = along(k);
             const double time = lattice.axes == 4 ? kernel.time.value(along(l)) : 1;
             const double weight = time * kernel.space.value(x * x + y * y + z * z);
@@ -173,11 +173,11 @@ double reconstruct(const Kernel& kernel, const PeriodicLattice& lattice, const V
     std::array<int, 4> first{}, last{};
     for (size_t a = 0; a < lattice.axes; ++a) {
       const double reach = a < 3 ? radius : kernel.time.half_width;
-      first[a] = static_cast<int>(std::ceil((x[a] - reach) / pitch - 0.5 * coset));
-      last[a] = static_cast<int>(std::floor((x[a] + reach) / pitch - 0.5 * coset));
+      first[a] = static_cast<int>(std::ceil((x[a] - reach) / coset_pitch - 0.5 * coset));
+      last[a] = static_cast<int>(std::floor((x[a] + reach) / coset_pitch - 0.5 * coset));
     }
     const auto distance = [&](const std::array<int, 4>& p, size_t a) {
-      return (p[a] + 0.5 * coset) * pitch - x[a];
+      return (p[a] + 0.5 * coset) * coset_pitch - x[a];
     };
     std::array<int, 4> p{};
     for (p[3] = first[3]; p[3] <= last[3]; ++p[3]) {

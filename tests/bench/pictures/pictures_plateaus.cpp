@@ -26,7 +26,7 @@ struct Plateau {
   std::vector<char> inside; // per pixel
 };
 
-double luminance(const float* rgba) {
+double pixel_luminance(const float* rgba) {
   const double alpha = std::max(static_cast<double>(rgba[3]), 1e-6);
   return (0.2126 * static_cast<double>(rgba[0]) + 0.7152 * static_cast<double>(rgba[1]) +
           0.0722 * static_cast<double>(rgba[2])) /
@@ -50,8 +50,8 @@ Glitter glitter(const Drawn& picture, const Plateau& plateau) {
       double sum = 0, n = 0;
       for (int v = y - reach; v <= y + reach; ++v)
         for (int u = x - reach; u <= x + reach; ++u)
-          if (inside(u, v)) sum += luminance(picture.at(u, v)), n += 1;
-      const double off = luminance(picture.at(x, y)) - sum / n;
+          if (inside(u, v)) sum += pixel_luminance(picture.at(u, v)), n += 1;
+      const double off = pixel_luminance(picture.at(x, y)) - sum / n;
       squares += off * off, count += 1;
     }
   return {count > 0 ? std::sqrt(squares / count) : 0, count / (1.0 * picture.width * picture.height)};

@@ -39,6 +39,13 @@ int run_render_suite(std::span<const std::string> args, const Report& report) {
   return 0;
 }
 
+const char* mode_name(RenderMode mode) {
+  return mode == RenderMode::xray         ? "X-ray"
+         : mode == RenderMode::maximum    ? "maximum"
+         : mode == RenderMode::isosurface ? "isosurface"
+                                          : "semi-transparent";
+}
+
 const char* quality_name(Quality quality) {
   static constexpr const char* names[] = {"", "draft", "normal", "fine", "best"};
   return names[static_cast<size_t>(quality)];

@@ -41,6 +41,7 @@ void settle(const Method& method, int size);
 [[nodiscard]] Method march_method(const MarchScene& scene, const MarchOptions& options,
                                   BenchContext& context);
 [[nodiscard]] const char* quality_name(Quality quality);
+[[nodiscard]] const char* mode_name(RenderMode mode);
 [[nodiscard]] const char* gradient_name(GradientMethod gradient);
 
 void render_front(const Report& report);        // error against the analytic field, and the plot

@@ -27,10 +27,6 @@ FrameMaskPtr land(int n, MemoryBudget& budget) {
   return mask;
 }
 
-const char* mode_name(RenderMode mode) {
-  return mode == RenderMode::xray ? "X-ray" : mode == RenderMode::maximum ? "maximum" : "semi-transparent";
-}
-
 } // namespace
 
 void render_coast(const Report& report) {

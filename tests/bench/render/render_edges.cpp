@@ -26,8 +26,8 @@ double edge_psnr(const Image& picture, const Image& truth, const Image& plain, c
 }
 
 // With the truth where `size` is small enough for it.
-Row measure(const FieldScene& scene, const SampledScene& sampled, Quality quality, int size, bool perspective,
-            int rounds) {
+Row measure_edges(const FieldScene& scene, const SampledScene& sampled, Quality quality, int size,
+                  bool perspective, int rounds) {
   BenchContext one(1), two(2);
   const Camera camera = scene_camera(scene, size, 0, perspective);
   const Scene s = splat_scene(scene, sampled, camera);
@@ -69,8 +69,8 @@ void render_edges(const Report& report) {
     for (const FieldScene& scene : {marschner_lobb_scene(n), bessel_scene(n), smoke_scene(n)}) {
       const SampledScene sampled = sample_scene(scene, LatticeKind::bcc, "default");
       for (const Quality q : {Quality::draft, Quality::normal, Quality::fine})
-        rows.push_back(measure(scene, sampled, q, size, false, rounds));
-      rows.push_back(measure(scene, sampled, Quality::normal, size, true, rounds));
+        rows.push_back(measure_edges(scene, sampled, q, size, false, rounds));
+      rows.push_back(measure_edges(scene, sampled, Quality::normal, size, true, rounds));
     }
   }
   report.table(concat("Smooth edges of isosurfaces: CPU ms of one thread, least of ", rounds,

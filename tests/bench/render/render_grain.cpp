@@ -17,7 +17,7 @@ struct Dense {
   TransferFunction function;
 };
 
-std::vector<Dense> functions() {
+std::vector<Dense> dense_functions() {
   const std::vector<ColorPoint> colors{
       {0.3, {0.2, 0.3, 0.9}}, {0.6, {0.3, 0.8, 0.3}}, {0.9, {0.9, 0.3, 0.1}}};
   return {{"ramp to 0.95", {colors, {{0.3, 0}, {1, 0.95}}}},
@@ -59,7 +59,7 @@ void add_rows(std::vector<Row>& rows, const FieldScene& of, const SampledScene& 
               const std::string& field, const Report& report) {
   BenchContext two(2), one(1);
   const int size = report.quick ? 64 : 192;
-  for (const Dense& f : functions()) {
+  for (const Dense& f : dense_functions()) {
     FieldScene scene = of;
     scene.function = f.function;
     Camera camera = scene_camera(scene, size, shown.pixels, shown.perspective);

@@ -24,12 +24,6 @@ FieldScene noisy_scene(int samples) {
   return scene;
 }
 
-const char* mode_name(RenderMode mode) {
-  return mode == RenderMode::xray         ? "X-ray"
-         : mode == RenderMode::isosurface ? "isosurface"
-                                          : "semi-transparent";
-}
-
 } // namespace
 
 void render_minify(const Report& report) {

@@ -8,7 +8,7 @@
 namespace bccsplat::bench {
 namespace {
 
-constexpr int stride = 8;
+constexpr int own_stride = 8;
 
 int picture_size(int samples, double pixels_per_t) {
   return static_cast<int>(std::ceil(samples * 1.75 * pixels_per_t / 16)) * 16;
@@ -21,12 +21,12 @@ void unshaded(const Report& report, const FieldScene& scene, const SampledScene&
   const Scene s = splat_scene(scene, sampled, camera);
   RenderOptions o;
   o.shading = false, o.opacity_stop = 1;
-  const auto exact = true_image(scene, sampled, camera, o, size, stride, true);
+  const auto exact = true_image(scene, sampled, camera, o, size, own_stride, true);
   std::vector<Row> rows;
   double before = 0;
   for (const double step : {2.0, 1.0, 0.5, 0.25, 0.125}) {
     o.sheet_step = step;
-    const ImageError e = method_error(splat_method("splat", s, o, one), size, exact->image, stride);
+    const ImageError e = method_error(splat_method("splat", s, o, one), size, exact->image, own_stride);
     rows.push_back({figure("step T", step, 3), figure("RMSE", e.rmse, 6), figure("PSNR dB", e.psnr(), 1),
                     figure("max", e.most, 4),
                     figure("order", before > 0 ? std::log2(before / e.rmse) : NAN, 2)});
@@ -46,8 +46,8 @@ void gradients(const Report& report, const FieldScene& scene, const SampledScene
     const Camera camera = scene_camera(scene, size, pixels);
     const Scene s = splat_scene(scene, sampled, camera);
     const RenderOptions plain;
-    const auto exact = true_image(scene, sampled, camera, plain, size, stride, true);
-    const auto truth = true_image(scene, sampled, camera, plain, size, stride);
+    const auto exact = true_image(scene, sampled, camera, plain, size, own_stride, true);
+    const auto truth = true_image(scene, sampled, camera, plain, size, own_stride);
     for (const GradientMethod g :
          {GradientMethod::central, GradientMethod::fourth_order, GradientMethod::analytic}) {
       std::vector<Method> methods;
@@ -62,9 +62,9 @@ void gradients(const Report& report, const FieldScene& scene, const SampledScene
         const std::string step = concat(methods[i].step, " T");
         row.push_back(figure("ms " + step, ms[i], 1));
         row.push_back(
-            figure("own dB " + step, method_error(methods[i], size, exact->image, stride).psnr(), 1));
+            figure("own dB " + step, method_error(methods[i], size, exact->image, own_stride).psnr(), 1));
         row.push_back(
-            figure("truth dB " + step, method_error(methods[i], size, truth->image, stride).psnr(), 1));
+            figure("truth dB " + step, method_error(methods[i], size, truth->image, own_stride).psnr(), 1));
       }
       rows.push_back(row);
     }
@@ -85,9 +85,9 @@ void settings(const Report& report, const FieldScene& scene, const SampledScene&
     const Scene s = splat_scene(scene, sampled, camera);
     RenderOptions flat, shaded;
     flat.shading = false;
-    const auto exact = true_image(scene, sampled, camera, shaded, size, stride, true);
-    const auto exact_flat = true_image(scene, sampled, camera, flat, size, stride, true);
-    const auto truth = true_image(scene, sampled, camera, shaded, size, stride);
+    const auto exact = true_image(scene, sampled, camera, shaded, size, own_stride, true);
+    const auto exact_flat = true_image(scene, sampled, camera, flat, size, own_stride, true);
+    const auto truth = true_image(scene, sampled, camera, shaded, size, own_stride);
     std::vector<Method> plain, lit;
     for (const Quality q : {Quality::draft, Quality::normal, Quality::fine, Quality::best}) {
       flat.quality = shaded.quality = q;
@@ -98,9 +98,9 @@ void settings(const Report& report, const FieldScene& scene, const SampledScene&
     for (size_t i = 0; i < lit.size(); ++i)
       rows.push_back(
           {figure("px per T", pixels, 0), word("quality", lit[i].name), figure("ms", ms[i], 1),
-           figure("unshaded, own dB", method_error(plain[i], size, exact_flat->image, stride).psnr(), 1),
-           figure("shaded, own dB", method_error(lit[i], size, exact->image, stride).psnr(), 1),
-           figure("shaded, truth dB", method_error(lit[i], size, truth->image, stride).psnr(), 1)});
+           figure("unshaded, own dB", method_error(plain[i], size, exact_flat->image, own_stride).psnr(), 1),
+           figure("shaded, own dB", method_error(lit[i], size, exact->image, own_stride).psnr(), 1),
+           figure("shaded, truth dB", method_error(lit[i], size, truth->image, own_stride).psnr(), 1)});
   }
   report.table(
       concat(scene.name, ' ', scene.samples,
@@ -117,10 +117,10 @@ void surfaces(const Report& report, const FieldScene& scene, const SampledScene&
     const Scene s = splat_scene(scene, sampled, camera);
     RenderOptions o;
     o.mode = RenderMode::isosurface, o.iso_value = scene.iso_value;
-    const auto exact = true_image(scene, sampled, camera, o, size, stride, true);
+    const auto exact = true_image(scene, sampled, camera, o, size, own_stride, true);
     for (const double step : {1.0, 0.5, 0.25}) {
       o.sheet_step = step;
-      const ImageError e = method_error(splat_method("splat", s, o, one), size, exact->image, stride);
+      const ImageError e = method_error(splat_method("splat", s, o, one), size, exact->image, own_stride);
       rows.push_back({figure("px per T", pixels, 0), figure("step T", step, 2),
                       figure("PSNR dB", e.psnr(), 1), figure("RMSE", e.rmse, 5), figure("max", e.most, 3)});
     }

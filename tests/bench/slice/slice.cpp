@@ -20,8 +20,6 @@ namespace {
 using test::sample_field;
 using test::TestContext;
 
-constexpr uint64_t large_cache = uint64_t{8} << 30;
-
 // A source that counts the bricks that are asked of it.
 class Counting final : public SampleSource {
  public:

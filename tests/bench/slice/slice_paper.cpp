@@ -17,8 +17,6 @@ namespace {
 
 using test::TestContext;
 
-constexpr uint64_t large_cache = uint64_t{8} << 30;
-
 struct Method {
   const char* name;
   const char* kernel;

@@ -12,6 +12,9 @@
 
 namespace bccsplat::bench {
 
+// Bytes in which the coefficients of any volume here have room.
+inline constexpr uint64_t large_cache = uint64_t{8} << 30;
+
 // Hyperplanes through the centre of a volume.
 struct NamedPlane {
   std::string name;
