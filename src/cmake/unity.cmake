@@ -1,7 +1,7 @@
 # Unity builds, by -DCMAKE_UNITY_BUILD=ON: sources of one folder are compiled together, as many as
 # CMAKE_UNITY_BUILD_BATCH_SIZE (8; 0: all of a folder) at a time, so that headers are read once for all of them. Loops for
 # several instruction sets include their own file once for each set and stay alone; so do, by CMake, files with options of
-# their own. What is not handed to the function below, as tests whose helpers share names, is compiled file by file.
+# their own. What is not handed to the function below is compiled file by file.
 set(bccsplat_unity_build ${CMAKE_UNITY_BUILD})
 set(CMAKE_UNITY_BUILD OFF)
 function(bccsplat_unity_build target)
