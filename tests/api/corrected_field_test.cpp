@@ -16,7 +16,7 @@ double heart(double x, double y, double z, double t) {
   return d < r ? (d < r - 2 ? 0.8 : 2) : 0;
 }
 
-constexpr double range = 2, bound = 0.02;
+constexpr double bound = 0.02;
 
 struct HeartFiles {
   TestDevice device;
