@@ -26,6 +26,12 @@ int below(double k) {
 
 constexpr int together = 4; // samples that are written down without asking whether there are so many
 
+// The least float that is not below a target.
+float side_of(double target) {
+  const auto near = static_cast<float>(target);
+  return static_cast<double>(near) < target ? std::nextafter(near, infinity) : near;
+}
+
 // Samples of a slab that there is room for.
 size_t rooms(const RayWay& way) {
   constexpr size_t rays = size_t{RaySearch::square} * RaySearch::square;
@@ -34,22 +40,24 @@ size_t rooms(const RayWay& way) {
 
 } // namespace
 
-RaySearch::RaySearch(const RayField& of) : f_(of), view_(*of.view), way_(*of.way) {
+RaySearch::RaySearch(const RayField& of)
+    : f_(of), view_(*of.view), way_(*of.way), side_(side_of(of.target)),
+      roots_(of.field->footprints, of.view->ez, of.view->step, side_),
+      to_lattice_(of.view->lattice_to_world.inverse()) {
   const size_t room = rooms(way_);
   samples_.resize(room), places_.resize(room), values_.resize(room), slopes_.resize(room);
   gradients_.resize(room), found_.resize(room / 64 + 1);
-  side_ = static_cast<float>(f_.target);
-  if (static_cast<double>(side_) < f_.target) side_ = std::nextafter(side_, infinity);
 }
 
 uint64_t RaySearch::buffers(const RayWay& way) {
   constexpr uint64_t sample = sizeof(int) + sizeof(Vec4) + 2 * sizeof(float) + sizeof(std::array<float, 4>);
-  constexpr uint64_t ray = sizeof(Part) + sizeof(uint32_t) + sizeof(RayHit);
+  constexpr uint64_t ray =
+      sizeof(Part) + sizeof(uint32_t) + 2 * sizeof(RayHit) + 2 * sizeof(Vec3) + sizeof(double);
   return rooms(way) * sample + rooms(way) / 8 + pixels * ray;
 }
 
 std::span<const RayHit> RaySearch::find(int x, int y, int width, int height, Progress& progress) {
-  hits_.clear();
+  hits_.clear(), unlit_.clear();
   x_ = x, y_ = y;
   begin(width, height);
   for (size_t word = 0; word < way_.words(); ++word) {
@@ -66,6 +74,7 @@ std::span<const RayHit> RaySearch::find(int x, int y, int width, int height, Pro
       slabs = left(bit + 1);
     }
   }
+  light();
   counts_.hits += hits_.size();
   return hits_;
 }
@@ -142,7 +151,7 @@ void RaySearch::search() {
   scanned_.resize(parts_.size());
   for (uint32_t p = 0; p < scanned_.size(); ++p) scanned_[p] = p;
   while (!scanned_.empty()) {
-    crossings_.clear(), grazes_.clear();
+    roots_.clear(), grazes_.clear();
     for (const uint32_t p : scanned_) scan(p);
     scanned_.clear();
     settle();
@@ -176,43 +185,76 @@ void RaySearch::scan(uint32_t p) {
 // Notes two neighbours whose sides differ, or between which the field comes closer, goes away, and the
 // tangents meet beyond the target; false where there is neither.
 bool RaySearch::note(const Station& before, const Station& here, uint32_t p) {
-  const double target = f_.target;
-  const double d0 = before.value - target, d1 = here.value - target;
-  const double side = std::copysign(1.0, -d0), s0 = side * before.slope, s1 = side * here.slope;
-  const bool crosses = (d0 < 0) != (d1 < 0);
-  const bool grazes = s0 > 0 && s1 < 0 && side * d0 * (s0 - s1) + s0 * (side * (d1 - d0) - s1) > 0;
-  if (!crosses && !grazes) return false;
+  const auto rises = [&](float value) { return static_cast<double>(value) - f_.target; };
+  const double d0 = rises(before.value), d1 = rises(here.value);
   const uint32_t r = parts_[p].ray;
-  (crosses ? crossings_ : grazes_)
-      .push_back({1.0 * column(r), 1.0 * row(r), 1.0 * before.k, 1.0 * here.k, before.value, here.value,
-                  before.slope, here.slope, p});
+  if ((d0 < 0) != (d1 < 0)) {
+    const auto end = [&](const Station& s) { return RootEnd{s.value - side_, s.slope}; };
+    roots_.add({view_.sample(column(r), row(r), 0), before.k, end(before), end(here), p});
+    return true;
+  }
+  const double side = std::copysign(1.0, -d0), s0 = side * static_cast<double>(before.slope),
+               s1 = side * static_cast<double>(here.slope);
+  if (!(s0 > 0 && s1 < 0 && side * d0 * (s0 - s1) + s0 * (side * (d1 - d0) - s1) > 0)) return false;
+  grazes_.push_back({.i = 1.0 * column(r),
+                     .j = 1.0 * row(r),
+                     .low = 1.0 * before.k,
+                     .high = 1.0 * here.k,
+                     .value_low = static_cast<double>(before.value),
+                     .value_high = static_cast<double>(here.value),
+                     .slope_low = static_cast<double>(before.slope),
+                     .slope_high = static_cast<double>(here.slope),
+                     .number = p});
   return true;
+}
+
+// Whether what was found on the ray of a part lies in its part of the domain; then the ray ends.
+bool RaySearch::hit(uint32_t p, double k) {
+  const uint32_t r = parts_[p].ray;
+  Piece& piece = piece_[r / piece_rays];
+  if (k < piece.inside.enter[r % piece_rays] - outside_tolerance ||
+      k > piece.inside.leave[r % piece_rays] + outside_tolerance) {
+    scanned_.push_back(p);
+    return false;
+  }
+  piece.open &= ~(uint64_t{1} << r % piece_rays);
+  return true;
+}
+
+// Of intervals that may be passed twice those that are; the others are scanned on.
+void RaySearch::find_turns() {
+  counts_.grazes += grazes_.size();
+  const auto found = find_grazes(*f_.field, view_, f_.target, grazes_);
+  passed_.assign(parts_.size(), 0);
+  for (const Crossing& c : found) passed_[c.number] = 1;
+  for (const Crossing& c : grazes_)
+    if (passed_[c.number] == 0) scanned_.push_back(c.number);
+  if (found.empty()) return;
+  const auto points = refine_crossings(*f_.field, view_, f_.target, found, root_tolerance);
+  for (size_t n = 0; n < points.size(); ++n)
+    if (hit(found[n].number, points[n].k))
+      hits_.push_back({static_cast<int>(found[n].i), static_cast<int>(found[n].j), points[n]});
 }
 
 // Refines what was found; parts for which that was nothing are scanned on.
 void RaySearch::settle() {
-  if (!grazes_.empty()) {
-    counts_.grazes += grazes_.size();
-    const auto found = find_grazes(*f_.field, view_, f_.target, grazes_);
-    passed_.assign(parts_.size(), 0);
-    for (const Crossing& c : found) passed_[c.number] = 1;
-    for (const Crossing& c : grazes_)
-      if (passed_[c.number] == 0) scanned_.push_back(c.number);
-    crossings_.insert(crossings_.end(), found.begin(), found.end());
+  if (!grazes_.empty()) find_turns();
+  if (roots_.empty()) return;
+  for (const RayRoot& root : roots_.find()) {
+    const uint32_t r = parts_[root.number].ray;
+    if (!hit(root.number, root.k)) continue;
+    unlit_.hits.push_back({column(r), row(r), {root.k, root.position, {}}});
+    unlit_.positions.push_back(root.sample.position), unlit_.gradients.push_back(root.sample.gradient);
+    unlit_.values.push_back(root.sample.value);
   }
-  if (crossings_.empty()) return;
-  const auto points = refine_crossings(*f_.field, view_, f_.target, crossings_, root_tolerance);
-  for (size_t n = 0; n < points.size(); ++n) {
-    const Crossing& c = crossings_[n];
-    const uint32_t r = parts_[c.number].ray;
-    Piece& piece = piece_[r / piece_rays];
-    if (points[n].k < piece.inside.enter[r % piece_rays] - outside_tolerance ||
-        points[n].k > piece.inside.leave[r % piece_rays] + outside_tolerance) {
-      scanned_.push_back(c.number);
-      continue;
-    }
-    hits_.push_back({static_cast<int>(c.i), static_cast<int>(c.j), points[n]});
-    piece.open &= ~(uint64_t{1} << r % piece_rays);
+}
+
+// Makes the gradients of hits those that they are lit by, in world space.
+void RaySearch::light() {
+  f_.field->make_lit(unlit_.positions, unlit_.values, unlit_.gradients);
+  for (size_t n = 0; n < unlit_.hits.size(); ++n) {
+    RayHit& hit = hits_.emplace_back(unlit_.hits[n]);
+    hit.point.gradient = to_lattice_.transposed(unlit_.gradients[n]);
   }
 }
 

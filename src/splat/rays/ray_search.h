@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "splat/rays/ray_roots.h"
 #include "splat/rays/ray_way.h"
 #include "splat/shade/surface.h"
 #include "splat/view/view.h"
@@ -52,8 +53,8 @@ class RaySearch {
  private:
   // The last sample of a ray.
   struct Station {
-    int k = -(1 << 30);          // none
-    double value = 0, slope = 0; // per sheet
+    int k = -(1 << 30);         // none
+    float value = 0, slope = 0; // per sheet
   };
   // The samples of one ray in a slab; of all, those from `next` on are to be looked at with the one behind
   // them, and first of all that before them with the first one.
@@ -65,6 +66,7 @@ class RaySearch {
   // Rays are counted piece by piece.
   static constexpr int pieces = square / piece_edge; // a side
   static constexpr size_t pixels = square * square;
+  static_assert(pixels <= RayRoots::room);
   [[nodiscard]] int column(uint32_t r) const {
     return x_ + static_cast<int>(r / piece_rays % pieces * piece_edge + r % piece_edge);
   }
@@ -78,10 +80,11 @@ class RaySearch {
   void search();
   void scan(uint32_t p);
   void settle();
+  void find_turns();
   bool note(const Station& before, const Station& here, uint32_t p);
-  [[nodiscard]] Station station(uint32_t n) const {
-    return {samples_[n], static_cast<double>(values_[n]), static_cast<double>(slopes_[n])};
-  }
+  bool hit(uint32_t p, double k);
+  void light();
+  [[nodiscard]] Station station(uint32_t n) const { return {samples_[n], values_[n], slopes_[n]}; }
 
   const RayField& f_;
   const SheetView& view_;
@@ -104,9 +107,18 @@ class RaySearch {
   std::vector<uint64_t> found_; // samples between which and the next there is something to look for
   std::vector<Part> parts_;
   std::vector<uint32_t> scanned_; // parts that are to be scanned
-  std::vector<Crossing> crossings_, grazes_;
+  RayRoots roots_;
+  std::vector<Crossing> grazes_;
   std::vector<uint8_t> passed_; // by part
+  Affine3 to_lattice_;
   std::vector<RayHit> hits_;
+  // Hits whose gradients are yet to come from samples near them.
+  struct Unlit {
+    std::vector<RayHit> hits;
+    std::vector<Vec3> positions, gradients;
+    std::vector<double> values;
+    void clear() { hits.clear(), positions.clear(), gradients.clear(), values.clear(); }
+  } unlit_;
 };
 
 } // namespace bccsplat
