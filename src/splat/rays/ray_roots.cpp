@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splat/rays/ray_roots.h"
 
+#include "splat/shade/surface.h"
+
 namespace bccsplat {
 namespace {
 
-// How far from a root the field may be asked for last, whose gradient the root gets: T. Nearer shows in no
-// picture (tests/bench/notes/isosurfaces.md).
-constexpr double near_enough = 0.02;
 constexpr int most_steps = 3;
 
 } // namespace
 
-RayRoots::RayRoots(const FootprintPlan& field, const Vec3& ray, double step, float target)
-    : field_(field), ray_(ray) {
+RayRoots::RayRoots(const FootprintPlan& field, const Vec3& ray, float target) : field_(field), ray_(ray) {
   for (size_t a = 0; a < 3; ++a) args_.ray[a] = static_cast<float>(ray[a]);
   args_.target = target;
-  args_.tolerance = static_cast<float>(near_enough / step);
+  // The root gets the gradient of the field's last sample: no further from it than where sheets draw, so that
+  // finer sheets make the light better, too.
+  args_.tolerance = static_cast<float>(root_tolerance);
 }
 
 void RayRoots::add(const RootPair& pair) {

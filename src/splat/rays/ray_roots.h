@@ -68,7 +68,7 @@ class RayRoots {
  public:
   static constexpr size_t room = RootLanes::room;
   // ray: of a sheet. target: as a float that values are less than where they are below it.
-  RayRoots(const FootprintPlan& field, const Vec3& ray, double step, float target);
+  RayRoots(const FootprintPlan& field, const Vec3& ray, float target);
 
   void clear() { count_ = 0; }
   // At most `room`.

@@ -42,8 +42,7 @@ size_t rooms(const RayWay& way) {
 
 RaySearch::RaySearch(const RayField& of)
     : f_(of), view_(*of.view), way_(*of.way), side_(side_of(of.target)),
-      roots_(of.field->footprints, of.view->ez, of.view->step, side_),
-      to_lattice_(of.view->lattice_to_world.inverse()) {
+      roots_(of.field->footprints, of.view->ez, side_), to_lattice_(of.view->lattice_to_world.inverse()) {
   const size_t room = rooms(way_);
   samples_.resize(room), places_.resize(room), values_.resize(room), slopes_.resize(room);
   gradients_.resize(room), found_.resize(room / 64 + 1);
