@@ -81,6 +81,70 @@ TEST(RayRoots, AreWhereTheFieldIsTheTargetForAnyNumber) {
   }
 }
 
+// Roots of straight lines, each asked for a little before or behind it: those within the tolerance are taken.
+TEST(RayRoots, AreTakenWhereTheLastSampleIsNear) {
+  RootArgs args{.count = 0, .ray = {0, 0, 1}, .target = 0.25f, .tolerance = 0.02f};
+  const auto lanes = std::make_unique<RootLanes>();
+  std::vector<float> values(RootLanes::room);
+  const std::vector<std::array<float, 4>> gradients(RootLanes::room, {3, 5, 1, 7});
+  const auto root_of = [](size_t n) { return 0.3f + 0.4f * static_cast<float>(n % 29) / 29; };
+  const auto aside = [](size_t n) { return (n % 3 == 0 ? 0.06f : 0.01f) * (n % 2 == 0 ? 1.0f : -1.0f); };
+  for (const size_t count : {1, 15, 16, 17, 63, 64, 65, 130, 1024}) {
+    args.count = count;
+    lanes->near.fill(0x5555555555555555); // of another search
+    for (size_t n = 0; n < count; ++n) {
+      lanes->low.x[n] = 0, lanes->low.value[n] = -root_of(n), lanes->low.slope[n] = 1;
+      lanes->high.x[n] = 1, lanes->high.value[n] = 1 - root_of(n), lanes->high.slope[n] = 1;
+      lanes->next[n] = root_of(n) + aside(n), values[n] = args.target + aside(n);
+    }
+    bracket_roots(args, values, gradients, *lanes);
+    for (size_t n = 0; n < count; ++n) {
+      EXPECT_EQ(lanes->near[n / 64] >> n % 64 & 1, n % 3 == 0 ? 0u : 1u) << n << " of " << count;
+      EXPECT_NEAR(lanes->next[n], root_of(n), 1e-6) << n << " of " << count;
+      const RootLanes::End& moved = aside(n) < 0 ? lanes->low : lanes->high;
+      EXPECT_EQ(moved.x[n], root_of(n) + aside(n)) << n << " of " << count;
+    }
+  }
+}
+
+// Neighbours at random, beside the same rule for one pair at a time. Behind the last sample lies what another
+// search left.
+TEST(RayPairs, AreThoseThatPassTheTargetOrTurnTowardsIt) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> any(-1, 1);
+  for (const size_t count : {1, 2, 15, 16, 17, 48, 63, 64, 65, 127, 129, 200}) {
+    const size_t room = count + PairArgs::room;
+    std::vector<float> value(room), slope(room);
+    std::vector<std::array<float, 4>> gradient(room);
+    for (float& v : value) v = 2 + 0.5f * any(random);
+    for (std::array<float, 4>& g : gradient) g = {any(random), any(random), any(random), any(random)};
+    std::vector<uint64_t> found(room / 64 + 1, ~uint64_t{0});
+    const PairArgs args{count, value.data(), gradient.data(), {0.5f, -1.5f, 2},
+                        1.75f, slope.data(), found.data()};
+    find_pairs(args);
+    size_t crossings = 0, turns = 0;
+    for (size_t n = 0; n < count; ++n) {
+      const auto along = [&](size_t of) {
+        return 0.5 * gradient[of][0] - 1.5 * gradient[of][1] + 2.0 * gradient[of][2];
+      };
+      EXPECT_NEAR(slope[n], along(n), 1e-5) << n << " of " << count;
+      if (n + 1 == count) break; // the last one has no next
+      const double d0 = value[n] - 1.75, d1 = value[n + 1] - 1.75, side = d0 < 0 ? 1 : -1;
+      const bool crosses = (d0 < 0) != (d1 < 0);
+      const double s0 = side * along(n), s1 = side * along(n + 1);
+      const double meet = side * d0 * (s0 - s1) + s0 * (side * (d1 - d0) - s1);
+      const bool turns_here = s0 > 0 && s1 < 0 && meet > 0;
+      if (!crosses && s0 > 0 && s1 < 0 && std::fabs(meet) < 1e-4) continue; // rounding decides
+      EXPECT_EQ(found[n / 64] >> n % 64 & 1, crosses || turns_here ? 1u : 0u) << n << " of " << count;
+      crossings += crosses, turns += turns_here && !crosses;
+    }
+    if (count > 100) {
+      EXPECT_GT(crossings, 10u);
+      EXPECT_GT(turns, 3u);
+    }
+  }
+}
+
 // Rays through a slab of blocks, straight along it: each passes the column of cells that it stands in.
 TEST(RayLayers, AreThoseOfTheBlockThatARayPasses) {
   constexpr int blocks_u = 3, blocks_v = 2;
