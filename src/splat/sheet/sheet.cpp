@@ -32,7 +32,7 @@ float segment_weight(const SheetArgs& s, size_t p) {
   return std::max(w, 0.0f);
 }
 
-Vec3 world_gradient(const SheetArgs& s, int x, int y) {
+Vec3 world_gradient(const SheetArgs& s, int x, int y, float quarters) {
   const std::ptrdiff_t at = s.tile.sample(x, y);
   const SheetDifferences& by = s.differences;
   float gi, gj, gk;
@@ -43,10 +43,20 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
       return by.neighbours == 2 ? (8 * near - (v[2 * step] - v[-2 * step])) / 12 : near / 2;
     };
     gi = slope(1), gj = slope(s.tile.plane_pitch);
+    gk = by.depth_scale * (by.after[at] - by.before[at]);
+    if (by.neighbours == 2) gk += by.depth_scale2 * (by.after2[at] - by.before2[at]);
+    if (quarters != 0) {
+      const auto change = [&](std::ptrdiff_t step) {
+        return (by.after[at + step] - by.after[at - step] - (by.before[at + step] - by.before[at - step])) /
+               4;
+      };
+      const float t = quarters / 4;
+      gi += t * change(1), gj += t * change(s.tile.plane_pitch);
+      gk += t * (by.after[at] - 2 * s.field.value[at] + by.before[at]);
+    }
     const float slant_x = s.basis.slant_x + static_cast<float>(s.tile.x + x) * s.basis.slant_per_x;
     const float slant_y = s.basis.slant_y + static_cast<float>(s.tile.y + y) * s.basis.slant_per_y;
-    gk = by.depth_scale * (by.after[at] - by.before[at]) - slant_x * gi - slant_y * gj;
-    if (by.neighbours == 2) gk += by.depth_scale2 * (by.after2[at] - by.before2[at]);
+    gk -= slant_x * gi + slant_y * gj;
   } else {
     gi = s.analytic.i[at], gj = s.analytic.j[at], gk = s.analytic.k[at];
     take_ripple_off(s, x, y, s.field.value[at], gi, gj, gk);
@@ -97,6 +107,24 @@ Segment classify_pixel(const SheetArgs& s, size_t p, std::ptrdiff_t at, float sh
   return out;
 }
 
+Shading light_segment(const SheetArgs& s, int x, int y, const Segment& segment, float added) {
+  const size_t p = s.tile.pixel(x, y);
+  const Vec3 viewer{static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
+                    static_cast<double>(s.pixel.view_z[p])};
+  const auto value = static_cast<double>(s.field.value[s.tile.sample(x, y)]);
+  const auto light = [&](float quarters) {
+    return shade(*s.shading.lights, world_gradient(s, x, y, quarters), viewer, value);
+  };
+  if (!s.differences.halves || !(added > lit_in_halves)) return light(0);
+  const float apart = std::min(added / lit_in_halves - 1, 1.0f);
+  const Shading front = light(-apart), back = light(apart);
+  const float of_front = s.halves.preintegrated ? segment.front / segment.absorbed
+                                                : 1 / (1 + std::sqrt(std::max(1 - segment.absorbed, 0.0f)));
+  const auto share = static_cast<double>(of_front);
+  return {share * front.scale + (1 - share) * back.scale,
+          share * front.highlight + (1 - share) * back.highlight};
+}
+
 namespace {
 
 int composite_sheet(const SheetArgs& s) {
@@ -111,11 +139,7 @@ int composite_sheet(const SheetArgs& s) {
       if (!(segment.absorbed > 0)) continue;
       const float f = (1 - alpha) * segment.absorbed;
       Shading lit{{1, 1, 1}, {}};
-      if (s.shading.on)
-        lit = shade(*s.shading.lights, world_gradient(s, x, y),
-                    {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
-                     static_cast<double>(s.pixel.view_z[p])},
-                    static_cast<double>(s.field.value[at]));
+      if (s.shading.on) lit = light_segment(s, x, y, segment, f);
       s.pixel.red[p] +=
           f * (segment.color[0] * static_cast<float>(lit.scale[0]) + static_cast<float>(lit.highlight[0]));
       s.pixel.green[p] +=

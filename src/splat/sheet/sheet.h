@@ -75,6 +75,8 @@ struct SheetDifferences {
   int neighbours = 0; // on either side that are looked at, 1 or 2; 0: gradients are analytic
   const float *before = nullptr, *after = nullptr, *before2 = nullptr, *after2 = nullptr;
   float depth_scale = 0, depth_scale2 = 0;
+  // Whether before and after tell how gradients change within the segment, which is then lit in halves.
+  bool halves = false;
 };
 
 // The places of a sheet's samples in the cells of the lattice, whose ripple is taken off analytic gradients.
@@ -197,7 +199,19 @@ struct Segment {
 
 // The part of the segment [k - front, k + 1/2] inside the domain at pixel p.
 [[nodiscard]] float segment_weight(const SheetArgs& sheet, size_t p);
-[[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y);
+// `quarters` of a sheet's distance behind the sheet, along the ray: from -1 to 1, 0 unless
+// differences.halves.
+[[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y, float quarters = 0);
+
+// Where smoke is dense and turns within a step, light by one gradient per sheet shows the sheets as contours.
+// Segments that add more than this to the opacity of a pixel are lit by two gradients, a quarter of a sheet
+// before and behind, each for the half that it is in the middle of; the two move apart as more is added, and
+// are there from twice this on.
+inline constexpr float lit_in_halves = 0.02f;
+
+// Light on the segment at pixel (x, y), which adds `added` to the opacity.
+[[nodiscard]] Shading light_segment(const SheetArgs& sheet, int x, int y, const Segment& segment,
+                                    float added);
 [[nodiscard]] const SheetLoops& simd_sheet_loops(); // best target of this machine
 
 } // namespace bccsplat

@@ -84,6 +84,7 @@ void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t 
     // Nothing is sampled before the first sheet in front of an eye, so that there are fewer neighbours.
     const auto front = std::min<int64_t>(k - view.first_sheet(), differences);
     const float* const here = a.field.value;
+    const bool lit = a.shading.lights->diffuse != 0 || a.shading.lights->specular != 0;
     const DepthWeights two =
         depth_weights(length(view.ray(0.5 * view.width, 0.5 * view.height)),
                       view.scale(static_cast<double>(k)) * std::max(length(view.ex), length(view.ey)));
@@ -95,7 +96,8 @@ void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t 
                      .depth_scale = front == 2   ? two.near
                                     : front == 1 ? 0.5f
                                                  : 1.0f,
-                     .depth_scale2 = front == 2 ? two.far : 0.0f};
+                     .depth_scale2 = front == 2 ? two.far : 0.0f,
+                     .halves = lit && front > 0};
   } else if (analytic) {
     a.analytic.i = plane(k, size_t{1}), a.analytic.j = plane(k, size_t{2}),
     a.analytic.k = plane(k, size_t{3});

@@ -26,12 +26,19 @@ struct Extent {
 struct SegmentColor {
   V red, green, blue, absorbed, value;
   V depth; // optical; of ByIntegrals
+  V front; // share of the front half in what is absorbed; of ByIntegrals
 };
 
 // A passage of the opacity through 1/2: the opacities before and behind, and the part of the segment between.
 struct Passage {
   V before, after, begin, weight;
 };
+
+// How much of what a segment of one extinction absorbs its front half does.
+HWY_INLINE V FrontShare(V absorbed) {
+  const V one = Set(1.0f), left = hn::Max(hn::Sub(one, absorbed), hn::Zero(d));
+  return hn::Div(one, hn::Add(one, hn::Sqrt(left)));
+}
 
 // One entry stands for the segment.
 struct ByEntry {
@@ -70,6 +77,7 @@ struct ByEntry {
   HWY_INLINE Passage passage(const Extent& extent, V before, V after) const {
     return {before, after, extent.begin, extent.weight};
   }
+  HWY_INLINE V front_share(const SegmentColor& segment) const { return FrontShare(segment.absorbed); }
 };
 
 // As classify_segment.
@@ -228,6 +236,7 @@ struct ByIntegrals {
     if (hn::AllFalse(d, active)) return false;
     const V over = hn::Div(Set(1.0f), hn::IfThenElse(active, out.absorbed, Set(1.0f)));
     const V fa = hn::Mul(front, over), fb = hn::Mul(rest, over);
+    out.front = fa;
     const auto join = [&](V x, V y) HWY_ATTR { return hn::MulAdd(fa, x, hn::Mul(fb, y)); };
     out.red = join(first.red, second.red), out.green = join(first.green, second.green);
     out.blue = join(first.blue, second.blue);
@@ -242,6 +251,7 @@ struct ByIntegrals {
             hn::IfThenElse(early, extent.begin, hn::Add(extent.begin, front_weight)),
             hn::IfThenElse(early, front_weight, hn::Sub(extent.weight, front_weight))};
   }
+  HWY_INLINE V front_share(const SegmentColor& segment) const { return segment.front; }
 };
 
 } // namespace

@@ -96,6 +96,33 @@ struct Gloss {
   }
 };
 
+// How much of a light a surface sends on, before the light's colour.
+struct Lobe {
+  V scale, highlight;
+};
+
+// A piece of surface: its gradient, one over the length of that, and its weight.
+struct Facet {
+  V x, y, z, inverse, surface;
+  [[nodiscard]] HWY_INLINE V cosine(V to_x, V to_y, V to_z) const {
+    const V along = hn::Abs(Dot(to_x, to_y, to_z, x, y, z));
+    return hn::Min(hn::Mul(along, inverse), Set(1.0f));
+  }
+};
+
+// A light as facets see it: its direction, and the halfway vector unless it shines from the viewer.
+struct Beam {
+  V x, y, z, half_x, half_y, half_z;
+  bool headlight;
+  [[nodiscard]] HWY_INLINE Lobe on(const Facet& f, const Gloss& gloss) const {
+    const V facing = f.cosine(x, y, z);
+    const V shine = headlight ? facing : f.cosine(half_x, half_y, half_z);
+    const V weighted = hn::MulAdd(f.surface, facing, hn::Sub(Set(1.0f), f.surface));
+    return {hn::Mul(weighted, Set(gloss.diffuse)),
+            hn::Mul(hn::Mul(f.surface, gloss.highlight(shine)), Set(gloss.specular))};
+  }
+};
+
 // What lights do to a colour: a factor and a highlight for each part.
 struct Lit {
   V scale_r, scale_g, scale_b, shine_r, shine_g, shine_b;
@@ -103,15 +130,12 @@ struct Lit {
       : scale_r(Set(ambient)), scale_g(scale_r), scale_b(scale_r), shine_r(hn::Zero(d)), shine_g(shine_r),
         shine_b(shine_r) {}
 
-  // Adds a light of which the surface sees `facing` and mirrors `shine` (cosines), as far as there is one.
-  HWY_INLINE void add(V facing, V shine, V surface, const Gloss& gloss, const std::array<float, 3>& color) {
-    facing = hn::Mul(hn::MulAdd(surface, facing, hn::Sub(Set(1.0f), surface)), Set(gloss.diffuse));
-    shine = hn::Mul(hn::Mul(surface, gloss.highlight(shine)), Set(gloss.specular));
+  HWY_INLINE void add(const Lobe& lobe, const std::array<float, 3>& color) {
     const V r = Set(color[0]), g = Set(color[1]), b = Set(color[2]);
-    scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
-    scale_b = hn::MulAdd(facing, b, scale_b);
-    shine_r = hn::MulAdd(shine, r, shine_r), shine_g = hn::MulAdd(shine, g, shine_g),
-    shine_b = hn::MulAdd(shine, b, shine_b);
+    scale_r = hn::MulAdd(lobe.scale, r, scale_r), scale_g = hn::MulAdd(lobe.scale, g, scale_g),
+    scale_b = hn::MulAdd(lobe.scale, b, scale_b);
+    shine_r = hn::MulAdd(lobe.highlight, r, shine_r), shine_g = hn::MulAdd(lobe.highlight, g, shine_g),
+    shine_b = hn::MulAdd(lobe.highlight, b, shine_b);
   }
   HWY_INLINE void apply(V& red, V& green, V& blue) const {
     red = hn::MulAdd(red, scale_r, shine_r), green = hn::MulAdd(green, scale_g, shine_g),
@@ -218,11 +242,7 @@ struct Pixels {
       if (by.neighbours == 2)
         gk = hn::MulAdd(Set(by.depth_scale2),
                         hn::Sub(hn::LoadU(d, by.after2 + at), hn::LoadU(d, by.before2 + at)), gk);
-      if (!s.shading.alike || s.basis.slant_x != 0 || s.basis.slant_y != 0) {
-        const V slant_x = hn::MulAdd(Set(s.basis.slant_per_x), column(), Set(s.basis.slant_x));
-        const V slant_y = Set(s.basis.slant_y + static_cast<float>(s.tile.y + y) * s.basis.slant_per_y);
-        gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));
-      }
+      take_slant_off(gi, gj, gk);
     } else {
       gi = hn::LoadU(d, s.analytic.i + at), gj = hn::LoadU(d, s.analytic.j + at),
       gk = hn::LoadU(d, s.analytic.k + at);
@@ -230,6 +250,27 @@ struct Pixels {
     }
     const V unit = Set(s.basis.unit);
     gi = hn::Mul(unit, gi), gj = hn::Mul(unit, gj), gk = hn::Mul(unit, gk);
+  }
+
+  // What they change by along a quarter of a sheet's distance.
+  HWY_INLINE void gradient_change(V& ci, V& cj, V& ck) const {
+    const SheetDifferences& by = s.differences;
+    const auto slope = [&](std::ptrdiff_t step) HWY_ATTR {
+      const auto across = [&](const float* plane) HWY_ATTR {
+        return hn::Sub(hn::LoadU(d, plane + at + step), hn::LoadU(d, plane + at - step));
+      };
+      return hn::Mul(Set(0.0625f * s.basis.unit), hn::Sub(across(by.after), across(by.before)));
+    };
+    ci = slope(1), cj = slope(s.tile.plane_pitch);
+    const V sum = hn::Add(hn::LoadU(d, by.after + at), hn::LoadU(d, by.before + at));
+    ck = hn::Mul(Set(0.25f * s.basis.unit), hn::NegMulAdd(Set(2.0f), hn::LoadU(d, s.field.value + at), sum));
+    take_slant_off(ci, cj, ck);
+  }
+  HWY_INLINE void take_slant_off(V gi, V gj, V& gk) const {
+    if (s.shading.alike && s.basis.slant_x == 0 && s.basis.slant_y == 0) return;
+    const V slant_x = hn::MulAdd(Set(s.basis.slant_per_x), column(), Set(s.basis.slant_x));
+    const V slant_y = Set(s.basis.slant_y + static_cast<float>(s.tile.y + y) * s.basis.slant_per_y);
+    gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));
   }
 
   // The weight of a surface, 0 to 1, as surface_weight(); square, inverse: of the length of the gradient.
@@ -243,52 +284,42 @@ struct Pixels {
     const V weight = hn::Mul(hn::Mul(t, t), hn::NegMulAdd(Set(2.0f), t, Set(3.0f)));
     return hn::IfThenElseZero(hn::Gt(square, Set(least_square)), weight);
   }
+};
 
-  // World gradient, enlarged.
-  HWY_INLINE void gradient(V& gx, V& gy, V& gz) const {
-    V gi, gj, gk;
-    gradient_parts(gi, gj, gk);
-    const auto axis = [&](size_t a) HWY_ATTR {
-      return hn::MulAdd(Set(s.basis.x[a]), gi,
-                        hn::MulAdd(Set(s.basis.y[a]), gj, hn::Mul(Set(s.basis.z[a]), gk)));
-    };
-    gx = axis(0), gy = axis(1), gz = axis(2);
+// The lights of a sheet whose rays are not alike, in world space.
+struct WorldLights {
+  const SheetArgs& s;
+  Gloss gloss;
+  explicit WorldLights(const SheetArgs& sheet) : s(sheet), gloss(*sheet.shading.lights) {}
+  [[nodiscard]] size_t count() const { return s.shading.lights->lights.size(); }
+  [[nodiscard]] std::array<float, 3> color(size_t n) const {
+    const Vec3& c = s.shading.lights->lights[n].color;
+    return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
   }
 
-  // Multiplies the colours and adds the highlights.
-  HWY_INLINE void light(V& red, V& green, V& blue) const {
-    V gx, gy, gz;
-    gradient(gx, gy, gz);
-    const V vx = load(s.pixel.view_x), vy = load(s.pixel.view_y), vz = load(s.pixel.view_z);
+  HWY_INLINE Facet facet(const Pixels& px, V gi, V gj, V gk) const {
+    const GradientBasis& b = px.s.basis;
+    const auto axis = [&](size_t a) HWY_ATTR {
+      return hn::MulAdd(Set(b.x[a]), gi, hn::MulAdd(Set(b.y[a]), gj, hn::Mul(Set(b.z[a]), gk)));
+    };
+    const V gx = axis(0), gy = axis(1), gz = axis(2);
     const V square = Dot(gx, gy, gz, gx, gy, gz);
     const V inverse = InverseRoot(hn::Max(square, Set(least_square)));
-    const V weight = surface(square, inverse);
-    const Lights& lights = *s.shading.lights;
-    const Gloss gloss(lights);
-    Lit lit(gloss.ambient);
-    for (const Light& l : lights.lights) {
-      const bool headlight = dot(l.direction, l.direction) == 0;
-      V facing, shine;
-      if (headlight) {
-        facing = hn::Min(hn::Mul(hn::Abs(Dot(gx, gy, gz, vx, vy, vz)), inverse), Set(1.0f));
-        shine = facing;
-      } else {
-        const Vec3 to = normalized(l.direction);
-        const V lx = Set(static_cast<float>(to[0])), ly = Set(static_cast<float>(to[1])),
-                lz = Set(static_cast<float>(to[2]));
-        facing = hn::Min(hn::Mul(hn::Abs(Dot(gx, gy, gz, lx, ly, lz)), inverse), Set(1.0f));
-        const V hx = hn::Add(lx, vx), hy = hn::Add(ly, vy), hz = hn::Add(lz, vz);
-        const V half = Dot(hx, hy, hz, hx, hy, hz);
-        const M some = hn::Gt(half, Set(1e-12f));
-        const V over = InverseRoot(hn::IfThenElse(some, half, Set(1.0f)));
-        shine = hn::Min(hn::Mul(hn::Mul(hn::Abs(Dot(gx, gy, gz, hx, hy, hz)), inverse), over), Set(1.0f));
-        shine = hn::IfThenElseZero(some, shine);
-      }
-      lit.add(
-          facing, shine, weight, gloss,
-          {static_cast<float>(l.color[0]), static_cast<float>(l.color[1]), static_cast<float>(l.color[2])});
-    }
-    lit.apply(red, green, blue);
+    return {gx, gy, gz, inverse, px.surface(square, inverse)};
+  }
+
+  HWY_INLINE Beam beam(const Pixels& px, size_t n) const {
+    const Light& l = s.shading.lights->lights[n];
+    const V vx = px.load(s.pixel.view_x), vy = px.load(s.pixel.view_y), vz = px.load(s.pixel.view_z);
+    if (dot(l.direction, l.direction) == 0) return {vx, vy, vz, vx, vy, vz, true};
+    const Vec3 to = normalized(l.direction);
+    const V lx = Set(static_cast<float>(to[0])), ly = Set(static_cast<float>(to[1])),
+            lz = Set(static_cast<float>(to[2]));
+    const V hx = hn::Add(lx, vx), hy = hn::Add(ly, vy), hz = hn::Add(lz, vz);
+    const V half = Dot(hx, hy, hz, hx, hy, hz);
+    const M some = hn::Gt(half, Set(1e-12f));
+    const V over = hn::IfThenElseZero(some, InverseRoot(hn::IfThenElse(some, half, Set(1.0f))));
+    return {lx, ly, lz, hn::Mul(hx, over), hn::Mul(hy, over), hn::Mul(hz, over), false};
   }
 };
 
@@ -301,7 +332,7 @@ struct AlikeLights {
     std::array<float, 3> color{};
     bool headlight = false;
   };
-  size_t count = 0;
+  size_t lights = 0;
   std::array<Parts, most> light{};
   std::array<float, 6> square{}; // of the gradient: ii ij ik jj jk kk
   Gloss gloss;
@@ -310,9 +341,8 @@ struct AlikeLights {
     return s.shading.alike && s.shading.on && s.shading.lights->lights.size() <= most;
   }
   explicit AlikeLights(const SheetArgs& s)
-      : count(s.shading.lights->lights.size()), gloss(*s.shading.lights) {
+      : lights(s.shading.lights->lights.size()), gloss(*s.shading.lights) {
     const GradientBasis& b = s.basis;
-    const Lights& lights = *s.shading.lights;
     const auto vector = [](const std::array<float, 3>& of) {
       return Vec3{static_cast<double>(of[0]), static_cast<double>(of[1]), static_cast<double>(of[2])};
     };
@@ -324,8 +354,8 @@ struct AlikeLights {
     const float largest = std::max({square[0], square[3], square[5]});
     for (const size_t mixed : {1u, 2u, 4u})
       if (std::fabs(square[mixed]) < 1e-6f * largest) square[mixed] = 0;
-    for (size_t l = 0; l < count; ++l) {
-      const Light& from = lights.lights[l];
+    for (size_t l = 0; l < lights; ++l) {
+      const Light& from = s.shading.lights->lights[l];
       Parts& to = light[l];
       to.headlight = dot(from.direction, from.direction) == 0;
       const Vec3 direction = to.headlight ? s.shading.to_viewer : normalized(from.direction);
@@ -339,10 +369,10 @@ struct AlikeLights {
     }
   }
 
-  // As Pixels::light.
-  HWY_INLINE void shade(const Pixels& px, V& red, V& green, V& blue) const {
-    V gi, gj, gk;
-    px.gradient_parts(gi, gj, gk);
+  [[nodiscard]] size_t count() const { return lights; }
+  [[nodiscard]] const std::array<float, 3>& color(size_t n) const { return light[n].color; }
+
+  HWY_INLINE Facet facet(const Pixels& px, V gi, V gj, V gk) const {
     V square_i = hn::Mul(Set(square[0]), gi), square_j = hn::Mul(Set(square[3]), gj);
     if (square[1] != 0 || square[2] != 0 || square[4] != 0) {
       square_i = hn::MulAdd(Set(square[1]), gj, hn::MulAdd(Set(square[2]), gk, square_i));
@@ -351,43 +381,67 @@ struct AlikeLights {
     const V norm2 =
         hn::MulAdd(square_i, gi, hn::MulAdd(square_j, gj, hn::Mul(hn::Mul(Set(square[5]), gk), gk)));
     const V inverse = InverseRoot(hn::Max(norm2, Set(least_square)));
-    const V weight = px.surface(norm2, inverse);
-    const auto along = [&](const std::array<float, 3>& to) HWY_ATTR {
-      const V cosine = hn::Abs(Dot(Set(to[0]), Set(to[1]), Set(to[2]), gi, gj, gk));
-      return hn::Min(hn::Mul(cosine, inverse), Set(1.0f));
-    };
-    Lit lit(gloss.ambient);
-    for (size_t n = 0; n < count; ++n) {
-      const Parts& l = light[n];
-      const V facing = along(l.facing);
-      lit.add(facing, l.headlight ? facing : along(l.half), weight, gloss, l.color);
-    }
-    lit.apply(red, green, blue);
+    return {gi, gj, gk, inverse, px.surface(norm2, inverse)};
+  }
+
+  HWY_INLINE Beam beam(const Pixels&, size_t n) const {
+    const Parts& l = light[n];
+    return {Set(l.facing[0]), Set(l.facing[1]), Set(l.facing[2]), Set(l.half[0]),
+            Set(l.half[1]),   Set(l.half[2]),   l.headlight};
   }
 };
+
+// What a segment adds to the opacity of a pixel, and how much of that its front half does.
+struct Halves {
+  V added, front;
+};
+HWY_INLINE bool LitInHalves(V added) { return !hn::AllFalse(d, hn::Gt(added, Set(lit_in_halves))); }
 
 // These are structs and not lambdas, which would not be inlined at this size: a call passes all vectors
 // through memory.
 struct NoLight {
   HWY_INLINE void operator()(const Pixels&, V&, V&, V&) const {}
+  HWY_INLINE void halves(const Pixels&, const Halves&, V&, V&, V&) const {}
 };
-struct LightPixels {
+template<class Lighting> struct LightPixels {
+  Lighting lights;
+  // Multiplies the colours and adds the highlights.
   HWY_INLINE void operator()(const Pixels& px, V& red, V& green, V& blue) const {
-    px.light(red, green, blue);
+    V gi, gj, gk;
+    px.gradient_parts(gi, gj, gk);
+    const Facet facet = lights.facet(px, gi, gj, gk);
+    Lit lit(lights.gloss.ambient);
+    for (size_t n = 0; n < lights.count(); ++n)
+      lit.add(lights.beam(px, n).on(facet, lights.gloss), lights.color(n));
+    lit.apply(red, green, blue);
   }
-};
-struct LightAlike {
-  AlikeLights lights;
-  HWY_INLINE void operator()(const Pixels& px, V& red, V& green, V& blue) const {
-    lights.shade(px, red, green, blue);
+  // The same in halves, as light_segment().
+  HWY_INLINE void halves(const Pixels& px, const Halves& of, V& red, V& green, V& blue) const {
+    V gi, gj, gk, ci, cj, ck;
+    px.gradient_parts(gi, gj, gk);
+    px.gradient_change(ci, cj, ck);
+    const V rise = hn::MulSub(of.added, Set(1 / lit_in_halves), Set(1.0f));
+    const V move = hn::Min(hn::Max(rise, hn::Zero(d)), Set(1.0f));
+    ci = hn::Mul(move, ci), cj = hn::Mul(move, cj), ck = hn::Mul(move, ck);
+    const Facet front = lights.facet(px, hn::Sub(gi, ci), hn::Sub(gj, cj), hn::Sub(gk, ck));
+    const Facet back = lights.facet(px, hn::Add(gi, ci), hn::Add(gj, cj), hn::Add(gk, ck));
+    Lit lit(lights.gloss.ambient);
+    for (size_t n = 0; n < lights.count(); ++n) {
+      const Beam beam = lights.beam(px, n);
+      const Lobe a = beam.on(front, lights.gloss), b = beam.on(back, lights.gloss);
+      lit.add({hn::MulAdd(of.front, hn::Sub(a.scale, b.scale), b.scale),
+               hn::MulAdd(of.front, hn::Sub(a.highlight, b.highlight), b.highlight)},
+              lights.color(n));
+    }
+    lit.apply(red, green, blue);
   }
 };
 
 // Calls body(shade) with what lights the colours of the sheet's pixels.
 template<class Body> HWY_INLINE auto WithLight(const SheetArgs& s, const Body& body) {
   if (!s.shading.on) return body(NoLight{});
-  if (!AlikeLights::fits(s)) return body(LightPixels{});
-  return body(LightAlike{AlikeLights(s)});
+  if (!AlikeLights::fits(s)) return body(LightPixels<WorldLights>{WorldLights(s)});
+  return body(LightPixels<AlikeLights>{AlikeLights(s)});
 }
 
 // Calls body(Pixels) for every vector of the tile. The rays of pixels beside the tile are empty.

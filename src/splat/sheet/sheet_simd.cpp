@@ -57,7 +57,10 @@ int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, c
           sum_b = hn::LoadU(d, plane.blue + p);
         }
         const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), segment.absorbed));
-        shade(px, segment.red, segment.green, segment.blue);
+        if (s.differences.halves && LitInHalves(f))
+          shade.halves(px, {f, classify.front_share(segment)}, segment.red, segment.green, segment.blue);
+        else
+          shade(px, segment.red, segment.green, segment.blue);
         sum_r = hn::MulAdd(f, segment.red, sum_r), sum_g = hn::MulAdd(f, segment.green, sum_g),
         sum_b = hn::MulAdd(f, segment.blue, sum_b);
         const V before = alpha;

@@ -21,11 +21,7 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
       const float depth = segment.depth;
       if (!(depth > 0)) continue;
       Shading lit{{1, 1, 1}, {}};
-      if (s.shading.on)
-        lit = shade(*s.shading.lights, world_gradient(s, x, y),
-                    {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
-                     static_cast<double>(s.pixel.view_z[p])},
-                    static_cast<double>(s.field.value[at]));
+      if (s.shading.on) lit = light_segment(s, x, y, segment, (1 - s.pixel.alpha[p]) * segment.absorbed);
       const auto light = [&](float color, size_t c) {
         return depth * (color * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]));
       };

@@ -48,7 +48,14 @@ void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const 
       LookUp(table.entry.data(), index, red, green, blue, extinction);
       const V path = hn::Mul(hn::Mul(Set(share), weight), px.load(s.pixel.path));
       const V depth = hn::IfThenElseZero(active, hn::Mul(extinction, path));
-      shade(px, red, green, blue);
+      const V open = hn::Sub(Set(1.0f), px.load(s.pixel.alpha));
+      // No segment absorbs more than its depth.
+      if (s.differences.halves && LitInHalves(hn::Mul(open, depth))) {
+        const V part = Absorbed(depth);
+        shade.halves(px, {hn::Mul(open, part), FrontShare(part)}, red, green, blue);
+      } else {
+        shade(px, red, green, blue);
+      }
       const auto add = [&](float* plane, V part) HWY_ATTR {
         hn::StoreU(hn::MulAdd(depth, part, hn::LoadU(d, plane + px.p)), d, plane + px.p);
       };
@@ -77,7 +84,12 @@ void AbsorbIntegrals(const SheetArgs& s, float share, const MatterPlanes& out, c
                     extent, segment, active))
         continue;
       const V depth = hn::IfThenElseZero(active, segment.depth);
-      shade(px, segment.red, segment.green, segment.blue);
+      const V open = hn::Sub(Set(1.0f), px.load(s.pixel.alpha));
+      const V added = hn::IfThenElseZero(active, hn::Mul(open, segment.absorbed));
+      if (s.differences.halves && LitInHalves(added))
+        shade.halves(px, {added, segment.front}, segment.red, segment.green, segment.blue);
+      else
+        shade(px, segment.red, segment.green, segment.blue);
       const auto add = [&](float* plane, V part) HWY_ATTR {
         hn::StoreU(hn::MulAdd(depth, part, hn::LoadU(d, plane + px.p)), d, plane + px.p);
       };

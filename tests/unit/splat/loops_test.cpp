@@ -282,6 +282,69 @@ TEST(Loops, LightThatGrazesDoesNotUnderflow) {
     }
 }
 
+// Segments that add more than lit_in_halves are lit by two gradients, in every target as in the reference.
+TEST(Loops, DenseSegmentsAreLitInHalves) {
+  constexpr int pitch = 48, rows = 5, middle = 2 * pitch + 16;
+  ClassTable table;
+  table.entry.resize(1);
+  index_visible(table);
+  std::mt19937 random(7);
+  std::normal_distribution<float> noise;
+  std::array<std::vector<float>, 5> sheet; // k - 2 to k + 2
+  for (auto& plane : sheet) {
+    plane.resize(size_t{pitch} * rows);
+    for (float& v : plane) v = noise(random);
+  }
+  std::vector<float> planes(16 * 11, 0.0f);
+  float* p = planes.data();
+  Lights lights;
+  lights.lights = {Light{}, Light{{0, 1, 1}, {1, 0.5, 1}}};
+  SheetArgs s{.tile = {.width = 16, .height = 1, .pitch = 16, .plane_pitch = pitch},
+              .field = {.value = sheet[2].data() + middle},
+              .differences = {.neighbours = 2,
+                              .before = sheet[1].data() + middle,
+                              .after = sheet[3].data() + middle,
+                              .before2 = sheet[0].data() + middle,
+                              .after2 = sheet[4].data() + middle,
+                              .depth_scale = 0.66f,
+                              .depth_scale2 = -0.08f},
+              .basis = {.x = {1, 0, 0}, .y = {0, 1, 0}, .z = {0, 0, 1}, .slant_x = 0.1f, .slant_y = -0.2f},
+              .classes = {.table = &table, .stop = 2},
+              .shading = {.on = true, .to_viewer = {0, 0, 1}, .lights = &lights},
+              .pixel = {.red = p,
+                        .green = p + 16,
+                        .blue = p + 32,
+                        .alpha = p + 48,
+                        .depth = p + 64,
+                        .enter = p + 80,
+                        .leave = p + 96,
+                        .path = p + 112,
+                        .view_x = p + 128,
+                        .view_y = p + 128,
+                        .view_z = p + 144}};
+  std::fill_n(p + 80, 16, -10.0f), std::fill_n(p + 96, 16, 10.0f), std::fill_n(p + 112, 16, 1.0f);
+  std::fill_n(p + 144, 16, 1.0f);
+  const auto draw = [&](const SheetLoops& loops, bool halves) {
+    std::fill_n(p, 80, 0.0f);
+    s.differences.halves = halves;
+    loops.composite({&s, 1});
+    return std::vector<float>(p, p + 48);
+  };
+  for (const float extinction : {0.01f, 0.03f, 0.5f, 4.0f})
+    for (const bool alike : {false, true}) {
+      table.entry = {{0.9f, 0.8f, 0.7f, extinction}};
+      index_visible(table);
+      s.shading.alike = alike;
+      const auto expected = draw(reference_sheet_loops(), true), whole = draw(reference_sheet_loops(), false);
+      EXPECT_EQ(expected == whole, extinction < lit_in_halves);
+      for_targets([&] {
+        const auto got = draw(simd_sheet_loops(), true);
+        for (size_t n = 0; n < got.size(); ++n)
+          EXPECT_NEAR(got[n], expected[n], 2e-6) << n << ' ' << extinction << ' ' << alike;
+      });
+    }
+}
+
 TEST(Loops, AbsorptionIsExactForThinAndThickSegments) {
   // The law of absorption goes through the composite loop, as one sheet of extinction x.
   ClassTable table;
