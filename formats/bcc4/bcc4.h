@@ -6,11 +6,15 @@
 // layers.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <bit>
+#include <climits>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -121,6 +125,8 @@ struct Bcc4Limits {
 
 class Attempts;   // would_block.h
 struct ChunkData; // a decoded chunk, chunk.h
+struct ChunkRest; // what of one is still to be decoded
+struct ChunkScratch;
 
 // What the values of bricks are relative to.
 enum class RelativeTo : uint8_t { air, base };
@@ -186,11 +192,15 @@ class Bcc4Reader {
   // Decodes chunks of one channel and level in parallel; neighbours in the file are read together.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context) const;
-  // Does the same; those whose bytes are not there yet are null, and `attempts` knows.
-  [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>> read_chunks(const ChannelLevel& at,
-                                                                          std::span<const Bcc4Chunk> chunks,
-                                                                          const Context& context,
-                                                                          Attempts& attempts) const;
+  // Does the same; those whose bytes are not there yet are null, and `attempts` knows. Of each chunk the
+  // first `layers` are wanted: it may have a rest. Chunks that are salvaged are decoded whole.
+  [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
+  read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context,
+              Attempts& attempts, int layers = INT_MAX) const;
+  // Decodes the rest of a chunk, as chunk.h says.
+  [[nodiscard]] ChunkData finish_chunk(const ChunkRest& rest,
+                                       const std::optional<std::array<std::span<const std::byte>, 2>>& before,
+                                       ChunkScratch& scratch) const;
   // Returns the corrections of a source frame that are in one block; empty where there are none. Neither
   // these nor those below are cached; when salvaging, damaged ones are left out.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
@@ -226,7 +236,9 @@ class Bcc4Reader {
 // The samples of a level of a file as a SampleSource, relative to air or to the base of the field. Decoded
 // chunks are cached, least recently used first out, as far as `budget` (which must outlive this) and
 // `cache_bytes` allow: consecutive layers of a slab decode each chunk once, and so do those that are read
-// together, whatever the cache. Layers that were handed over as samples are not held as well.
+// together, whatever the cache. Layers that were handed over as samples are not held as well. Where many
+// layers are asked for at once, as a moment does that nothing is known of, decoding stops behind the last
+// one; what is left of such a chunk is held as it is stored.
 class Bcc4Samples final : public SampleSource {
  public:
   Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20,
@@ -254,17 +266,26 @@ class Bcc4Samples final : public SampleSource {
                   std::vector<ByteRange>& out) const;
   [[nodiscard]] const Bcc4Reader& reader() const;
   [[nodiscard]] int level() const { return level_; }
-  // The number of chunks decoded so far.
+  // The number of chunks decoded so far, whole or in part, and that of their layers, each chunk's counted.
   [[nodiscard]] uint64_t chunks_decoded() const;
+  [[nodiscard]] uint64_t chunk_layers_decoded() const;
 
  private:
   class HeldChunk;
   struct Cache;
-  // Calls body(chunk, held) from any thread for the chunks of a slab in `region`, with these of its layers, a
-  // bit each.
+  // Layers of a slab, a bit each, and whether those behind them may be left for later.
+  struct SlabLayers {
+    uint32_t bits = 0;
+    bool stops = false;
+    [[nodiscard]] int end() const { return stops ? static_cast<int>(std::bit_width(bits)) : INT_MAX; }
+  };
+  // Calls body(chunk, held) from any thread for the chunks of a slab in `region`, with these of its layers.
   using ChunkBody = std::function<void(const Bcc4Chunk& chunk, const HeldChunk& held)>;
-  void for_chunks(int channel, int32_t slab, const BrickBox& region, uint32_t layers, const Context& context,
-                  const ChunkBody& body) const;
+  void for_chunks(int channel, int32_t slab, const BrickBox& region, const SlabLayers& layers,
+                  const Context& context, const ChunkBody& body) const;
+  // Decodes what chunks have left, those at these places.
+  void finish_chunks(const ChannelLevel& at, std::span<const size_t> places,
+                     std::span<std::shared_ptr<const HeldChunk>> held, const Context& context) const;
   // Hands over layers, slab by slab; brick(held, layer of the slab) makes one of their bricks.
   template<class Layer, class MakeBrick>
   void read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,

@@ -71,8 +71,9 @@ void Bcc4Reader::State::require(const ChannelLevel& at) const {
 }
 
 ChunkData Bcc4Reader::State::decode(const ChannelLevel& at, const Bcc4Chunk& chunk,
-                                    std::span<const std::byte> stored, ChunkScratch& scratch) const {
-  return decode_chunk(shape_of(chunk, at.level), coder(at).codes(), chunk, stored, scratch);
+                                    std::span<const std::byte> stored, ChunkScratch& scratch,
+                                    int layers) const {
+  return decode_chunk(shape_of(chunk, at.level), coder(at).codes(), chunk, stored, scratch, layers);
 }
 
 Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
@@ -98,8 +99,10 @@ ChunkData Bcc4Reader::State::lost_chunk(const ChannelLevel& at, const Bcc4Chunk&
 }
 
 ChunkData Bcc4Reader::State::decode_or_lose(const ChannelLevel& at, const Bcc4Chunk& chunk,
-                                            std::span<const std::byte> stored, ChunkScratch& scratch) const {
-  if (!limits.salvage) return in_file([&] { return decode(at, chunk, stored, scratch); });
+                                            std::span<const std::byte> stored, ChunkScratch& scratch,
+                                            int layers) const {
+  if (!limits.salvage) return in_file([&] { return decode(at, chunk, stored, scratch, layers); });
+  // Whole, so that no damage shows after a part of it was handed over.
   try {
     if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(at, chunk, stored, scratch);
   } catch (const Error& e) {
@@ -205,7 +208,7 @@ std::vector<std::byte> Bcc4Reader::stored_bytes(const Bcc4Chunk& chunk) const {
 std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const ChannelLevel& at,
                                                                       std::span<const Bcc4Chunk> chunks,
                                                                       const Context& context,
-                                                                      Attempts& attempts) const {
+                                                                      Attempts& attempts, int layers) const {
   std::vector<std::shared_ptr<const ChunkData>> out(chunks.size());
   const std::vector<ChunkGroup> groups = group_chunks(chunks, merge_gap());
   context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
@@ -217,7 +220,8 @@ std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const Chan
     for (const size_t i : groups[g].members) {
       auto part = std::span<const std::byte>(stored);
       part = read ? part.subspan(chunks[i].offset - groups[g].offset, chunks[i].stored()) : part.first(0);
-      out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(at, chunks[i], part, scratch));
+      out[i] =
+          std::make_shared<const ChunkData>(state_->decode_or_lose(at, chunks[i], part, scratch, layers));
     }
   });
   return out;
@@ -230,6 +234,12 @@ std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const Chan
   auto out = read_chunks(at, chunks, context, attempts);
   attempts.throw_if_waiting();
   return out;
+}
+
+ChunkData Bcc4Reader::finish_chunk(const ChunkRest& rest,
+                                   const std::optional<std::array<std::span<const std::byte>, 2>>& before,
+                                   ChunkScratch& scratch) const {
+  return state_->in_file([&] { return bccsplat::finish_chunk(rest, before, scratch); });
 }
 
 float Bcc4Reader::base(int channel) const { return state_->bases.at(static_cast<size_t>(channel)).value; }

@@ -92,9 +92,11 @@ struct Bcc4Reader::State {
   // A chunk whose sites are all holes, for one that is lost.
   [[nodiscard]] ChunkData lost_chunk(const ChannelLevel& at, const Bcc4Chunk& chunk) const;
   [[nodiscard]] ChunkData decode_or_lose(const ChannelLevel& at, const Bcc4Chunk& chunk,
-                                         std::span<const std::byte> stored, ChunkScratch& scratch) const;
+                                         std::span<const std::byte> stored, ChunkScratch& scratch,
+                                         int layers) const;
   [[nodiscard]] ChunkData decode(const ChannelLevel& at, const Bcc4Chunk& chunk,
-                                 std::span<const std::byte> stored, ChunkScratch& scratch) const;
+                                 std::span<const std::byte> stored, ChunkScratch& scratch,
+                                 int layers = max_slab_layers) const;
 };
 
 // Chunks that are read together, as indices into a list, in the order of the file.

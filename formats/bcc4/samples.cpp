@@ -4,6 +4,7 @@
 // file it makes holes of coefficients.
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <tuple>
@@ -14,6 +15,8 @@
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/cache.h"
 #include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/scratch.h"
+#include "formats/bcc4/held_chunk.h"
 #include "formats/bcc4/near_loss.h"
 #include "formats/bcc4/sample_step.h"
 #include "points/absent.h"
@@ -22,16 +25,12 @@ namespace bccsplat {
 namespace {
 
 constexpr size_t batch_chunks = 256; // decoded at once; fewer where the budget is short
+constexpr size_t task_chunks = 16;   // of those that have begun, whose rest one task decodes
+// Who plays asks for so many layers at a time, each of which follows the last one, and soon for those behind
+// them.
+constexpr size_t playing_layers = 2;
 
 using ChunkKey = std::tuple<int, int32_t, uint32_t>; // channel, slab, slot
-
-// The layers of a chunk in which something is kept, a bit each.
-uint32_t filled_layers(const ChunkData& data) {
-  uint32_t bits = 0;
-  for (size_t m = 0; m + 1 < data.first.size(); ++m)
-    if (data.first[m + 1] > data.first[m]) bits |= uint32_t{1} << m;
-  return bits;
-}
 
 // Returns the bit of a layer within its slab.
 uint32_t layer_bit(const StoredLattice& info, int32_t layer) {
@@ -47,56 +46,11 @@ uint64_t brick_bytes(const ChannelInfo& channel, bool as_codes) {
 
 } // namespace
 
-// A decoded chunk, without the layers that somebody has got who keeps them. Codes are held layer by layer, as
-// they are handed over; values of floats would take more than the codes of the chunk do, which stay until all
-// of its layers have gone.
-class Bcc4Samples::HeldChunk {
- public:
-  // make(layer): a brick of samples.
-  template<class MakeBrick>
-  HeldChunk(std::shared_ptr<const ChunkData> data, const MakeBrick& make)
-      : layers_(filled_layers(*data)), lost_(data->lost) {
-    if (is_float(data->coded.type) || data->coded.bytes() > 2) {
-      data_ = std::move(data);
-      return;
-    }
-    bricks_.resize(data->first.size() - 1);
-    for (size_t m = 0; m < bricks_.size(); ++m) bricks_[m] = make(*data, static_cast<int>(m));
-  }
-
-  [[nodiscard]] bool lost() const { return lost_; }
-  // Returns whether these layers, a bit each, are here or air.
-  [[nodiscard]] bool has(uint32_t layers) const { return data_ || (layers & gone_) == 0; }
-  // The codes of all layers; null where they are held layer by layer.
-  [[nodiscard]] const ChunkData* data() const { return data_.get(); }
-  [[nodiscard]] const SampleBrick& brick(int layer) const { return bricks_[static_cast<size_t>(layer)]; }
-  // Returns null where nothing is left.
-  [[nodiscard]] std::shared_ptr<const HeldChunk> without(uint32_t layers) const {
-    auto left = std::make_shared<HeldChunk>(*this);
-    left->gone_ |= layers;
-    if ((left->layers_ & ~left->gone_) == 0) return nullptr;
-    for (size_t m = 0; m < left->bricks_.size(); ++m)
-      if (layers >> m & 1) left->bricks_[m] = {};
-    return left;
-  }
-  [[nodiscard]] uint64_t bytes() const {
-    uint64_t sum = sizeof *this + bricks_.size() * sizeof(SampleBrick) + (data_ ? data_->bytes() : 0);
-    for (const SampleBrick& brick : bricks_) sum += brick.bytes();
-    return sum;
-  }
-
- private:
-  std::shared_ptr<const ChunkData> data_;
-  std::vector<SampleBrick> bricks_; // by layer, where there is no data_
-  uint32_t layers_, gone_ = 0;      // that are filled; that somebody has got
-  bool lost_;
-};
-
 struct Bcc4Samples::Cache {
   Cache(MemoryBudget& b, uint64_t bytes) : budget(b), chunks(bytes) {}
   MemoryBudget& budget;
   LruCache<ChunkKey, HeldChunk> chunks;
-  std::atomic<uint64_t> decoded{0};
+  std::atomic<uint64_t> decoded{0}, layers_decoded{0};
 
   // Lets go of layers that were handed over to be kept.
   void give(const ChunkKey& key, uint32_t layers) {
@@ -142,8 +96,32 @@ double Bcc4Samples::sample_step(int channel) const {
 const std::string& Bcc4Samples::coefficient_kernel() const { return reader_->info().coefficient_kernel; }
 const Bcc4Reader& Bcc4Samples::reader() const { return *reader_; }
 uint64_t Bcc4Samples::chunks_decoded() const { return cache_->decoded.load(std::memory_order_relaxed); }
+uint64_t Bcc4Samples::chunk_layers_decoded() const {
+  return cache_->layers_decoded.load(std::memory_order_relaxed);
+}
 
-void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, uint32_t layers,
+void Bcc4Samples::finish_chunks(const ChannelLevel& at, std::span<const size_t> places,
+                                std::span<std::shared_ptr<const HeldChunk>> held,
+                                const Context& context) const {
+  const auto samples = [&](const ChunkData& data, int m) { return reader_->samples(at, data, m, to_); };
+  context.tasks.parallel_for((places.size() + task_chunks - 1) / task_chunks, [&](uint64_t task) {
+    context.progress.check();
+    ChunkScratch scratch;
+    const size_t first = task * task_chunks;
+    for (const size_t i : places.subspan(first, std::min(task_chunks, places.size() - first))) {
+      const ChunkData all =
+          held[i]->finished([&](const ChunkRest& rest, const std::optional<LayersBefore>& before) {
+            const int known = before ? rest.layers : 0;
+            cache_->layers_decoded.fetch_add(static_cast<uint64_t>(rest.shape.layers - known),
+                                             std::memory_order_relaxed);
+            return reader_->finish_chunk(rest, before, scratch);
+          });
+      held[i] = std::make_shared<const HeldChunk>(*held[i], all, samples);
+    }
+  });
+}
+
+void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, const SlabLayers& layers,
                              const Context& context, const ChunkBody& body) const {
   const ChannelLevel at{channel, level_};
   const std::vector<Bcc4Chunk> wanted = reader_->chunks(at, slab, region);
@@ -159,26 +137,36 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
     const auto batch = std::span(wanted).subspan(first, std::min(at_once, wanted.size() - first));
     std::vector<std::shared_ptr<const HeldChunk>> held(batch.size());
     std::vector<Bcc4Chunk> missing;
-    std::vector<size_t> missing_at;
+    std::vector<size_t> missing_at, begun_at;
     for (size_t i = 0; i < batch.size(); ++i) {
       held[i] = cache_->chunks.find({channel, slab, batch[i].slot});
-      if (held[i] && held[i]->has(layers)) continue;
+      if (held[i] && held[i]->has(layers.bits)) continue;
+      if (held[i] && held[i]->can_have(layers.bits)) {
+        begun_at.push_back(i);
+        continue;
+      }
       held[i] = nullptr;
       missing.push_back(batch[i]);
       missing_at.push_back(i);
     }
-    auto decoded = reader_->read_chunks(at, missing, context, attempts);
+    auto decoded = reader_->read_chunks(at, missing, context, attempts, layers.end());
     context.tasks.parallel_for(decoded.size(), [&](uint64_t i) {
       if (decoded[i])
         held[missing_at[i]] = std::make_shared<const HeldChunk>(std::exchange(decoded[i], nullptr), samples);
     });
-    for (size_t i = 0; i < missing.size(); ++i) {
-      if (!held[missing_at[i]]) continue; // it is not there yet
-      cache_->decoded.fetch_add(1, std::memory_order_relaxed);
-      const ChunkKey key{channel, slab, missing[i].slot};
+    finish_chunks(at, begun_at, held, context);
+    const auto keep = [&](size_t i) {
+      const ChunkKey key{channel, slab, batch[i].slot};
       cache_->chunks.drop(key); // what was left of it
-      cache_->keep(key, held[missing_at[i]]);
+      cache_->keep(key, held[i]);
+    };
+    for (const size_t i : missing_at) {
+      if (!held[i]) continue; // it is not there yet
+      cache_->decoded.fetch_add(1, std::memory_order_relaxed);
+      cache_->layers_decoded.fetch_add(static_cast<uint64_t>(held[i]->decoded()), std::memory_order_relaxed);
+      keep(i);
     }
+    for (const size_t i : begun_at) keep(i);
     if (!attempts.waits())
       context.tasks.parallel_for(batch.size(), [&](uint64_t i) { body(batch[i], *held[i]); });
   }
@@ -202,7 +190,7 @@ void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& re
   std::mutex mutex;
   std::vector<Int3> lost;
   for (const int32_t slab : slabs_beside(layer))
-    for_chunks(channel, slab, region.widened(), 0, context,
+    for_chunks(channel, slab, region.widened(), {}, context,
                [&](const Bcc4Chunk& chunk, const HeldChunk& held) {
                  if (!held.lost()) return;
                  const std::scoped_lock lock(mutex);
@@ -220,7 +208,7 @@ void Bcc4Samples::list_reads(int channel, int32_t layer, const BrickBox& region,
       for (const ByteRange& page : reader_->index_pages(at, slab)) out.push_back(page);
     for (const Bcc4Chunk& c : reader_->chunks(at, slab, box)) {
       const auto held = missing ? cache_->chunks.look({channel, slab, c.slot}) : nullptr;
-      if (!held || !held->has(layers)) out.push_back({c.offset, c.stored()});
+      if (!held || !held->can_have(layers)) out.push_back({c.offset, c.stored()});
     }
   };
   list(info.slab_of(layer), region, layer_bit(info, layer));
@@ -254,11 +242,11 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     end = first + held.size() + 1;
     std::vector<Layer> read;
     for (size_t i = first; i < end; ++i) read.emplace_back(info.lattice.space, info.lattice.coset(layers[i]));
-    uint32_t bits = 0;
-    for (size_t i = first; i < end; ++i) bits |= layer_bit(info, layers[i]);
+    SlabLayers now{.bits = 0, .stops = layers.size() > playing_layers};
+    for (size_t i = first; i < end; ++i) now.bits |= layer_bit(info, layers[i]);
     attempts.attempt([&] {
       // Each task sets the slots of its own bricks.
-      for_chunks(channel, slab, region, bits, context, [&](const Bcc4Chunk& chunk, const HeldChunk& data) {
+      for_chunks(channel, slab, region, now, context, [&](const Bcc4Chunk& chunk, const HeldChunk& data) {
         const Int3 b = reader_->brick_position(chunk.slot, level_);
         for (size_t i = 0; i < read.size(); ++i)
           if (auto made = brick(data, layers[first + i] % info.slab_layers))
@@ -266,7 +254,7 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
       });
       if (as_codes && !attempts.waits()) // before those who take them reserve them
         for (const Bcc4Chunk& chunk : reader_->chunks({channel, level_}, slab, region))
-          cache_->give({channel, slab, chunk.slot}, bits);
+          cache_->give({channel, slab, chunk.slot}, now.bits);
       for (size_t i = 0; i < read.size(); ++i) {
         if (!held.empty()) held.pop_back(); // whoever takes it reserves it
         take(layers[first + i], std::move(read[i]));

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -86,13 +88,31 @@ struct EncodedChunk {
 // `level` is that of Bcc4WriterOptions.
 [[nodiscard]] EncodedChunk encode_chunk(ChunkSites sites, const ChunkCodes& channel, int level);
 
+using CodeRange = std::array<uint32_t, 2>; // the smallest and the largest
+
+// A chunk of which only the first layers have been decoded.
+struct ChunkRest {
+  ChunkShape shape;
+  ChunkCodes coded;
+  Bcc4Chunk entry;
+  std::vector<BrickMask> kept, hole; // as in ChunkSites
+  std::vector<uint32_t> first;       // as in ChunkData, of all layers
+  std::vector<std::byte> values;     // the values part, as it is stored
+  int layers = 0;                    // that have been decoded
+  CodeRange range{};                 // of their codes
+  [[nodiscard]] uint64_t bytes() const {
+    return sizeof(*this) + (kept.size() + hole.size()) * sizeof(BrickMask) + first.size() * 4 + values.size();
+  }
+};
+
 // A decoded chunk as it is cached: codes in as many bytes as their type has.
 struct ChunkData {
   ChunkShape shape;
   ChunkCodes coded;
   std::vector<BrickMask> kept, hole; // as in ChunkSites
   std::vector<uint32_t> first;       // index of the first code of each layer, and their number
-  std::vector<std::byte> codes;
+  std::vector<std::byte> codes;      // of a chunk with a rest only those of the layers that were decoded
+  std::shared_ptr<const ChunkRest> rest{};
   bool lost = false; // read as holes, as it could not be decoded
   [[nodiscard]] uint64_t bytes() const {
     return sizeof(*this) + (kept.size() + hole.size()) * sizeof(BrickMask) + first.size() * 4 +
@@ -101,8 +121,17 @@ struct ChunkData {
 };
 struct ChunkScratch; // scratch.h
 // Decodes the stored bytes of a chunk, padding included. The entry keeps the rules of its page (page.h).
+// `layers`: as many are wanted, the first ones; where it saves something no others are decoded, and the chunk
+// has a rest.
 [[nodiscard]] ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel,
                                      const Bcc4Chunk& entry, std::span<const std::byte> bytes,
+                                     ChunkScratch& scratch, int layers = max_slab_layers);
+// Codes of the last layer but one before a rest, and of the last layer, as in ChunkData; empty where nothing
+// is kept.
+using LayersBefore = std::array<std::span<const std::byte>, 2>;
+// Decodes the other layers, or all where it is not told what comes before them; data.first counts the codes
+// that are there.
+[[nodiscard]] ChunkData finish_chunk(const ChunkRest& rest, const std::optional<LayersBefore>& before,
                                      ChunkScratch& scratch);
 // A chunk whose sites are all holes.
 [[nodiscard]] ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& channel);

@@ -180,10 +180,12 @@ uint32_t crc32_of(std::span<const std::byte> bytes) {
 Inflater::Inflater() : state_(std::make_unique<State>()) {}
 Inflater::~Inflater() = default;
 
-bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out, DeflateKind kind) {
+bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out, DeflateKind kind,
+                       size_t wanted) {
   // The tables would be most of the work of a stream that is shorter.
   constexpr size_t least = 4096;
-  if (kind == DeflateKind::noise && out.size() >= least && state_->literals.inflate(bytes, out)) return true;
+  if (kind == DeflateKind::noise && out.size() >= least && state_->literals.inflate(bytes, out, wanted))
+    return true;
   return state_->inflate(bytes, out);
 }
 

@@ -81,8 +81,9 @@ typename HuffmanCode<table_bits>::Symbol HuffmanCode<table_bits>::find(uint64_t 
 struct LiteralInflater::Stream {
   const std::byte *in, *in_end;
   std::byte *out_begin, *out, *out_end;
-  uint64_t held = 0;  // bits that come next; those behind `count` may be there or not
-  unsigned count = 0; // at most 63
+  std::byte* out_stop; // where it may stop, out_end: at the end of the stream alone
+  uint64_t held = 0;   // bits that come next; those behind `count` may be there or not
+  unsigned count = 0;  // at most 63
 
   [[nodiscard]] bool has_word() const { return in_end - in >= 8; }
   // Holds at least 56 bits; a word must be there.
@@ -93,6 +94,8 @@ struct LiteralInflater::Stream {
     in += (63 - count) >> 3;
     count |= 56;
   }
+  // Returns whether all that was asked for is there, which is less than the stream holds.
+  [[nodiscard]] bool stops() const { return out >= out_stop && out_stop != out_end; }
   // Holds as many bits as there are, at most 63.
   void refill() {
     if (has_word()) return refill_word();
@@ -222,8 +225,8 @@ bool LiteralInflater::decode_block(Stream& stream, bool has_looks) const {
   constexpr std::ptrdiff_t room = looks * most_literals + 2;
   const Look* const table = looks_.data() + (size_t{1} << look_bits);
   Stream s = stream; // its members stay in registers
-  for (bool ended = false; !ended;) {
-    while (has_looks && s.has_word() && s.out_end - s.out >= room) {
+  for (bool ended = false; !ended && !s.stops();) {
+    while (has_looks && s.has_word() && s.out_stop - s.out >= room) {
       s.refill_word();
       bool other = false;
       for (unsigned i = 0; i < looks && !other; ++i) {
@@ -242,9 +245,10 @@ bool LiteralInflater::decode_block(Stream& stream, bool has_looks) const {
   return true;
 }
 
-bool LiteralInflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
-  Stream s{bytes.data(), bytes.data() + bytes.size(), out.data(), out.data(), out.data() + out.size()};
-  for (bool last = false; !last;) {
+bool LiteralInflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out, size_t wanted) {
+  Stream s{bytes.data(), bytes.data() + bytes.size(), out.data(),
+           out.data(),   out.data() + out.size(),     out.data() + std::min(wanted, out.size())};
+  for (bool last = false; !last && !s.stops();) {
     unsigned final_block = 0, type = 0;
     s.refill();
     if (!s.take(1, final_block) || !s.take(2, type)) return false;
@@ -255,10 +259,11 @@ bool LiteralInflater::inflate(std::span<const std::byte> bytes, std::span<std::b
     }
     if (type != 2 || !read_codes(s)) return false;
     // The table pays for itself where what is left is more than a few times its size.
-    const bool many = s.out_end - s.out > 2048;
+    const bool many = s.out_stop - s.out > 2048;
     if (many) find_looks();
     if (!decode_block(s, many)) return false;
   }
+  if (s.stops()) return true;
   // Whole bytes that are held have not been used.
   return s.out == s.out_end && s.in - s.count / 8 == s.in_end;
 }

@@ -39,8 +39,10 @@ template<unsigned table_bits> class HuffmanCode {
 class LiteralInflater {
  public:
   // Fills `out` and returns true if `bytes` is one whole stream of exactly that size. A stream for which it
-  // returns false may still be one, with a code that is not complete.
-  [[nodiscard]] bool inflate(std::span<const std::byte> bytes, std::span<std::byte> out);
+  // returns false may still be one, with a code that is not complete. It stops behind the first `wanted`
+  // bytes, of which it then knows no more than that they come first.
+  [[nodiscard]] bool inflate(std::span<const std::byte> bytes, std::span<std::byte> out,
+                             size_t wanted = SIZE_MAX);
 
  private:
   struct Stream;

@@ -10,6 +10,7 @@
 
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/spread.h"
 #include "points/runs.h"
 #include "points/sample_layer.h"
 
@@ -31,6 +32,11 @@ class LayerCodes final : public CodedBrick {
   [[nodiscard]] bool coded_as(const SampleCoder& coder) const {
     return coder_.codes().type == coder.codes().type && coder_.scale() == coder.scale() &&
            coder_.bias() == coder.bias();
+  }
+  // The codes of the kept sites, as the chunk has them.
+  [[nodiscard]] std::span<const std::byte> packed() const {
+    const size_t beside = BrickCodes::beside * coded_.bytes();
+    return std::span(codes_).subspan(beside, codes_.size() - 2 * beside);
   }
   // Appends the ordered codes of the kept sites.
   void append_codes(std::vector<uint32_t>& to) const;

@@ -113,11 +113,12 @@ FittedResiduals predict(const ChunkSites& sites, const ChunkCodes& codes, const 
 
 void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                Predictor predictor, std::span<const int16_t> weights, std::span<const std::byte> planes,
-               std::byte* packed, CellRing<int32_t>& ring) {
+               std::byte* packed, CellRing<int32_t>& ring, const WalkedLayers& layers) {
   if (predictor == Predictor::none)
     join_planes(planes, codes.bytes(), packed);
   else
-    unpredict_rows(shape, kept, codes, class_weights(shape, predictor, weights), planes, packed, ring);
+    unpredict_rows(shape, kept, codes, class_weights(shape, predictor, weights), planes, packed, ring,
+                   layers);
 }
 
 size_t fitted_weights(const ChunkShape& shape) {

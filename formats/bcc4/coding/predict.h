@@ -27,11 +27,13 @@ inline constexpr uint8_t predictor_count = 6;
                                             Predictor predictor, std::span<const int16_t> weights);
 // Does the reverse. `planes` are the residuals as byte planes, all lowest bytes first; `packed` receives the
 // codes, of codes.bytes() bytes each. unpredict_slack bytes before and behind the planes are read, and as
-// many behind the codes are written. `ring` is room to work in, empty or from any earlier call.
+// many behind the codes are written. `ring` is room to work in, empty or from any earlier call. Only the
+// codes of `layers` are made, each at its place among all of them; from a later layer than the first on, the
+// ring has what restore_cells put there. Codes of four bytes are all made.
 inline constexpr size_t unpredict_slack = 64;
 void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                Predictor predictor, std::span<const int16_t> weights, std::span<const std::byte> planes,
-               std::byte* packed, CellRing<int32_t>& ring);
+               std::byte* packed, CellRing<int32_t>& ring, const WalkedLayers& layers = {});
 
 // The number of weights that a chunk of this shape holds for Predictor::fitted.
 [[nodiscard]] size_t fitted_weights(const ChunkShape& shape);

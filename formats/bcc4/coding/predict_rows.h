@@ -20,6 +20,6 @@ void predict_rows(const ChunkSites& sites, const ChunkCodes& codes, std::span<co
 // Does the reverse; the arguments are those of unpredict.
 void unpredict_rows(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                     const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
-                    CellRing<int32_t>& ring);
+                    CellRing<int32_t>& ring, const WalkedLayers& layers);
 
 } // namespace bccsplat

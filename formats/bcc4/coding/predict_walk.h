@@ -110,6 +110,23 @@ template<class D> void copy_border(D* to, const D* from, const Int3& n, Planes p
 template<class D> struct CellRing {
   std::unique_ptr<D[]> cells;
   std::array<Planes, 3> used{all_planes, all_planes, all_planes};
+
+  // The cells of a layer of a chunk.
+  [[nodiscard]] D* layer(int m) { return cells.get() + (m % 3) * layer_cells; }
+  // Makes them all 0.
+  D* clear(int m) {
+    if (!cells) {
+      cells = std::make_unique_for_overwrite<D[]>(3 * layer_cells + brick_edge);
+      std::fill_n(cells.get() + 3 * layer_cells, brick_edge, D{0});
+    }
+    Planes& left = used[static_cast<size_t>(m % 3)];
+    while (left != 0) { // run by run
+      const int first = std::countr_zero(left), count = std::countr_one(left >> first);
+      std::memset(layer(m) + first * stride_z, 0, static_cast<size_t>(count * stride_z) * sizeof(D));
+      left &= ~Planes{0} << first << count;
+    }
+    return layer(m);
+  }
 };
 
 // Returns whether all of `width` sites of `height` rows of plane z are.
@@ -143,6 +160,12 @@ template<class D> void close_layer(D* layer, const BrickMask& rows, const Int3& 
   repeat(box[2], box[2] - 1);
 }
 
+// Layers of a chunk that are visited, and how many codes those before them have.
+struct WalkedLayers {
+  int first = 0, end = max_slab_layers;
+  size_t codes_before = 0;
+};
+
 // Visits the rows of a chunk that have kept sites, in coding order, and keeps the borders. While a layer is
 // being filled its border is that of the layer before, or, where there is none, repeats what is known so far;
 // afterwards it repeats the nearest cell. `kept` has one mask per layer. `body` fills the sites of a row.
@@ -150,29 +173,19 @@ template<class D> void close_layer(D* layer, const BrickMask& rows, const Int3& 
 // cell before the second row is to repeat the first site of the first row, else that cell is already in
 // place. The cell behind the first row repeats its last site. `plane` may likewise fill a plane whose sites
 // are all kept, from its first row on, as many as its second argument says, with the cells before and behind
-// them.
+// them. From a later layer than the first on, the ring must have the cells of the two before it.
 template<class D, class Body, class Pair, class Plane>
 void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring, const Body& body,
-               const Pair& pair, const Plane& whole_plane) {
-  if (!ring.cells) {
-    ring.cells = std::make_unique_for_overwrite<D[]>(3 * layer_cells + brick_edge);
-    std::fill_n(ring.cells.get() + 3 * layer_cells, brick_edge, D{0});
-  }
-  const auto layer_at = [&](int m) { return ring.cells.get() + (m % 3) * layer_cells; };
+               const Pair& pair, const Plane& whole_plane, const WalkedLayers& layers = {}) {
   const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
-  for (int m = 0; m < shape.layers; ++m) {
-    D* const layer = layer_at(m);
+  for (int m = layers.first; m < std::min(shape.layers, layers.end); ++m) {
+    D* const layer = ring.clear(m);
     Planes& used = ring.used[static_cast<size_t>(m % 3)];
-    for (; used != 0;) { // run by run
-      const int first = std::countr_zero(used), count = std::countr_one(used >> first);
-      std::memset(layer + first * stride_z, 0, static_cast<size_t>(count * stride_z) * sizeof(D));
-      used &= ~Planes{0} << first << count;
-    }
     if (shape.empty(m)) continue;
     const Int3& box = shape.box[static_cast<size_t>(m)];
     const int nx = box[0], ny = box[1], nz = box[2]; // clang 14 captures no structured bindings
-    const D* previous = shape.has_previous(m) ? layer_at(m - shape.period) : nullptr;
-    const D* cross = shape.has_cross(m) ? layer_at(m - 1) : nullptr;
+    const D* previous = shape.has_previous(m) ? ring.layer(m - shape.period) : nullptr;
+    const D* cross = shape.has_cross(m) ? ring.layer(m - 1) : nullptr;
     const D* before = previous ? previous : cross;
     if (before) {
       used = ring.used[static_cast<size_t>((previous ? m - shape.period : m - 1) % 3)];

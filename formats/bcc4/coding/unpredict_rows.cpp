@@ -20,8 +20,9 @@ namespace {
 template<class Stored>
 void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
-               CellRing<int32_t>& ring) {
+               CellRing<int32_t>& ring, const WalkedLayers& layers) {
   ChainedRows<Stored> chained(kept, codes, weights, planes, packed);
+  chained.rows.at = static_cast<std::ptrdiff_t>(layers.codes_before);
 #if HWY_TARGET != HWY_SCALAR
   [[maybe_unused]] FullPlanes whole(chained.limits, chained.layer_taps);
 #endif
@@ -49,17 +50,19 @@ void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
         }
 #endif
         return false;
-      });
+      },
+      layers);
 }
 
 void Unpredict8(const ChunkShape& s, std::span<const BrickMask> k, const ChunkCodes& c, const ClassWeights& w,
-                std::span<const std::byte> planes, std::byte* packed, CellRing<int32_t>& ring) {
-  Unpredict<uint8_t>(s, k, c, w, planes, packed, ring);
+                std::span<const std::byte> planes, std::byte* packed, CellRing<int32_t>& ring,
+                const WalkedLayers& layers) {
+  Unpredict<uint8_t>(s, k, c, w, planes, packed, ring, layers);
 }
 void Unpredict16(const ChunkShape& s, std::span<const BrickMask> k, const ChunkCodes& c,
                  const ClassWeights& w, std::span<const std::byte> planes, std::byte* packed,
-                 CellRing<int32_t>& ring) {
-  Unpredict<uint16_t>(s, k, c, w, planes, packed, ring);
+                 CellRing<int32_t>& ring, const WalkedLayers& layers) {
+  Unpredict<uint16_t>(s, k, c, w, planes, packed, ring, layers);
 }
 void Unpredict32(const ChunkShape& s, std::span<const BrickMask> k, const ChunkCodes& c,
                  const ClassWeights& w, std::span<const std::byte> planes, std::byte* packed,
@@ -82,12 +85,12 @@ HWY_EXPORT(Unpredict32);
 
 void unpredict_rows(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                     const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
-                    CellRing<int32_t>& ring) {
+                    CellRing<int32_t>& ring, const WalkedLayers& layers) {
   const uint32_t bytes = codes.bytes();
   if (bytes == 1)
-    HWY_DYNAMIC_DISPATCH(Unpredict8)(shape, kept, codes, weights, planes, packed, ring);
+    HWY_DYNAMIC_DISPATCH(Unpredict8)(shape, kept, codes, weights, planes, packed, ring, layers);
   else if (bytes == 2)
-    HWY_DYNAMIC_DISPATCH(Unpredict16)(shape, kept, codes, weights, planes, packed, ring);
+    HWY_DYNAMIC_DISPATCH(Unpredict16)(shape, kept, codes, weights, planes, packed, ring, layers);
   else
     HWY_DYNAMIC_DISPATCH(Unpredict32)(shape, kept, codes, weights, planes, packed, ring);
 }

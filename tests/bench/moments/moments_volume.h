@@ -53,18 +53,23 @@ struct Opened {
   Slice moment(double frame) { return time_slice(field, frame, {0, 0}, {}, context.get()); }
   [[nodiscard]] const StoredLattice& stored() const { return reader->info().level(samples.level()); }
 
-  // Chunks are decoded as a whole.
+  // Of a layer's chunks, where a slab has most of them.
   [[nodiscard]] double layers_decoded() const {
     const StoredLattice& info = stored();
     uint64_t most = 0;
     for (int32_t s = 0; s < info.slabs(); ++s)
       most = std::max<uint64_t>(most, reader->chunks({0, samples.level()}, s).size());
-    return static_cast<double>(samples.chunks_decoded()) / static_cast<double>(most) * info.slab_layers;
+    return static_cast<double>(samples.chunk_layers_decoded()) / static_cast<double>(most);
   }
   // Beyond once each, of those in the file.
   [[nodiscard]] double layers_decoded_twice() const {
-    const auto once = static_cast<double>(std::min(samples.chunks_decoded(), reader->chunk_count()));
-    return layers_decoded() * (1 - once / static_cast<double>(samples.chunks_decoded()));
+    const StoredLattice& info = stored();
+    uint64_t all = 0;
+    for (int32_t s = 0; s < info.slabs(); ++s)
+      all += reader->chunks({0, samples.level()}, s).size() * static_cast<uint64_t>(info.layers_of(s));
+    const uint64_t once = std::min(samples.chunk_layers_decoded(), all);
+    return layers_decoded() *
+           (1 - static_cast<double>(once) / static_cast<double>(samples.chunk_layers_decoded()));
   }
   // The layers of the file that a moment depends on.
   [[nodiscard]] std::set<int32_t> in_reach(double frame) const {

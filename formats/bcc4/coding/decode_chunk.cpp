@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decodes one chunk, whole or as far as its first layers, and goes on where it stopped. The checksum and the
+// runs are those of the whole chunk either way, and codes that lie outside the range that the index tells are
+// refused; that the range is the chunk's own is checked when its last layer has been decoded.
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "base/bytes.h"
+#include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/chunk_rows.h"
+#include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/coding/predict.h"
+#include "formats/bcc4/coding/range.h"
+#include "formats/bcc4/coding/restore_cells.h"
+#include "formats/bcc4/coding/scratch.h"
+#include "points/runs.h"
+
+namespace bccsplat {
+namespace {
+
+// Reads the masks of all layers from the rows inside the domain, in coding order.
+void read_masks(const ChunkShape& shape, RunDecoder& runs, std::vector<BrickMask>& masks) {
+  masks.assign(static_cast<size_t>(shape.layers), BrickMask{});
+  for (size_t m = 0; m < masks.size(); ++m) {
+    const auto [nx, ny, nz] = shape.box[m];
+    const auto rows = std::span(masks[m]);
+    if (nx == brick_edge && ny == brick_edge) {
+      runs.fill(rows.first(static_cast<size_t>(nz) * brick_edge));
+      continue;
+    }
+    for (int z = 0; z < nz; ++z) {
+      if (runs.skip(static_cast<uint64_t>(nx) * static_cast<uint64_t>(ny))) continue;
+      for (int y = 0; y < ny; ++y) rows[static_cast<size_t>(z * brick_edge + y)] = runs.row(nx);
+    }
+  }
+  runs.finish();
+}
+
+void read_runs(ChunkData& data, const Bcc4Chunk& parts, std::span<const std::byte> bytes,
+               std::string_view what, uint64_t offset) {
+  ByteReader in(bytes, what, offset);
+  RunDecoder occupancy(in, data.shape.sites(), parts.kept);
+  read_masks(data.shape, occupancy, data.kept);
+  if (parts.holes > 0) {
+    RunDecoder holes(in, parts.kept, parts.holes);
+    data.hole.assign(data.kept.size(), BrickMask{});
+    for_rows(data.shape, [&](size_t m, size_t r, int) {
+      const uint16_t kept = data.kept[m][r];
+      data.hole[m][r] = expand_bits(holes.row(std::popcount(kept)), kept);
+    });
+    holes.finish();
+  }
+  in.expect_end();
+}
+
+// Returns a part that is stored raw, or inflates it into `room`, which has `slack` bytes more on both sides,
+// or at least its first `wanted` bytes.
+[[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
+                                                   size_t decoded, DeflateKind kind, Inflater& inflater,
+                                                   std::vector<std::byte>& room, std::string_view what,
+                                                   uint64_t offset, size_t slack = 0,
+                                                   size_t wanted = SIZE_MAX) {
+  if (coding == raw_part) {
+    if (part.size() != decoded)
+      fail(Code::corrupt, what, " at offset ", offset, ": ", part.size(), " raw bytes stand for ", decoded);
+    return part;
+  }
+  if (room.size() < decoded + 2 * slack) room.resize(decoded + 2 * slack);
+  const auto inner = std::span(room).subspan(slack, decoded);
+  if (!inflater.inflate(part, inner, kind, wanted))
+    fail(Code::corrupt, what, " at offset ", offset, ": no deflate stream of ", decoded, " bytes");
+  return inner;
+}
+
+[[nodiscard]] uint8_t values_coding(const Bcc4Chunk& entry) { return entry.coding & 15; }
+[[nodiscard]] Predictor predictor_of(const Bcc4Chunk& entry) {
+  return static_cast<Predictor>(entry.predictor & 15);
+}
+
+void copy_raw(std::span<const std::byte> bytes, const ChunkCodes& codes, std::byte* packed) {
+  if (!is_float(codes.type)) {
+    std::copy(bytes.begin(), bytes.end(), packed);
+    return;
+  }
+  for (size_t i = 0; i < bytes.size(); i += codes.bytes()) {
+    uint32_t p = 0;
+    std::memcpy(&p, bytes.data() + i, codes.bytes());
+    p = code_of(p, codes);
+    std::memcpy(packed + i, &p, codes.bytes());
+  }
+}
+
+// Decodes the codes of these layers from the values part; data.first tells of all layers.
+void read_values(ChunkData& data, const Bcc4Chunk& entry, std::span<const std::byte> part,
+                 const WalkedLayers& layers, ChunkScratch& scratch) {
+  const ChunkCodes& codes = data.coded;
+  const Predictor predictor = predictor_of(entry);
+  const size_t weight_bytes =
+      predictor == Predictor::fitted ? fitted_weights(data.shape) * sizeof(int16_t) : 0;
+  const size_t plane_bytes = size_t{entry.kept} * codes.bytes(),
+               end = size_t{data.first[static_cast<size_t>(layers.end)]} * codes.bytes(),
+               begin = layers.codes_before * codes.bytes();
+  // Of two bytes a code the second ones come behind all first ones.
+  const size_t wanted = codes.bytes() == 1 ? weight_bytes + end : SIZE_MAX;
+  const auto bytes =
+      open_part(part, values_coding(entry), weight_bytes + plane_bytes, DeflateKind::noise, scratch.inflater,
+                scratch.values, "values of the chunk", entry.offset, unpredict_slack, wanted);
+  data.codes.resize(end + unpredict_slack);
+  if (values_coding(entry) == raw_part) {
+    copy_raw(bytes, codes, data.codes.data());
+  } else {
+    std::vector<int16_t> weights(weight_bytes / sizeof(int16_t));
+    if (weight_bytes > 0) std::memcpy(weights.data(), bytes.data(), weight_bytes);
+    unpredict(data.shape, data.kept, codes, predictor, weights, bytes.last(plane_bytes), data.codes.data(),
+              scratch.ring, layers);
+  }
+  data.codes.resize(end);
+  data.codes.erase(data.codes.begin(), data.codes.begin() + static_cast<std::ptrdiff_t>(begin));
+}
+
+// Refuses codes outside the range that the index tells, and of a whole chunk another range than that.
+void check_range(const CodeRange& range, const ChunkCodes& codes, const Bcc4Chunk& entry, bool whole) {
+  // The codes are the chunk's own: what they stand for would wrap where a unit is more than a step.
+  const uint32_t smallest = codes.of_ordered(entry.min_code), largest = codes.of_ordered(entry.max_code);
+  const auto [low, high] = range;
+  if (whole ? low != smallest || high != largest : low < smallest || high > largest)
+    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",
+         smallest, " .. ", largest);
+}
+
+// How many layers of a chunk are decoded where the first `asked` are wanted: all of them, where stopping
+// saves next to nothing.
+[[nodiscard]] int layers_to_decode(const ChunkData& data, const Bcc4Chunk& entry, int asked) {
+  const int all = data.shape.layers;
+  const bool predicted = values_coding(entry) == deflated_part && predictor_of(entry) != Predictor::none;
+  if (!predicted || is_float(data.coded.type) || data.coded.bytes() > 2 || asked >= all) return all;
+  return data.first[static_cast<size_t>(asked)] == data.first.back() ? all : asked;
+}
+
+void find_layers(ChunkData& data) {
+  uint32_t n = 0;
+  data.first.reserve(data.kept.size() + 1);
+  for (const BrickMask& mask : data.kept) {
+    data.first.push_back(n);
+    n += static_cast<uint32_t>(count_bits(mask));
+  }
+  data.first.push_back(n);
+}
+
+} // namespace
+
+ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel, const Bcc4Chunk& entry,
+                       std::span<const std::byte> bytes, ChunkScratch& scratch, int layers) {
+  if (crc32_of(bytes) != entry.crc)
+    fail(Code::checksum_mismatch, "chunk at offset ", entry.offset, ": bad checksum");
+  for (const std::byte b : bytes.subspan(size_t{entry.values_bytes} + entry.runs_bytes))
+    if (b != std::byte{0}) fail(Code::corrupt, "chunk at offset ", entry.offset, ": padding is not zero");
+  ChunkData data;
+  data.shape = shape;
+  data.coded = codes_of_chunk(channel, entry.min_code, entry.max_code, entry.shift());
+  const uint64_t runs_offset = entry.offset + entry.values_bytes;
+  const auto runs =
+      open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4, entry.runs_decoded,
+                DeflateKind::text, scratch.inflater, scratch.runs, "runs of the chunk", runs_offset);
+  read_runs(data, entry, runs, "runs of the chunk", runs_offset);
+  find_layers(data);
+  const auto values = bytes.first(entry.values_bytes);
+  const int end = layers_to_decode(data, entry, layers);
+  read_values(data, entry, values, {0, end, 0}, scratch);
+  const CodeRange range = packed_range(data.codes, data.coded.bytes());
+  check_range(range, data.coded, entry, end == shape.layers);
+  if (end < shape.layers)
+    data.rest = std::make_shared<const ChunkRest>(ChunkRest{shape,
+                                                            data.coded,
+                                                            entry,
+                                                            data.kept,
+                                                            data.hole,
+                                                            data.first,
+                                                            {values.begin(), values.end()},
+                                                            end,
+                                                            range});
+  return data;
+}
+
+ChunkData finish_chunk(const ChunkRest& rest, const std::optional<LayersBefore>& before,
+                       ChunkScratch& scratch) {
+  ChunkData data;
+  data.shape = rest.shape, data.coded = rest.coded;
+  data.kept = rest.kept, data.hole = rest.hole, data.first = rest.first;
+  WalkedLayers layers{0, rest.shape.layers, 0};
+  if (before) {
+    layers.first = rest.layers, layers.codes_before = rest.first[static_cast<size_t>(rest.layers)];
+    restore_cells(data.shape, data.kept, data.coded, rest.layers, *before, scratch.ring);
+  }
+  read_values(data, rest.entry, rest.values, layers, scratch);
+  for (uint32_t& first : data.first) // layers that are not here have no codes
+    first -= std::min(first, static_cast<uint32_t>(layers.codes_before));
+  auto [low, high] = packed_range(data.codes, data.coded.bytes());
+  check_range({std::min(low, rest.range[0]), std::max(high, rest.range[1])}, data.coded, rest.entry, true);
+  return data;
+}
+
+ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& channel) {
+  ChunkData data;
+  data.shape = shape;
+  const ChunkCodes codes = data.coded = codes_of_chunk(channel, channel.air, channel.air, 0);
+  data.kept.assign(static_cast<size_t>(shape.layers), BrickMask{});
+  for_rows(shape, [&](size_t m, size_t r, int width) {
+    data.kept[m][r] = static_cast<uint16_t>((1u << width) - 1);
+  });
+  data.hole = data.kept;
+  find_layers(data);
+  data.codes.resize(size_t{data.first.back()} * codes.bytes());
+  for (size_t i = 0; i < data.codes.size(); i += codes.bytes())
+    std::memcpy(data.codes.data() + i, &codes.air, codes.bytes());
+  return data;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a source of samples keeps of a chunk.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/layer_codes.h"
+
+namespace bccsplat {
+
+// A decoded chunk, without the layers that somebody has got who keeps them. Codes are held layer by layer, as
+// they are handed over; values of floats would take more than the codes of the chunk do, which stay until all
+// of its layers have gone. Layers that are still to be decoded are held as they are stored.
+class Bcc4Samples::HeldChunk {
+ public:
+  // make(data, layer): a brick of samples.
+  template<class MakeBrick>
+  HeldChunk(std::shared_ptr<const ChunkData> data, const MakeBrick& make)
+      : rest_(data->rest), layers_(filled_layers(rest_ ? rest_->first : data->first)), lost_(data->lost),
+        decoded_(rest_ ? rest_->layers : data->shape.layers) {
+    if (is_float(data->coded.type) || data->coded.bytes() > 2) {
+      data_ = std::move(data);
+      return;
+    }
+    bricks_.resize(data->first.size() - 1);
+    for (int m = 0; m < decoded_; ++m) bricks_[static_cast<size_t>(m)] = make(*data, m);
+    for (int i = 0; rest_ && i < 2; ++i)
+      if (const int m = decoded_ - 2 + i; m >= 0) before_[static_cast<size_t>(i)] = brick(m).codes;
+  }
+  // With the rest of the chunk, which has been decoded.
+  template<class MakeBrick>
+  HeldChunk(const HeldChunk& begun, const ChunkData& all, const MakeBrick& make) : HeldChunk(begun) {
+    for (size_t m = static_cast<size_t>(rest_->layers); m < bricks_.size(); ++m)
+      bricks_[m] = make(all, static_cast<int>(m));
+    decoded_ = all.shape.layers;
+    rest_ = nullptr;
+  }
+
+  [[nodiscard]] bool lost() const { return lost_; }
+  // Returns whether these layers, a bit each, are here or air.
+  [[nodiscard]] bool has(uint32_t layers) const {
+    return can_have(layers) && (!rest_ || layers >> decoded_ == 0);
+  }
+  // Returns whether they are once the rest has been decoded.
+  [[nodiscard]] bool can_have(uint32_t layers) const { return data_ || (layers & gone_) == 0; }
+  // Decodes it; finish(rest, what comes before it). That has gone where nobody keeps it.
+  template<class Finish> [[nodiscard]] ChunkData finished(const Finish& finish) const {
+    std::array<std::shared_ptr<const CodedBrick>, 2> kept;
+    LayersBefore codes;
+    for (int i = 0; i < 2; ++i) {
+      const int m = decoded_ - 2 + i;
+      const auto k = static_cast<size_t>(i);
+      if (m < 0 || (layers_ >> m & 1) == 0) continue;
+      kept[k] = before_[k].lock();
+      if (!kept[k]) return finish(*rest_, std::nullopt);
+      codes[k] = static_cast<const LayerCodes&>(*kept[k]).packed();
+    }
+    return finish(*rest_, codes);
+  }
+  // Returns how many layers have been decoded.
+  [[nodiscard]] int decoded() const { return decoded_; }
+  // The codes of all layers; null where they are held layer by layer.
+  [[nodiscard]] const ChunkData* data() const { return data_.get(); }
+  [[nodiscard]] const SampleBrick& brick(int layer) const { return bricks_[static_cast<size_t>(layer)]; }
+  // Returns null where nothing is left.
+  [[nodiscard]] std::shared_ptr<const HeldChunk> without(uint32_t layers) const {
+    auto left = std::make_shared<HeldChunk>(*this);
+    left->gone_ |= layers;
+    if ((left->layers_ & ~left->gone_) == 0) return nullptr;
+    for (size_t m = 0; m < left->bricks_.size(); ++m)
+      if (layers >> m & 1) left->bricks_[m] = {};
+    return left;
+  }
+  [[nodiscard]] uint64_t bytes() const {
+    uint64_t sum = sizeof *this + bricks_.size() * sizeof(SampleBrick) + (data_ ? data_->bytes() : 0) +
+                   (rest_ ? rest_->bytes() : 0);
+    for (const SampleBrick& brick : bricks_) sum += brick.bytes();
+    return sum;
+  }
+
+ private:
+  // The layers of a chunk in which something is kept, a bit each.
+  [[nodiscard]] static uint32_t filled_layers(std::span<const uint32_t> first) {
+    uint32_t bits = 0;
+    for (size_t m = 0; m + 1 < first.size(); ++m)
+      if (first[m + 1] > first[m]) bits |= uint32_t{1} << m;
+    return bits;
+  }
+
+  std::shared_ptr<const ChunkData> data_;
+  std::shared_ptr<const ChunkRest> rest_;                 // null: all layers have been decoded
+  std::array<std::weak_ptr<const CodedBrick>, 2> before_; // of the two layers before the rest
+  std::vector<SampleBrick> bricks_;                       // by layer, where there is no data_
+  uint32_t layers_, gone_ = 0;                            // that are filled; that somebody has got
+  bool lost_;
+  int decoded_;
+};
+
+} // namespace bccsplat
