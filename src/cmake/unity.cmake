@@ -1,5 +1,5 @@
 # Unity builds, by -DCMAKE_UNITY_BUILD=ON: sources of one folder are compiled together, as many as
-# CMAKE_UNITY_BUILD_BATCH_SIZE (8; 0: all of a folder) at a time, so that headers are read once for all of them. Loops for
+# CMAKE_UNITY_BUILD_BATCH_SIZE (16; 0: all of a folder) at a time, so that headers are read once for all of them. Loops for
 # several instruction sets include their own file once for each set and stay alone; so do, by CMake, files with options of
 # their own. What is not handed to the function below is compiled file by file.
 set(bccsplat_unity_build ${CMAKE_UNITY_BUILD})
@@ -8,7 +8,7 @@ function(bccsplat_unity_build target)
   if(NOT bccsplat_unity_build)
     return()
   endif()
-  set(batch 8)
+  set(batch 16)
   if(DEFINED CMAKE_UNITY_BUILD_BATCH_SIZE)
     set(batch ${CMAKE_UNITY_BUILD_BATCH_SIZE})
   endif()
