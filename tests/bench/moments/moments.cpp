@@ -98,23 +98,47 @@ Row playing_row(Row row, const WrittenSeries& w, const MomentOptions& o) {
   return row;
 }
 
-// Slices through the middle of the series, each from a volume that has been opened but not looked at.
+// Slices through the middle of the series, each from a volume that has been opened but not looked at. Where
+// an x slice lies in its column of bricks decides whether it reads the next one, too: the row is the mean of
+// places spread over a whole column.
 void cut_rows(const Row& head, const WrittenSeries& w, const MomentOptions& o, std::vector<Row>& rows) {
-  const double x = 0.47 * o.edge, middle = 0.5 * o.edge, t = 0.53 * o.frames;
-  const std::pair<const char*, Hyperplane> cuts[] = {
-      {"x slice", Hyperplane::through({x, middle, middle, t}, {1, 0, 0, 0})},
-      {"oblique", Hyperplane::through({x, middle, middle, t}, {.6, 0, 0, .8})}};
-  for (const auto& [name, plane] : cuts) {
-    Opened volume(w, o);
-    const double s =
-        cpu_seconds([&] { (void)hyperslice(volume.field, plane, {}, {}, volume.context.get()); });
+  const double middle = 0.5 * o.edge, t = 0.53 * o.frames;
+  constexpr int places = 8;
+  std::vector<Hyperplane> across_x;
+  double column_share = 0; // of the sites along x
+  {
+    const Lattice4 lattice = Opened(w, o).stored().lattice;
+    const double column = 2 * brick_edge * lattice.space_step[0]; // voxels
+    column_share = static_cast<double>(brick_edge) / lattice.space.dims(0)[0];
+    for (int n = 0; n < places; ++n)
+      across_x.push_back(
+          Hyperplane::through({middle + (n + 0.5) / places * column, middle, middle, t}, {1, 0, 0, 0}));
+  }
+  const std::pair<const char*, std::vector<Hyperplane>> cuts[] = {
+      {"x slice", across_x},
+      {"oblique", {Hyperplane::through({0.47 * o.edge, middle, middle, t}, {.6, 0, 0, .8})}}};
+  for (const auto& [name, planes] : cuts) {
+    const auto count = static_cast<double>(planes.size());
+    double seconds = 0, layers = 0, read = 0, held = 0;
+    for (const Hyperplane& plane : planes) {
+      Opened volume(w, o);
+      seconds +=
+          cpu_seconds([&] { (void)hyperslice(volume.field, plane, {}, {}, volume.context.get()); }) / count;
+      layers += volume.layers_decoded() / count;
+      read += static_cast<double>(volume.reader->bytes_read() - volume.opening) / count;
+      held = std::max(held, volume.mebibytes());
+    }
+    const double share = read / static_cast<double>(w.file.size());
     Row row = head;
     row.push_back(word("cut", name));
-    row.push_back(figure("CPU s", s, 3));
-    row.push_back(figure("layers decoded", volume.layers_decoded(), 1));
-    row.push_back(
-        figure("MB read", static_cast<double>(volume.reader->bytes_read() - volume.opening) / 1e6, 2));
-    row.push_back(figure("MiB held", volume.mebibytes(), 0));
+    row.push_back(figure("places", count, 0));
+    row.push_back(figure("CPU s", seconds, 3));
+    row.push_back(figure("layers decoded", layers, 1));
+    row.push_back(figure("MB read", read / 1e6, 2));
+    row.push_back(figure("share of the file", share, 3));
+    const char* const over = "over a column's share of the sites";
+    row.push_back(planes.size() > 1 ? figure(over, share / column_share, 2) : word(over, ""));
+    row.push_back(figure("MiB held", held, 0));
     rows.push_back(std::move(row));
   }
 }

@@ -190,11 +190,9 @@ void stages(const Report& report, const FieldScene& field, int samples_per_side)
     for (const Quality q : {Quality::draft, Quality::normal})
       for (const double pixels : {1.0, 2.0, 4.0}) {
         const int size = static_cast<int>(2 * samples_per_side * pixels);
-        Scene scene = splat_scene(field, sampled, scene_camera(field, size, pixels));
-        KeptSurfaceCells cells;
-        if (iso) scene.cells = &cells; // stages are those of later pictures
+        const Scene scene = splat_scene(field, sampled, scene_camera(field, size, pixels));
         RenderOptions o;
-        o.quality = q;
+        o.quality = q, o.rays = false; // rays have no such stages
         if (iso) o.mode = RenderMode::isosurface, o.iso_value = field.iso_value;
         ImageStorage out(size, size);
         RenderStats best;
@@ -209,9 +207,10 @@ void stages(const Report& report, const FieldScene& field, int samples_per_side)
           best.drawn.contributions = s.drawn.contributions;
         }
         rows.push_back(
-            {word("mode", iso ? "isosurface" : "semi-transparent"), word("quality", quality_name(q)),
-             figure("px per T", pixels, 0), figure("transform ms", best.drawn.ms_transform, 1),
-             figure("splat ms", best.drawn.ms_splat, 1), figure("shade ms", best.drawn.ms_shade, 1),
+            {word("mode", iso ? "isosurface by sheets" : "semi-transparent"),
+             word("quality", quality_name(q)), figure("px per T", pixels, 0),
+             figure("transform ms", best.drawn.ms_transform, 1), figure("splat ms", best.drawn.ms_splat, 1),
+             figure("shade ms", best.drawn.ms_shade, 1),
              figure("visits / point",
                     static_cast<double>(best.drawn.points_splatted) / static_cast<double>(best.points_total),
                     2),
