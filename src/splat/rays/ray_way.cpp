@@ -87,10 +87,12 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
   memory_ = Reservation(context.memory, words * sizeof(uint64_t) + count, "the way of rays");
   any_.assign(count, 0);
   slabs_.assign(words, 0);
+  // Where voxels are no cubes rays are aslant to the sheets, and a column drifts with depth.
+  const Vec3 depth = (1 / view.step) * view.normal;
+  const Vec3 gx = view.gx - dot(view.gx, view.ez) * depth, gy = view.gy - dot(view.gy, view.ez) * depth;
   constexpr double margin = 0.01; // pixels
   double reach_x = margin, reach_y = margin;
-  for (size_t a = 0; a < 3; ++a)
-    reach_x += half * std::fabs(view.gx[a]), reach_y += half * std::fabs(view.gy[a]);
+  for (size_t a = 0; a < 3; ++a) reach_x += half * std::fabs(gx[a]), reach_y += half * std::fabs(gy[a]);
   const auto [u, v, w] = axes_;
   const double step = 2 * half, per_square = 1.0 / (1 << shift_);
   // The number of a square, from the one before the picture to the one behind it.
@@ -102,13 +104,13 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
     context.progress.check();
     for (int y = 0; y < blocks_[1]; ++y) {
       p[u] = half, p[v] = half + step * y, p[w] = half + step * z;
-      const double x0 = dot(view.gx, p - view.eye), y0 = dot(view.gy, p - view.eye);
+      const double x0 = dot(gx, p - view.eye), y0 = dot(gy, p - view.eye);
       const int order = along(z);
       const auto word = static_cast<size_t>(order / 64);
       const uint64_t* const row = &cells_.bits[at(0, y, z)];
       for (int x = 0; x < blocks_[0]; ++x) {
         if (row[static_cast<size_t>(x) * stride_[0]] == 0) continue;
-        const double i = x0 + x * step * view.gx[u], j = y0 + x * step * view.gy[u];
+        const double i = x0 + x * step * gx[u], j = y0 + x * step * gy[u];
         const int i0 = std::max(square(i - reach_x, squares_), 0),
                   i1 = std::min(square(i + reach_x, squares_), squares_ - 1),
                   j0 = std::max(square(j - reach_y, rows), 0),

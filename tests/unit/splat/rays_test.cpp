@@ -167,6 +167,27 @@ TEST(Rays, PicturesAreThoseOfTheReference) {
   EXPECT_GT(compare(rays, sheets).db(), 38);
 }
 
+// Voxels that are no cubes, and axes that are not perpendicular, too: rays are aslant to the sheets.
+TEST(Rays, VoxelsMayHaveAnyShape) {
+  constexpr int size = 110;
+  Affine3 flat, slanted;
+  flat.linear[2] = {0, 0, 1.7};
+  slanted.linear = {Vec3{1, 0.4, 0}, Vec3{0, 0.8, 0.3}, Vec3{0, 0, 1.3}};
+  for (const Affine3& affine : {Affine3(), flat, slanted}) {
+    const Slice s = make_slice({44, 40, 36}, two_balls(), "default", affine);
+    for (const auto& [x, y] : {std::pair{20.0, 30.0}, std::pair{-50.0, 70.0}, std::pair{35.0, 200.0}}) {
+      const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, x, y, size, size));
+      RenderOptions o = surface_options(0.4);
+      ImageStorage rays(size, size), sheets(size, size);
+      EXPECT_EQ(draw(scene, o, rays).drawn.bricks_total, 0u);
+      o.rays = false;
+      (void)draw(scene, o, sheets);
+      EXPECT_GT(compare(rays, sheets).db(), 32) << x << ' ' << y;
+      EXPECT_NEAR(static_cast<double>(covered(rays)), static_cast<double>(covered(sheets)), 20.0);
+    }
+  }
+}
+
 // Every plane holds what that of sheets does: of a smooth surface, shaded and not, with a colour of its own.
 TEST(Rays, PlanesMeanWhatThoseOfSheetsDo) {
   constexpr int size = 100;
