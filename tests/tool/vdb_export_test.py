@@ -1,10 +1,12 @@
 """OpenVDB grids there and back: what export writes is such a grid as import read."""
 import json
 import os
+import resource
+import signal
 import subprocess
 import sys
 
-from harness import DATA, ToolTest, main
+from harness import BCC4, DATA, ToolTest, main
 
 PROBE = os.environ.get('BCC4_VDB_PROBE')
 
@@ -86,6 +88,22 @@ class VdbExport(ToolTest):
             known = self.json('info', 'g.bcc4')['attributes']['openvdb.active.soot'].split()
             self.assertEqual(len(known), 5 if gaps == 'skip' else 6)
             self.assertEqual(int(known[-1]), counts[5])
+
+    def test_a_full_disk_is_said(self):
+        self.make('f.vdb', 0)
+        self.bcc4('import', 'f.vdb', '-o', 'f.bcc4', '--quiet')
+        limit = os.path.getsize(self.path('f.vdb')) // 4
+
+        def small_disk():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+        for command in ('export', 'slice'):
+            p = subprocess.run([BCC4, command, 'f.bcc4', '--index', '--time', '0', '-o', 'full.vdb'], capture_output=True, text=True,
+                               cwd=self.folder, preexec_fn=small_disk)
+            self.assertNotEqual(p.returncode, 0, p.stdout)
+            self.assertIn('full.vdb: cannot be written (File too large)', p.stderr)
+            self.assertFalse(os.path.exists(self.path('full.vdb')))
 
 
 if __name__ == '__main__':

@@ -26,6 +26,8 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile(); // removes what was written unless finished
   void write(std::span<const std::byte> bytes);
+  // For what writes into a stream; finish() tells what went wrong there, too.
+  [[nodiscard]] std::ostream& stream() { return stream_; }
   void finish();
 
  private:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tool/output/vdb_output.h"
 
+#include <openvdb/io/Archive.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <vector>
@@ -54,6 +54,15 @@ openvdb::FloatGrid::Ptr make_grid(const VdbOutput& o, std::span<const float> val
   return grid;
 }
 
+// What OpenVDB's own file writes, into a stream that can be asked whether all of it arrived: of a full disk
+// that file tells nothing.
+struct StreamArchive : openvdb::io::Archive {
+  void write_grid(std::ostream& stream, const openvdb::GridBase::ConstPtr& grid) const {
+    constexpr bool seekable = true;
+    write(stream, {grid}, seekable);
+  }
+};
+
 } // namespace
 
 float distance_from_air(const VdbOutput& o, float value) {
@@ -74,7 +83,7 @@ float least_distance(const VdbOutput& o, std::span<const float> values, uint64_t
 }
 
 void write_vdb(const std::string& path, const VdbOutput& o, std::span<const float> values) {
-  refuse_existing(path, o.overwrite);
+  OutputFile file(path, o.overwrite);
   openvdb::initialize();
   openvdb::FloatGrid::Ptr grid = make_grid(o, values);
   openvdb::Mat4R m; // row vectors: the transpose of ours
@@ -83,17 +92,12 @@ void write_vdb(const std::string& path, const VdbOutput& o, std::span<const floa
       m(row, column) = o.affine[static_cast<size_t>(column * 4 + row)];
   grid->setTransform(openvdb::math::Transform::createLinearTransform(m));
   grid->insertMeta("time", openvdb::DoubleMetadata(o.time));
-  const std::string partial = partial_path(path);
   try {
-    openvdb::io::File file(partial);
-    file.write({grid});
-    file.close();
-  } catch (const std::exception& e) {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
+    StreamArchive().write_grid(file.stream(), grid);
+  } catch (const openvdb::Exception& e) {
     fail_input(path, ": OpenVDB cannot write it: ", e.what());
   }
-  rename_finished(partial, path);
+  file.finish();
 }
 
 } // namespace bcc4
