@@ -31,6 +31,7 @@ constexpr double depth_before = 0.05, depth_at_boundary = 0.4;
 constexpr double level_set_rise = 0.02; // of the way to the farthest distance, to the surface's depth
 constexpr double of_maximum = 0.25;     // of the mean's distance: what is farther is opaque in a maximum
 // Between labels: half the width of a window, alone and among narrow ones, and of the slopes beside it.
+// Of the distance to the nearest other label or to the background.
 constexpr double half_window = 0.5, half_narrow_window = 0.2, half_slope = 0.05;
 
 // Distance from the end of the empty values, and extinction of a voxel.
@@ -154,7 +155,7 @@ TransferFunction label_function(const ValueSurvey& s, bool opaque) {
   TransferFunction f;
   const std::vector<double>& l = s.labels;
   for (size_t i = 0; i < l.size(); ++i) {
-    const double low = i == 0 ? l[0] - 0.5 : 0.5 * (l[i - 1] + l[i]);
+    const double low = i == 0 ? s.boundary : 0.5 * (l[i - 1] + l[i]);
     const double high = i + 1 == l.size() ? l[i] + 0.5 : 0.5 * (l[i] + l[i + 1]);
     const auto n = static_cast<size_t>(std::fmod(std::fabs(l[i]), static_cast<double>(label_colors.size())));
     const Vec3 color = label_colors[n];
@@ -162,14 +163,14 @@ TransferFunction label_function(const ValueSurvey& s, bool opaque) {
   }
   // Beside a label the field passes values of others: shells, which are thin where windows are narrow.
   const double opacity = opaque ? 1.0 : opacity_of(label_depth);
-  const bool narrow = !opaque && l.size() <= most_windows;
-  const double half = narrow ? half_narrow_window : half_window;
+  const bool narrow = !opaque && l.size() > 1 && l.size() <= most_windows;
   for (size_t i = 0; i < (narrow ? l.size() : 1); ++i) {
-    f.opacities.insert(f.opacities.end(),
-                       {{l[i] - half - half_slope, 0}, {l[i] - half + half_slope, opacity}});
+    const double below = l[i] - (i == 0 ? s.background : l[i - 1]);
+    const double gap = i + 1 < l.size() ? std::min(below, l[i + 1] - l[i]) : below;
+    const double half = gap * (narrow ? half_narrow_window : half_window), slope = gap * half_slope;
+    f.opacities.insert(f.opacities.end(), {{l[i] - half - slope, 0}, {l[i] - half + slope, opacity}});
     if (narrow && i + 1 < l.size())
-      f.opacities.insert(f.opacities.end(),
-                         {{l[i] + half - half_slope, opacity}, {l[i] + half + half_slope, 0}});
+      f.opacities.insert(f.opacities.end(), {{l[i] + half - slope, opacity}, {l[i] + half + slope, 0}});
   }
   return f;
 }

@@ -314,10 +314,10 @@ ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
   }
   if (find_labels(c, labels)) {
     s.kind = ValueKind::labels, s.above = true;
-    s.background = labels.front() - 1, s.labels = labels;
-    s.empty = {-infinity, labels.front() - 0.5};
+    s.background = c.air < labels.front() ? c.air : labels.front() - 1, s.labels = labels;
+    s.boundary = 0.5 * (s.background + labels.front());
+    s.empty = {-infinity, s.boundary};
     describe_rest(h, c, s);
-    s.boundary = labels.front() - 0.5;
     return s;
   }
   if (as) return s;

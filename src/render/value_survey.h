@@ -39,7 +39,7 @@ struct ValueSurvey {
   double noise = 0;    // of a solid: standard deviation of the values of which most is made; 0: not seen
   double boundary = 0; // between background and object
   double crossing = 1; // voxels along a ray through the middle of what is not empty
-  std::vector<double> labels; // rising, without the background
+  std::vector<double> labels; // rising, without the background, which air is where it lies below them
 };
 
 // as: what the values are taken for, both_signs or labels (none found: no list of them), whatever they look

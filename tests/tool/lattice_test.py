@@ -224,6 +224,9 @@ class LatticeTest(ToolTest):
                 self.imported(args, '--faces', 'xz', '--ends', 'predict')
                 info = self.json('info', 'v.bcc4')
                 self.assertEqual((info['lattice'], info['planes_outside']['before'], info['layers']), ('cc', [2, 0, 2], layers + 4))
+            # A still volume, too.
+            report = self.imported(self.raw('a.raw', (22, 20, 18, 1), f, 'u8'))
+            self.assertEqual(self.json('info', 'v.bcc4')['lattice'] == 'cc' and report['error']['channels'][0]['max_abs'] < .01, labels)
         # On a lattice that was asked for they are as precise as the source's, too.
         for more in (['--density', .5], ['--lattice', 'd4star']):
             report = self.imported(self.raw('a.raw', (22, 20, 18, 12), organ, 'u8'), *more)

@@ -146,6 +146,11 @@ class Render(ToolTest):
             self.assertEqual(f.read(), first)
         self.assertEqual(self.bcc4('render', 'v.bcc4', '--time', 0, '-o', 'p.png', '--quiet')[1], '')
         self.bcc4('render', 'v.bcc4', '--turntable', 2, '-o', 't.%d.png', '--size', '24x20', '--quiet')
+        _, err = self.bcc4('render', 'v.bcc4', '-o', 'n.%d.png', '--size', '24x20', '--quiet')
+        self.assertIn('no --frames given: all 6 frames are drawn', err)
+        for frame in range(6):
+            with open(self.path(f'n.{frame}.png'), 'rb') as f:
+                self.assertEqual(f.read() == first, frame == 0)
 
     def test_times_are_printed_without_the_last_digits_of_sums(self):
         with open(self.path('tenths.raw'), 'wb') as f:

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "readers/sequence.h"
 #include "tool/annotate/annotation.h"
 #include "tool/annotate/bars.h"
 #include "tool/annotate/font.h"
@@ -209,13 +210,13 @@ void tell_look(const RenderArguments& a, const bccsplat_look& look) {
   std::fprintf(stderr, "bcc4: %s: %s\n", a.file.c_str(), words.c_str());
 }
 
-// A series of which no moment was chosen shows its first frame, in a film or on a sheet all of them, after a
-// word on that.
+// A series of which no moment was chosen shows its first frame, in a film, on a sheet or in numbered pictures
+// all of them, after a word on that.
 void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera) {
   const SliceChoiceArguments& w = a.which;
   const bccsplat_volume_info v = volume_info(volume);
   if (v.dims[3] == 1 || w.time || w.index || w.plane || w.point || w.basis || w.sweep || a.frames) return;
-  const bool all = makes_one_file(a) && !a.turntable && !moving_camera;
+  const bool all = (makes_one_file(a) || has_frame_pattern(a.output)) && !a.turntable && !moving_camera;
   constexpr int time_digits = 12; // sums of steps are off by the last ones
   if (all)
     a.frames = {0, static_cast<double>(v.dims[3] - 1), 1};

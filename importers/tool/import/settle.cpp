@@ -25,14 +25,17 @@ bool rounds(const Unsettled& unsettled, const WriterSettings& settings, const Se
          settings.store != BCCSPLAT_STORE_COEFFICIENTS && settings.steps.empty();
 }
 
+bool all_labels(const std::vector<bool>& labels) {
+  return std::find(labels.begin(), labels.end(), false) == labels.end();
+}
+
 LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s,
                     std::vector<bool> labels) {
   LatticeWish wish;
   wish.labels = std::move(labels), wish.faces = settings.faces, wish.ends = settings.ends;
   wish.periodic = settings.periodic;
   // What blends labels makes up others: who asks for nothing gets their grid.
-  const bool all_labels = std::find(wish.labels.begin(), wish.labels.end(), false) == wish.labels.end();
-  if (all_labels && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
+  if (all_labels(wish.labels) && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
       has_cartesian(settings.kernel))
     wish.fixed =
         LatticeShape{BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings.faces, settings.ends, settings.periodic};
@@ -73,10 +76,12 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   if (unsettled.everything || ranged || bound.any())
     plan.scans = scan_series(reader, settings, unsettled.progress);
   const bool rounded = !bound.any() && rounds(unsettled, settings, s);
-  const bool chosen =
+  bool chosen =
       !bound.any() && ((unsettled.auto_lattice && s.dims[3] > 1) || unsettled.density > 0 || rounded);
+  const bool still = !bound.any() && unsettled.auto_lattice && s.dims[3] == 1;
   const bool levels = plan.levels.automatic && settings.levels > 0;
-  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels) return;
+  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels && !still)
+    return;
 
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
@@ -84,6 +89,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   const std::vector<bool> labels = find_labels(s, sample, air);
   if (levels && std::find(labels.begin(), labels.end(), true) != labels.end())
     plan.levels.labels = true, settings.levels = 0;
+  chosen = chosen || (still && all_labels(labels)); // BCC, which others have, would blend them
   if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
   const int32_t periodic = settings.periodic;
   plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends, periodic},

@@ -87,6 +87,21 @@ TEST(Look, LabelsKeepTheirColoursUpToHalfway) {
   EXPECT_GT(length(f.color(1) - f.color(5)), 0.1);
 }
 
+TEST(Look, AMaskIsShownFromHalfwayToAir) {
+  ValueCounts c;
+  c.bins.assign(256, 0), c.bins[255] = 5;
+  c.stored = {199, 200}, c.source = {0, 200};
+  c.integers = true, c.air_sites = 10;
+  const ValueSurvey s = survey_values(c);
+  EXPECT_EQ(s.labels, std::vector<double>{200});
+  EXPECT_EQ(s.background, 0);
+  EXPECT_EQ(s.boundary, 100);
+  const TransferFunction f = look_function(s, Look::automatic, RenderMode::composite);
+  EXPECT_EQ(f.opacity(85), 0);
+  EXPECT_GT(f.opacity(115), 0.1);
+  EXPECT_GT(f.opacity(230), 0.1);
+}
+
 TEST(Look, LabelsOfOtherValuesAreRefused) {
   try {
     (void)survey_for(solid_counts(1e6), Look::labels);

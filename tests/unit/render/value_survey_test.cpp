@@ -109,6 +109,10 @@ TEST(ValueSurvey, LabelsAreListed) {
   const ValueSurvey s = survey_values(c);
   EXPECT_EQ(s.kind, ValueKind::labels);
   EXPECT_EQ(s.labels, (std::vector<double>{1, 2, 5}));
+  EXPECT_EQ(s.background, 0);
+  EXPECT_EQ(s.boundary, 0.5);
+  c.air = 9;
+  EXPECT_EQ(survey_values(c).background, 0);
   c.integers = false;
   EXPECT_NE(survey_values(c).kind, ValueKind::labels);
 }
