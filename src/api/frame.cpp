@@ -146,7 +146,7 @@ bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, u
       fail(Code::invalid_argument, "frame: unknown channel bits ", channels & ~all_channels);
     auto f = std::make_unique<bccsplat_frame>();
     f->device = Ref(device);
-    f->image.width = static_cast<int>(width), f->image.height = static_cast<int>(height);
+    f->image.width = width, f->image.height = height;
     size_t floats = 4;
     for (const uint32_t bit : {BCCSPLAT_FRAME_DEPTH, BCCSPLAT_FRAME_VALUE, BCCSPLAT_FRAME_TIME})
       if (channels & bit) ++floats;
@@ -155,8 +155,8 @@ bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, u
     f->storage.resize(pixels * floats);
     float* next = f->storage.data();
     const auto take = [&](Plane& plane, int components) {
-      plane = {next, size_t{width} * static_cast<size_t>(components), components};
-      next += pixels * static_cast<size_t>(components);
+      plane = {next, size_t{width} * components, components};
+      next += pixels * components;
     };
     take(f->image.rgba, 4);
     if (channels & BCCSPLAT_FRAME_DEPTH) take(f->image.depth, 1);
@@ -185,7 +185,7 @@ bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uin
       fail(Code::invalid_argument, "frame: rgba is not aligned to its floats");
     auto f = std::make_unique<bccsplat_frame>();
     f->device = Ref(device);
-    f->image.width = static_cast<int>(width), f->image.height = static_cast<int>(height);
+    f->image.width = width, f->image.height = height;
     f->image.rgba = {rgba, row / sizeof(float), 4};
     *frame = f.release();
   });
@@ -204,9 +204,8 @@ bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t
     if (!p) fail(Code::invalid_argument, "frame: ", channel, " is not one channel bit");
     if (!p->pixels) fail(Code::not_found, "frame: it was made without channel ", channel);
     bccsplat_plane out{};
-    out.components = static_cast<uint32_t>(p->components);
-    out.width = static_cast<uint32_t>(frame->image.width),
-    out.height = static_cast<uint32_t>(frame->image.height);
+    out.components = p->components;
+    out.width = frame->image.width, out.height = frame->image.height;
     out.pixels = p->pixels;
     out.row_bytes = p->row_floats * sizeof(float);
     write_struct(plane, out, "plane");
@@ -224,8 +223,7 @@ bccsplat_status bccsplat_frame_get_deep(const bccsplat_frame* frame, bccsplat_de
     const DeepImage& image = deep_of(*frame);
     bccsplat_deep out{};
     out.components = DeepImage::components;
-    out.width = static_cast<uint32_t>(frame->image.width),
-    out.height = static_cast<uint32_t>(frame->image.height);
+    out.width = frame->image.width, out.height = frame->image.height;
     out.sample_count = image.first.back();
     out.first = image.first.data(), out.samples = image.samples.data();
     write_struct(deep, out, "deep");

@@ -19,11 +19,11 @@ ValueCounts value_counts(const bccsplat_volume& volume, uint32_t channel) {
   if (c.histogram.empty() && c.sites_kept > 0) // a file may leave it out: all values are alike then
     counts.bins.assign(256, c.sites_kept / 256 + 1), counts.stored = c.kept_range;
   if (counts.source.low == 0 && counts.source.high == 0) counts.source = counts.stored; // not known
-  counts.air = static_cast<double>(c.air);
+  counts.air = c.air;
   counts.incomplete = c.holes > 0 || !c.masks.empty();
   uint64_t seen = 0;
   for (const uint64_t n : counts.bins) seen += n;
-  const auto all = static_cast<uint64_t>(v.lattice.sites() - v.lattice.sites_outside(0, v.lattice.layers()));
+  const uint64_t all = v.lattice.sites() - v.lattice.sites_outside(0, v.lattice.layers());
   // What is missing is in no bin either. A few sites that are not stored are those of a field that has air's
   // value among others.
   if (!counts.incomplete && all > seen && (all - seen) * 256 >= all) counts.air_sites = all - seen;
@@ -31,7 +31,7 @@ ValueCounts value_counts(const bccsplat_volume& volume, uint32_t channel) {
   counts.integers = t == SourceType::u8 || t == SourceType::i8 || t == SourceType::u16 ||
                     t == SourceType::i16 || t == SourceType::u32 || t == SourceType::i32;
   counts.voxels = 1;
-  for (size_t a = 0; a < 3; ++a) counts.voxels *= static_cast<double>(v.lattice.dims[a]);
+  for (size_t a = 0; a < 3; ++a) counts.voxels *= v.lattice.dims[a];
   for (const auto& [key, value] : v.attributes)
     if (key == "openvdb.class." + c.name) counts.level_set = value == "level set";
   return counts;

@@ -27,14 +27,14 @@ bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice, co
       fail(Code::unsupported, "picture needs: of slices in time alone, along the axes of the volume");
     const Camera view = read_camera(camera);
     const RenderOptions o = read_render_options(options);
-    const auto w = static_cast<int>(width), h = static_cast<int>(height);
+    const int w = width, h = height;
     const bccsplat_volume& volume = *slice->volume.get();
     std::vector<LevelOption> levels;
     for (uint32_t l = 0; l <= volume.info().levels.size(); ++l)
       levels.push_back({distances_per_pixel(slice->slice, volume.lattice(l), view, w, h),
                         level_error(volume.info(), slice->channel, l)});
     bccsplat_picture_needs out{};
-    out.level = static_cast<uint32_t>(enough_level(levels, o));
+    out.level = enough_level(levels, o);
     out.distances_per_pixel = levels.front().per_pixel;
     const Lattice4& lattice = volume.lattice(0);
     IndexBox box;

@@ -99,8 +99,7 @@ GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>&
   const Quantiser coding = info.coding({static_cast<int>(slice.channel), static_cast<int>(slice.level)});
   double step = is_float(coding.type) ? 0 : coding.scale;
   if (counts.integers) step = std::max(step, 1.0);
-  return per_length(gradient_noise(survey_values(counts), step, static_cast<double>(channel.threshold)),
-                    voxel);
+  return per_length(gradient_noise(survey_values(counts), step, channel.threshold), voxel);
 }
 
 // Tells the log where another level of the slice was drawn than last time.
@@ -213,7 +212,7 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
     TrailOptions options;
     if (in.content) options.content = static_cast<TrailContent>(in.content);
     options.interval = {in.interval[0], in.interval[1]};
-    options.samples = static_cast<int>(in.samples);
+    options.samples = in.samples;
     options.intervals = std::max(static_cast<int>(in.intervals), 1);
     std::vector<Vec3> colors;
     for (int i = 0; i < options.intervals && (in.colors || options.intervals > 1); ++i) {
@@ -312,8 +311,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     const Context context = renderer->device->context(progress);
     const bccsplat_slice& slice = *renderer->slice.get();
     const uint64_t read_before = slice.volume->reader->bytes_read();
-    const auto width = static_cast<uint32_t>(frame->image.width),
-               height = static_cast<uint32_t>(frame->image.height);
+    const uint32_t width = frame->image.width, height = frame->image.height;
     Scene scene;
     scene.slice = &slice.slice;
     scene.levels = &slice.levels;
@@ -357,7 +355,7 @@ bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, b
     const bccsplat_renderer::Stats& s = *renderer->stats;
     const SplatStats& drawn = s.drawn;
     bccsplat_render_stats out{};
-    out.threads = static_cast<uint32_t>(s.threads);
+    out.threads = s.threads;
     out.ms_transform = drawn.ms_transform, out.ms_splat = drawn.ms_splat, out.ms_shade = drawn.ms_shade;
     out.ms_total = s.ms_total, out.cpu_ms = drawn.ms();
     out.points_total = s.points_total, out.points_after_cull = drawn.points_after_cull;

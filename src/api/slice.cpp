@@ -39,9 +39,9 @@ void extract(bccsplat_slice& result, const Coefficients& coefficients, const Hyp
 void sample_extracted(const bccsplat_slice& slice, const Grid& grid, float* values, const Context& context) {
   slice.extraction->sample(grid, values, context);
   if (!slice.slice.mask) return;
-  const auto nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
+  const size_t nx = grid.dims[0], ny = grid.dims[1];
   std::vector<Vec3> row(nx);
-  for (size_t r = 0; r < ny * static_cast<size_t>(grid.dims[2]); ++r) {
+  for (size_t r = 0; r < ny * grid.dims[2]; ++r) {
     for (size_t x = 0; x < nx; ++x) {
       const Vec3 i{static_cast<double>(x), static_cast<double>(r % ny), static_cast<double>(r / ny)};
       for (size_t a = 0; a < 3; ++a) row[x][a] = grid.origin[a] + grid.step[a] * i[a];

@@ -85,7 +85,7 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
                               {.salvage = options.salvage != 0, .salvage_unreadable = options.salvage == 2})),
       times(time_axis(reader->info())), kernel(make_kernel(choose_kernel(reader->info(), options.kernel))),
       recommended_kernel(make_kernel(reader->info().recommended_kernel).name) {
-  const auto sites = static_cast<uint64_t>(info().lattice.sites());
+  const uint64_t sites = info().lattice.sites();
   if (sites > owner->max_sites)
     fail(Code::limit_exceeded, "the file declares ", sites, " lattice sites, the device allows ",
          owner->max_sites);
@@ -96,8 +96,7 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
   const VolumeCache share = share_cache(cache, playing);
   for (int level = 0; level < info().level_count(); ++level)
     samples.push_back(std::make_unique<Bcc4Samples>(
-        reader, owner->memory, cache_of_level(share.chunks, static_cast<uint32_t>(level)), RelativeTo::base,
-        level));
+        reader, owner->memory, cache_of_level(share.chunks, level), RelativeTo::base, level));
   cache_bytes = share.coefficients, whole_cache_bytes = cache, playing_cache_bytes = playing.bytes();
   for (const ChannelInfo& c : info().channels) {
     const auto index = static_cast<int>(corrections_of.size());
@@ -151,7 +150,7 @@ std::unique_ptr<Coefficients> bccsplat_volume::make_coefficients(uint32_t channe
   const ChannelInfo& c = channel(channel_index);
   // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter
   // beside air.
-  const auto index = static_cast<int>(channel_index);
+  const int index = channel_index;
   const float prune = samples_of_level.base(index) == c.air ? c.threshold / 2 : 0;
   const bool own = k.name == make_kernel(choose_kernel(info(), nullptr)).name;
   auto made = std::make_unique<Coefficients>(samples_of_level, index, std::move(k), prune, cache, region);

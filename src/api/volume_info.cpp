@@ -21,9 +21,9 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.lattice = static_cast<int32_t>(v.lattice.kind);
     std::copy(v.lattice.dims.begin(), v.lattice.dims.end(), out.dims);
     out.cc_samples = v.cc_samples();
-    out.sites_outside = static_cast<uint64_t>(v.lattice.sites_outside(0, v.lattice.layers()));
-    out.sites_total = static_cast<uint64_t>(v.lattice.sites()) - out.sites_outside;
-    out.layer_count = static_cast<uint64_t>(v.lattice.layers());
+    out.sites_outside = v.lattice.sites_outside(0, v.lattice.layers());
+    out.sites_total = v.lattice.sites() - out.sites_outside;
+    out.layer_count = v.lattice.layers();
     out.scale = v.scale, out.time_scale = v.time_scale;
     const LatticeScales scales = v.lattice.scales();
     std::copy(scales.begin(), scales.end(), out.scales);
@@ -65,15 +65,15 @@ bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, ui
     const VolumeInfo& v = volume->info();
     if (level > v.levels.size())
       fail(Code::not_found, "level ", level, " of a file whose last one is ", v.levels.size());
-    const Lattice4& lattice = v.level(static_cast<int>(level)).lattice;
+    const Lattice4& lattice = v.level(level).lattice;
     bccsplat_level_info out{};
     const LatticeScales scales = lattice.scales();
     std::copy(scales.begin(), scales.end(), out.scales);
-    out.layer_count = static_cast<uint64_t>(lattice.layers());
-    out.sites_total = static_cast<uint64_t>(lattice.sites() - lattice.sites_outside(0, lattice.layers()));
+    out.layer_count = lattice.layers();
+    out.sites_total = lattice.sites() - lattice.sites_outside(0, lattice.layers());
     for (size_t c = 0; c < v.channels.size(); ++c)
       out.sites_kept += level == 0 ? v.channels[c].sites_kept : v.levels[level - 1].channels[c].sites_kept;
-    out.bytes = volume->reader->level_bytes(static_cast<int>(level));
+    out.bytes = volume->reader->level_bytes(level);
     for (uint32_t c = 0; c < v.channels.size(); ++c)
       if (const MeasuredError* const e = find_error(v, c, level))
         out.relative_rmse = std::max(out.relative_rmse, e->rmse / e->range);

@@ -35,7 +35,7 @@ bccsplat_status create(bccsplat_device* device, const char* path, const bccsplat
 
 // Returns whether the last element of an array lies where no address can be.
 bool runs_over(const bccsplat_box& box) {
-  constexpr auto memory = static_cast<int64_t>(memory_end);
+  constexpr int64_t memory = memory_end;
   int64_t reach = 0;
   for (size_t a = 0; a < 3; ++a) {
     int64_t along = 0;

@@ -144,7 +144,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
                    BCCSPLAT_STORE_COEFFICIENTS;
   if (o.levels > static_cast<uint32_t>(most_levels))
     fail(Code::invalid_argument, "writer: levels ", o.levels, ": 0 to ", most_levels);
-  s.levels = static_cast<int>(o.levels);
+  s.levels = o.levels;
   s.live_slabs = o.live;
   require_range(o.abs_error, 0, largest_value, "bccsplat_writer_options.abs_error");
   require_range(o.psnr, 0, most_decibels, "bccsplat_writer_options.psnr");

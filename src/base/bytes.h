@@ -40,8 +40,8 @@ class ByteReader {
     if (count > remaining())
       fail(Code::truncated, what_, " at offset ", offset_ + position_, " needs ", count, " bytes, ",
            remaining(), " are left");
-    const auto part = bytes_.subspan(position_, static_cast<size_t>(count));
-    position_ += static_cast<size_t>(count);
+    const auto part = bytes_.subspan(position_, count);
+    position_ += count;
     return part;
   }
 

@@ -79,7 +79,7 @@ class FileSource final : public ByteSource {
     if (!S_ISREG(look().st_mode)) fail(Code::io_error, path, ": not a regular file");
   }
   // Returns the size of the moment: a file that is being written grows.
-  uint64_t size() const override { return static_cast<uint64_t>(look().st_size); }
+  uint64_t size() const override { return look().st_size; }
   const std::string& name() const override { return name_; }
   void read_at(uint64_t offset, std::span<std::byte> out) const override {
     if (offset > INT64_MAX || out.size() > INT64_MAX - offset) fail_range(name_, offset, out.size(), size());
@@ -90,7 +90,7 @@ class FileSource final : public ByteSource {
       if (n < 0 && errno == EINTR) continue;
       if (n < 0) fail_errno(name_, "read", errno);
       if (n == 0) fail_range(name_, offset, out.size(), size());
-      done += static_cast<size_t>(n);
+      done += n;
     }
   }
 
@@ -137,8 +137,7 @@ class StreamSource final : public ByteSource {
                        {{offset, out.size()}});
     if (n < 0 || static_cast<uint64_t>(n) > out.size())
       fail(Code::io_error, name_, ": the host could not read ", out.size(), " bytes at offset ", offset);
-    if (static_cast<uint64_t>(n) != out.size())
-      fail_range(name_, offset, out.size(), offset + static_cast<uint64_t>(n));
+    if (static_cast<uint64_t>(n) != out.size()) fail_range(name_, offset, out.size(), offset + n);
   }
 
  private:
@@ -154,7 +153,7 @@ void write_all(int fd, const std::string& path, uint64_t offset, std::span<const
     const auto n = ::pwrite(fd, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) fail_errno(path, "write", errno);
-    done += static_cast<size_t>(n);
+    done += n;
   }
 }
 

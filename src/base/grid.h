@@ -8,7 +8,7 @@ namespace bccsplat {
 
 // Returns the index of column x of row y, neither of them negative.
 [[nodiscard]] constexpr size_t plane_index(int x, int y, int pitch) {
-  return static_cast<size_t>(y) * static_cast<size_t>(pitch) + static_cast<size_t>(x);
+  return static_cast<size_t>(y) * pitch + x;
 }
 
 // Returns the distance of column x of row y from the first value. Planes with a border have values at
@@ -18,8 +18,6 @@ namespace bccsplat {
 }
 
 // Returns how many values `rows` rows are.
-[[nodiscard]] constexpr size_t plane_size(int pitch, int rows) {
-  return static_cast<size_t>(pitch) * static_cast<size_t>(rows);
-}
+[[nodiscard]] constexpr size_t plane_size(int pitch, int rows) { return static_cast<size_t>(pitch) * rows; }
 
 } // namespace bccsplat

@@ -8,7 +8,7 @@ namespace bccsplat {
 uint64_t machine_memory() {
   const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
   if (pages <= 0 || page <= 0) return uint64_t{1} << 30;
-  return static_cast<uint64_t>(pages) * static_cast<uint64_t>(page);
+  return static_cast<uint64_t>(pages) * page;
 }
 
 } // namespace bccsplat

@@ -64,7 +64,7 @@ struct Tasks::Pool {
   std::vector<std::thread> workers;
 
   explicit Pool(int count) {
-    workers.reserve(static_cast<size_t>(count));
+    workers.reserve(count);
     try {
       for (int i = 0; i < count; ++i) workers.emplace_back([this] { work(); });
     } catch (const std::system_error&) {

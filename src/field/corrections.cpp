@@ -21,7 +21,7 @@ constexpr size_t bricks_at_hand = 64;  // of a task
 constexpr uint64_t frame_part = 4;     // of the cache is for frames, the rest for bricks
 
 Int3 place(uint64_t voxel, const std::array<int64_t, 4>& n) {
-  const auto v = static_cast<int64_t>(voxel);
+  const int64_t v = voxel;
   return {static_cast<int32_t>(v % n[0]), static_cast<int32_t>(v / n[0] % n[1]),
           static_cast<int32_t>(v / (n[0] * n[1]))};
 }
@@ -50,9 +50,9 @@ void Corrections::keep(LruCache<Key, Value>& cache, const Key& key, const std::s
 std::shared_ptr<const Corrections::Frame> Corrections::frame(int64_t number) const {
   if (auto found = frames_.find(number)) return found;
   auto made = std::make_shared<Frame>();
-  made->table = reader_->correction_bricks(channel_, static_cast<uint64_t>(number));
-  const FrameResiduals stored = reader_->residuals(channel_, static_cast<uint64_t>(number));
-  const float air = reader_->info().channels[static_cast<size_t>(channel_)].air;
+  made->table = reader_->correction_bricks(channel_, number);
+  const FrameResiduals stored = reader_->residuals(channel_, number);
+  const float air = reader_->info().channels[channel_].air;
   const auto grid = [&](const ResidualList& list, float from) {
     std::vector<GridValue> values;
     for (const ResidualSample& s : list)
@@ -80,7 +80,7 @@ std::shared_ptr<const SparseGrid> Corrections::brick(int64_t frame, const Correc
 }
 
 void Corrections::list_reads(int64_t number, bool missing, std::vector<ByteRange>& out) const {
-  const auto f = static_cast<size_t>(number);
+  const size_t f = number;
   const bool held = frames_.contains(number);
   for (const std::vector<BlockRef>* blocks : {&info().frames, &info().tables})
     if (f < blocks->size() && !(missing && held)) out.push_back({(*blocks)[f].offset, (*blocks)[f].padded()});
@@ -133,7 +133,7 @@ class Corrections::Lookup {
   Lookup(const Corrections& of, Attempts& attempts) : of_(of), attempts_(attempts) {}
 
   [[nodiscard]] const Frame& frame(int64_t number) {
-    auto& held = frames_[static_cast<size_t>(number & 1)];
+    auto& held = frames_[number & 1];
     if (held.first == number) return *held.second;
     held = {number, std::make_shared<const Frame>()};
     attempts_.attempt([&] { held.second = of_.frame(number); });
@@ -241,7 +241,7 @@ uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<floa
         if (value == 0) continue;
         sum += value * static_cast<float>(w[0] * w[1] * w[2] * w[3]);
         for (size_t a = 0; a < 4; ++a) {
-          double product = static_cast<double>(value) * s[a];
+          double product = value * s[a];
           for (size_t b = 0; b < 4; ++b) product *= b == a ? 1 : w[b];
           slope[a] += product;
         }

@@ -56,9 +56,7 @@ class Corrections {
     [[nodiscard]] bool empty() const { return table.empty() && whole.empty() && set.empty(); }
   };
   class Lookup;
-  [[nodiscard]] const ResidualInfo& info() const {
-    return reader_->info().channels[static_cast<size_t>(channel_)].residuals;
-  }
+  [[nodiscard]] const ResidualInfo& info() const { return reader_->info().channels[channel_].residuals; }
   [[nodiscard]] std::shared_ptr<const Frame> frame(int64_t frame) const;
   [[nodiscard]] std::shared_ptr<const SparseGrid> brick(int64_t frame, const CorrectionBrick& entry) const;
   // Keeps a value in the cache where the budget has room for it.

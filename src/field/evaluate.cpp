@@ -70,7 +70,7 @@ struct Window {
   [[nodiscard]] bool is_hole(const Vec4& p) const {
     std::array<const FieldLayer*, 2> nearest{};
     for (const FieldLayer& l : layers) {
-      auto& best = nearest[static_cast<size_t>(l.layer->coset())];
+      auto& best = nearest[l.layer->coset()];
       if (!best || std::fabs(l.time - p[3]) < std::fabs(best->time - p[3])) best = &l;
     }
     return is_hole_at({nearest[0] ? nearest[0]->layer : nullptr, nearest[1] ? nearest[1]->layer : nullptr},
@@ -181,8 +181,7 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
                         std::span<std::array<float, 3>> gradients) {
   EvaluateMisses misses;
   const std::array<FieldLayer, 2> layers{FieldLayer{&slice.coset[0]}, FieldLayer{&slice.coset[1]}};
-  const FootprintPlan plan(
-      {std::span(layers).first(static_cast<size_t>(slice.lattice.cosets())), &slice.kernel});
+  const FootprintPlan plan({std::span(layers).first(slice.lattice.cosets()), &slice.kernel});
   std::array<Vec4, batch_points> batch;
   std::array<float, batch_points> sums;
   std::array<std::array<float, 4>, batch_points> slopes;

@@ -24,17 +24,14 @@ struct FallOff {
   [[nodiscard]] double slope(double d) const {
     const double u = std::max(0.0, 1 - std::fabs(d));
     if (u == 0 || d == 0) return 0;
-    const double rise =
-        static_cast<double>(a) + u * (2 * static_cast<double>(b) + u * 3 * static_cast<double>(c));
+    const double rise = a + u * (2 * static_cast<double>(b) + u * 3 * c);
     return d > 0 ? -rise : rise;
   }
   // The integral of s between two distances, from <= to.
   [[nodiscard]] double integral(double from, double to) const {
     const auto below = [&](double d) { // from -1 on
       const double u = std::max(0.0, 1 - std::fabs(d));
-      const double part =
-          u * u *
-          (static_cast<double>(a) / 2 + u * (static_cast<double>(b) / 3 + u * static_cast<double>(c) / 4));
+      const double part = u * u * (static_cast<double>(a) / 2 + u * (static_cast<double>(b) / 3 + u * c / 4));
       return d <= 0 ? part : 1 - part;
     };
     return below(std::min(to, 1.0)) - below(std::max(from, -1.0));

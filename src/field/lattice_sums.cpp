@@ -108,7 +108,7 @@ Vec3 LatticeSums::nearest_gradient(const Vec3& p) const {
             static_cast<size_t>(std::nearbyint(2 * std::fabs(from_site) * static_cast<double>(cells_)));
   }
   Vec3 gradient;
-  for (size_t a = 0; a < 3; ++a) gradient[a] = sign[a] * static_cast<double>(table_[index][a]);
+  for (size_t a = 0; a < 3; ++a) gradient[a] = sign[a] * table_[index][a];
   return gradient;
 }
 

@@ -20,9 +20,7 @@ namespace {
 
 constexpr uint64_t block_points = 4096; // of a task
 
-uint64_t voxels_of(const std::array<int64_t, 3>& n) {
-  return static_cast<uint64_t>(n[0]) * static_cast<uint64_t>(n[1]) * static_cast<uint64_t>(n[2]);
-}
+uint64_t voxels_of(const std::array<int64_t, 3>& n) { return static_cast<uint64_t>(n[0]) * n[1] * n[2]; }
 
 uint64_t words_of(const std::array<int64_t, 3>& n) { return (voxels_of(n) + 63) / 64; }
 
@@ -56,7 +54,7 @@ uint64_t FrameMask::bytes_of(const std::array<int64_t, 3>& samples) {
 }
 
 size_t FrameMask::before_at(int64_t bx, int64_t by, int64_t bz) const {
-  return static_cast<size_t>((bz * (blocks_[1] + 1) + by) * (blocks_[0] + 1) + bx);
+  return (bz * (blocks_[1] + 1) + by) * (blocks_[0] + 1) + bx;
 }
 uint64_t& FrameMask::before(int64_t bx, int64_t by, int64_t bz) { return before_[before_at(bx, by, bz)]; }
 uint64_t FrameMask::before(int64_t bx, int64_t by, int64_t bz) const {
@@ -67,12 +65,11 @@ void FrameMask::count_blocks() {
   for (size_t w = 0; w < bits_.size(); ++w)
     for (uint64_t bits = bits_[w]; bits != 0;) {
       // A run of ones of the word, as far as it stays in a block.
-      const auto from = static_cast<int64_t>(std::countr_zero(bits));
+      const int64_t from = std::countr_zero(bits);
       const auto i = static_cast<int64_t>(w * 64) + from, x = i % n_[0], row = i / n_[0];
       const int64_t room = std::min(block_edge - x % block_edge, n_[0] - x);
       const int64_t run = std::min<int64_t>(room, std::countr_one(bits >> from));
-      before(x / block_edge + 1, row % n_[1] / block_edge + 1, row / n_[1] / block_edge + 1) +=
-          static_cast<uint64_t>(run);
+      before(x / block_edge + 1, row % n_[1] / block_edge + 1, row / n_[1] / block_edge + 1) += run;
       bits &= from + run == 64 ? 0 : ~uint64_t{0} << (from + run);
     }
   // Sums along one axis after the other.
@@ -88,8 +85,8 @@ void FrameMask::count_blocks() {
 }
 
 uint64_t FrameMask::row_bits(const std::array<int64_t, 3>& first, int64_t count) const {
-  const auto i = static_cast<uint64_t>((first[2] * n_[1] + first[1]) * n_[0] + first[0]);
-  const uint64_t from = i % 64, n = static_cast<uint64_t>(count);
+  const uint64_t i = (first[2] * n_[1] + first[1]) * n_[0] + first[0];
+  const uint64_t from = i % 64, n = count;
   uint64_t bits = bits_[i / 64] >> from;
   if (from + n > 64) bits |= bits_[i / 64 + 1] << (64 - from);
   return n == 64 ? bits : bits & ((uint64_t{1} << n) - 1);
@@ -119,7 +116,7 @@ Missing FrameMask::within_blocks(const std::array<int64_t, 3>& first,
   uint64_t samples = 1;
   for (size_t a = 0; a < 3; ++a) {
     b[a] = first[a] / block_edge, e[a] = last[a] / block_edge + 1;
-    samples *= static_cast<uint64_t>(std::min(e[a] * block_edge, n_[a]) - b[a] * block_edge);
+    samples *= std::min(e[a] * block_edge, n_[a]) - b[a] * block_edge;
   }
   const auto column = [&](int64_t x, int64_t y) { return before(x, y, e[2]) - before(x, y, b[2]); };
   const uint64_t missing = column(e[0], e[1]) - column(b[0], e[1]) - column(e[0], b[1]) + column(b[0], b[1]);
@@ -136,7 +133,7 @@ void FrameMask::add(uint64_t begin, uint64_t end) {
 
 uint64_t FrameMask::count() const {
   uint64_t sum = 0;
-  for (const uint64_t bits : bits_) sum += static_cast<uint64_t>(std::popcount(bits));
+  for (const uint64_t bits : bits_) sum += std::popcount(bits);
   return sum;
 }
 
@@ -156,14 +153,13 @@ int64_t Masks::counted_frame(double moment) const {
 }
 
 FrameMaskPtr Masks::read(int64_t frame) const {
-  const uint64_t offset = blocks()[static_cast<size_t>(frame)].offset;
+  const uint64_t offset = blocks()[frame].offset;
   if (auto found = cache_.find(offset)) return found;
   const std::scoped_lock lock(mutex_);
   if (auto held = in_use_[offset].lock()) return held;
   const std::array<int64_t, 3> n{n_[0], n_[1], n_[2]};
   auto made = std::make_shared<FrameMask>(n, Reservation(budget_, FrameMask::bytes_of(n), "a mask"), false);
-  reader_->mask_runs(channel_, static_cast<uint64_t>(frame),
-                     [&](uint64_t begin, uint64_t end) { made->add(begin, end); });
+  reader_->mask_runs(channel_, frame, [&](uint64_t begin, uint64_t end) { made->add(begin, end); });
   made->count_blocks();
   in_use_[offset] = made;
   // The mask itself holds its memory.
@@ -172,12 +168,12 @@ FrameMaskPtr Masks::read(int64_t frame) const {
 }
 
 FrameMaskPtr Masks::read_nearest_whole(int64_t frame) const {
-  const auto end = static_cast<int64_t>(blocks().size());
+  const int64_t end = blocks().size();
   std::set<uint64_t> damaged;
   for (int64_t d = 0; d < end; ++d)
     for (const int64_t f : {frame + d, frame - d}) {
       if (f < 0 || f >= end) continue;
-      const BlockRef& block = blocks()[static_cast<size_t>(f)];
+      const BlockRef& block = blocks()[f];
       if (block.stored == 0) return nullptr;
       if (damaged.contains(block.offset)) continue;
       try {
@@ -192,13 +188,13 @@ FrameMaskPtr Masks::read_nearest_whole(int64_t frame) const {
 
 FrameMaskPtr Masks::frame(int64_t counted) const {
   const int64_t frame = reader_->info().lattice.turned_frame(counted);
-  if (blocks()[static_cast<size_t>(frame)].stored == 0) return nullptr;
+  if (blocks()[frame].stored == 0) return nullptr;
   return reader_->salvages() ? read_nearest_whole(frame) : read(frame);
 }
 
 void Masks::list_reads(int64_t first, int64_t last, bool missing, std::vector<ByteRange>& out) const {
   for (int64_t counted = first; counted <= last; ++counted) {
-    const auto frame = static_cast<size_t>(reader_->info().lattice.turned_frame(counted));
+    const size_t frame = reader_->info().lattice.turned_frame(counted);
     const BlockRef& block = blocks()[frame];
     const bool held = [&] {
       const std::scoped_lock lock(mutex_);

@@ -58,7 +58,7 @@ class FrameMask {
   [[nodiscard]] Missing within(const std::array<int64_t, 3>& first, const std::array<int64_t, 3>& last) const;
 
   [[nodiscard]] bool at(const std::array<int64_t, 3>& sample) const {
-    const auto i = static_cast<uint64_t>((sample[2] * n_[1] + sample[1]) * n_[0] + sample[0]);
+    const uint64_t i = (sample[2] * n_[1] + sample[1]) * n_[0] + sample[0];
     return bits_[i / 64] >> (i % 64) & 1;
   }
   [[nodiscard]] uint64_t count() const;
@@ -112,7 +112,7 @@ class Masks {
 
  private:
   [[nodiscard]] const std::vector<BlockRef>& blocks() const {
-    return reader_->info().channels[static_cast<size_t>(channel_)].masks;
+    return reader_->info().channels[channel_].masks;
   }
   [[nodiscard]] FrameMaskPtr read(int64_t frame) const;
   [[nodiscard]] FrameMaskPtr read_nearest_whole(int64_t frame) const;

@@ -81,7 +81,7 @@ PointOrder order_runs(std::span<const Summary> summaries, bool gather) {
 
 bool PointOrder::points_at(uint64_t begin, std::span<uint64_t> points) const {
   if (!order.empty()) {
-    std::copy_n(order.begin() + static_cast<ptrdiff_t>(begin), points.size(), points.begin());
+    std::copy_n(order.begin() + begin, points.size(), points.begin());
     return false;
   }
   if (runs.empty()) {
@@ -93,9 +93,8 @@ bool PointOrder::points_at(uint64_t begin, std::span<uint64_t> points) const {
              1;
   for (size_t i = 0; i < points.size();) {
     const uint64_t place = begin + i, last = run + 1 == runs.end() ? UINT64_MAX : (run + 1)->place;
-    const auto count = static_cast<size_t>(std::min<uint64_t>(points.size() - i, last - place));
-    std::iota(points.begin() + static_cast<ptrdiff_t>(i), points.begin() + static_cast<ptrdiff_t>(i + count),
-              run->point + (place - run->place));
+    const size_t count = std::min<uint64_t>(points.size() - i, last - place);
+    std::iota(points.begin() + i, points.begin() + (i + count), run->point + (place - run->place));
     if (count == points.size()) return true;
     i += count, ++run;
   }

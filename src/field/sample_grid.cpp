@@ -31,8 +31,8 @@ struct GridAxis {
   [[nodiscard]] size_t size() const { return position.size(); }
   // Sites of the tile's patches along this axis: first, and how many.
   [[nodiscard]] std::array<int, 2> sites(size_t coset, const Stretch& tile, int edge) const {
-    const auto from = samples[coset].first.begin() + static_cast<std::ptrdiff_t>(tile.begin);
-    const auto [low, high] = std::minmax_element(from, from + static_cast<std::ptrdiff_t>(tile.count));
+    const auto from = samples[coset].first.begin() + tile.begin;
+    const auto [low, high] = std::minmax_element(from, from + tile.count);
     return {*low, *high - *low + edge};
   }
 };
@@ -46,7 +46,7 @@ GridAxis grid_axis(const Slice& slice, const FootprintPlan& plan, const Grid& gr
   const double begin = slice.domain_begin[axis], end = slice.domain_end[axis],
                tolerance = domain_tolerance(end);
   GridAxis a;
-  const auto n = static_cast<size_t>(grid.dims[axis]);
+  const size_t n = grid.dims[axis];
   a.position.reserve(n), a.outside.reserve(n);
   for (size_t i = 0; i < n; ++i) {
     const double p =
@@ -88,8 +88,7 @@ struct GridSampler {
         const auto along_y = axis[1].sites(c, y_tile, plan.edge);
         box[c] = {{along_x[0], along_y[0], axis[2].samples[c].first[z]}, {along_x[1], along_y[1], plan.edge}};
         size_t count = grid_row_padding;
-        count += static_cast<size_t>(along_x[1]) * static_cast<size_t>(along_y[1]) *
-                 static_cast<size_t>(plan.edge);
+        count += static_cast<size_t>(along_x[1]) * along_y[1] * plan.edge;
         if (sites[c].size() < count) sites[c].resize(count);
         any[c] = gather_box(*plan.coset[c].layer[0], box[c], sites[c].data());
       }
@@ -121,7 +120,7 @@ struct GridSampler {
         const float u = 1 - plan.inverse_radius2 * (dy * dy + dz * dz);
         if (!(u > 0)) continue;
         const int row = k * box.size[1] + sy.first[y] - box.origin[1] + j;
-        near.push_back({sites + static_cast<size_t>(row) * static_cast<size_t>(box.size[0]), u});
+        near.push_back({sites + static_cast<size_t>(row) * box.size[0], u});
       }
   }
 
@@ -137,7 +136,7 @@ struct GridSampler {
         none = !slice.inside(p) || slice.is_hole(p);
         if (!none && plan.kernel->normalised) {
           const double sum = lattice_sum(*plan.kernel, plan.bcc, p[0], p[1], p[2]);
-          out[i] = static_cast<float>(slice.base + static_cast<double>(out[i] - slice.base) / sum);
+          out[i] = static_cast<float>(slice.base + (out[i] - slice.base) / sum);
         }
       }
       if (none) out[i] = nan_value;
@@ -186,9 +185,9 @@ uint64_t hide_missing(const Slice& slice, std::span<const Vec3> points, std::spa
 }
 
 void sample_grid(const Slice& slice, const Grid& grid, float* values, const Context& context) {
-  const auto ny = static_cast<uint64_t>(grid.dims[1]), nz = static_cast<uint64_t>(grid.dims[2]);
+  const uint64_t ny = grid.dims[1], nz = grid.dims[2];
   if (!axes_aligned(slice.lattice_to_slice)) {
-    const auto nx = static_cast<uint64_t>(grid.dims[0]);
+    const uint64_t nx = grid.dims[0];
     context.tasks.parallel_for(ny * nz, [&](uint64_t row) {
       context.progress.check();
       std::vector<Vec3> at(nx);
@@ -201,8 +200,7 @@ void sample_grid(const Slice& slice, const Grid& grid, float* values, const Cont
     return;
   }
   const std::array<FieldLayer, 2> layers{FieldLayer{&slice.coset[0]}, FieldLayer{&slice.coset[1]}};
-  const FootprintPlan plan(
-      {std::span(layers).first(static_cast<size_t>(slice.lattice.cosets())), &slice.kernel});
+  const FootprintPlan plan({std::span(layers).first(slice.lattice.cosets()), &slice.kernel});
   GridSampler sampler{slice, plan, {}};
   for (size_t a = 0; a < 3; ++a) sampler.axis[a] = grid_axis(slice, plan, grid, a);
   const auto& y_tiles = sampler.axis[1].tiles;
@@ -218,18 +216,18 @@ namespace {
 // Calls body(coset, site, coefficient relative to the base) for every site that is kept, brick by brick.
 template<class Body> void for_kept_sites(const Slice& slice, const Body& body) {
   for (int c = 0; c < slice.lattice.cosets(); ++c) {
-    const BrickLayer& layer = slice.coset[static_cast<size_t>(c)];
+    const BrickLayer& layer = slice.coset[c];
     for (size_t s = 0; s < layer.brick_slots(); ++s) {
       const Brick* brick = layer.brick(s);
       if (!brick) continue;
       const Int3 b = layer.slot_position(s);
       for (int row = 0; row < brick_rows; ++row)
         for (int x = 0; x < brick_edge; ++x)
-          if (brick->kept[static_cast<size_t>(row)] >> x & 1)
+          if (brick->kept[row] >> x & 1)
             body(c,
                  Int3{b[0] * brick_edge + x, b[1] * brick_edge + row % brick_edge,
                       b[2] * brick_edge + row / brick_edge},
-                 brick->value[static_cast<size_t>(row * brick_edge + x)]);
+                 brick->value[row * brick_edge + x]);
     }
   }
 }
@@ -237,7 +235,7 @@ template<class Body> void for_kept_sites(const Slice& slice, const Body& body) {
 // The same for all sites, row by row.
 template<class Body> void for_sites(const Slice& slice, const Body& body) {
   for (int c = 0; c < slice.lattice.cosets(); ++c) {
-    const BrickLayer& layer = slice.coset[static_cast<size_t>(c)];
+    const BrickLayer& layer = slice.coset[c];
     for (int z = 0; z < layer.dims()[2]; ++z)
       for (int y = 0; y < layer.dims()[1]; ++y)
         for (int x = 0; x < layer.dims()[0]; ++x) body(c, Int3{x, y, z}, layer.value(x, y, z));

@@ -28,7 +28,7 @@ bool Slice::is_hole(const Vec3& p) const {
 int64_t Slice::points() const {
   if (base != air) return sites();
   int64_t n = 0;
-  for (int c = 0; c < lattice.cosets(); ++c) n += coset[static_cast<size_t>(c)].kept_sites();
+  for (int c = 0; c < lattice.cosets(); ++c) n += coset[c].kept_sites();
   return n;
 }
 
@@ -73,7 +73,7 @@ double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
   double sum = 0;
   Vec3 slope{};
   for (int c = 0; c < lattice.cosets(); ++c) {
-    const BrickLayer& layer = slice.coset[static_cast<size_t>(c)];
+    const BrickLayer& layer = slice.coset[c];
     std::array<int32_t, 3> first, last;
     for (size_t a = 0; a < 3; ++a) {
       first[a] = static_cast<int32_t>(std::ceil((p[a] - radius) / pitch - 0.5 * c));
@@ -110,7 +110,7 @@ double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
   }
   if (slice.corrections) {
     Vec3 per_uvw;
-    sum += static_cast<double>(slice.corrections->at(slice.lattice_to_slice.point(p), &per_uvw));
+    sum += slice.corrections->at(slice.lattice_to_slice.point(p), &per_uvw);
     slope = slope + slice.lattice_to_slice.transposed(per_uvw);
   }
   if (gradient) *gradient = slope;

@@ -64,7 +64,7 @@ float SliceCorrections::at(const Vec3& uvw, Vec3* gradient) const {
     sum += *value * static_cast<float>(wx * wy * wz);
     if (!gradient) continue;
     const Vec3 slopes{slope[0][k[0]] * wy * wz, wx * slope[1][k[1]] * wz, wx * wy * slope[2][k[2]]};
-    *gradient = *gradient + static_cast<double>(*value) * slopes;
+    *gradient = *gradient + *value * slopes;
   }
   return sum;
 }
@@ -86,7 +86,7 @@ void SliceCorrections::add_to_grid(const Vec3& from, const Vec3& step, const Int
   const FallOff fall(shape);
   const AxisPlaces x(from[0] - origin[0], step[0], dims[0]), y(from[1] - origin[1], step[1], dims[1]),
       z(from[2] - origin[2], step[2], dims[2]);
-  const auto nx = static_cast<size_t>(dims[0]), ny = static_cast<size_t>(dims[1]);
+  const size_t nx = dims[0], ny = dims[1];
   // Calls body(sample, distances) for the samples a point reaches.
   const auto around = [&](const Int3& at, const auto& body) {
     z.around(at[2], [&](size_t k, double dz) {

@@ -34,7 +34,7 @@ class SliceMask {
   [[nodiscard]] size_t frame_at(double moment) const {
     const int64_t f = turning_[3] ? counted_sample(moment) : nearest_sample(moment, n_[3]);
     const auto last = first_ + static_cast<int64_t>(frames_.size()) - 1;
-    return static_cast<size_t>(std::clamp(f, first_, last) - first_);
+    return std::clamp(f, first_, last) - first_;
   }
 
   // The sample that decides about a position along an axis of space.

@@ -26,7 +26,7 @@ SparseGrid::SparseGrid(std::vector<GridValue> values) {
       for (size_t a = 0; a < 3; ++a) b.begin[a] = p[a] / edge * edge;
       b.first = static_cast<uint32_t>(values_.size());
     }
-    auto& row = bricks_.back().row[static_cast<size_t>(p[2] % edge * edge + p[1] % edge)];
+    auto& row = bricks_.back().row[p[2] % edge * edge + p[1] % edge];
     row = static_cast<uint16_t>(row | 1u << (p[0] % edge));
     values_.push_back(values[i].value);
   }
@@ -34,7 +34,7 @@ SparseGrid::SparseGrid(std::vector<GridValue> values) {
   for (Brick& b : bricks_) {
     for (size_t r = 0; r < b.row.size(); ++r) {
       b.before[r] = static_cast<uint16_t>(b.count);
-      b.count += static_cast<uint32_t>(std::popcount(b.row[r]));
+      b.count += std::popcount(b.row[r]);
     }
     for (uint32_t n = b.first; n < b.first + b.count; ++n)
       b.low = std::min(b.low, values_[n]), b.high = std::max(b.high, values_[n]);

@@ -43,17 +43,17 @@ class SparseGrid {
     const std::array<int32_t, 3> key{z / edge, y / edge, x / edge};
     const auto at = std::lower_bound(keys_.begin(), keys_.end(), key);
     if (at == keys_.end() || *at != key) return nullptr;
-    const Brick& b = bricks_[static_cast<size_t>(at - keys_.begin())];
-    const auto r = static_cast<size_t>(z % edge * edge + y % edge);
+    const Brick& b = bricks_[at - keys_.begin()];
+    const size_t r = z % edge * edge + y % edge;
     const unsigned bits = b.row[r], bit = 1u << (x % edge);
     if (!(bits & bit)) return nullptr;
-    return &values_[b.first + b.before[r] + static_cast<unsigned>(std::popcount(bits & (bit - 1)))];
+    return &values_[b.first + b.before[r] + std::popcount(bits & (bit - 1))];
   }
   // Calls body(point, value) for the values of a brick, x fastest.
   template<class Body> void each(const Brick& b, const Body& body) const {
     const float* value = values_.data() + b.first;
     for (int r = 0; r < edge * edge; ++r)
-      for (unsigned bits = b.row[static_cast<size_t>(r)]; bits; bits &= bits - 1)
+      for (unsigned bits = b.row[r]; bits; bits &= bits - 1)
         body(Int3{b.begin[0] + std::countr_zero(bits), b.begin[1] + r % edge, b.begin[2] + r / edge},
              *value++);
   }

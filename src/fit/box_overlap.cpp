@@ -39,7 +39,7 @@ struct Cut {
 Cut cut_along(std::span<const FrameBox> boxes, const Numbers& list, size_t axis) {
   std::vector<int64_t> begins;
   for (const size_t n : list) begins.push_back(boxes[n].begin[axis]);
-  const auto middle = begins.begin() + static_cast<std::ptrdiff_t>(begins.size() / 2);
+  const auto middle = begins.begin() + begins.size() / 2;
   std::nth_element(begins.begin(), middle, begins.end());
   Cut cut{axis, *middle};
   for (const size_t n : list) {

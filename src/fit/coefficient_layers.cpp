@@ -137,7 +137,7 @@ std::vector<double> kernel_parameters(const Kernel& kernel) {
     fail(Code::unsupported, "coefficients of kernel ", kernel.name,
          " cannot be stored; choose a radial kernel such as default");
   std::vector<double> numbers{kernel.space.radius};
-  for (int j = 2; j < kernel.space.terms; ++j) numbers.push_back(kernel.space.a[static_cast<size_t>(j)]);
+  for (int j = 2; j < kernel.space.terms; ++j) numbers.push_back(kernel.space.a[j]);
   numbers.push_back(kernel.time.order);
   numbers.insert(numbers.end(), kernel.time.bend.begin(), kernel.time.bend.end());
   return numbers;

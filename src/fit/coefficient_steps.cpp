@@ -17,7 +17,7 @@ std::shared_ptr<const Brick> brick_of(const ChunkSites& sites, size_t m, const C
   brick->kept = kept;
   for (size_t row = 0; row < kept.size(); ++row)
     for (unsigned bits = kept[row]; bits; bits &= bits - 1)
-      brick->value[row * brick_edge + static_cast<size_t>(std::countr_zero(bits))] =
+      brick->value[row * brick_edge + std::countr_zero(bits)] =
           static_cast<float>(coefficient_of(*next++, coding));
   if (!sites.hole.empty() && sites.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(sites.hole[m]);

@@ -49,8 +49,8 @@ FrameSites layer_sites(const BrickLayer& shape, std::span<const float> samples, 
   fill_missing(values, missing, {n[0], n[1], n[2]}, context, shape.lattice().periodic);
 
   FrameSites sites;
-  auto& blocks = sites.block[static_cast<size_t>(shape.coset())];
-  auto& masks = sites.holes[static_cast<size_t>(shape.coset())];
+  auto& blocks = sites.block[shape.coset()];
+  auto& masks = sites.holes[shape.coset()];
   blocks.resize(shape.brick_slots());
   if (!missing.empty()) masks.resize(shape.brick_slots());
   context.tasks.parallel_for(shape.brick_slots(), [&](uint64_t slot) {
@@ -64,10 +64,9 @@ FrameSites layer_sites(const BrickLayer& shape, std::span<const float> samples, 
     bool any = false, any_missing = false;
     for (int z = 0; z < std::min(brick_edge, n[2] - brick[2] * brick_edge); ++z)
       for (int y = 0; y < std::min(brick_edge, n[1] - brick[1] * brick_edge); ++y) {
-        const auto row = static_cast<size_t>(z * brick_edge + y);
-        const auto from = static_cast<size_t>(
-            ((int64_t{brick[2]} * brick_edge + z) * n[1] + brick[1] * brick_edge + y) * n[0] +
-            brick[0] * brick_edge);
+        const size_t row = z * brick_edge + y;
+        const size_t from = ((int64_t{brick[2]} * brick_edge + z) * n[1] + brick[1] * brick_edge + y) * n[0] +
+                            brick[0] * brick_edge;
         for (size_t x = 0; x < static_cast<size_t>(width); ++x) {
           const float v = block->value[row * brick_edge + x] = values[from + x];
           any = any || v != 0;

@@ -19,17 +19,17 @@ constexpr double as_good = 1.26;
 FilterTable summed(const FilterTable& parts, const std::vector<float>& factors) {
   const auto [low, high] = std::minmax_element(parts.first.begin(), parts.first.end());
   FilterTable sum{static_cast<int>(*high - *low) + parts.taps, {*low}, {}};
-  sum.weight.resize(static_cast<size_t>(sum.taps));
-  const auto taps = static_cast<size_t>(parts.taps);
+  sum.weight.resize(sum.taps);
+  const size_t taps = parts.taps;
   for (size_t i = 0; i < factors.size(); ++i)
     for (size_t k = 0; k < taps; ++k)
-      sum.weight[static_cast<size_t>(parts.first[i] - *low) + k] += factors[i] * parts.weight[i * taps + k];
+      sum.weight[(parts.first[i] - *low) + k] += factors[i] * parts.weight[i * taps + k];
   return sum;
 }
 
 float value_of(const SiteBlock* block, size_t site, float unit) {
   if (!block) return 0;
-  return block->packed ? unit * static_cast<float>(static_cast<const PackedSites*>(block)->value[site])
+  return block->packed ? unit * static_cast<const PackedSites*>(block)->value[site]
                        : static_cast<const FloatSites*>(block)->value[site];
 }
 
@@ -53,7 +53,7 @@ FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, 
 uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lattice3& lattice, float unit,
                          double widening) {
   if (frames.size() < 3) return usual_noise_level;
-  NoiseTrial trial(static_cast<int64_t>(frames.size()), widening);
+  NoiseTrial trial(frames.size(), widening);
   std::vector<float> row(static_cast<size_t>(trial.depth()));
   const BrickLayer shape(lattice, 0);
   const Int3 n = shape.dims();
@@ -63,8 +63,7 @@ uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lat
     for (int32_t y = 0; y < n[1]; y += step)
       for (int32_t x = 0; x < n[0]; x += step) {
         const size_t slot = shape.slot(x / brick_edge, y / brick_edge, z / brick_edge);
-        const auto site =
-            static_cast<size_t>((z % brick_edge * brick_edge + y % brick_edge) * brick_edge + x % brick_edge);
+        const size_t site = (z % brick_edge * brick_edge + y % brick_edge) * brick_edge + x % brick_edge;
         for (size_t k = 0; k < row.size(); ++k)
           row[k] = value_of(frames[k]->block[0][slot].get(), site, unit);
         trial.add(row);
@@ -84,7 +83,7 @@ EndPredictions::inside(const FilterTable& table, int64_t n, const std::function<
   std::map<int64_t, double> sum;
   for (int k = 0; k < table.taps; ++k) {
     const int64_t f = table.first[0] + k, beyond = std::max(-f, f - (n - 1));
-    const auto weight = static_cast<double>(table.weight[static_cast<size_t>(k)]);
+    const double weight = table.weight[k];
     if (beyond <= 0) {
       sum[f] += weight;
       continue;
@@ -92,7 +91,7 @@ EndPredictions::inside(const FilterTable& table, int64_t n, const std::function<
     if (weight == 0) continue;
     const std::vector<double>& w = of_level_[level(f > 0)].weights(beyond, n);
     for (size_t i = 0; i < w.size(); ++i) {
-      const auto inner = static_cast<int64_t>(i);
+      const int64_t inner = i;
       sum[f < 0 ? inner : n - 1 - inner] += weight * w[i];
     }
   }

@@ -22,9 +22,9 @@ EndFrames::EndFrames(double widening, double noise)
 int64_t EndFrames::used(double widening) { return static_cast<int64_t>(std::ceil(frames_used * widening)); }
 
 double EndFrames::correlation(int64_t lag) {
-  for (auto next = static_cast<int64_t>(correlations_.size()); next <= lag; ++next)
+  for (int64_t next = correlations_.size(); next <= lag; ++next)
     correlations_.push_back(field_correlation(4, static_cast<double>(next) / widening_));
-  return correlations_[static_cast<size_t>(lag)];
+  return correlations_[lag];
 }
 
 const std::vector<double>& EndFrames::weights(int64_t distance, int64_t frames) {
@@ -32,23 +32,22 @@ const std::vector<double>& EndFrames::weights(int64_t distance, int64_t frames) 
   auto [found, is_new] = known_.try_emplace({distance, looked_at});
   if (!is_new) return found->second;
   // Least mean square error under the constraint of the sum, by a Lagrange multiplier.
-  const auto n = static_cast<size_t>(looked_at);
+  const size_t n = looked_at;
   std::vector<std::vector<double>> a(n + 1, std::vector<double>(n + 2));
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = 0; j < n; ++j)
-      a[i][j] = correlation(static_cast<int64_t>(std::max(i, j) - std::min(i, j))) +
-                (i == j ? noise_ * widening_ * widening_ : 0);
+      a[i][j] = correlation(std::max(i, j) - std::min(i, j)) + (i == j ? noise_ * widening_ * widening_ : 0);
     a[i][n] = a[n][i] = 1;
     a[i][n + 1] = correlation(static_cast<int64_t>(i) + distance);
   }
   a[n][n + 1] = 1;
   const std::vector<double> w = solve(std::move(a));
-  found->second.assign(w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
+  found->second.assign(w.begin(), w.begin() + n);
   return found->second;
 }
 
 void continue_rows(FilterTable& table, int64_t n, EndFrames& ends) {
-  const auto taps = static_cast<size_t>(table.taps);
+  const size_t taps = table.taps;
   // Samples that a position may come to take, at either end.
   const int64_t most = std::min(n, std::max<int64_t>(table.taps, ends.used()));
   FilterTable inside{static_cast<int>(most), {}, {}};
@@ -58,16 +57,16 @@ void continue_rows(FilterTable& table, int64_t n, EndFrames& ends) {
     std::vector<double> sum(static_cast<size_t>(most));
     for (size_t k = 0; k < taps; ++k) {
       const int64_t at = first + static_cast<int64_t>(k), beyond = std::max(-at, at - (n - 1));
-      const auto weight = static_cast<double>(table.weight[i * taps + k]);
+      const double weight = table.weight[i * taps + k];
       if (weight == 0) continue;
       if (beyond <= 0) {
-        sum[static_cast<size_t>(at - kept)] += weight;
+        sum[at - kept] += weight;
         continue;
       }
       const std::vector<double>& w = ends.weights(beyond, n);
       for (size_t j = 0; j < w.size(); ++j) {
-        const auto inner = static_cast<int64_t>(j);
-        sum[static_cast<size_t>((at < 0 ? inner : n - 1 - inner) - kept)] += weight * w[j];
+        const int64_t inner = j;
+        sum[(at < 0 ? inner : n - 1 - inner) - kept] += weight * w[j];
       }
     }
     inside.first.push_back(kept);

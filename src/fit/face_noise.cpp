@@ -28,8 +28,7 @@ void add_rows(const Frame& frame, size_t axis, bool far, NoiseTrial& trial) {
     frame.read(frame.boxes_in(region), region, box.data(), stride[1], stride[2]);
     for (int64_t i = 0; i < n[along]; i += step(along)) {
       for (int64_t k = 0; k < trial.depth(); ++k)
-        row[static_cast<size_t>(far ? trial.depth() - 1 - k : k)] =
-            box[static_cast<size_t>(i * stride[along] + k * stride[axis])];
+        row[far ? trial.depth() - 1 - k : k] = box[i * stride[along] + k * stride[axis]];
       trial.add(row);
     }
   }

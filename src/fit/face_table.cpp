@@ -32,12 +32,11 @@ FilterTable face_table(const Lattice4& lattice, int coset, size_t axis, Filter f
   FilterTable table = filter_table(filter, widening, positions);
   EndFrames ends(widening, noise);
   continue_rows(table, lattice.dims[axis], ends);
-  const auto taps = static_cast<size_t>(table.taps);
+  const size_t taps = table.taps;
   const auto mend = [&](size_t site, size_t first_outside) {
     for (const auto& [plane, factor] : against_mirrors)
       for (size_t k = 0; k < taps; ++k)
-        table.weight[site * taps + k] +=
-            factor * table.weight[(first_outside + static_cast<size_t>(plane)) * taps + k];
+        table.weight[site * taps + k] += factor * table.weight[(first_outside + plane) * taps + k];
   };
   const int32_t last = lattice.space.last[axis];
   for (size_t i = 0; lattice.space.bcc && i < sites; ++i) {

@@ -17,8 +17,7 @@ constexpr uint64_t largest_layer = 16 << 20; // bricks: 4096^3 sites
 // Refuses what no reader would open either, before tables are made for it.
 Lattice4 checked(const Lattice4& lattice) {
   uint64_t bricks = 1;
-  for (const int32_t n : lattice.space.dims(0))
-    bricks = checked_mul(bricks, static_cast<uint64_t>((n - 1) / brick_edge + 1));
+  for (const int32_t n : lattice.space.dims(0)) bricks = checked_mul(bricks, (n - 1) / brick_edge + 1);
   if (bricks > largest_layer)
     fail(Code::limit_exceeded, "a layer of ", bricks, " bricks of 16^3 sites is more than ", largest_layer,
          "; divide the volume or use a coarser lattice");
@@ -81,7 +80,7 @@ void Fit::State::begin_part(Channel& c, const FitPart& part) const {
 Fit::State::Channel& Fit::State::channel(int index) const {
   if (index < 0 || static_cast<size_t>(index) >= channels.size())
     fail(Code::invalid_argument, "there is no channel ", index);
-  return *channels[static_cast<size_t>(index)];
+  return *channels[index];
 }
 
 void Fit::State::shorten(uint32_t frames) {

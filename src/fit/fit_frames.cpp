@@ -18,7 +18,7 @@ constexpr double largest_value = 1e36;
 } // namespace
 
 void Fit::State::Channel::check_range(double low, double high, const std::string& what) const {
-  const auto air = static_cast<double>(options.quantiser.air);
+  const double air = options.quantiser.air;
   if (low - air < -largest_value || high - air > largest_value)
     fail(Code::limit_exceeded, what, ": its values reach from ", low, " to ", high, ", further than ",
          largest_value,
@@ -36,8 +36,7 @@ std::array<float, 2> Fit::State::clamp_range(const Channel& c) const {
   if (!c.options.range && !c.report.any_finite) return {0, 0};
   const Range range = c.options.range.value_or(c.report.source_range);
   const auto relative = [&](double v) {
-    return static_cast<float>(
-        std::clamp(v - static_cast<double>(c.options.quantiser.air), -double{FLT_MAX}, double{FLT_MAX}));
+    return static_cast<float>(std::clamp(v - c.options.quantiser.air, -double{FLT_MAX}, double{FLT_MAX}));
   };
   return {relative(range.low), relative(range.high)};
 }

@@ -61,7 +61,7 @@ std::vector<std::pair<int64_t, float>> Fit::State::weighted_frames(Channel& c, c
   if (options.lead > 0) return ends.inside(table, n, [&](bool last) { return end_level(c, last, n); });
   std::vector<std::pair<int64_t, float>> list;
   for (int k = 0; k < table.taps; ++k)
-    list.emplace_back(mirror_index(table.first[0] + k, n), table.weight[static_cast<size_t>(k)]);
+    list.emplace_back(mirror_index(table.first[0] + k, n), table.weight[k]);
   return list;
 }
 

@@ -15,7 +15,7 @@ uint64_t most_bytes(ValueType type) {
 
 // Returns the number of bricks of which any tap has sites.
 uint64_t bricks_of(const BrickLayer& shape, std::span<const LayerTap> taps) {
-  const auto coset = static_cast<size_t>(shape.coset());
+  const size_t coset = shape.coset();
   uint64_t bricks = 0;
   for (size_t slot = 0; slot < shape.brick_slots(); ++slot)
     bricks += std::any_of(taps.begin(), taps.end(),
@@ -37,10 +37,9 @@ void Fit::State::emit(Channel& c, int32_t layer, std::span<const LayerTap> taps,
   memory = {};
   c.slab_memory.emplace_back(context.memory, c.slab.back().bytes(), "a slab of layers");
   if (counted) {
-    (lasting ? c.report.lasting.sites_total : c.report.sites_total) +=
-        static_cast<uint64_t>(lattice.space.sites(coset));
+    (lasting ? c.report.lasting.sites_total : c.report.sites_total) += lattice.space.sites(coset);
     const int32_t first = options.part ? options.part->first_own : 0;
-    const auto slab = static_cast<size_t>((layer - first) / options.slab_layers);
+    const size_t slab = (layer - first) / options.slab_layers;
     c.report.clamped_slabs.resize(std::max(c.report.clamped_slabs.size(), slab + 1));
     c.report.clamped_slabs[slab] += maker.clamped() - clamped_before;
   }

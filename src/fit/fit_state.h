@@ -170,9 +170,7 @@ struct Fit::State::Channel {
   int32_t slab_index = 0;
 
   // Returns a frame of the window by its number.
-  [[nodiscard]] const FrameSites& frame(int64_t f) const {
-    return window[static_cast<size_t>(f - window_first)];
-  }
+  [[nodiscard]] const FrameSites& frame(int64_t f) const { return window[f - window_first]; }
   void forget_first() {
     window.pop_front();
     ++window_first;

@@ -13,7 +13,7 @@ namespace bccsplat {
 // It begins with the first whole slab whose layers need no frame before the first one there is; all layers
 // need the last frames where there is none.
 void Fit::State::begin_turn() {
-  if (options.lowpass) turn.first_frame = static_cast<uint32_t>(lowpass_time_reach(lattice));
+  if (options.lowpass) turn.first_frame = lowpass_time_reach(lattice);
   const int reach = filter_reach(options.filter, time_widening(lattice));
   const double needed = turn.first_frame + reach - 1.0;
   const auto layer = static_cast<int64_t>(std::ceil(needed / lattice.time_step));
@@ -31,7 +31,7 @@ void Fit::State::begin_turn(Channel& c) const {
 }
 
 const FrameSites& Fit::State::frame_at(const Channel& c, int64_t f) const {
-  return f < c.window_first ? c.head.at(static_cast<size_t>(f - turn.first_frame)) : c.frame(f);
+  return f < c.window_first ? c.head.at(f - turn.first_frame) : c.frame(f);
 }
 
 void Fit::State::make_turning_layers(Channel& c, bool complete) {
@@ -46,7 +46,7 @@ void Fit::State::make_turning_layers(Channel& c, bool complete) {
     for (int64_t f = begin; f < end; ++f) {
       const auto [at, is_new] = tap_of.try_emplace(counted_frame(f), taps.size());
       if (is_new) taps.push_back({&frame_at(c, at->first), 0});
-      taps[at->second].weight += table.weight[static_cast<size_t>(f - begin)];
+      taps[at->second].weight += table.weight[f - begin];
     }
     const auto nearest = tap_of.find(counted_frame(lattice.nearest_frame(position)));
     emit(c, lattice.mirror_layer(c.next_layer), taps, nearest == tap_of.end() ? 0 : nearest->second);

@@ -20,7 +20,7 @@ void for_cells(const Region& region, const std::array<int64_t, 3>& cells, const 
   for (int64_t z = region.begin[2] / cell_edge; z <= (region.end[2] - 1) / cell_edge; ++z)
     for (int64_t y = region.begin[1] / cell_edge; y <= (region.end[1] - 1) / cell_edge; ++y)
       for (int64_t x = region.begin[0] / cell_edge; x <= (region.end[0] - 1) / cell_edge; ++x)
-        body(static_cast<size_t>((z * cells[1] + y) * cells[0] + x));
+        body((z * cells[1] + y) * cells[0] + x);
 }
 
 } // namespace
@@ -39,7 +39,7 @@ Frame::Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims
     : dims_(dims), air_(air) {
   for (size_t b = 0; b < boxes.size(); ++b) {
     FrameBox box = boxes[b];
-    const auto bytes = static_cast<int64_t>(source_bytes(box.type));
+    const int64_t bytes = source_bytes(box.type);
     if (bytes == 0) fail(Code::invalid_argument, what, ": box ", b, " has no known value type");
     bool empty = false;
     for (size_t a = 0; a < 3; ++a) {
@@ -59,7 +59,7 @@ Frame::Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims
 
   if (boxes_.size() > 8) // few boxes are found by looking at each
     for (size_t a = 0; a < 3; ++a) cells_[a] = (dims_[a] + cell_edge - 1) / cell_edge;
-  const auto count = static_cast<size_t>(cells_[0] * cells_[1] * cells_[2]);
+  const size_t count = cells_[0] * cells_[1] * cells_[2];
   cell_begin_.assign(count + 1, 0);
   const auto visit = [&](const FrameBox& box, const auto& body) {
     if (count == 1)
@@ -106,7 +106,7 @@ void Frame::patch(const Region& region, std::vector<float> values) {
 }
 
 void Frame::read_row(const FrameBox& box, const Region& part, int64_t y, int64_t z, float* out) const {
-  const auto width = static_cast<size_t>(part.length(0));
+  const size_t width = part.length(0);
   unpack_row(box.type, sample(box, part.begin[0], y, z), box.stride[0], width, air_, out);
   if (!clamps_) return;
   for (size_t x = 0; x < width; ++x)

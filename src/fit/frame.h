@@ -35,9 +35,7 @@ struct Region {
   [[nodiscard]] int64_t length(size_t axis) const { return end[axis] - begin[axis]; }
   [[nodiscard]] bool empty() const { return length(0) <= 0 || length(1) <= 0 || length(2) <= 0; }
   [[nodiscard]] uint64_t samples() const {
-    return empty() ? 0
-                   : static_cast<uint64_t>(length(0)) * static_cast<uint64_t>(length(1)) *
-                         static_cast<uint64_t>(length(2));
+    return empty() ? 0 : static_cast<uint64_t>(length(0)) * length(1) * length(2);
   }
   [[nodiscard]] Region cut(const Region& other) const;
 };

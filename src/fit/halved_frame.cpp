@@ -59,27 +59,27 @@ Tables::Axis axis_of(const Lattice4& grid, size_t a, Filter filter, bool predict
 
 void add_bricks(Tables& t) {
   const Tables::Axis& axis = t.axis[0];
-  const auto taps = static_cast<size_t>(axis.table.taps);
+  const size_t taps = axis.table.taps;
   t.row_begin = 0, t.row_end = t.from[0];
   for (int64_t begin = 0; begin < t.to[0]; begin += run) {
     Tables::BrickX& brick = t.x.emplace_back();
-    brick.base = axis.table.first[static_cast<size_t>(begin)];
+    brick.base = axis.table.first[begin];
     brick.weight.assign(taps * run, 0.0f);
-    brick.inside = axis.inside[static_cast<size_t>(begin)];
+    brick.inside = axis.inside[begin];
     for (int64_t i = 0; i < run; ++i) { // samples beyond the last: its place, no weight
-      const auto at = static_cast<size_t>(std::min(begin + i, t.to[0] - 1));
-      brick.index[static_cast<size_t>(i)] = static_cast<int32_t>(axis.table.first[at] - brick.base);
+      const size_t at = std::min(begin + i, t.to[0] - 1);
+      brick.index[i] = static_cast<int32_t>(axis.table.first[at] - brick.base);
       brick.inside = {std::min(brick.inside[0], axis.inside[at][0]),
                       std::max(brick.inside[1], axis.inside[at][1])};
       for (size_t k = 0; begin + i < t.to[0] && k < taps; ++k)
-        brick.weight[k * run + static_cast<size_t>(i)] = axis.table.weight[at * taps + k];
+        brick.weight[k * run + i] = axis.table.weight[at * taps + k];
       t.row_begin = std::min(t.row_begin, axis.table.first[at]);
       t.row_end = std::max(t.row_end, axis.table.first[at] + axis.table.taps);
     }
   }
 }
 
-size_t padded(int64_t n) { return static_cast<size_t>((n + run - 1) / run * run); }
+size_t padded(int64_t n) { return (n + run - 1) / run * run; }
 
 // Rows that are summed, with their weights: those that are not air.
 struct Sum {
@@ -126,35 +126,34 @@ class Pass {
   explicit Pass(const Job& job)
       : job_(job), pitch_(padded(job.tables.to[0])), row_(padded(job.tables.from[0])),
         planes_(job.planes_held()), rows_(cell_edges[1] * row_ + 32), filtered_(ny() * pitch_),
-        extended_(static_cast<size_t>(job.tables.row_end - job.tables.row_begin) + row_ + 64),
-        sum_row_(pitch_), empty_rows_(ny()), ring_(static_cast<size_t>(planes_) * my() * pitch_),
-        empty_(static_cast<size_t>(planes_) * my()), words_(static_cast<size_t>(job.tables.from[0]) / 64 + 2),
-        plane_bits_(ny() * words_), held_bits_(empty_.size() * words_), near_(words_) {}
+        extended_((job.tables.row_end - job.tables.row_begin) + row_ + 64), sum_row_(pitch_),
+        empty_rows_(ny()), ring_(planes_ * my() * pitch_), empty_(planes_ * my()),
+        words_(static_cast<size_t>(job.tables.from[0]) / 64 + 2), plane_bits_(ny() * words_),
+        held_bits_(empty_.size() * words_), near_(words_) {}
 
   static uint64_t bytes(const Job& job) {
     const Tables& t = job.tables;
     const uint64_t pitch = padded(t.to[0]), row = padded(t.from[0]);
-    const auto planes = static_cast<uint64_t>(job.planes_held());
-    return sizeof(float) *
-           (10 * row + (static_cast<uint64_t>(t.from[1]) + planes * static_cast<uint64_t>(t.to[1])) * pitch);
+    const uint64_t planes = job.planes_held();
+    return sizeof(float) * (10 * row + (t.from[1] + planes * t.to[1]) * pitch);
   }
 
   // Planes begin .. end - 1 of the halved frame; begin at the edge of a cell.
   void make(int64_t begin, int64_t end, const Context& context) {
     const auto& inside = job_.tables.axis[2].inside;
-    int64_t next = inside[static_cast<size_t>(begin)][0];
+    int64_t next = inside[begin][0];
     for (int64_t k = begin; k < end; ++k) {
       context.progress.check();
-      for (; next < inside[static_cast<size_t>(k)][1]; ++next) filter_plane(next);
+      for (; next < inside[k][1]; ++next) filter_plane(next);
       if ((k - begin) % cell_edges[2] == 0) find_ranges(k);
       for (int64_t j = 0; j < job_.tables.to[1]; ++j) sum_row(j, k);
     }
   }
 
  private:
-  [[nodiscard]] size_t ny() const { return static_cast<size_t>(job_.tables.from[1]); }
-  [[nodiscard]] size_t my() const { return static_cast<size_t>(job_.tables.to[1]); }
-  [[nodiscard]] size_t held(int64_t z) const { return static_cast<size_t>(z % planes_) * my(); }
+  [[nodiscard]] size_t ny() const { return job_.tables.from[1]; }
+  [[nodiscard]] size_t my() const { return job_.tables.to[1]; }
+  [[nodiscard]] size_t held(int64_t z) const { return (z % planes_) * my(); }
 
   // A plane of the source along x, then along y into the ring.
   void filter_plane(int64_t z) {
@@ -167,16 +166,15 @@ class Pass {
       if (low < high) filter_rows({{low, y, z}, {high, end, z + 1}});
     }
     const Tables::Axis& axis = t.axis[1];
-    const auto taps = static_cast<size_t>(axis.table.taps);
+    const size_t taps = axis.table.taps;
     for (size_t j = 0; j < my(); ++j) {
       sum_.clear();
       for (size_t k = j * taps; k < (j + 1) * taps; ++k)
-        if (const auto y = static_cast<size_t>(axis.sample[k]); !empty_rows_[y])
-          sum_.add(y, axis.table.weight[k]);
+        if (const size_t y = axis.sample[k]; !empty_rows_[y]) sum_.add(y, axis.table.weight[k]);
       empty_[held(z) + j] = sum_.rows.empty();
       if (!sum_.rows.empty()) sum_.write(filtered_.data(), pitch_, ring_.data() + (held(z) + j) * pitch_);
       join(axis, j, t.from[1], &held_bits_[(held(z) + j) * words_],
-           [&](int64_t y) { return &plane_bits_[static_cast<size_t>(y) * words_]; });
+           [&](int64_t y) { return &plane_bits_[y * words_]; });
     }
   }
 
@@ -212,19 +210,19 @@ class Pass {
   void filter_rows(const Region& region) {
     const Tables& t = job_.tables;
     std::fill(rows_.begin(), rows_.end(), 0.0f);
-    const auto pitch = static_cast<int64_t>(row_);
+    const int64_t pitch = row_;
     job_.frame.read(job_.frame.boxes_in(region), region, rows_.data() + region.begin[0], pitch,
                     pitch * cell_edges[1]);
     if (job_.pivot != 0) // then nothing is air
       for (float& v : rows_) v -= job_.pivot;
     for (int64_t y = region.begin[1]; y < region.end[1]; ++y)
-      nonzero_bits(rows_.data() + static_cast<size_t>(y - region.begin[1]) * row_,
-                   static_cast<size_t>(job_.tables.from[0]), &plane_bits_[static_cast<size_t>(y) * words_]);
+      nonzero_bits(rows_.data() + (y - region.begin[1]) * row_, job_.tables.from[0],
+                   &plane_bits_[y * words_]);
     constexpr float one = 1;
     constexpr int32_t first = 0;
     const TileRow row{t.row_begin, t.row_end, 0, t.from[0], t.from[0], t.axis[0].turns};
     for (int64_t y = region.begin[1]; y < region.end[1]; ++y) {
-      float* out = filtered_.data() + static_cast<size_t>(y) * pitch_;
+      float* out = filtered_.data() + y * pitch_;
       bricks_.clear();
       for (size_t b = 0; b < t.x.size(); ++b) {
         const Tables::BrickX& brick = t.x[b];
@@ -234,8 +232,8 @@ class Pass {
         else
           std::fill_n(out + b * run, run, 0.0f);
       }
-      tile_pass_yx(rows_.data() + static_cast<size_t>(y - region.begin[1]) * row_, row_, 1,
-                   {1, 1, &one, &first}, row, t.axis[0].table.taps, bricks_, 0, extended_.data());
+      tile_pass_yx(rows_.data() + (y - region.begin[1]) * row_, row_, 1, {1, 1, &one, &first}, row,
+                   t.axis[0].table.taps, bricks_, 0, extended_.data());
     }
   }
 
@@ -245,10 +243,9 @@ class Pass {
     const auto reach = [&](size_t a, int64_t begin) {
       const auto& inside = t.axis[a].inside;
       const int64_t end = std::min(begin + cell_edges[a], t.to[a]);
-      std::array<int64_t, 2> found = inside[static_cast<size_t>(begin)];
+      std::array<int64_t, 2> found = inside[begin];
       for (int64_t i = begin; i < end; ++i)
-        found = {std::min(found[0], inside[static_cast<size_t>(i)][0]),
-                 std::max(found[1], inside[static_cast<size_t>(i)][1])};
+        found = {std::min(found[0], inside[i][0]), std::max(found[1], inside[i][1])};
       return found;
     };
     const auto z = reach(2, k);
@@ -264,11 +261,11 @@ class Pass {
   void sum_row(int64_t j, int64_t k) {
     const Tables& t = job_.tables;
     const Tables::Axis& axis = t.axis[2];
-    const auto row = static_cast<size_t>(j), taps = static_cast<size_t>(axis.table.taps);
+    const size_t row = j, taps = axis.table.taps;
     sum_.clear();
-    for (size_t i = static_cast<size_t>(k) * taps; i < (static_cast<size_t>(k) + 1) * taps; ++i)
+    for (size_t i = k * taps; i < (static_cast<size_t>(k) + 1) * taps; ++i)
       if (const size_t at = held(axis.sample[i]) + row; !empty_[at]) sum_.add(at, axis.table.weight[i]);
-    float* out = job_.out.values.data() + static_cast<size_t>((k * t.to[1] + j) * t.to[0]);
+    float* out = job_.out.values.data() + ((k * t.to[1] + j) * t.to[0]);
     const size_t cell_row = job_.out.cells.index(0, j / cell_edges[1], k / cell_edges[2]);
     CellRanges::Cell* cells = &job_.out.cells.cell[cell_row];
     if (sum_.rows.empty()) {
@@ -277,13 +274,11 @@ class Pass {
       return;
     }
     sum_.write(ring_.data(), pitch_, sum_row_.data());
-    const CellRanges::Cell* ranges = &ranges_[static_cast<size_t>(j / cell_edges[1]) * t.x.size()];
-    join(axis, static_cast<size_t>(k), t.from[2], near_.data(),
-         [&](int64_t z) { return &held_bits_[(held(z) + row) * words_]; });
+    const CellRanges::Cell* ranges = &ranges_[(j / cell_edges[1]) * t.x.size()];
+    join(axis, k, t.from[2], near_.data(), [&](int64_t z) { return &held_bits_[(held(z) + row) * words_]; });
     for (size_t b = 0; b < t.x.size(); ++b)
       finish_run(sum_row_.data() + b * run, ranges[b], job_.ringing > 0 ? near_bits(b) : uint16_t{0xffff},
-                 static_cast<size_t>(std::min(run, t.to[0] - static_cast<int64_t>(b) * run)), out + b * run,
-                 cells[b]);
+                 std::min(run, t.to[0] - static_cast<int64_t>(b) * run), out + b * run, cells[b]);
   }
 
   static void widen(CellRanges::Cell& cell, float low, float high) {
@@ -376,7 +371,7 @@ HalvedFrame FrameHalver::halve(const Frame& frame, const CellRanges& cells, cons
   const Job job{tables, frame, cells, ringing, pivot_of(cells), out};
   // Stretches of whole cells; each filters the planes around it anew.
   const int64_t stretch = std::max<int64_t>(n[2] / context.tasks.threads() / 8 + 1, 2) * cell_edges[2];
-  context.tasks.parallel_for(static_cast<uint64_t>((n[2] + stretch - 1) / stretch), [&](uint64_t i) {
+  context.tasks.parallel_for((n[2] + stretch - 1) / stretch, [&](uint64_t i) {
     const Reservation memory(context.memory, Pass::bytes(job), "halving a frame");
     const int64_t begin = static_cast<int64_t>(i) * stretch;
     Pass(job).make(begin, std::min(begin + stretch, n[2]), context);

@@ -27,7 +27,7 @@ float value_of_key(uint32_t key) {
 } // namespace
 
 SampleHistogram::SampleHistogram(const Quantiser& quantiser, double step)
-    : quantiser_(quantiser), step_(step), code_shift_(quantiser.offset - static_cast<double>(quantiser.air)),
+    : quantiser_(quantiser), step_(step), code_shift_(quantiser.offset - quantiser.air),
       codes_per_unit_(1 / quantiser.scale) {
   if (largest_code(quantiser.type) > 0)
     codes_.resize(size_t{largest_code(quantiser.type)} + 1);
@@ -45,7 +45,7 @@ inline void SampleHistogram::count_value(float relative, uint32_t key) {
   low_ = std::min(low_, key);
   high_ = std::max(high_, key);
   if (!codes_.empty()) {
-    const double code = (static_cast<double>(relative) - code_shift_) * codes_per_unit_ + 0.5;
+    const double code = (relative - code_shift_) * codes_per_unit_ + 0.5;
     ++codes_[std::min(codes_.size() - 1, static_cast<size_t>(static_cast<int64_t>(code)))];
     return;
   }
@@ -54,7 +54,7 @@ inline void SampleHistogram::count_value(float relative, uint32_t key) {
 
 inline float SampleHistogram::counted(float relative) const {
   if (step_ == 0) return relative;
-  return static_cast<float>(std::floor(static_cast<double>(relative) / step_ + 0.5) * step_);
+  return static_cast<float>(std::floor(relative / step_ + 0.5) * step_);
 }
 
 void SampleHistogram::add(const Brick& brick) {
@@ -70,7 +70,7 @@ void SampleHistogram::add(const Brick& brick) {
       continue;
     }
     for (; bits; bits &= bits - 1, ++count_) {
-      const float v = counted(row[static_cast<size_t>(std::countr_zero(bits))]);
+      const float v = counted(row[std::countr_zero(bits)]);
       count_value(v, ordered_key(v));
     }
   }
@@ -154,7 +154,7 @@ SampleHistogram SampleHistogram::read(ByteReader& in) {
 
 template<class Body> void SampleHistogram::for_bins(const Body& body) const {
   for (size_t c = 0; c < codes_.size(); ++c) {
-    const double v = static_cast<double>(relative_value(quantiser_, static_cast<double>(c)));
+    const double v = relative_value(quantiser_, static_cast<double>(c));
     if (codes_[c]) body(Bin{v, v, codes_[c]});
   }
   const double low = value_of_key(low_), high = value_of_key(high_);
@@ -171,7 +171,7 @@ template<class Body> void SampleHistogram::for_bins(const Body& body) const {
 Range SampleHistogram::range() const {
   if (count_ == 0) return {};
   const double air = quantiser_.air;
-  return {air + static_cast<double>(value_of_key(low_)), air + static_cast<double>(value_of_key(high_))};
+  return {air + value_of_key(low_), air + value_of_key(high_)};
 }
 
 double SampleHistogram::percentile(double fraction) const {
@@ -186,22 +186,22 @@ double SampleHistogram::percentile(double fraction) const {
     below += n;
     found = below >= rank;
   });
-  return static_cast<double>(quantiser_.air) + value;
+  return quantiser_.air + value;
 }
 
 std::vector<uint64_t> SampleHistogram::bins(int count) const {
-  std::vector<uint64_t> result(static_cast<size_t>(count), 0);
+  std::vector<uint64_t> result(count, 0);
   if (count_ == 0) return result;
-  const double low = value_of_key(low_), width = (static_cast<double>(value_of_key(high_)) - low) / count;
+  const double low = value_of_key(low_), width = (value_of_key(high_) - low) / count;
   const auto part = [&](double v) {
     return width > 0 ? std::clamp(static_cast<int64_t>((v - low) / width), int64_t{0}, int64_t{count} - 1)
                      : 0;
   };
   for_bins([&](const Bin& bin) {
     const int64_t first = part(bin.low), last = part(bin.high);
-    const auto parts = static_cast<uint64_t>(last - first + 1);
+    const uint64_t parts = last - first + 1;
     for (uint64_t i = 0; i < parts; ++i) // the remainder goes to the first ones
-      result[static_cast<size_t>(first) + i] += bin.count / parts + (i < bin.count % parts ? 1 : 0);
+      result[first + i] += bin.count / parts + (i < bin.count % parts ? 1 : 0);
   });
   return result;
 }

@@ -21,12 +21,8 @@ constexpr int64_t margin = 4; // known samples around the missing ones that the 
 // missing.
 constexpr int relaxations = 12;
 
-size_t volume(const Dims& n) {
-  return static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]);
-}
-size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) {
-  return static_cast<size_t>((z * n[1] + y) * n[0] + x);
-}
+size_t volume(const Dims& n) { return static_cast<size_t>(n[0]) * n[1] * n[2]; }
+size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) { return (z * n[1] + y) * n[0] + x; }
 
 struct Level {
   Dims dims;
@@ -48,7 +44,7 @@ Level coarser(std::span<const float> value, std::span<const uint8_t> missing, co
           for (int64_t j = 2 * y; j < std::min(2 * y + 2, n[1]); ++j)
             for (int64_t i = 2 * x; i < std::min(2 * x + 2, n[0]); ++i)
               if (!missing[at(n, i, j, k)]) {
-                sum += static_cast<double>(value[at(n, i, j, k)]);
+                sum += value[at(n, i, j, k)];
                 ++known;
               }
         c.value[at(c.dims, x, y, z)] = known ? static_cast<float>(sum / known) : 0;
@@ -88,7 +84,7 @@ void relax(std::span<float> value, const std::vector<size_t>& missing, const Dim
       for (size_t m = p * part; m < std::min(missing.size(), (p + 1) * part); ++m) body(m);
     });
   };
-  const auto row = static_cast<size_t>(n[0]), plane = row * static_cast<size_t>(n[1]);
+  const auto row = static_cast<size_t>(n[0]), plane = row * n[1];
   for (int r = 0; r < relaxations; ++r) {
     for_parts([&](size_t m) {
       const size_t i = missing[m];
@@ -101,7 +97,7 @@ void relax(std::span<float> value, const std::vector<size_t>& missing, const Dim
         for (const int64_t q : {p[a] - 1, p[a] + 1}) {
           if (!turning[a] && (q < 0 || q >= n[a])) continue;
           const int64_t by = end_index(q, n[a], true) - p[a];
-          sum += value[static_cast<size_t>(static_cast<int64_t>(i) + by * stride[a])], ++count;
+          sum += value[static_cast<int64_t>(i) + by * stride[a]], ++count;
         }
       next[m] = count ? sum / static_cast<float>(count) : value[i];
     });
@@ -116,7 +112,7 @@ bool HoleMap::at(int64_t x, int64_t y, int64_t z) const {
   for (size_t a = 0; a < 3; ++a)
     if (p[a] < region.begin[a] || p[a] >= region.end[a]) return false;
   const auto row = (z - region.begin[2]) * region.length(1) + y - region.begin[1];
-  return !missing.empty() && missing[static_cast<size_t>(row * region.length(0) + x - region.begin[0])];
+  return !missing.empty() && missing[row * region.length(0) + x - region.begin[0]];
 }
 
 HoleMap HoleMap::copy(MemoryBudget& budget) const {
@@ -139,7 +135,7 @@ void fill_missing(std::span<float> values, std::span<const uint8_t> missing, con
   }
   Level coarse = coarser(values, missing, dims);
   fill_missing(coarse.value, coarse.missing, coarse.dims, context, turning);
-  const auto row = static_cast<size_t>(dims[0]), plane = row * static_cast<size_t>(dims[1]);
+  const auto row = static_cast<size_t>(dims[0]), plane = row * dims[1];
   for (const size_t i : list)
     values[i] = interpolate(coarse,
                             {static_cast<int64_t>(i % row), static_cast<int64_t>(i % plane / row),
@@ -173,11 +169,11 @@ HoleMap patch_holes(Frame& frame, const FrameScan& scan, const AxisFlags& turnin
 std::vector<std::byte> mask_runs(const HoleMap& holes, const Dims& dims) {
   MaskRunWriter out;
   const Region& r = holes.region;
-  const auto row = static_cast<size_t>(r.length(0));
+  const size_t row = r.length(0);
   size_t i = 0;
   for (int64_t z = r.begin[2]; z < r.end[2]; ++z)
     for (int64_t y = r.begin[1]; y < r.end[1]; ++y, i += row) {
-      const auto voxel = static_cast<uint64_t>((z * dims[1] + y) * dims[0] + r.begin[0]);
+      const uint64_t voxel = (z * dims[1] + y) * dims[0] + r.begin[0];
       for (size_t x = 0; x < row; ++x)
         if (holes.missing[i + x]) out.add(voxel + x, voxel + x + 1);
     }
@@ -195,11 +191,11 @@ struct Lines {
 // Clears along lines what lies within `reach` of something clear. Beyond an open end there is nothing, beyond
 // another one something clear.
 void erode(const Lines& lines, int64_t reach, bool open_begin, bool open_end) {
-  std::vector<int64_t> clear(static_cast<size_t>(lines.width), open_begin ? -reach - 1 : -1); // the last ones
+  std::vector<int64_t> clear(lines.width, open_begin ? -reach - 1 : -1); // the last ones
   const auto pass = [&](int64_t i, const auto& decide) {
     uint8_t* row = lines.first + i * lines.stride;
     for (int64_t x = 0; x < lines.width; ++x) {
-      int64_t& last = clear[static_cast<size_t>(x)];
+      int64_t& last = clear[x];
       if (!(row[x] & 1)) last = i;
       row[x] = decide(row[x], std::abs(i - last) > reach);
     }
@@ -226,7 +222,7 @@ HoleMap deep_holes(const HoleMap& holes, const Dims& dims, const Dims& reach, co
     const size_t b = a == 2 ? 1 : 2; // a task for each index along it
     const bool open_begin = !turning[a] && deep.region.begin[a] == 0,
                open_end = !turning[a] && deep.region.end[a] == dims[a];
-    context.tasks.parallel_for(static_cast<uint64_t>(n[b]), [&](uint64_t k) {
+    context.tasks.parallel_for(n[b], [&](uint64_t k) {
       context.progress.check();
       uint8_t* first = deep.missing.data() + static_cast<int64_t>(k) * stride[b];
       if (a > 0) return erode({first, n[a], stride[a], n[0]}, reach[a], open_begin, open_end);
@@ -242,7 +238,7 @@ SiteMasks mark_sites(const HoleMap& holes, const Lattice4& lattice) {
   if (holes.missing.empty()) return sites;
   for (int c = 0; c < lattice.space.cosets(); ++c) {
     const BrickLayer shape(lattice.space, c);
-    auto& masks = sites[static_cast<size_t>(c)];
+    auto& masks = sites[c];
     masks.resize(shape.brick_slots());
     // Sites that may be missing, and the sample each is nearest to.
     std::array<std::vector<std::pair<int32_t, int64_t>>, 3> near;
@@ -262,7 +258,7 @@ SiteMasks mark_sites(const HoleMap& holes, const Lattice4& lattice) {
           if (!holes.at(x, y, z)) continue;
           auto& mask = masks[shape.slot(i / brick_edge, j / brick_edge, k / brick_edge)];
           if (!mask) mask = std::make_unique<BrickMask>();
-          auto& bits = (*mask)[static_cast<size_t>(k % brick_edge * brick_edge + j % brick_edge)];
+          auto& bits = (*mask)[k % brick_edge * brick_edge + j % brick_edge];
           bits = static_cast<uint16_t>(bits | 1u << (i % brick_edge));
         }
   }

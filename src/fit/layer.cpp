@@ -60,7 +60,7 @@ void Compare(const float* HWY_RESTRICT made, const float* HWY_RESTRICT stored, s
         const float d = made[i + x] - stored[i + x];
         const float magnitude = d < 0 ? -d : d;
         largest[x] = magnitude > largest[x] ? magnitude : largest[x];
-        squares[x] += static_cast<double>(d) * static_cast<double>(d);
+        squares[x] += static_cast<double>(d) * d;
       }
 }
 
@@ -110,7 +110,7 @@ const int16_t* packed_of(const SiteBlock* block) {
 
 const float* combine(const BrickTaps& taps, const Int3& size, float unit, BrickRoom& room) {
   if (taps.blocks.empty()) return floats_of(taps.center, unit, room.sum);
-  const auto planes = static_cast<size_t>(size[2]), rows = static_cast<size_t>(size[1]);
+  const size_t planes = size[2], rows = size[1];
   const size_t count = taps.blocks.size();
   if (taps.all_packed()) {
     std::vector<const int16_t*> blocks;
@@ -155,8 +155,7 @@ void compare(const float* made, const Brick& stored, const Int3& size, CodingErr
   std::array<double, 16> squares{};
   std::array<float, 16> largest{};
   HWY_DYNAMIC_DISPATCH(Compare)
-  (made, stored.value.data(), static_cast<size_t>(size[2]), static_cast<size_t>(size[1]),
-   static_cast<size_t>(size[0]), squares.data(), largest.data());
+  (made, stored.value.data(), size[2], size[1], size[0], squares.data(), largest.data());
   for (size_t x = 0; x < 16; ++x) {
     error.squares += squares[x];
     error.largest = std::max(error.largest, static_cast<double>(largest[x]));

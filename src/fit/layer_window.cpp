@@ -52,7 +52,7 @@ void LayerWindow::read_samples(int, std::span<const int32_t> layers, const Brick
 }
 
 const SampleLayer* LayerWindow::find(int32_t number) const {
-  if (number >= first_ && number < end()) return &layers_[static_cast<size_t>(number - first_)];
+  if (number >= first_ && number < end()) return &layers_[number - first_];
   const auto kept = kept_.find(number);
   return kept == kept_.end() ? nullptr : &kept->second;
 }
@@ -71,7 +71,7 @@ uint64_t coefficient_cache_bytes(const SampleSource& source, const std::string& 
   const Lattice4& lattice = source.lattice();
   const bool filtered =
       source.coefficient_kernel().empty() && prefilter_size(lattice, make_kernel(kernel)).stages > 0;
-  const auto layers = static_cast<uint64_t>(2 * layers_in_reach(source, kernel) + 3);
+  const uint64_t layers = 2 * layers_in_reach(source, kernel) + 3;
   return BrickLayer(lattice.space, 0).brick_slots() * sizeof(Brick) * layers * (filtered ? 2 : 1);
 }
 

@@ -94,7 +94,7 @@ Lowpass::Lowpass(const Lattice4& lattice, float ringing) : ringing_(ringing) {
 std::shared_ptr<LowpassFrame> Lowpass::make_frame(const Context& context) const {
   auto frame = std::make_shared<LowpassFrame>();
   const uint64_t rows = checked_product({static_cast<uint64_t>(n_[1]), static_cast<uint64_t>(n_[2])});
-  const uint64_t floats = checked_mul(rows, static_cast<uint64_t>(pitch_));
+  const uint64_t floats = checked_mul(rows, pitch_);
   frame->memory = Reservation(context.memory, checked_mul(floats, sizeof(float)) + rows, "the low-pass");
   frame->value.assign(floats, 0.0f);
   frame->empty.assign(rows, 1);
@@ -103,13 +103,13 @@ std::shared_ptr<LowpassFrame> Lowpass::make_frame(const Context& context) const 
 
 // Margins and the mark of a row whose samples are there.
 void Lowpass::close_row(LowpassFrame& frame, size_t row) const {
-  float* v = frame.value.data() + row * static_cast<size_t>(pitch_) + margin_;
+  float* v = frame.value.data() + row * pitch_ + margin_;
   bool empty = true;
   for (int64_t x = 0; x < n_[0]; ++x) empty = empty && v[x] == 0;
   frame.empty[row] = empty;
   for (int64_t k = 1; k <= margin_; ++k) {
-    v[-k] = v[mirror_[0][static_cast<size_t>(reach_[0] - k)]];
-    v[n_[0] - 1 + k] = v[mirror_[0][static_cast<size_t>(reach_[0] + n_[0] - 1 + k)]];
+    v[-k] = v[mirror_[0][reach_[0] - k]];
+    v[n_[0] - 1 + k] = v[mirror_[0][reach_[0] + n_[0] - 1 + k]];
   }
 }
 
@@ -125,11 +125,10 @@ Lowpass::FramePtr Lowpass::read(const Frame& frame, HoleMap holes, const Context
     for (size_t row = task * rows_of_task; row < std::min(rows, (task + 1) * rows_of_task); ++row) {
       const auto y = static_cast<int64_t>(row) % n_[1], z = static_cast<int64_t>(row) / n_[1];
       const Region region{{0, y, z}, {n_[0], y + 1, z + 1}};
-      float* v = dense->value.data() + row * static_cast<size_t>(pitch_) + margin_;
+      float* v = dense->value.data() + row * pitch_ + margin_;
       frame.read(frame.boxes_in(region), region, v, pitch_, pitch_);
       for (int64_t x = 0; x < n_[0]; ++x)
-        if (v[x] == 0)
-          origin->air[row * row_bytes + static_cast<size_t>(x / 8)] |= static_cast<uint8_t>(1 << (x % 8));
+        if (v[x] == 0) origin->air[row * row_bytes + x / 8] |= static_cast<uint8_t>(1 << (x % 8));
       close_row(*dense, row);
     }
   });
@@ -143,7 +142,7 @@ Lowpass::FramePtr Lowpass::apply(const LowpassPair& pair, const LowpassFrame& ce
   made->origin = centre.origin;
   const auto i = pair.axis[0], j = pair.axis[1]; // names that lambdas may use
   const size_t rows = made->empty.size(), count = pair.tap.size();
-  const auto padded = static_cast<size_t>((n_[0] + 15) / 16 * 16);
+  const size_t padded = (n_[0] + 15) / 16 * 16;
   std::vector<const LowpassFrame*> frames; // by distance in time + reach
   if (j == 3)
     for (int64_t t = -pair.reach[1]; t <= pair.reach[1]; ++t) frames.push_back(&at(t));
@@ -163,20 +162,19 @@ Lowpass::FramePtr Lowpass::apply(const LowpassPair& pair, const LowpassFrame& ce
       // Along x the margins are there, other rows are mirrored.
       const auto shift = [&](size_t axis, int64_t by) {
         if (axis == 0) return by;
-        return (mirror_[axis][static_cast<size_t>(p[axis] + by + reach_[axis])] - p[axis]) * stride[axis];
+        return (mirror_[axis][p[axis] + by + reach_[axis]] - p[axis]) * stride[axis];
       };
       const int64_t start = static_cast<int64_t>(row) * pitch_ + margin_;
-      for (int64_t a = -pair.reach[0]; a <= pair.reach[0]; ++a)
-        along_i[static_cast<size_t>(a + pair.reach[0])] = shift(i, a);
+      for (int64_t a = -pair.reach[0]; a <= pair.reach[0]; ++a) along_i[a + pair.reach[0]] = shift(i, a);
       bool empty = true;
       for (int64_t b = -pair.reach[1]; b <= pair.reach[1]; ++b) {
-        const auto k = static_cast<size_t>(b + pair.reach[1]);
+        const size_t k = b + pair.reach[1];
         const LowpassFrame& frame = j == 3 ? *frames[k] : centre;
         const int64_t at_b = start + (j == 3 ? 0 : shift(j, b));
         along_j[k] = frame.value.data() + at_b;
         for (const int64_t by : along_i) { // x stays in the row
           if (!empty) break;
-          empty = frame.empty[static_cast<size_t>((at_b + (i == 0 ? 0 : by)) / pitch_)];
+          empty = frame.empty[(at_b + (i == 0 ? 0 : by)) / pitch_];
         }
       }
       if (empty) continue; // zeros already
@@ -188,9 +186,9 @@ Lowpass::FramePtr Lowpass::apply(const LowpassPair& pair, const LowpassFrame& ce
         *to++ = middle_j[tap.b] + middle_i[-tap.a];
         *to++ = middle_j[-tap.b] + middle_i[-tap.a];
       }
-      const float* v = centre.value.data() + row * static_cast<size_t>(pitch_) + margin_;
+      const float* v = centre.value.data() + row * pitch_ + margin_;
       lowpass_row(v, q.data(), weight.data(), count, padded, out.data());
-      std::copy_n(out.data(), n_[0], made->value.data() + row * static_cast<size_t>(pitch_) + margin_);
+      std::copy_n(out.data(), n_[0], made->value.data() + row * pitch_ + margin_);
       close_row(*made, row);
     }
   });
@@ -217,7 +215,7 @@ Lowpass::FramePtr Lowpass::again(const LowpassFrame& frame, HoleMap holes, const
   made->empty = frame.empty;
   auto origin = std::make_shared<LowpassOrigin>();
   if (frame.origin) origin->air = frame.origin->air;
-  origin->air.resize(made->empty.size() * static_cast<size_t>((n_[0] + 7) / 8), 0xff);
+  origin->air.resize(made->empty.size() * ((n_[0] + 7) / 8), 0xff);
   origin->memory = Reservation(context.memory, origin->air.size(), "the low-pass");
   origin->holes = std::move(holes);
   made->origin = std::move(origin);
@@ -260,7 +258,7 @@ void Lowpass::push(size_t stage, FramePtr frame, bool last, const Sink& sink, co
     // The first frames mirror the same for any number, and the last ones are only made when it is known.
     const auto at = [&](int64_t offset) -> const LowpassFrame& {
       const int64_t number = periodic_ ? s.next + offset : mirror_index(s.next + offset, end);
-      return *s.window[static_cast<size_t>(number - s.first)];
+      return *s.window[number - s.first];
     };
     push(stage + 1, apply(s.pair, at(0), at, context), false, sink, context);
     // What follows the last frame mirrors `reach` + 1 frames before it.
@@ -283,7 +281,7 @@ void Lowpass::hand_out(const LowpassFrame& filtered, const Sink& sink, const Con
     const FrameScan scan = scan_frame(frame, 0, context);
     const size_t row_bytes = static_cast<size_t>(n_[0] + 7) / 8;
     const auto& n = CellRanges::edge;
-    const auto planes = static_cast<uint64_t>(scan.cells.count()[2]);
+    const uint64_t planes = scan.cells.count()[2];
     context.tasks.parallel_for(planes, [&](uint64_t plane) {
       context.progress.check();
       Region cell;
@@ -301,8 +299,8 @@ void Lowpass::hand_out(const LowpassFrame& filtered, const Sink& sink, const Con
           const float least = ringing_ * std::max({0.0f, -range.low, range.high});
           for (int64_t z = cell.begin[2]; z < cell.end[2]; ++z)
             for (int64_t y = cell.begin[1]; y < cell.end[1]; ++y) {
-              const auto row = static_cast<size_t>(z * n_[1] + y);
-              float* v = clean.value.data() + row * static_cast<size_t>(pitch_) + margin_;
+              const size_t row = z * n_[1] + y;
+              float* v = clean.value.data() + row * pitch_ + margin_;
               const uint8_t* air = filtered.origin->air.data() + row * row_bytes;
               for (int64_t x = cell.begin[0]; x < cell.end[0]; ++x)
                 if ((air[x / 8] >> (x % 8) & 1) && std::fabs(v[x]) <= least) v[x] = 0;

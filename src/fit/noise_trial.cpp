@@ -15,7 +15,7 @@ void NoiseTrial::add(std::span<const float> row) {
   if (std::all_of(row.begin(), row.end(), [](float v) { return v == 0; })) return; // air is predicted by air
   for (size_t level = 0; level < end_noises.size(); ++level) {
     double off = -static_cast<double>(row[0]);
-    for (size_t i = 1; i < row.size(); ++i) off += weights_[level][i - 1] * static_cast<double>(row[i]);
+    for (size_t i = 1; i < row.size(); ++i) off += weights_[level][i - 1] * row[i];
     squares_[level] += off * off;
   }
 }

@@ -65,8 +65,7 @@ SiteBlockPtr pack(FloatSitesPtr block, const Int3& size, float unit, SiteBlockPo
   if (unit == 0) return block;
   auto packed = pool.packed.take();
   const bool fits =
-      HWY_DYNAMIC_DISPATCH(PackValues)(block->value.data(), 1 / unit, static_cast<size_t>(size[2]),
-                                       static_cast<size_t>(size[1]), packed->value.data());
+      HWY_DYNAMIC_DISPATCH(PackValues)(block->value.data(), 1 / unit, size[2], size[1], packed->value.data());
   if (!fits) return block;
   packed->source = block->source, packed->near = block->near;
   packed->largest = block->largest;

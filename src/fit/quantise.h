@@ -15,7 +15,7 @@ namespace bccsplat {
 }
 // The value of an integer code relative to air, as everyone computes it.
 [[nodiscard]] inline float relative_value(const Quantiser& q, double code) {
-  return static_cast<float>(code * q.scale + (q.offset - static_cast<double>(q.air)));
+  return static_cast<float>(code * q.scale + (q.offset - q.air));
 }
 
 // Holds every value of `source` in its own precision where a stored type has it: i8 and i16 by an offset,

@@ -71,8 +71,8 @@ HWY_INLINE void Round(const Relevance::Rounding& r, float v, float& code, float&
     code = c < 0 ? 0 : c > r.largest ? r.largest : c;
     value = code - shift;
   } else {
-    const double c = Nearest((static_cast<double>(Limited(v, FLT_MAX)) + r.shift) / r.scale);
-    const double largest = static_cast<double>(r.largest);
+    const double c = Nearest((Limited(v, FLT_MAX) + r.shift) / r.scale);
+    const double largest = r.largest;
     over = c < 0 || c > largest;
     const double inside = c < 0 ? 0 : c > largest ? largest : c;
     code = static_cast<float>(inside);
@@ -134,14 +134,13 @@ HWY_EXPORT(RoundSites);
 Relevance::Relevance(const Quantiser& q, float threshold) {
   if (!(threshold >= 0)) fail(Code::invalid_argument, "the air threshold must be 0 or positive");
   rounding_.scale = q.scale;
-  rounding_.shift = static_cast<double>(q.air) - q.offset;
+  rounding_.shift = q.air - q.offset;
   rounding_.air = q.air;
   rounding_.threshold = threshold;
   rounding_.largest = static_cast<float>(largest_code(q.type));
   if (q.type == ValueType::f32) return;
   if (q.type == ValueType::f16) {
-    rounding_.kind =
-        q.offset == static_cast<double>(q.air) ? Rounding::Kind::half_relative : Rounding::Kind::half;
+    rounding_.kind = q.offset == q.air ? Rounding::Kind::half_relative : Rounding::Kind::half;
     if (rounding_.kind == Rounding::Kind::half) rounding_.air_code = half_to_float(float_to_half(q.air));
     return;
   }
@@ -166,7 +165,7 @@ KeptCounts Relevance::select(const float* values, const Int3& size, const SiteEv
   };
   clear(size[2] * brick_rows, brick_sites); // planes beyond the last
   for (int z = 0; z < size[2]; ++z) {
-    const auto first = static_cast<size_t>(z * brick_edge), rows = static_cast<size_t>(size[1]);
+    const size_t first = z * brick_edge, rows = size[1];
     clear((z * brick_edge + size[1]) * brick_edge, (z + 1) * brick_rows);
     RoundedRow bits[brick_edge];
     HWY_DYNAMIC_DISPATCH(RoundSites)
@@ -183,11 +182,11 @@ KeptCounts Relevance::select(const float* values, const Int3& size, const SiteEv
         if (!(kept >> x & 1)) row[x] = 0;
       counts.kept += kept == 0xffff ? 16 : static_cast<uint64_t>(std::popcount(kept));
       if (const auto clamped = static_cast<uint16_t>(bits[y].clamped & columns))
-        counts.clamped += static_cast<uint64_t>(std::popcount(clamped));
+        counts.clamped += std::popcount(clamped);
       if (!hole) continue;
       if (!brick.hole) brick.hole = std::make_unique<BrickMask>();
       (*brick.hole)[first + y] = hole;
-      counts.holes += static_cast<uint64_t>(std::popcount(hole));
+      counts.holes += std::popcount(hole);
     }
   }
   return counts;

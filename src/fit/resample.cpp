@@ -72,7 +72,7 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const
     : turning_(lattice.space.periodic), cosets_(lattice.space.cosets()) {
   double widest = 1;
   for (int c = 0; c < cosets_; ++c) {
-    Coset& coset = coset_[static_cast<size_t>(c)];
+    Coset& coset = coset_[c];
     coset.dims = lattice.space.dims(c);
     for (size_t a = 0; a < 3; ++a) {
       n_[a] = lattice.dims[a];
@@ -89,26 +89,24 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const
         axis.near.push_back(near_samples(positions[i], near_source * widening, axis.table, i, axis.nearest[i],
                                          turning_[a], n_[a]));
       for (int32_t begin = 0; begin < coset.dims[a]; begin += brick_edge) {
-        const auto last = static_cast<size_t>(std::min(begin + brick_edge, coset.dims[a]) - 1);
-        axis.extended.push_back(
-            {axis.table.first[static_cast<size_t>(begin)], axis.table.first[last] + axis.table.taps});
+        const size_t last = std::min(begin + brick_edge, coset.dims[a]) - 1;
+        axis.extended.push_back({axis.table.first[begin], axis.table.first[last] + axis.table.taps});
         axis.inside.push_back(turning_[a] ? axis.extended.back() : samples_of(axis.extended.back(), n_[a]));
       }
     }
     const FilterTable& table = coset.axis[0].table;
-    const auto taps = static_cast<size_t>(table.taps);
+    const size_t taps = table.taps;
     for (int32_t begin = 0; begin < coset.dims[0]; begin += brick_edge) {
       BrickX& brick = coset.x.emplace_back();
-      brick.base = table.first[static_cast<size_t>(begin)];
-      brick.nearest_base = coset.axis[0].nearest[static_cast<size_t>(begin)];
+      brick.base = table.first[begin];
+      brick.nearest_base = coset.axis[0].nearest[begin];
       brick.weight.assign(taps * brick_edge, 0.0f);
       for (int32_t i = 0; i < brick_edge; ++i) { // sites beyond the last: its place, no weight
-        const auto site = static_cast<size_t>(std::min(begin + i, coset.dims[0] - 1));
-        brick.index[static_cast<size_t>(i)] = static_cast<int32_t>(table.first[site] - brick.base);
-        brick.nearest_index[static_cast<size_t>(i)] =
-            static_cast<int32_t>(coset.axis[0].nearest[site] - brick.nearest_base);
+        const size_t site = std::min(begin + i, coset.dims[0] - 1);
+        brick.index[i] = static_cast<int32_t>(table.first[site] - brick.base);
+        brick.nearest_index[i] = static_cast<int32_t>(coset.axis[0].nearest[site] - brick.nearest_base);
         for (size_t k = 0; begin + i < coset.dims[0] && k < taps; ++k)
-          brick.weight[k * brick_edge + static_cast<size_t>(i)] = table.weight[site * taps + k];
+          brick.weight[k * brick_edge + i] = table.weight[site * taps + k];
       }
     }
   }
@@ -121,8 +119,8 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const
 Region SpatialResampler::brick_region(const Coset& coset, const Int3& brick) const {
   Region r;
   for (size_t a = 0; a < 3; ++a) {
-    r.begin[a] = coset.axis[a].inside[static_cast<size_t>(brick[a])][0];
-    r.end[a] = coset.axis[a].inside[static_cast<size_t>(brick[a])][1];
+    r.begin[a] = coset.axis[a].inside[brick[a]][0];
+    r.end[a] = coset.axis[a].inside[brick[a]][1];
   }
   return r;
 }
@@ -143,7 +141,7 @@ SpatialResampler::Tile SpatialResampler::find_tile(const Int3& first, const Cell
         tile.region.begin[a] = std::min(tile.region.begin[a], seen.begin[a]);
         tile.region.end[a] = std::max(tile.region.end[a], seen.end[a]);
       }
-      const auto [low, high] = coset.axis[0].extended[static_cast<size_t>(brick[0])];
+      const auto [low, high] = coset.axis[0].extended[brick[0]];
       tile.row.begin = std::min(tile.row.begin, low);
       tile.row.end = std::max(tile.row.end, high);
       FloatSitesPtr block = pool.floats.take();
@@ -167,8 +165,7 @@ void SpatialResampler::mark_source(const float* rows, size_t pitch, int64_t y, c
   const Coset& c = coset_[coset];
   const auto sites = [&](size_t axis) {
     const int begin = tile.brick[axis] * brick_edge;
-    return std::span(c.axis[axis].nearest)
-        .subspan(static_cast<size_t>(begin), static_cast<size_t>(std::min(brick_edge, c.dims[axis] - begin)));
+    return std::span(c.axis[axis].nearest).subspan(begin, std::min(brick_edge, c.dims[axis] - begin));
   };
   const auto along_y = sites(1), along_z = sites(2);
   std::vector<TileNearestX> bricks;
@@ -178,11 +175,11 @@ void SpatialResampler::mark_source(const float* rows, size_t pitch, int64_t y, c
       bricks.clear();
       for (const Tile::Active& a : tile.active)
         if (a.coset == coset) {
-          const BrickX& x = c.x[static_cast<size_t>(a.x)];
+          const BrickX& x = c.x[a.x];
           bricks.push_back({x.nearest_index.data(), x.nearest_base - tile.region.begin[0],
                             &a.block->source[k * brick_edge + j]});
         }
-      tile_nearest(rows + static_cast<size_t>(along_z[k] - tile.region.begin[2]) * pitch, bricks);
+      tile_nearest(rows + (along_z[k] - tile.region.begin[2]) * pitch, bricks);
     }
   }
 }
@@ -192,7 +189,7 @@ void SpatialResampler::mark_near(TileBits& bits, const Tile& tile, size_t coset)
   const Coset& c = coset_[coset];
   const auto near = [&](size_t axis, int brick) {
     std::vector<SampleSpan> list;
-    const auto begin = static_cast<size_t>(brick * brick_edge);
+    const size_t begin = brick * brick_edge;
     for (size_t i = begin; i < std::min(begin + brick_edge, c.axis[axis].near.size()); ++i) {
       const auto& [first, last] = c.axis[axis].near[i];
       const int64_t base = tile.region.begin[axis];
@@ -240,7 +237,7 @@ void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scrat
   // One y at a time keeps its z rows in the first cache; many boxes are better walked less often.
   const size_t rows_at_once = turned.boxes() > 4 ? 8 : 1;
   scratch.fit(rows_at_once * nz * pitch + 64, ny * brick_edge * pitch,
-              static_cast<size_t>(tile.row.end - tile.row.begin) + pitch + 64, context.memory);
+              (tile.row.end - tile.row.begin) + pitch + 64, context.memory);
 
   std::array<TileTaps, 2> z, y;
   std::array<std::vector<int32_t>, 2> z_rows, y_rows;
@@ -253,8 +250,8 @@ void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scrat
     Region part = region;
     part.begin[1] = region.begin[1] + static_cast<int64_t>(y0);
     part.end[1] = std::min(region.end[1], part.begin[1] + static_cast<int64_t>(rows_at_once));
-    turned.read(part, scratch.rows.data(), static_cast<int64_t>(nz * pitch), static_cast<int64_t>(pitch));
-    const auto count = static_cast<size_t>(part.length(1));
+    turned.read(part, scratch.rows.data(), nz * pitch, pitch);
+    const size_t count = part.length(1);
     if (!no_air)
       for (size_t i = 0; i < count; ++i)
         for (size_t k = 0; k < nz; ++k)
@@ -265,8 +262,7 @@ void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scrat
       for (size_t i = 0; z[c].count > 0 && i < count; ++i) {
         const float* rows = scratch.rows.data() + i * nz * pitch;
         if (!no_air) mark_source(rows, pitch, part.begin[1] + static_cast<int64_t>(i), tile, c);
-        tile_pass_z(rows, pitch, z[c],
-                    scratch.planes[c].data() + (y0 + i) * static_cast<size_t>(z[c].count) * pitch);
+        tile_pass_z(rows, pitch, z[c], scratch.planes[c].data() + (y0 + i) * z[c].count * pitch);
       }
   }
   for (size_t c = 0; c < 2; ++c) {
@@ -275,7 +271,7 @@ void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scrat
     std::vector<TileBrickX> bricks;
     for (const Tile::Active& a : tile.active)
       if (a.coset == c) {
-        const BrickX& x = coset_[c].x[static_cast<size_t>(a.x)];
+        const BrickX& x = coset_[c].x[a.x];
         bricks.push_back({x.weight.data(), x.index.data(), x.base - tile.row.begin, a.block->value.data()});
       }
     tile_pass_yx(scratch.planes[c].data(), pitch, z[c].count, y[c], tile.row, coset_[c].axis[0].table.taps,
@@ -290,7 +286,7 @@ TileTaps SpatialResampler::tile_taps(size_t axis, const Coset& coset, int32_t br
   rows.clear();
   for (int i = begin; i < end; ++i)
     for (int k = 0; k < table.taps; ++k) {
-      const int64_t at = table.first[static_cast<size_t>(i)] + k;
+      const int64_t at = table.first[i] + k;
       rows.push_back(static_cast<int32_t>((turning_[axis] ? at : mirror_index(at, n_[axis])) - first_row));
     }
   return {table.taps, end - begin, table.weight.data() + static_cast<ptrdiff_t>(begin) * table.taps,

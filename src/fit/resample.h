@@ -65,9 +65,7 @@ class SpatialResampler {
   }
   [[nodiscard]] static size_t slot(const Coset& coset, const Int3& brick) {
     const Int3 n = brick_dims(coset);
-    return (static_cast<size_t>(brick[2]) * static_cast<size_t>(n[1]) + static_cast<size_t>(brick[1])) *
-               static_cast<size_t>(n[0]) +
-           static_cast<size_t>(brick[0]);
+    return (static_cast<size_t>(brick[2]) * n[1] + brick[1]) * n[0] + brick[0];
   }
   [[nodiscard]] static size_t slots(const Coset& coset) {
     const Int3 n = brick_dims(coset);

@@ -26,7 +26,7 @@ HWY_INLINE void Accumulate(const float* in, const int32_t* row, size_t pitch, co
                            size_t count, float* HWY_RESTRICT out) {
   const D d;
   const float* p[taps];
-  for (int k = 0; k < taps; ++k) p[k] = in + static_cast<size_t>(row[k]) * pitch;
+  for (int k = 0; k < taps; ++k) p[k] = in + row[k] * pitch;
   for (size_t x = 0; x < count; x += hn::Lanes(d)) {
     const auto term = [&](int k) HWY_ATTR { return hn::Mul(hn::Set(d, weight[k]), hn::LoadU(d, p[k] + x)); };
     V sum = first ? term(0) : hn::Add(term(0), hn::LoadU(d, out + x));
@@ -140,17 +140,16 @@ void Nearest(const float* row, std::span<const TileNearestX> bricks) {
 
 void PassZ(const float* rows, size_t pitch, const TileTaps& z, float* out) {
   for (int i = 0; i < z.count; ++i)
-    WeightedRows(z.taps, rows, z.row + i * z.taps, pitch, z.weight + i * z.taps, pitch,
-                 out + static_cast<size_t>(i) * pitch);
+    WeightedRows(z.taps, rows, z.row + i * z.taps, pitch, z.weight + i * z.taps, pitch, out + i * pitch);
 }
 
 void PassYX(const float* in, size_t pitch, int z_count, const TileTaps& y, const TileRow& row, int x_taps,
             std::span<const TileBrickX> bricks, float pivot, float* extended) {
-  const auto inner = static_cast<size_t>(row.inner_begin - row.begin);
+  const size_t inner = row.inner_begin - row.begin;
   for (int z = 0; z < z_count; ++z)
     for (int i = 0; i < y.count; ++i) {
-      WeightedRows(y.taps, in + static_cast<size_t>(z) * pitch, y.row + i * y.taps,
-                   pitch * static_cast<size_t>(z_count), y.weight + i * y.taps, pitch, extended + inner);
+      WeightedRows(y.taps, in + z * pitch, y.row + i * y.taps, pitch * z_count, y.weight + i * y.taps, pitch,
+                   extended + inner);
       for (int64_t x = row.begin; x < row.inner_begin; ++x)
         extended[x - row.begin] = extended[end_index(x, row.n, row.turns) - row.begin];
       for (int64_t x = row.inner_end; x < row.end; ++x)

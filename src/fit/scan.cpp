@@ -136,8 +136,7 @@ void scan_job(const Frame& frame, const ScanJob& job, float threshold, CellRange
   const float unpack_air = wide ? frame.air() : 0, scan_air = wide ? 0 : frame.air();
 
   const int64_t first_cell = rows.begin[0] / edge[0];
-  const auto width = static_cast<size_t>(rows.length(0)),
-             phase = static_cast<size_t>(rows.begin[0] % edge[0]);
+  const size_t width = rows.length(0), phase = rows.begin[0] % edge[0];
   std::vector<float> row(width);
   std::vector<ScanLanes> lanes((width + phase + 15) / 16);
   for (ScanLanes& l : lanes) l.clear();
@@ -172,8 +171,8 @@ void scan_job(const Frame& frame, const ScanJob& job, float threshold, CellRange
     part.relevant += sums.relevant[i];
     part.nonfinite += sums.nonfinite[i];
     const double base = wide ? frame.air() : 0;
-    part.low = std::min(part.low, base + static_cast<double>(sums.absolute.low[i]));
-    part.high = std::max(part.high, base + static_cast<double>(sums.absolute.high[i]));
+    part.low = std::min(part.low, base + sums.absolute.low[i]);
+    part.high = std::max(part.high, base + sums.absolute.high[i]);
   }
   part.samples += rows.samples();
 }
@@ -182,7 +181,7 @@ void scan_job(const Frame& frame, const ScanJob& job, float threshold, CellRange
 
 CellRanges::CellRanges(const std::array<int64_t, 3>& dims) {
   for (size_t a = 0; a < 3; ++a) count_[a] = (dims[a] + edge[a] - 1) / edge[a];
-  cell.resize(static_cast<size_t>(count_[0] * count_[1] * count_[2]));
+  cell.resize(count_[0] * count_[1] * count_[2]);
 }
 
 CellRanges::Cell CellRanges::range(const Region& region) const {
@@ -250,8 +249,7 @@ FrameScan scan_frame(const Frame& frame, float threshold, const Context& context
         if (covered[scan.cells.index(x, y, z)] < volume)
           widen(scan.cells.cell[scan.cells.index(x, y, z)], 0, 0);
       }
-  const uint64_t total =
-      static_cast<uint64_t>(n[0]) * static_cast<uint64_t>(n[1]) * static_cast<uint64_t>(n[2]);
+  const uint64_t total = static_cast<uint64_t>(n[0]) * n[1] * n[2];
   if (all.samples < total) {
     all.low = std::min(all.low, static_cast<double>(frame.air()));
     all.high = std::max(all.high, static_cast<double>(frame.air()));

@@ -26,7 +26,7 @@ class CellRanges {
 
   [[nodiscard]] const std::array<int64_t, 3>& count() const { return count_; }
   [[nodiscard]] size_t index(int64_t x, int64_t y, int64_t z) const {
-    return static_cast<size_t>((z * count_[1] + y) * count_[0] + x);
+    return (z * count_[1] + y) * count_[0] + x;
   }
   // Bounds of the samples in a region: of the cells it touches.
   [[nodiscard]] Cell range(const Region& region) const;

@@ -10,7 +10,7 @@ std::vector<double> site_positions(const Lattice4& lattice, int coset, size_t ax
   const double end = lattice.domain_end(axis);
   std::vector<double> positions;
   for (int32_t i = 0; i < lattice.space.dims(coset)[axis]; ++i)
-    positions.push_back(static_cast<double>(lattice.space.plane(coset, i) - lattice.before[axis]) * end /
+    positions.push_back((lattice.space.plane(coset, i) - lattice.before[axis]) * end /
                         lattice.inner_planes(axis));
   return positions;
 }

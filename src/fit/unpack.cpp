@@ -18,7 +18,7 @@ namespace {
 
 template<class T> HWY_INLINE float Relative(T value, float air) {
   if constexpr (sizeof(T) >= 4 && !std::is_same_v<T, float>)
-    return static_cast<float>(static_cast<double>(value) - static_cast<double>(air));
+    return static_cast<float>(static_cast<double>(value) - air);
   else
     return static_cast<float>(value) - air;
 }

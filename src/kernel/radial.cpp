@@ -9,7 +9,7 @@ double RadialKernel::value(double r2) const {
   const double u = 1 - r2 / (radius * radius);
   if (u <= 0) return 0;
   double sum = 0;
-  for (int j = terms - 1; j >= 0; --j) sum = sum * u + a[static_cast<size_t>(j)];
+  for (int j = terms - 1; j >= 0; --j) sum = sum * u + a[j];
   return sum;
 }
 
@@ -17,7 +17,7 @@ double RadialKernel::slope(double r2) const {
   const double u = 1 - r2 / (radius * radius);
   if (u <= 0) return 0;
   double sum = 0;
-  for (int j = terms - 1; j >= 1; --j) sum = sum * u + j * a[static_cast<size_t>(j)];
+  for (int j = terms - 1; j >= 1; --j) sum = sum * u + j * a[j];
   return -sum / (radius * radius);
 }
 
@@ -28,7 +28,7 @@ double radial_integral(const RadialKernel& phi) {
   double factor = 1.0 / 3;
   for (int j = 0; j < phi.terms; ++j) {
     if (j > 0) factor *= 2.0 * j / (2.0 * j + 3);
-    sum += phi.a[static_cast<size_t>(j)] * factor;
+    sum += phi.a[j] * factor;
   }
   return 4 * std::numbers::pi * phi.radius * phi.radius * phi.radius * sum;
 }
@@ -39,7 +39,7 @@ double radial_variance(const RadialKernel& phi) {
   double factor = 1.0 / 5;
   for (int j = 0; j < phi.terms; ++j) {
     if (j > 0) factor *= 2.0 * j / (2.0 * j + 5);
-    second += phi.a[static_cast<size_t>(j)] * factor;
+    second += phi.a[j] * factor;
   }
   second *= 4 * std::numbers::pi * std::pow(phi.radius, 5);
   return second / 3 / radial_integral(phi);

@@ -46,7 +46,7 @@ struct Taps {
 
   Taps(size_t axes_, int reach_) : axes(axes_), reach(reach_) {
     size_t count = 1;
-    for (size_t a = 0; a < axes; ++a) count *= static_cast<size_t>(2 * reach + 1);
+    for (size_t a = 0; a < axes; ++a) count *= 2 * reach + 1;
     values.assign(count, 0.0);
     values[count / 2] = 1;
   }
@@ -63,7 +63,7 @@ void add_stencil(const Taps& shape, const std::vector<double>& from, std::vector
   const auto add = [&](ptrdiff_t offset, double weight) {
     if (weight == 0) return;
     for (size_t i = 0; i < from.size(); ++i)
-      if (from[i] != 0) to[static_cast<size_t>(static_cast<ptrdiff_t>(i) + offset)] += weight * from[i];
+      if (from[i] != 0) to[static_cast<ptrdiff_t>(i) + offset] += weight * from[i];
   };
   const auto [self, spatial, temporal, mixed, cross] = weights;
   add(0, self);
@@ -185,12 +185,12 @@ double KernelSpectrum::symbol(const std::array<double, 4>& xi, int dimensions) c
         const double t = (k + 0.5 * coset) * coset_pitch;
         sum += beta_.value(t) * std::cos(2 * pi * xi[3] * t);
       }
-      layers[static_cast<size_t>(coset)] = sum;
+      layers[coset] = sum;
     }
   double sum = 0;
   for (const Site& s : sites_) {
     const double turns = xi[0] * s.position[0] + xi[1] * s.position[1] + xi[2] * s.position[2];
-    sum += s.weight * layers[static_cast<size_t>(s.coset)] * std::cos(2 * pi * turns);
+    sum += s.weight * layers[s.coset] * std::cos(2 * pi * turns);
   }
   return sum;
 }

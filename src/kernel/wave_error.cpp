@@ -52,7 +52,7 @@ WaveSample wave_sample(const KernelSpectrum& kernel, int dimensions, const std::
     time2 = {0, 0};
     for (int n = -far_time; n <= far_time; ++n) {
       const double b = kernel.time(xi[3] + n / site_pitch);
-      time2[static_cast<size_t>(n & 1)] += b * b;
+      time2[n & 1] += b * b;
     }
   }
   WaveSample w;
@@ -67,7 +67,7 @@ WaveSample wave_sample(const KernelSpectrum& kernel, int dimensions, const std::
         const Vec3 k{xi[0] + a / site_pitch, xi[1] + b / site_pitch, xi[2] + c / site_pitch};
         const double k2 = dot(k, k);
         const double phi = kernel.space(std::sqrt(k2));
-        const double square = phi * phi * time2[static_cast<size_t>((a + b + c) & 1)];
+        const double square = phi * phi * time2[(a + b + c) & 1];
         total2 += square;
         gradient2 += k2 * square;
       }

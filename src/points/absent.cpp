@@ -14,7 +14,7 @@ BrickMask inside(const BrickLayer& layer, const Int3& brick) {
   const auto row = static_cast<uint16_t>((1u << n[0]) - 1);
   BrickMask mask{};
   for (int32_t z = 0; z < n[2]; ++z)
-    for (int32_t y = 0; y < n[1]; ++y) mask[static_cast<size_t>(z * brick_edge + y)] = row;
+    for (int32_t y = 0; y < n[1]; ++y) mask[z * brick_edge + y] = row;
   return mask;
 }
 

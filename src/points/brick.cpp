@@ -51,12 +51,10 @@ BrickLayer layer_from_dense(const Lattice3& lattice, int coset, std::span<const 
     for (int z = 0; z < std::min(brick_edge, n[2] - b[2] * brick_edge); ++z)
       for (int y = 0; y < std::min(brick_edge, n[1] - b[1] * brick_edge); ++y) {
         const int width = std::min(brick_edge, n[0] - b[0] * brick_edge);
-        const auto from = (static_cast<size_t>(b[2] * brick_edge + z) * static_cast<size_t>(n[1]) +
-                           static_cast<size_t>(b[1] * brick_edge + y)) *
-                              static_cast<size_t>(n[0]) +
-                          static_cast<size_t>(b[0] * brick_edge);
-        std::copy_n(dense.begin() + static_cast<std::ptrdiff_t>(from), width,
-                    brick->value.begin() + (z * brick_edge + y) * brick_edge);
+        const auto from =
+            (static_cast<size_t>(b[2] * brick_edge + z) * n[1] + (b[1] * brick_edge + y)) * n[0] +
+            b[0] * brick_edge;
+        std::copy_n(dense.begin() + from, width, brick->value.begin() + (z * brick_edge + y) * brick_edge);
       }
     if (brick->keep_above(0) > 0) layer.set(s, std::move(brick));
   }
@@ -66,7 +64,7 @@ BrickLayer layer_from_dense(const Lattice3& lattice, int coset, std::span<const 
 std::vector<float> layer_to_dense(const BrickLayer& layer) {
   const Int3 n = layer.dims();
   std::vector<float> dense;
-  dense.reserve(static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]));
+  dense.reserve(static_cast<size_t>(n[0]) * n[1] * n[2]);
   for (int z = 0; z < n[2]; ++z)
     for (int y = 0; y < n[1]; ++y)
       for (int x = 0; x < n[0]; ++x) dense.push_back(layer.value(x, y, z));

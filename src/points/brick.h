@@ -35,9 +35,7 @@ struct Brick {
   std::unique_ptr<BrickMask> hole; // null: no holes
 
   [[nodiscard]] int count() const;
-  [[nodiscard]] bool is_hole(int site) const {
-    return hole && ((*hole)[static_cast<size_t>(site / 16)] >> (site % 16) & 1);
-  }
+  [[nodiscard]] bool is_hole(int site) const { return hole && ((*hole)[site / 16] >> (site % 16) & 1); }
   // Sets `kept` where |value| > threshold and clears the other values; returns the number kept.
   int keep_above(float threshold);
 };
@@ -51,7 +49,7 @@ template<class Slot> class BrickSlots {
     size_t slots = 1;
     for (size_t a = 0; a < 3; ++a) {
       brick_dims_[a] = (dims_[a] + brick_edge - 1) / brick_edge;
-      slots *= static_cast<size_t>(brick_dims_[a]);
+      slots *= brick_dims_[a];
     }
     bricks_.resize(slots);
     row_bricks_.resize(slots / row_slots());
@@ -63,12 +61,10 @@ template<class Slot> class BrickSlots {
   [[nodiscard]] const Int3& brick_dims() const { return brick_dims_; } // bricks, the last ones may be partial
   [[nodiscard]] size_t brick_slots() const { return bricks_.size(); }
   [[nodiscard]] size_t slot(int bx, int by, int bz) const {
-    return (static_cast<size_t>(bz) * static_cast<size_t>(brick_dims_[1]) + static_cast<size_t>(by)) *
-               static_cast<size_t>(brick_dims_[0]) +
-           static_cast<size_t>(bx);
+    return (static_cast<size_t>(bz) * brick_dims_[1] + by) * brick_dims_[0] + bx;
   }
   [[nodiscard]] Int3 slot_position(size_t slot) const { // (bx, by, bz)
-    const auto nx = static_cast<size_t>(brick_dims_[0]), ny = static_cast<size_t>(brick_dims_[1]);
+    const size_t nx = brick_dims_[0], ny = brick_dims_[1];
     return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
             static_cast<int32_t>(slot / (nx * ny))};
   }
@@ -85,10 +81,10 @@ template<class Slot> class BrickSlots {
 
   // Rows of slots along x: row r holds slots r * row_slots() and on. Empty rows can be passed over.
   [[nodiscard]] size_t rows() const { return row_bricks_.size(); }
-  [[nodiscard]] size_t row_slots() const { return static_cast<size_t>(brick_dims_[0]); }
+  [[nodiscard]] size_t row_slots() const { return brick_dims_[0]; }
   [[nodiscard]] bool row_empty(size_t row) const { return row_bricks_[row] == 0; }
   [[nodiscard]] uint64_t bricks() const { // that are there
-    return static_cast<uint64_t>(std::accumulate(row_bricks_.begin(), row_bricks_.end(), int64_t{0}));
+    return std::accumulate(row_bricks_.begin(), row_bricks_.end(), int64_t{0});
   }
 
  protected:
@@ -123,7 +119,7 @@ class BrickLayer : public BrickSlots<std::shared_ptr<const Brick>> {
   // Returns the value relative to air at site (x, y, z) inside dims.
   [[nodiscard]] float value(int x, int y, int z) const {
     const Brick* b = brick(x / brick_edge, y / brick_edge, z / brick_edge);
-    return b ? b->value[static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16)] : 0.0f;
+    return b ? b->value[(z % 16 * 16 + y % 16) * 16 + x % 16] : 0.0f;
   }
 
   [[nodiscard]] int64_t kept_sites() const;

@@ -13,10 +13,10 @@ void copy_row(const BrickLayer& from, const Int3& at, int count, int site, Brick
     const Brick* brick = from.brick(x / brick_edge, at[1] / brick_edge, at[2] / brick_edge);
     if (!brick) continue;
     const int s = (at[2] % brick_edge * brick_edge + at[1] % brick_edge) * brick_edge + x % brick_edge;
-    const auto row = static_cast<size_t>(site / brick_edge);
+    const size_t row = site / brick_edge;
     const auto bit = static_cast<uint16_t>(1u << ((site + i) % brick_edge));
-    to.value[static_cast<size_t>(site + i)] = brick->value[static_cast<size_t>(s)];
-    if (brick->kept[static_cast<size_t>(s / brick_edge)] >> (s % brick_edge) & 1)
+    to.value[site + i] = brick->value[s];
+    if (brick->kept[s / brick_edge] >> (s % brick_edge) & 1)
       to.kept[row] = static_cast<uint16_t>(to.kept[row] | bit);
     if (!brick->is_hole(s)) continue;
     if (!to.hole) to.hole = std::make_unique<BrickMask>();

@@ -13,12 +13,12 @@ void RunEncoder::row(uint16_t bits, int width) {
     const auto rest = static_cast<uint16_t>(bits >> x);
     if (rest & 1) {
       const int n = std::min(std::countr_one(rest), width - x);
-      run_ += static_cast<uint64_t>(n);
+      run_ += n;
       x += n;
     } else {
       if (run_ > 0) finish();
       const int n = std::min(std::countr_zero(rest), width - x);
-      skip_ += static_cast<uint64_t>(n);
+      skip_ += n;
       x += n;
     }
   }
@@ -55,13 +55,13 @@ uint16_t RunDecoder::mixed_row(int width) {
       if (kept_ == 0) break;
       next_pair();
     }
-    const auto skip = static_cast<int>(std::min<uint64_t>(skip_, static_cast<uint64_t>(width - x)));
-    skip_ -= static_cast<uint64_t>(skip);
+    const auto skip = static_cast<int>(std::min<uint64_t>(skip_, width - x));
+    skip_ -= skip;
     x += skip;
     if (skip_ > 0) break;
-    const auto run = static_cast<int>(std::min<uint64_t>(run_, static_cast<uint64_t>(width - x)));
+    const auto run = static_cast<int>(std::min<uint64_t>(run_, width - x));
     bits |= ((1u << run) - 1) << x;
-    run_ -= static_cast<uint64_t>(run);
+    run_ -= run;
     x += run;
   }
   // The next pair is read already, so that what it skips can be passed over at once.

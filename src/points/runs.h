@@ -35,7 +35,7 @@ class RunDecoder {
   // in the file.
   RunDecoder(ByteReader& in, uint64_t sites, uint64_t kept) : in_(in), sites_(sites), kept_(kept) {}
   [[nodiscard]] uint16_t row(int width) {
-    const auto n = static_cast<uint64_t>(width);
+    const uint64_t n = width;
     if (skip(n)) return 0;
     if (skip_ > 0 || run_ < n) return mixed_row(width);
     run_ -= n;

@@ -95,9 +95,9 @@ class MemorySamples final : public SampleSource {
       : lattice_(lattice), air_(std::move(air)), layers_(std::move(layers)) {}
   const Lattice4& lattice() const override { return lattice_; }
   int channels() const override { return static_cast<int>(layers_.size()); }
-  float air(int channel) const override { return air_[static_cast<size_t>(channel)]; }
+  float air(int channel) const override { return air_[channel]; }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox&, const Context&) const override {
-    return layers_[static_cast<size_t>(channel)][static_cast<size_t>(layer)];
+    return layers_[channel][layer];
   }
   const std::string& coefficient_kernel() const override { return none_; }
 

@@ -34,7 +34,7 @@ void DeepCollector::add(const TilePixels& tile, const SheetView& view, Progress&
   // Nothing of a perspective picture is behind the camera, but by rounding.
   const double nearest = view.perspective ? 0 : -std::numeric_limits<double>::infinity();
   const auto depth = [&](float sheet) {
-    return static_cast<float>(std::max(nearest, (static_cast<double>(sheet) + view.depth) * view.step_world));
+    return static_cast<float>(std::max(nearest, (sheet + view.depth) * view.step_world));
   };
   const DeepSample* next = samples.data();
   size_t checked = 0; // floats at the last check
@@ -60,15 +60,15 @@ void DeepCollector::add(const TilePixels& tile, const SheetView& view, Progress&
 
 DeepImage DeepCollector::collect(int width, int height, Progress& progress) {
   DeepImage image;
-  const auto columns = static_cast<size_t>(width), pixels = columns * static_cast<size_t>(height);
+  const auto columns = static_cast<size_t>(width), pixels = columns * height;
   uint64_t total = 0;
   for (const Part& part : parts_) total += part.samples.size();
   image.memory = Reservation(memory_, (pixels + 1) * sizeof(uint64_t) + total * sizeof(float),
                              "render: the deep picture");
   image.first.assign(pixels + 1, 0);
   const auto pixel = [&](const Part& part, size_t n) {
-    const auto w = static_cast<size_t>(part.width);
-    return (static_cast<size_t>(part.y) + n / w) * columns + static_cast<size_t>(part.x) + n % w;
+    const size_t w = part.width;
+    return (part.y + n / w) * columns + part.x + n % w;
   };
   for (const Part& part : parts_) {
     progress.check();

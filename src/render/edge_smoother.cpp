@@ -23,12 +23,11 @@ EdgeSmoother::EdgeSmoother(bool wanted, const Context& context, const Image& ima
 
 void EdgeSmoother::add(const TilePixels& tile) {
   if (layered_) {
-    const auto columns = static_cast<size_t>(picture_.width), pitch = static_cast<size_t>(tile.pitch);
+    const size_t columns = picture_.width, pitch = tile.pitch;
     Part part{Reservation(budget_, tile.hits.size_bytes(), "the hits of a surface's rays"),
               {tile.hits.begin(), tile.hits.end()}};
     for (SurfaceHit& hit : part.hits)
-      hit.pixel = static_cast<uint32_t>((static_cast<size_t>(tile.y) + hit.pixel / pitch) * columns +
-                                        static_cast<size_t>(tile.x) + hit.pixel % pitch);
+      hit.pixel = static_cast<uint32_t>((tile.y + hit.pixel / pitch) * columns + tile.x + hit.pixel % pitch);
     const std::scoped_lock lock(mutex_);
     parts_.push_back(std::move(part));
   } else if (!picture_.k.empty()) {

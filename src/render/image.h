@@ -17,7 +17,7 @@ struct Plane {
   int components = 0;
 
   [[nodiscard]] float* at(int x, int y) const {
-    return pixels + static_cast<size_t>(y) * row_floats + plane_index(0, x, components);
+    return pixels + y * row_floats + plane_index(0, x, components);
   }
 };
 
@@ -42,7 +42,7 @@ struct ImageStorage {
     const size_t n = plane_size(width, height);
     image.width = width, image.height = height;
     const auto plane = [&](std::vector<float>& pixels, int components) {
-      pixels.resize(n * static_cast<size_t>(components));
+      pixels.resize(n * components);
       return Plane{pixels.data(), plane_size(width, components), components};
     };
     image.rgba = plane(rgba, 4);

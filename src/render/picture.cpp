@@ -36,11 +36,10 @@ void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
       rgba[0] = red[x], rgba[1] = green[x], rgba[2] = blue[x], rgba[3] = alpha[x];
     if (!image.depth.pixels && !image.value.pixels && !image.time.pixels) continue;
     for (int x = 0; x < tile.width; ++x) {
-      const size_t p = row + static_cast<size_t>(x);
+      const size_t p = row + x;
       const int px = tile.x + x;
       if (image.depth.pixels)
-        *image.depth.at(px, py) =
-            static_cast<float>((static_cast<double>(tile.depth[p]) + view.depth) * view.step_world);
+        *image.depth.at(px, py) = static_cast<float>((tile.depth[p] + view.depth) * view.step_world);
       if (image.value.pixels) *image.value.at(px, py) = tile.value[p];
       if (image.time.pixels) *image.time.at(px, py) = tile.time[p];
     }

@@ -54,8 +54,8 @@ Emission mean_inside(const TransferFunction& function, double from, double to, d
 
 Emission of_entry(const std::array<float, 4>& entry) {
   Emission e;
-  for (size_t c = 0; c < 3; ++c) e[c] = static_cast<double>(entry[c]) * static_cast<double>(entry[3]);
-  e[3] = static_cast<double>(entry[3]);
+  for (size_t c = 0; c < 3; ++c) e[c] = static_cast<double>(entry[c]) * entry[3];
+  e[3] = entry[3];
   return e;
 }
 
@@ -71,17 +71,16 @@ ValueIntegrals integrate_values(const TransferFunction& function, const ClassTab
   const int entries = table.size();
   if (entries < 2) return t;
   const std::vector<double> points = knots(function);
-  const double low = static_cast<double>(table.low), step = 1 / static_cast<double>(table.scale),
-               unit = static_cast<double>(table.unit_distance);
+  const double low = table.low, step = 1 / static_cast<double>(table.scale), unit = table.unit_distance;
   Emission sum{};
   double moment = 0;
   const auto add = [&](const Emission& mean) {
     const std::array<float, 4> head = rounded(sum);
     Emission rest;
-    for (size_t c = 0; c < 4; ++c) rest[c] = sum[c] - static_cast<double>(head[c]);
+    for (size_t c = 0; c < 4; ++c) rest[c] = sum[c] - head[c];
     t.part.insert(t.part.end(), {head, rounded(rest), rounded(mean)});
     const auto first = static_cast<float>(moment);
-    t.moment.push_back({first, static_cast<float>(moment - static_cast<double>(first)), 0, 0});
+    t.moment.push_back({first, static_cast<float>(moment - first), 0, 0});
   };
   const auto cut = [&](Emission mean) {
     for (double& m : mean) m = std::min(m, most_extinction / unit);
@@ -109,7 +108,7 @@ ValueIntegrals integrate_values(const TransferFunction& function, const ClassTab
   t.next_visible.assign(static_cast<size_t>(entries) + 2, entries + 1);
   t.first = infinity, t.last_end = -infinity;
   for (int j = entries; j >= 0; --j) {
-    const auto n = static_cast<size_t>(j);
+    const size_t n = j;
     t.next_visible[n] = t.next_visible[n + 1];
     if (!(t.part[3 * n + 2][3] > 0)) continue;
     t.next_visible[n] = j;
@@ -120,9 +119,9 @@ ValueIntegrals integrate_values(const TransferFunction& function, const ClassTab
 }
 
 double narrowness(const TransferFunction& function, const ClassTable& table, double change, double path) {
-  const auto entries = static_cast<std::ptrdiff_t>(table.size());
+  const std::ptrdiff_t entries = table.size();
   const auto reach = static_cast<std::ptrdiff_t>(
-      std::min(std::ceil(0.5 * change * static_cast<double>(table.scale)), static_cast<double>(entries)));
+      std::min(std::ceil(0.5 * change * table.scale), static_cast<double>(entries)));
   if (entries < 2 || reach < 1) return 0;
   // Integrals up to each entry, by trapezia; beyond the ends the function goes on as it ends.
   std::vector<Emission> integral(table.entry.size());
@@ -132,8 +131,7 @@ double narrowness(const TransferFunction& function, const ClassTable& table, dou
   }
   const auto up_to = [&](std::ptrdiff_t i, size_t c) {
     const std::ptrdiff_t in = std::clamp<std::ptrdiff_t>(i, 0, entries - 1);
-    return integral[static_cast<size_t>(in)][c] +
-           static_cast<double>(i - in) * of_entry(table.entry[static_cast<size_t>(in)])[c];
+    return integral[in][c] + static_cast<double>(i - in) * of_entry(table.entry[in])[c];
   };
   const auto shown = [path](Emission e) {
     const double opacity = -std::expm1(-e[3] * path), share = e[3] > 0 ? opacity / e[3] : 0;
@@ -152,13 +150,13 @@ double narrowness(const TransferFunction& function, const ClassTable& table, dou
       most_color = std::max(most_color, std::fabs(segment[c] - middle[c]));
     }
   };
-  for (std::ptrdiff_t i = 0; i < entries; ++i) compare(i, of_entry(table.entry[static_cast<size_t>(i)]));
+  for (std::ptrdiff_t i = 0; i < entries; ++i) compare(i, of_entry(table.entry[i]));
   // A peak between two entries is in none of them.
   for (const double value : knots(function)) {
-    const double place = (value - static_cast<double>(table.low)) * static_cast<double>(table.scale);
+    const double place = (value - table.low) * table.scale;
     if (place < 0 || place > static_cast<double>(entries - 1)) continue;
     compare(static_cast<std::ptrdiff_t>(std::nearbyint(place)),
-            emission_at(function, value, static_cast<double>(table.unit_distance)));
+            emission_at(function, value, table.unit_distance));
   }
   return std::max(opacity > 0 ? most / opacity : 0, color > 0 ? most_color / color : 0);
 }
@@ -176,7 +174,7 @@ double change_per_unit(const Slice& slice, const SplatPoints& points) {
   field_at(SurfaceField(slice), places, values, gradients);
   std::vector<double> lengths;
   for (const Vec3& g : gradients) lengths.push_back(length(g));
-  const auto at = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() * change_percentile / 100);
+  const auto at = lengths.begin() + lengths.size() * change_percentile / 100;
   std::nth_element(lengths.begin(), at, lengths.end());
   return *at;
 }

@@ -39,7 +39,7 @@ struct Ray {
   [[nodiscard]] Shading lit(const Vec3& p) const {
     if (!shaded(options)) return {{1, 1, 1}, {}};
     Vec3 gradient;
-    const double above_base = field(p, &gradient) - static_cast<double>(scene.slice->base);
+    const double above_base = field(p, &gradient) - scene.slice->base;
     return shade(scene.lights, view.lattice_to_world.inverse().transposed(gradient), to_viewer(view, i, j),
                  above_base);
   }
@@ -128,7 +128,7 @@ Pixel xray(const Ray& ray, double k0, double k1, int64_t steps) {
   for (int64_t n = 0; n < steps; ++n) {
     const Vec3 p = ray.at(k0 + (static_cast<double>(n) + 0.5) * h);
     if (ray.hole(p)) continue;
-    const double part = (ray.field(p, nullptr) - static_cast<double>(ray.scene.slice->air)) * path;
+    const double part = (ray.field(p, nullptr) - ray.scene.slice->air) * path;
     sum += part, weight += std::fabs(part), time_sum += std::fabs(part) * ray.time.at(p);
   }
   out.color = {sum, sum, sum};
@@ -163,8 +163,7 @@ Pixel maximum(const Ray& ray, double k0, double k1, int64_t steps) {
 Field slice_field(const Slice& slice, std::shared_ptr<const LatticeSums> sums) {
   return [&slice, sums = std::move(sums)](const Vec3& p, Vec3* gradient) {
     const double value = evaluate_reference(slice, p, gradient);
-    if (sums && gradient)
-      *gradient = sums->without_ripple(p, value - static_cast<double>(slice.base), *gradient);
+    if (sums && gradient) *gradient = sums->without_ripple(p, value - slice.base, *gradient);
     return value;
   };
 }
@@ -190,7 +189,7 @@ RenderStats render_reference(const Scene& scene, const RenderOptions& options, c
   const double unit =
       scene.function.unit_distance > 0 ? scene.function.unit_distance : mean_voxel(*scene.slice);
   std::atomic<uint64_t> rows{0};
-  context.tasks.parallel_for(static_cast<uint64_t>(image.height), [&](uint64_t row) {
+  context.tasks.parallel_for(image.height, [&](uint64_t row) {
     const int j = static_cast<int>(row);
     for (int i = 0; i < image.width; ++i) {
       context.progress.check();
@@ -225,7 +224,7 @@ RenderStats render_reference(const Scene& scene, const RenderOptions& options, c
     context.progress.report(static_cast<double>(++rows) / image.height);
   });
   RenderStats stats;
-  stats.points_total = static_cast<uint64_t>(scene.slice->points());
+  stats.points_total = scene.slice->points();
   stats.sheet_step = reference.step;
   return stats;
 }

@@ -55,10 +55,10 @@ struct LayerBricks {
       for (uint32_t n = 0; n < points.bricks.size(); ++n) of[number(points.slot(points.bricks[n]))][i] = n;
     }
   }
-  [[nodiscard]] size_t number(uint64_t slot) const { return static_cast<size_t>(slots.number(slot)); }
+  [[nodiscard]] size_t number(uint64_t slot) const { return slots.number(slot); }
   static uint64_t slots_of(const SplatPoints& points) {
     uint64_t product = 1;
-    for (const int n : points.dims) product *= static_cast<uint64_t>(n);
+    for (const int n : points.dims) product *= n;
     return product;
   }
 };
@@ -121,9 +121,9 @@ void bound_layers(Trail& trail, const std::vector<size_t>& coset, const Context&
       for (int z = std::max(0, at[2] - 1); z <= std::min(points.dims[2] - 1, at[2] + 1); ++z)
         for (int y = std::max(0, at[1] - 1); y <= std::min(points.dims[1] - 1, at[1] + 1); ++y)
           for (int x = std::max(0, at[0] - 1); x <= std::min(points.dims[0] - 1, at[0] + 1); ++x) {
-            const int64_t beside = bricks.slots.number(
-                static_cast<uint64_t>((int64_t{z} * points.dims[1] + y) * points.dims[0] + x));
-            if (beside >= 0) widen_by(b.reach, whole[static_cast<size_t>(beside)]);
+            const int64_t beside =
+                bricks.slots.number((int64_t{z} * points.dims[1] + y) * points.dims[0] + x);
+            if (beside >= 0) widen_by(b.reach, whole[beside]);
           }
       gather_cells(bound[i], bricks.slots, points.dims, at, points.edge / 4, cube);
       WidenedCells out;
@@ -180,12 +180,11 @@ bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& lik
     if (!is_new) continue;
     Slice slice = like;
     const int coset = lattice.coset(wanted[i]);
-    slice.coset[static_cast<size_t>(coset)] = *layers[i];
-    if (lattice.space.cosets() > 1)
-      slice.coset[static_cast<size_t>(1 - coset)] = BrickLayer(lattice.space, 1 - coset);
+    slice.coset[coset] = *layers[i];
+    if (lattice.space.cosets() > 1) slice.coset[1 - coset] = BrickLayer(lattice.space, 1 - coset);
     slice.has_holes = false;
     add_source(trail, std::move(slice), context);
-    coset_of.push_back(static_cast<size_t>(coset));
+    coset_of.push_back(coset);
   }
   for (size_t n = 0; n < moments.size(); ++n) {
     TrailMoment m{{}, moments[n].at, moments[n].weight, moments[n].interval};

@@ -56,7 +56,7 @@ void TransferFunction::check() const {
 Vec3 TransferFunction::color(double value) const {
   const std::ptrdiff_t n = segment(colors, value);
   if (n < 0) return colors.front().color;
-  const auto i = static_cast<size_t>(n);
+  const size_t i = n;
   if (i + 1 == colors.size()) return colors.back().color;
   const double f = between(colors, i, value);
   return (1 - f) * colors[i].color + f * colors[i + 1].color;
@@ -65,7 +65,7 @@ Vec3 TransferFunction::color(double value) const {
 double TransferFunction::opacity(double value) const {
   const std::ptrdiff_t n = segment(opacities, value);
   if (n < 0) return opacities.front().opacity;
-  const auto i = static_cast<size_t>(n);
+  const size_t i = n;
   if (i + 1 == opacities.size()) return opacities.back().opacity;
   const double f = between(opacities, i, value);
   return (1 - f) * opacities[i].opacity + f * opacities[i + 1].opacity;
@@ -106,7 +106,7 @@ ClassTable make_class_table(const TransferFunction& function, double low, double
                            static_cast<float>(extinction(function.opacity(value), unit_distance))});
   }
   if (!flat && anchor > a && anchor < b) { // without the rounding of a + step * i
-    const auto at = static_cast<size_t>(table.index(static_cast<float>(anchor)));
+    const size_t at = table.index(static_cast<float>(anchor));
     table.entry[at][3] = static_cast<float>(extinction(function.opacity(anchor), unit_distance));
   }
   index_visible(table);

@@ -43,14 +43,14 @@ std::vector<double> smoothed(const std::vector<double>& bins, int reach) {
   for (int pass = 0; pass < 2; ++pass, from.swap(to))
     for (int i = 0; i < n; ++i) {
       const int a = std::max(0, i - reach), b = std::min(n - 1, i + reach);
-      to[static_cast<size_t>(i)] = std::accumulate(from.begin() + a, from.begin() + b + 1, 0.0) / (b - a + 1);
+      to[i] = std::accumulate(from.begin() + a, from.begin() + b + 1, 0.0) / (b - a + 1);
     }
   return from;
 }
 
 double half_width(const std::vector<double>& bins, size_t peak, int step) {
   double n = 0;
-  for (auto i = static_cast<std::ptrdiff_t>(peak); bins[static_cast<size_t>(i)] > 0.5 * bins[peak]; ++n) {
+  for (std::ptrdiff_t i = peak; bins[i] > 0.5 * bins[peak]; ++n) {
     i += step;
     if (i < 0 || i >= static_cast<std::ptrdiff_t>(bins.size())) return static_cast<double>(bins.size());
   }
@@ -58,8 +58,8 @@ double half_width(const std::vector<double>& bins, size_t peak, int step) {
 }
 
 double triangle_knee(const std::vector<double>& bins, size_t peak, int step) {
-  const auto at = [&](std::ptrdiff_t i) { return bins[static_cast<size_t>(i)]; };
-  const auto from = static_cast<std::ptrdiff_t>(peak);
+  const auto at = [&](std::ptrdiff_t i) { return bins[i]; };
+  const std::ptrdiff_t from = peak;
   std::ptrdiff_t end = step > 0 ? static_cast<std::ptrdiff_t>(bins.size()) - 1 : 0;
   while (end != from && at(end) == 0) end -= step;
   double deepest = 0;

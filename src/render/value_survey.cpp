@@ -68,7 +68,7 @@ Background find_background(const Histogram& h, const ValueCounts& c) {
   };
   const double spread = std::max(robust(1 - outliers) - robust(outliers), 1.0), total = h.total();
   const std::vector<double> all = smoothed(h.all, 1);
-  const auto peak = static_cast<size_t>(std::max_element(all.begin(), all.end()) - all.begin());
+  const size_t peak = std::max_element(all.begin(), all.end()) - all.begin();
   const double left = half_width(all, peak, -1), right = half_width(all, peak, 1);
   const double full = std::min(left, 2 * right) + std::min(right, 2 * left);
   const double reach = mode_over_width * std::max(full, 1.0) * h.width(),
@@ -82,9 +82,7 @@ Background find_background(const Histogram& h, const ValueCounts& c) {
   const std::vector<double> stored = smoothed(h.stored, 1);
   const auto from = static_cast<size_t>(std::max(0.0, static_cast<double>(peak) - 2)),
              to = std::min(h.all.size(), peak + 3);
-  const auto own = static_cast<size_t>(std::max_element(stored.begin() + static_cast<std::ptrdiff_t>(from),
-                                                        stored.begin() + static_cast<std::ptrdiff_t>(to)) -
-                                       stored.begin());
+  const size_t own = std::max_element(stored.begin() + from, stored.begin() + to) - stored.begin();
   const double sigma = std::max(std::min(left, right) - smoothing, 0.5) * sigma_per_half_width;
   const double away = noise_sigmas * sigma;
   const double knee_above = triangle_knee(stored, own, 1), knee_below = triangle_knee(stored, own, -1);
@@ -110,12 +108,12 @@ struct Pile {
 Pile find_pile(const Histogram& h, double from, int step) {
   constexpr int reach = 3;
   const std::vector<double> s = smoothed(h.all, reach);
-  const auto n = static_cast<std::ptrdiff_t>(s.size());
+  const std::ptrdiff_t n = s.size();
   std::vector<size_t> tops;
   double least = infinity;
   bool rising = false;
-  for (auto i = static_cast<std::ptrdiff_t>(h.bin(from)); i >= 0 && i < n; i += step) {
-    const auto at = static_cast<size_t>(i);
+  for (std::ptrdiff_t i = h.bin(from); i >= 0 && i < n; i += step) {
+    const size_t at = i;
     const double here = s[at], noise = pile_sigmas * std::sqrt(std::max(least, 1.0) / (2 * reach + 1));
     least = std::min(least, here);
     if (rising && here > s[tops.back()]) {
@@ -140,9 +138,7 @@ double pile_noise(const Histogram& h, double top) {
   const std::vector<double> s = smoothed(h.all, 1);
   const size_t near = h.bin(top), from = near - std::min(near, around),
                to = std::min(near + around + 1, s.size());
-  const auto peak = static_cast<size_t>(std::max_element(s.begin() + static_cast<std::ptrdiff_t>(from),
-                                                         s.begin() + static_cast<std::ptrdiff_t>(to)) -
-                                        s.begin());
+  const size_t peak = std::max_element(s.begin() + from, s.begin() + to) - s.begin();
   const double half = std::min(half_width(s, peak, -1), half_width(s, peak, 1));
   return std::max(half - single_bin, 0.0) * h.width() * sigma_per_half_width;
 }

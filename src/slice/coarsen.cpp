@@ -37,7 +37,7 @@ Average average_at(double x, bool bcc) {
                 static_cast<float>((4 - 6 * g * g + 3 * g * g * g) / 6), static_cast<float>(f * f * f / 6)};
   } else {
     for (int t = 0; t < taps; ++t)
-      a.weight[static_cast<size_t>(t)] = static_cast<float>(std::max(0.0, 0.5 - 0.25 * std::fabs(t - 1 - f)));
+      a.weight[t] = static_cast<float>(std::max(0.0, 0.5 - 0.25 * std::fabs(t - 1 - f)));
   }
   return a;
 }
@@ -57,21 +57,20 @@ class Averager {
       for (int i = 0; i < count[a]; ++i) {
         const double plane =
             ratio_[a] * (bcc_ ? 2 * (brick[a] * brick_edge + i) + to.coset() : brick[a] * brick_edge + i);
-        average[a][static_cast<size_t>(i)] = average_at(bcc_ ? (plane - from.coset()) / 2 : plane, bcc_);
+        average[a][i] = average_at(bcc_ ? (plane - from.coset()) / 2 : plane, bcc_);
       }
       box.origin[a] = average[a][0].first;
-      box.size[a] = average[a][static_cast<size_t>(count[a] - 1)].first + taps - box.origin[a];
+      box.size[a] = average[a][count[a] - 1].first + taps - box.origin[a];
     }
-    const auto nx = static_cast<size_t>(box.size[0]), ny = static_cast<size_t>(box.size[1]),
-               nz = static_cast<size_t>(box.size[2]);
+    const size_t nx = box.size[0], ny = box.size[1], nz = box.size[2];
     dense_.resize(nx * ny * nz);
     if (!gather_box(from, box, dense_.data())) return;
-    constexpr auto edge = static_cast<size_t>(brick_edge);
+    constexpr size_t edge = brick_edge;
     along_x_.assign(edge * ny * nz, 0), along_y_.assign(edge * edge * nz, 0);
     for (size_t row = 0; row < ny * nz; ++row)
       for (size_t i = 0; i < static_cast<size_t>(count[0]); ++i) {
         const Average& a = average[0][i];
-        const float* in = dense_.data() + row * nx + static_cast<size_t>(a.first - box.origin[0]);
+        const float* in = dense_.data() + row * nx + (a.first - box.origin[0]);
         along_x_[row * edge + i] =
             a.weight[0] * in[0] + a.weight[1] * in[1] + a.weight[2] * in[2] + a.weight[3] * in[3];
       }
@@ -84,13 +83,13 @@ class Averager {
     for (size_t z = 0; z < nz; ++z)
       for (size_t j = 0; j < static_cast<size_t>(count[1]); ++j) {
         const Average& a = average[1][j];
-        combine(a, along_x_.data() + (z * ny + static_cast<size_t>(a.first - box.origin[1])) * edge, edge, 1,
+        combine(a, along_x_.data() + (z * ny + (a.first - box.origin[1])) * edge, edge, 1,
                 along_y_.data() + (z * edge + j) * edge);
       }
     for (size_t k = 0; k < static_cast<size_t>(count[2]); ++k) {
       const Average& a = average[2][k];
-      combine(a, along_y_.data() + static_cast<size_t>(a.first - box.origin[2]) * edge * edge, edge * edge,
-              scale, out + k * edge * edge);
+      combine(a, along_y_.data() + (a.first - box.origin[2]) * edge * edge, edge * edge, scale,
+              out + k * edge * edge);
     }
   }
 
@@ -115,7 +114,7 @@ std::unique_ptr<BrickMask> find_holes(const Slice& slice, const Lattice3& coarse
       p[a] = coarse.plane_distance() * coarse.plane(to.coset(), i[a]) * ratio[a];
     }
     if (!inside || !slice.is_hole(p)) continue;
-    (*mask)[static_cast<size_t>(s / brick_edge)] |= static_cast<uint16_t>(1u << (s % brick_edge));
+    (*mask)[s / brick_edge] |= static_cast<uint16_t>(1u << (s % brick_edge));
     any = true;
   }
   return any ? std::move(mask) : nullptr;
@@ -145,7 +144,7 @@ Slice coarsen(const Slice& slice, const Context& context) {
                                 ? std::max(2, (planes + 2 * period - 1) / (2 * period) * period) - 1
                                 : (slice.lattice.last[a] + 1) / 2;
     ratio[a] = static_cast<double>(slice.lattice.end_plane(a)) / lattice.space.end_plane(a);
-    lattice.dims[a] = static_cast<uint32_t>(lattice.space.last[a] + 1);
+    lattice.dims[a] = lattice.space.last[a] + 1;
   }
 
   std::vector<BrickLayer> layers;
@@ -159,8 +158,7 @@ Slice coarsen(const Slice& slice, const Context& context) {
       auto b = std::make_shared<Brick>();
       Averager averager(slice.lattice, ratio);
       for (int from = 0; from < slice.lattice.cosets(); ++from)
-        averager.add(slice.coset[static_cast<size_t>(from)], layer, brick, slice.lattice.bcc ? 0.5f : 1.0f,
-                     b->value.data());
+        averager.add(slice.coset[from], layer, brick, slice.lattice.bcc ? 0.5f : 1.0f, b->value.data());
       if (slice.has_holes && !slice.mask) b->hole = find_holes(slice, lattice.space, ratio, layer, brick);
       if (b->keep_above(0) > 0 || b->hole) made[slot] = std::move(b);
     });

@@ -24,7 +24,7 @@ constexpr double end_tolerance = 1e-6; // index units: a point this far beyond a
 void set_corrections(Slice& slice, SliceCorrections&& made) {
   if (made.empty()) return;
   const auto [low, high] = made.add.range();
-  slice.bounds[0] += static_cast<double>(low), slice.bounds[1] += static_cast<double>(high);
+  slice.bounds[0] += low, slice.bounds[1] += high;
   made.set.each([&](const Int3&, float v) {
     slice.bounds = {std::min(slice.bounds[0], static_cast<double>(v)),
                     std::max(slice.bounds[1], static_cast<double>(v))};
@@ -71,7 +71,7 @@ class Mending {
     Grid grid;
     grid.origin = origin_ + Vec3{0, static_cast<double>(y0), static_cast<double>(z)};
     grid.dims = {dims_[0], y1 - y0, 1};
-    const auto count = static_cast<size_t>(dims_[0]) * static_cast<size_t>(y1 - y0);
+    const auto count = static_cast<size_t>(dims_[0]) * (y1 - y0);
     std::vector<float> own(count), field(count);
     sample_grid(slice_, grid, own.data(), context);
     volume_field(grid, field, context);
@@ -91,7 +91,7 @@ class Mending {
   // Sets the volume's values at the grid, absolute; NaN outside the domain and in holes.
   void volume_field(const Grid& grid, std::vector<float>& field, const Context& context) const {
     std::vector<Vec4> points(field.size());
-    const auto nx = static_cast<size_t>(grid.dims[0]);
+    const size_t nx = grid.dims[0];
     for (size_t i = 0; i < points.size(); ++i) {
       const Vec3 uvw = grid.origin + Vec3{static_cast<double>(i % nx), static_cast<double>(i / nx), 0};
       for (size_t a = 0; a < 4; ++a) {
@@ -157,8 +157,8 @@ void correct_slice(Slice& slice, const Coefficients& coefficients, const Thickne
   if (!fix || slice.empty()) return;
   const Mending mending(slice, coefficients, thickness);
   const Int3& dims = mending.dims();
-  const auto rows = static_cast<int32_t>(std::clamp<uint64_t>(points_at_once / static_cast<uint64_t>(dims[0]),
-                                                              1, static_cast<uint64_t>(dims[1])));
+  const auto rows =
+      static_cast<int32_t>(std::clamp<uint64_t>(points_at_once / static_cast<uint64_t>(dims[0]), 1, dims[1]));
   std::vector<GridValue> add, set;
   Attempts attempts;
   for (int32_t z = 0; z < dims[2]; ++z)

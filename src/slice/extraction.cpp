@@ -68,15 +68,14 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   const auto beyond =
       lattice.periodic ? static_cast<int32_t>(std::ceil(cutoff / lattice.layer_distance())) : 0;
   for (int32_t m = -beyond; m < lattice.layers() + beyond; ++m) {
-    context.progress.advance(static_cast<uint64_t>(m + beyond),
-                             static_cast<uint64_t>(lattice.layers() + 2 * beyond));
+    context.progress.advance(m + beyond, lattice.layers() + 2 * beyond);
     const BrickLayer layer = touched.read_layer(channel, lattice.mirror_layer(m), {}, context);
     for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
       const Brick* brick = layer.brick(slot);
       if (!brick) continue;
       const Int3 b = layer.slot_position(slot);
       for (int s = 0; s < brick_sites; ++s) {
-        if (!(brick->kept[static_cast<size_t>(s / brick_edge)] >> s % brick_edge & 1)) continue;
+        if (!(brick->kept[s / brick_edge] >> s % brick_edge & 1)) continue;
         const auto at = [&](size_t a, int site) { // lattice units from source sample 0
           return d * (lattice.space.plane(layer.coset(), b[a] * brick_edge + site) - lattice.before[a]);
         };
@@ -87,7 +86,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
         Point point;
         for (size_t a = 0; a < 4; ++a) p[a] -= origin_[a];
         for (size_t k = 0; k < 3; ++k) point.at[k] = static_cast<float>(dot4(p, directions_[k]));
-        const float value = brick->value[static_cast<size_t>(s)];
+        const float value = brick->value[s];
         range_ = {std::min(range_[0], value), std::max(range_[1], value)};
         point.d2 = static_cast<float>(distance * distance);
         point.weighted = static_cast<float>(std::exp(-gaussian * distance * distance)) * value;
@@ -103,8 +102,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
         low_[k] = std::min(low_[k], p.at[k]), high[k] = std::max(high[k], p.at[k]);
     for (size_t k = 0; k < 3; ++k) cells_[k] = 1 + static_cast<int>((high[k] - low_[k]) / grid_edge);
   }
-  start_.resize(
-      static_cast<size_t>(cells_[0]) * static_cast<size_t>(cells_[1]) * static_cast<size_t>(cells_[2]) + 1);
+  start_.resize(static_cast<size_t>(cells_[0]) * cells_[1] * cells_[2] + 1);
   for (const Point& p : found) ++start_[cell(p.at) + 1];
   for (size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
   points_.resize(found.size());
@@ -119,8 +117,7 @@ std::array<double, 2> Extraction::bounds() const {
 
 size_t Extraction::cell(const std::array<float, 3>& at) const {
   size_t index = 0;
-  for (size_t k = 3; k-- > 0;)
-    index = index * static_cast<size_t>(cells_[k]) + static_cast<size_t>((at[k] - low_[k]) / grid_edge);
+  for (size_t k = 3; k-- > 0;) index = index * cells_[k] + static_cast<size_t>((at[k] - low_[k]) / grid_edge);
   return index;
 }
 
@@ -139,15 +136,14 @@ float Extraction::value(const Vec4& p) const {
   for (int z = first[2]; z <= last[2]; ++z)
     for (int y = first[1]; y <= last[1]; ++y) {
       if (first[0] > last[0]) continue;
-      const auto row = (static_cast<size_t>(z) * static_cast<size_t>(cells_[1]) + static_cast<size_t>(y)) *
-                       static_cast<size_t>(cells_[0]);
-      const uint64_t end = start_[row + static_cast<size_t>(last[0]) + 1];
-      for (uint64_t i = start_[row + static_cast<size_t>(first[0])]; i < end; ++i) {
+      const auto row = (static_cast<size_t>(z) * cells_[1] + y) * cells_[0];
+      const uint64_t end = start_[row + last[0] + 1];
+      for (uint64_t i = start_[row + first[0]]; i < end; ++i) {
         const Point& point = points_[i];
         const float x = at[0] - point.at[0], v = at[1] - point.at[1], w = at[2] - point.at[2];
         const float r2 = x * x + v * v + w * w;
         if (r2 + point.d2 < static_cast<float>(cutoff * cutoff))
-          sum += static_cast<double>(point.weighted * std::exp(-static_cast<float>(gaussian) * r2));
+          sum += point.weighted * std::exp(-static_cast<float>(gaussian) * r2);
       }
     }
   return base_ + static_cast<float>(sum / site_sum(p));
@@ -178,7 +174,7 @@ uint64_t Extraction::sample(std::span<const Vec3> uvw, std::span<float> values,
 }
 
 void Extraction::sample(const Grid& grid, float* values, const Context& context) const {
-  const auto nx = static_cast<uint64_t>(grid.dims[0]), ny = static_cast<uint64_t>(grid.dims[1]);
+  const uint64_t nx = grid.dims[0], ny = grid.dims[1];
   std::vector<Vec3> plane(nx * ny);
   for (uint64_t z = 0; z < static_cast<uint64_t>(grid.dims[2]); ++z) {
     for (uint64_t i = 0; i < plane.size(); ++i) {

@@ -87,20 +87,18 @@ Slice SiteMaxima::finish(const Context& context) {
       const Int3 b = layer.slot_position(slot);
       auto brick = std::make_shared<Brick>();
       for (int s = 0; s < brick_sites; ++s) {
-        const auto value_of = [&](const BrickLayer& of) {
-          return of.brick(slot)->value[static_cast<size_t>(s)];
-        };
+        const auto value_of = [&](const BrickLayer& of) { return of.brick(slot)->value[s]; };
         const float v = std::isfinite(value_of(largest_[c])) ? value_of(largest_[c]) : value_of(fills_[c]);
         const bool site = b[0] * brick_edge + s % brick_edge < layer.dims()[0] &&
                           b[1] * brick_edge + s / brick_edge % brick_edge < layer.dims()[1] &&
                           b[2] * brick_edge + s / brick_rows < layer.dims()[2];
         if (!site) continue;
         if (std::isfinite(v)) {
-          brick->value[static_cast<size_t>(s)] = v;
+          brick->value[s] = v;
           continue;
         }
         if (!brick->hole) brick->hole = std::make_unique<BrickMask>(); // at every instant
-        (*brick->hole)[static_cast<size_t>(s / brick_edge)] |= static_cast<uint16_t>(1u << (s % brick_edge));
+        (*brick->hole)[s / brick_edge] |= static_cast<uint16_t>(1u << (s % brick_edge));
       }
       if (brick->keep_above(0) > 0 || brick->hole) layer.set(slot, std::move(brick));
     }
@@ -116,8 +114,7 @@ Slice SiteMaxima::finish(const Context& context) {
     result.mask = nullptr;
   else
     result.mask = std::make_shared<const SliceMask>(first.mask->also(masks_));
-  for (int c = 0; c < first.lattice.cosets(); ++c)
-    result.coset[static_cast<size_t>(c)] = *filtered.layer(c, context);
+  for (int c = 0; c < first.lattice.cosets(); ++c) result.coset[c] = *filtered.layer(c, context);
   result.bounds = coefficient_bounds(result);
   return result;
 }

@@ -15,23 +15,21 @@ constexpr int brick_cells = brick_edge / cell_edge; // per axis
 } // namespace
 
 void Occupancy::add(int32_t layer, const BrickLayer& points) {
-  Layer& l = layers_[static_cast<size_t>(layer)];
+  Layer& l = layers_[layer];
   for (size_t slot = 0; slot < points.brick_slots(); ++slot) {
     const Brick* brick = points.brick(slot);
     if (!brick) continue;
     if (l.used.empty()) {
       for (size_t a = 0; a < 3; ++a) l.cells[a] = points.brick_dims()[a] * brick_cells;
-      l.used.resize(static_cast<size_t>(l.cells[0]) * static_cast<size_t>(l.cells[1]) *
-                    static_cast<size_t>(l.cells[2]));
+      l.used.resize(static_cast<size_t>(l.cells[0]) * l.cells[1] * l.cells[2]);
     }
     const Int3 b = points.slot_position(slot);
     for (size_t row = 0; row < brick_rows; ++row) {
       const unsigned bits = brick->kept[row] | (brick->hole ? (*brick->hole)[row] : 0u);
       if (bits == 0) continue;
-      const size_t y = static_cast<size_t>(b[1] * brick_cells) + row % brick_edge / cell_edge;
-      const size_t z = static_cast<size_t>(b[2] * brick_cells) + row / brick_edge / cell_edge;
-      const size_t first = (z * static_cast<size_t>(l.cells[1]) + y) * static_cast<size_t>(l.cells[0]) +
-                           static_cast<size_t>(b[0] * brick_cells);
+      const size_t y = b[1] * brick_cells + row % brick_edge / cell_edge;
+      const size_t z = b[2] * brick_cells + row / brick_edge / cell_edge;
+      const size_t first = (z * l.cells[1] + y) * l.cells[0] + b[0] * brick_cells;
       for (size_t x = 0; x < brick_cells; ++x)
         if (bits >> (cell_edge * x) & 15) l.used[first + x] = true;
     }
@@ -54,7 +52,7 @@ bool Occupancy::any(const Vec4& low, const Vec4& high) const {
   const auto first_layer = static_cast<int32_t>(std::ceil(planes[3][0]));
   const auto last_layer = static_cast<int32_t>(std::floor(planes[3][1]));
   for (int32_t m = first_layer; m <= last_layer; ++m) {
-    const Layer& l = layers_[static_cast<size_t>(lattice_.mirror_layer(m))];
+    const Layer& l = layers_[lattice_.mirror_layer(m)];
     if (l.used.empty()) continue;
     std::array<int, 3> first, end;
     for (size_t a = 0; a < 3; ++a) {
@@ -65,11 +63,9 @@ bool Occupancy::any(const Vec4& low, const Vec4& high) const {
     }
     for (int z = first[2]; z < end[2]; ++z)
       for (int y = first[1]; y < end[1]; ++y) {
-        const size_t row =
-            (static_cast<size_t>(z) * static_cast<size_t>(l.cells[1]) + static_cast<size_t>(y)) *
-            static_cast<size_t>(l.cells[0]);
+        const size_t row = (static_cast<size_t>(z) * l.cells[1] + y) * l.cells[0];
         for (int x = first[0]; x < end[0]; ++x)
-          if (l.used[row + static_cast<size_t>(x)]) return true;
+          if (l.used[row + x]) return true;
       }
   }
   return false;
@@ -81,7 +77,7 @@ std::optional<HeldSamples> HeldSamples::read(const SampleSource& source, int cha
   uint64_t sum = 0;
   Attempts attempts;
   for (int32_t m = 0; m < source.lattice().layers(); ++m) {
-    context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(source.lattice().layers()));
+    context.progress.advance(m, source.lattice().layers());
     BrickLayer layer;
     if (!attempts.attempt([&] { layer = source.read_layer(channel, m, region, context); })) continue;
     held.layers_.push_back(std::move(layer));

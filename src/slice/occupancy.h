@@ -43,7 +43,7 @@ class HeldSamples final : public SampleSource {
   float base(int channel) const override { return source_->base(channel); }
   const std::string& coefficient_kernel() const override { return source_->coefficient_kernel(); }
   BrickLayer read_layer(int, int32_t layer, const BrickBox&, const Context&) const override {
-    return layers_[static_cast<size_t>(layer)];
+    return layers_[layer];
   }
 
  private:

@@ -190,7 +190,7 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
   int rows = bricks[1];
   Reservation memory;
   for (;; rows = (rows + 1) / 2) {
-    const uint64_t bytes = static_cast<uint64_t>(rows) * row_sites * field.bytes_per_point();
+    const uint64_t bytes = rows * row_sites * field.bytes_per_point();
     if (rows > 1 && !context.memory.try_reserve(bytes)) continue;
     memory = rows > 1 ? Reservation::adopt(context.memory, bytes)
                       : Reservation(context.memory, bytes, "samples of an oblique slice");
@@ -201,7 +201,7 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
     const int bz = part / parts, first_row = part % parts * rows;
     std::vector<Vec4> points;
     std::vector<std::pair<uint32_t, uint16_t>> place; // brick slot, site
-    points.reserve(static_cast<uint64_t>(rows) * row_sites), place.reserve(points.capacity());
+    points.reserve(rows * row_sites), place.reserve(points.capacity());
     for (int by = first_row; by < std::min(first_row + rows, bricks[1]); ++by)
       for (int bx = 0; bx < bricks[0]; ++bx) {
         std::array<bool, brick_blocks * brick_blocks * brick_blocks> block;
@@ -210,15 +210,14 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
                          by * brick_edge + k / brick_blocks % brick_blocks * block_edge,
                          bz * brick_edge + k / (brick_blocks * brick_blocks) * block_edge};
           const Vec3 centre = slice.site(coset, low) + Vec3{half_block, half_block, half_block};
-          block[static_cast<size_t>(k)] =
-              low[0] < n[0] && low[1] < n[1] && low[2] < n[2] && wanted.box(placed(centre), half);
+          block[k] = low[0] < n[0] && low[1] < n[1] && low[2] < n[2] && wanted.box(placed(centre), half);
         }
         for (int s = 0; s < brick_sites; ++s) {
           const Int3 local{s % brick_edge, s / brick_edge % brick_edge, s / brick_rows};
           const int k = (local[2] / block_edge * brick_blocks + local[1] / block_edge) * brick_blocks +
                         local[0] / block_edge;
           const Int3 i{bx * brick_edge + local[0], by * brick_edge + local[1], bz * brick_edge + local[2]};
-          if (!block[static_cast<size_t>(k)] || i[0] >= n[0] || i[1] >= n[1] || i[2] >= n[2]) continue;
+          if (!block[k] || i[0] >= n[0] || i[1] >= n[1] || i[2] >= n[2]) continue;
           const Vec4 q = placed(slice.site(coset, i));
           if (!wanted.near_domain(q)) continue;
           points.push_back(q);
@@ -299,8 +298,7 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
     slice.lattice_to_slice.offset[a] = extent.low[a];
     slice.domain_end[a] = extent.empty ? -1 : (extent.high[a] - extent.low[a]) / unit[a];
   }
-  for (int c = 0; c < slice.lattice.cosets(); ++c)
-    slice.coset[static_cast<size_t>(c)] = BrickLayer(slice.lattice, c);
+  for (int c = 0; c < slice.lattice.cosets(); ++c) slice.coset[c] = BrickLayer(slice.lattice, c);
   slice.base = coefficients.base(), slice.air = coefficients.air();
   slice.bounds = {slice.base, slice.base};
   if (!extent.empty) slice.clip = domain_faces(lattice, slice, Placement(slice));
@@ -357,7 +355,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
                               std::numeric_limits<uint64_t>::max());
   Progress filtering(context.progress, sample_end, 1);
   for (int c = 0; c < target.space.cosets(); ++c)
-    slice.coset[static_cast<size_t>(c)] = *filtered.layer(c, context.with(filtering));
+    slice.coset[c] = *filtered.layer(c, context.with(filtering));
   slice.bounds = coefficient_bounds(slice);
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

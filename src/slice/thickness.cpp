@@ -23,7 +23,7 @@ constexpr double thickest = 2000;
 // Newton's method on the Legendre polynomial (Abramowitz & Stegun 25.4.29, with 22.7.10 for P_n).
 Quadrature gauss_legendre(int count) {
   Quadrature q;
-  q.node.resize(static_cast<size_t>(count)), q.weight.resize(static_cast<size_t>(count));
+  q.node.resize(count), q.weight.resize(count);
   double sum = 0;
   for (int i = 0; i < count; ++i) {
     double x = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5)), slope = 1;
@@ -38,7 +38,7 @@ Quadrature gauss_legendre(int count) {
       x -= change;
       if (std::fabs(change) < 1e-15) break;
     }
-    const auto place = static_cast<size_t>(count - 1 - i);
+    const size_t place = count - 1 - i;
     q.node[place] = (1 + x) / 2;
     sum += q.weight[place] = 1 / ((1 - x * x) * slope * slope);
   }

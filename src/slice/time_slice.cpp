@@ -63,12 +63,11 @@ std::vector<LayerWeight> layer_weights(const Lattice4& lattice, const Kernel& ke
   for (int32_t m = first; m <= last; ++m) {
     const double w = weight(kernel_time_of_layer(lattice, m));
     if (w == 0) continue;
-    sum[static_cast<size_t>(lattice.coset(m))] += w;
+    sum[lattice.coset(m)] += w;
     result.push_back({m, static_cast<float>(w)});
   }
   if (kernel.normalised)
-    for (LayerWeight& l : result)
-      l.weight = static_cast<float>(l.weight / sum[static_cast<size_t>(lattice.coset(l.layer))]);
+    for (LayerWeight& l : result) l.weight = static_cast<float>(l.weight / sum[lattice.coset(l.layer)]);
   return result;
 }
 
@@ -158,7 +157,7 @@ BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& pa
   const auto main = std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
     return std::fabs(a.weight) < std::fabs(b.weight);
   });
-  const auto row = static_cast<size_t>(result.brick_dims()[0]);
+  const size_t row = result.brick_dims()[0];
   std::vector<std::array<float, 2>> ranges(result.brick_slots() / row);
   std::atomic<uint64_t> done{0};
   context.tasks.parallel_for(ranges.size(), [&](uint64_t r) {
@@ -235,13 +234,13 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   Progress making(context.progress, 0, merge_begin);
   const auto layers = coefficients.compact_layers(wanted, context.with(making));
   for (size_t i = 0; i < weights.size(); ++i)
-    parts[static_cast<size_t>(lattice.coset(wanted[i]))].push_back({layers[i], weights[i].weight});
+    parts[lattice.coset(wanted[i])].push_back({layers[i], weights[i].weight});
   std::array<float, 2> range{};
   for (int c = 0; c < lattice.space.cosets(); ++c) {
-    auto& coset = slice.coset[static_cast<size_t>(c)];
+    auto& coset = slice.coset[c];
     const double part = (1 - merge_begin) / lattice.space.cosets();
     Progress merging(context.progress, merge_begin + c * part, merge_begin + (c + 1) * part);
-    coset = merge(lattice.space, c, parts[static_cast<size_t>(c)], range, context.with(merging));
+    coset = merge(lattice.space, c, parts[c], range, context.with(merging));
     for (size_t s = 0; s < coset.brick_slots() && !slice.has_holes; ++s)
       slice.has_holes = coset.brick(s) && coset.brick(s)->hole;
   }

@@ -21,7 +21,7 @@ Images images(const std::array<Interval, 3>& all, double low_limit, double high_
   Images r;
   for (const Interval& i : all) {
     const Interval cut{std::max(i.low, low_limit), std::min(i.high, high_limit)};
-    if (cut.low <= cut.high) r.at[static_cast<size_t>(r.count++)] = cut;
+    if (cut.low <= cut.high) r.at[r.count++] = cut;
   }
   return r;
 }
@@ -63,7 +63,7 @@ bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) 
     double centre = hyperplane_[4], half = reach_.half_thickness + 1e-9;
     int rest = i;
     for (size_t a = 0; a < 4; ++a) {
-      const Interval& at = axes[a].at[static_cast<size_t>(rest % axes[a].count)];
+      const Interval& at = axes[a].at[rest % axes[a].count];
       rest /= axes[a].count;
       centre += hyperplane_[a] * (at.low + at.high) / 2;
       half += std::fabs(hyperplane_[a]) * (at.high - at.low) / 2;

@@ -40,21 +40,18 @@ void copy_plane(const BrickLayer& from, size_t axis, int at, const BrickLayer& l
         return *brick;
       };
       for (int j = 0; j < brick_edge; ++j) {
-        const size_t row = row0 + static_cast<size_t>(j);
+        const size_t row = row0 + j;
         unsigned kept = 0, hole = 0;
         for (int i = 0; i < brick_edge; ++i) {
           const int site = plane + j * second + i * first;
-          kept |= static_cast<unsigned>(
-                      source->kept[static_cast<size_t>(site / brick_edge)] >> site % brick_edge & 1)
-                  << i;
+          kept |= static_cast<unsigned>(source->kept[site / brick_edge] >> site % brick_edge & 1) << i;
           hole |= static_cast<unsigned>(source->is_hole(site)) << i;
         }
         if (kept) {
           Brick& target = open();
           target.kept[row] = static_cast<uint16_t>(kept);
           for (int i = 0; i < brick_edge; ++i)
-            target.value[row * brick_edge + static_cast<size_t>(i)] =
-                source->value[static_cast<size_t>(plane + j * second + i * first)];
+            target.value[row * brick_edge + i] = source->value[plane + j * second + i * first];
         }
         if (hole) {
           Brick& target = open();

@@ -53,7 +53,7 @@ class EdgeFinder {
       for (int x = std::max(i - 1, 0); x <= std::min(i + 1, picture_.width - 1); ++x) {
         if (picture_.layered()) {
           for (const SurfaceHit& hit : picture_.layers(x, y))
-            if (hit.surface == surface) k.push_back(static_cast<double>(hit.k));
+            if (hit.surface == surface) k.push_back(hit.k);
         } else if (std::isfinite(at(x, y, 0))) {
           k.push_back(at(x, y, 0));
         }
@@ -88,7 +88,7 @@ class EdgeFinder {
   }
   // Returns where a pixel's ray met its surface number `layer`; infinite where it met fewer.
   [[nodiscard]] double at(int i, int j, size_t layer) const {
-    if (!picture_.layered()) return static_cast<double>(picture_.depth(i, j));
+    if (!picture_.layered()) return picture_.depth(i, j);
     const auto layers = picture_.layers(i, j);
     return layer < layers.size() ? static_cast<double>(layers[layer].k)
                                  : std::numeric_limits<double>::infinity();
@@ -149,8 +149,8 @@ class Smoother {
       : scene_(scene), options_(options), picture_(picture), edges_(edges),
         field_(*scene.slice, options.without_ripple ? lattice_sums(*scene.slice, scene.sums) : nullptr) {
     for (const IsoSurface& s : options.surfaces)
-      surfaces_.push_back({s.value - static_cast<double>(scene.slice->base), static_cast<float>(s.opacity),
-                           surface_color(s, *scene.table)});
+      surfaces_.push_back(
+          {s.value - scene.slice->base, static_cast<float>(s.opacity), surface_color(s, *scene.table)});
   }
 
   void draw(const EdgeRows& rows) const {
@@ -218,7 +218,7 @@ EdgeStats smooth_edges(const SplatScene& scene, const SplatOptions& options, Sur
                        const Context& context) {
   const EdgeFinder edges(picture, *scene.view);
   const Smoother smoother(scene, options, picture, edges);
-  const auto parts = static_cast<size_t>((picture.height + rows_at_once - 1) / rows_at_once);
+  const size_t parts = (picture.height + rows_at_once - 1) / rows_at_once;
   std::mutex mutex;
   EdgeStats stats;
   context.tasks.parallel_for(parts, [&](uint64_t part) {

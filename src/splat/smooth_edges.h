@@ -33,7 +33,7 @@ struct SurfacePicture {
     return std::span(hits).subspan(first[p], first[p + 1] - first[p]);
   }
   [[nodiscard]] float* color(int i, int j) const {
-    return rgba + static_cast<size_t>(j) * row_floats + 4 * static_cast<size_t>(i);
+    return rgba + j * row_floats + 4 * static_cast<size_t>(i);
   }
 };
 

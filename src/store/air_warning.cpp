@@ -27,7 +27,7 @@ double float_step(ValueType type, double magnitude) {
 std::string air_warning(const ChannelInfo& channel, const FitChannelReport& counted) {
   if (!counted.any_finite || counted.sites_kept < counted.sites_total) return {};
   const Range& values = counted.source_range;
-  const auto air = static_cast<double>(channel.air);
+  const double air = channel.air;
   const double distance = std::max(std::fabs(values.low - air), std::fabs(values.high - air)),
                range = values.high - values.low;
   if (!(distance > too_far * range)) return {};

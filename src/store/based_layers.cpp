@@ -7,11 +7,11 @@ namespace bccsplat {
 
 void BasedLayers::see(const SampleLayer& layer) {
   const Int3& n = layer.dims();
-  sites_ += static_cast<uint64_t>(int64_t{n[0]} * n[1] * n[2]);
+  sites_ += int64_t{n[0]} * n[1] * n[2];
   for (size_t s = 0; s < layer.brick_slots(); ++s) {
     const auto brick = layer.brick(s).as_values();
     if (!brick) continue;
-    kept_ += static_cast<uint64_t>(brick->count());
+    kept_ += brick->count();
     seen_.add(*brick);
   }
 }
@@ -28,8 +28,8 @@ void BasedLayers::settle() { base_ = values().median; }
 BrickLayer BasedLayers::read_layer(int channel, int32_t layer, const BrickBox& region,
                                    const Context& context) const {
   const BrickLayer from_air = window_.read_layer(channel, layer, region, context);
-  const double up = static_cast<double>(air(channel)) -
-                    static_cast<double>(stored_base(air(channel), base_, lattice(), coefficient_kernel()));
+  const double up =
+      static_cast<double>(air(channel)) - stored_base(air(channel), base_, lattice(), coefficient_kernel());
   BrickLayer out(from_air.lattice(), from_air.coset());
   for (size_t s = 0; s < out.brick_slots(); ++s) {
     const Brick* brick = from_air.brick(s);
@@ -39,7 +39,7 @@ BrickLayer BasedLayers::read_layer(int channel, int32_t layer, const BrickBox& r
     if (brick->hole) moved->hole = std::make_unique<BrickMask>(*brick->hole);
     for (size_t site = 0; site < brick_sites; ++site)
       if (brick->kept[site / brick_edge] >> (site % brick_edge) & 1)
-        moved->value[site] = static_cast<float>(static_cast<double>(brick->value[site]) + up);
+        moved->value[site] = static_cast<float>(brick->value[site] + up);
     out.set(s, std::move(moved));
   }
   fill_absent(out, region, static_cast<float>(up));

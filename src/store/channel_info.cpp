@@ -16,7 +16,7 @@ namespace {
 
 // Returns how many codes a step apart hold a range, one of them air itself.
 double codes_of_step(const Range& range, double step, float air) {
-  const auto zero = static_cast<double>(air);
+  const double zero = air;
   return std::ceil((zero - std::min(range.low, zero)) / step) +
          std::ceil((std::max(range.high, zero) - zero) / step) + 1;
 }
@@ -24,7 +24,7 @@ double codes_of_step(const Range& range, double step, float air) {
 // Codes a caller-chosen step apart, one of them air itself.
 Quantiser quantiser_of_step(ValueType type, const Range& range, double step, float air,
                             const std::string& name) {
-  const auto zero = static_cast<double>(air);
+  const double zero = air;
   const double low = std::min(range.low, zero), high = std::max(range.high, zero);
   const double below = std::ceil((zero - low) / step), codes = codes_of_step(range, step, air);
   if (largest_code(type) == 0 || !(step > 0 && std::isfinite(step)) || !(codes <= largest_code(type) + 1.0))

@@ -21,7 +21,7 @@ void CoefficientSlabs::set_lattice(const Lattice4& lattice) {
 
 void CoefficientSlabs::add_layers(int channel, int32_t first, const SlabLayers& samples,
                                   const Context& context, const FitSink& store) {
-  Channel& c = *channels_[static_cast<size_t>(channel)];
+  Channel& c = *channels_[channel];
   if (!std::exchange(c.begun, true) && periodic_) c.maker.turn_from(first);
   for (const SampleLayer& layer : samples.compact()) {
     c.maker.push(layer, context);
@@ -32,7 +32,7 @@ void CoefficientSlabs::add_layers(int channel, int32_t first, const SlabLayers& 
 }
 
 void CoefficientSlabs::finish(int channel, const Context& context, const FitSink& store) {
-  make(*channels_[static_cast<size_t>(channel)], context);
+  make(*channels_[channel], context);
   store_made(channel, store);
 }
 
@@ -41,7 +41,7 @@ void CoefficientSlabs::make(Channel& c, const Context& context) const {
 }
 
 void CoefficientSlabs::store_made(int channel, const FitSink& store) {
-  for (CoefficientSlab& made : std::exchange(channels_[static_cast<size_t>(channel)]->slabs, {})) {
+  for (CoefficientSlab& made : std::exchange(channels_[channel]->slabs, {})) {
     const CoefficientSlab slab = std::move(made); // goes when it is stored
     store(slab.first / slab_layers_, channel, slab.layers);
   }

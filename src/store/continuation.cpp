@@ -31,7 +31,7 @@ class MaskedSites {
 
   void enter(int32_t slab) {
     const VolumeInfo& info = file_.info();
-    if (info.channels[static_cast<size_t>(channel_)].masks.empty()) return;
+    if (info.channels[channel_].masks.empty()) return;
     layers_.clear();
     for (int32_t m = 0; m < info.layers_of(slab); ++m) {
       const double at = info.lattice.layer_frame(slab * info.slab_layers + m);
@@ -44,7 +44,7 @@ class MaskedSites {
   // Returns the mask of a brick of layer `m` of the slab; null: none.
   [[nodiscard]] const BrickMask* of(int32_t m, int coset, size_t slot) const {
     if (layers_.empty()) return nullptr;
-    const auto& masks = (*layers_[static_cast<size_t>(m)])[static_cast<size_t>(coset)];
+    const auto& masks = (*layers_[m])[coset];
     return masks.empty() ? nullptr : masks[slot].get();
   }
 
@@ -54,10 +54,9 @@ class MaskedSites {
     HoleMap map;
     for (size_t a = 0; a < 3; ++a) map.region.end[a] = lattice.dims[a];
     map.memory = Reservation(context_.memory, map.region.samples(), "missing data");
-    file_.mask_runs(channel_, static_cast<uint64_t>(frame), [&](uint64_t begin, uint64_t end) {
+    file_.mask_runs(channel_, frame, [&](uint64_t begin, uint64_t end) {
       map.missing.resize(map.region.samples());
-      std::fill(map.missing.begin() + static_cast<std::ptrdiff_t>(begin),
-                map.missing.begin() + static_cast<std::ptrdiff_t>(end), uint8_t{1});
+      std::fill(map.missing.begin() + begin, map.missing.begin() + end, uint8_t{1});
     });
     return std::make_shared<const SiteMasks>(mark_sites(map, lattice));
   }
@@ -72,7 +71,7 @@ class MaskedSites {
 
 // Returns whether no sample of a channel is data.
 bool all_missing(const Bcc4Reader& file, int channel) {
-  const auto& masks = file.info().channels[static_cast<size_t>(channel)].masks;
+  const auto& masks = file.info().channels[channel].masks;
   const auto& n = file.info().lattice.dims;
   for (uint64_t f = 0; f < masks.size(); ++f) {
     uint64_t missing = 0;
@@ -84,7 +83,7 @@ bool all_missing(const Bcc4Reader& file, int channel) {
 
 // Counts the samples of the slabs 0 .. end - 1 as the fit did.
 LayerCounts count_slabs(const Bcc4Reader& file, int channel, int32_t end, const Context& context) {
-  const ChannelInfo& info = file.info().channels[static_cast<size_t>(channel)];
+  const ChannelInfo& info = file.info().channels[channel];
   // Single sites of air may be kept among others; they are not counted as samples.
   const SampleCoder coder(info);
   const float air = coder.decode(coder.codes().air);
@@ -93,7 +92,7 @@ LayerCounts count_slabs(const Bcc4Reader& file, int channel, int32_t end, const 
   report.samples = SampleHistogram(info);
   const Lattice4& lattice = file.info().lattice;
   for (int32_t layer = 0; layer < end * file.info().slab_layers; ++layer)
-    report.sites_total += static_cast<uint64_t>(lattice.space.sites(lattice.coset(layer)));
+    report.sites_total += lattice.space.sites(lattice.coset(layer));
   auto counted = std::make_unique<Brick>();
   // fills: sites that masks make fills; not counted as samples.
   const auto count = [&](const Brick& brick, const BrickMask* fills) {
@@ -102,9 +101,9 @@ LayerCounts count_slabs(const Bcc4Reader& file, int channel, int32_t end, const 
     for (size_t site = 0; site < brick_sites; ++site)
       if (counted->value[site] == air && air_is_none && !counted->is_hole(static_cast<int>(site)))
         counted->kept[site / 16] = static_cast<uint16_t>(counted->kept[site / 16] & ~(1u << (site % 16)));
-    report.sites_kept += static_cast<uint64_t>(counted->count());
+    report.sites_kept += counted->count();
     if (counted->hole)
-      for (const uint16_t row : *counted->hole) report.holes += static_cast<uint64_t>(std::popcount(row));
+      for (const uint16_t row : *counted->hole) report.holes += std::popcount(row);
     if (fills) counted->hole = std::make_unique<BrickMask>(*fills);
     report.samples.add(*counted);
   };
@@ -135,7 +134,7 @@ std::optional<std::vector<LayerCounts>> told_counts(const VolumeInfo& info, int3
   if (!info.counts || info.counts->slabs != slabs) return std::nullopt;
   try {
     std::vector<LayerCounts> counts;
-    const size_t streams = info.channels.size() * static_cast<size_t>(info.level_count());
+    const size_t streams = info.channels.size() * info.level_count();
     for (PartChannelReport& c : read_part_report(info.counts->counts, streams).channels)
       counts.push_back(std::move(c.fit.lasting));
     return counts;
@@ -293,7 +292,7 @@ void Continuation::find_places() {
   uint64_t at = 0;
   for (uint32_t f = 0; f < info().lattice.dims[3]; ++f)
     for (int c = 0; c < channels; ++c) {
-      const auto& masks = info().channels[static_cast<size_t>(c)].masks;
+      const auto& masks = info().channels[c].masks;
       const uint64_t offset = masks.empty() || masks[f].stored == 0 ? 0 : masks[f].offset;
       if (known.insert(offset).second) at = std::max(at, offset);
       if (at >= last && f >= rest_.fit.first_given) return;
@@ -322,7 +321,7 @@ std::vector<LayerCounts> Continuation::old_counts(const Context& context) const 
   for (size_t c = 0; c < was.channels.size(); ++c) {
     counts.push_back(count_slabs(*old_, static_cast<int>(c), slabs(), context));
   }
-  counts.resize(was.channels.size() * static_cast<size_t>(was.level_count()));
+  counts.resize(was.channels.size() * was.level_count());
   if (slabs() > 0 && was.tail)
     for (size_t i = 0; i < counts.size(); ++i) counts[i].clamped = was.tail->clamped[i];
   return counts;
@@ -335,7 +334,7 @@ void Continuation::add_to(FitReport& report, const Context& context) const {
   for (size_t c = 0; c < counts.size(); ++c) {
     FitChannelReport old;
     static_cast<LayerCounts&>(old) = old.lasting = counts[c];
-    old.clamped_slabs.assign(static_cast<size_t>(slabs()), 0);
+    old.clamped_slabs.assign(slabs(), 0);
     if (slabs() > 0) old.clamped_slabs[0] = old.clamped;
     rest.channels.push_back({std::move(report.channels[c]), 0, {}, {}});
     if (c >= was.channels.size()) { // of a coarser level

@@ -13,8 +13,8 @@ void EarlierFrames::see(uint32_t number, std::span<const FrameBox> boxes) {
 }
 
 std::span<const float> EarlierFrames::expect(int64_t z) {
-  const auto at = static_cast<size_t>((z - SeenPlanes{planes_apart, dims_[2]}.first()) / planes_apart);
-  const auto samples = static_cast<size_t>(dims_[0] * dims_[1]);
+  const size_t at = (z - SeenPlanes{planes_apart, dims_[2]}.first()) / planes_apart;
+  const size_t samples = dims_[0] * dims_[1];
   expected_.resize(samples);
   for (uint32_t i = 0; i < count_; ++i) {
     room_[i].resize(samples);

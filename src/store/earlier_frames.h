@@ -27,7 +27,7 @@ class EarlierFrames {
   static constexpr int64_t planes_apart = 4;
 
   EarlierFrames(const std::array<int64_t, 3>& dims, float air, MemoryBudget& memory)
-      : dims_(dims), air_(static_cast<double>(air)), memory_(memory) {}
+      : dims_(dims), air_(air), memory_(memory) {}
 
   // Frames of rising numbers; with a gap between them the earlier ones are forgotten.
   void see(uint32_t number, std::span<const FrameBox> boxes);

@@ -12,8 +12,8 @@ constexpr uint64_t points_at_a_time = 1 << 16; // 2 MiB of coordinates
 
 std::vector<float> sample_field(const Field& field, const FieldGrid& grid, const std::string& what,
                                 const Context& context) {
-  const auto nx = static_cast<uint64_t>(grid.dims[0]), ny = static_cast<uint64_t>(grid.dims[1]);
-  std::vector<float> values(nx * ny * static_cast<uint64_t>(grid.dims[2]));
+  const uint64_t nx = grid.dims[0], ny = grid.dims[1];
+  std::vector<float> values(nx * ny * grid.dims[2]);
   const Reservation memory(context.memory, values.size() * sizeof(float), "a layer of a field");
   std::vector<double> points;
   for (uint64_t first = 0; first < values.size(); first += points_at_a_time) {

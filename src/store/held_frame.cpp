@@ -15,8 +15,8 @@ namespace {
 template<class T> void widen(const std::byte* data, int64_t count, double* out) {
   for (int64_t i = 0; i < count; ++i) {
     T value;
-    std::memcpy(&value, data + static_cast<size_t>(i) * sizeof(T), sizeof(T));
-    out[i] = static_cast<double>(value);
+    std::memcpy(&value, data + i * sizeof(T), sizeof(T));
+    out[i] = value;
   }
 }
 
@@ -24,7 +24,7 @@ void widen_halves(const std::byte* data, int64_t count, double* out) {
   for (int64_t i = 0; i < count; ++i) {
     uint16_t bits;
     std::memcpy(&bits, data + 2 * i, 2);
-    out[i] = static_cast<double>(half_to_float(bits));
+    out[i] = half_to_float(bits);
   }
 }
 
@@ -54,7 +54,7 @@ void widen_row(SourceType type, const std::byte* data, int64_t count, double* ou
 }
 
 std::array<int64_t, 3> packed_strides(const FrameBox& b) {
-  const auto size = static_cast<int64_t>(source_bytes(b.type));
+  const int64_t size = source_bytes(b.type);
   return {size, size * b.dims[0], size * b.dims[0] * b.dims[1]};
 }
 
@@ -95,7 +95,7 @@ HeldFrame::HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& 
   uint64_t bytes = 0;
   for (const FrameBox& whole : boxes) {
     const FrameBox b = thinned(whole, grid);
-    const auto samples = static_cast<uint64_t>(b.dims[0] * b.dims[1] * b.dims[2]);
+    const uint64_t samples = b.dims[0] * b.dims[1] * b.dims[2];
     if (samples == 0) continue;
     held.push_back(b);
     bytes += source_bytes(b.type) * samples;
@@ -105,17 +105,16 @@ HeldFrame::HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& 
     const std::array<int64_t, 3> packed = packed_strides(b), &stride = b.stride;
     const int64_t size = packed[0];
     Box box{b.type, b.begin, b.dims, {}};
-    box.data.resize(static_cast<size_t>(packed[2] * b.dims[2]));
+    box.data.resize(packed[2] * b.dims[2]);
     const auto* from = static_cast<const std::byte*>(b.data);
     std::byte* to = box.data.data();
     for (int64_t z = 0; z < b.dims[2]; ++z)
       for (int64_t y = 0; y < b.dims[1]; ++y, to += packed[1]) {
         const std::byte* row = from + z * stride[2] + y * stride[1];
         if (stride[0] == size)
-          std::memcpy(to, row, static_cast<size_t>(packed[1]));
+          std::memcpy(to, row, packed[1]);
         else
-          for (int64_t x = 0; x < b.dims[0]; ++x)
-            std::memcpy(to + x * size, row + x * stride[0], static_cast<size_t>(size));
+          for (int64_t x = 0; x < b.dims[0]; ++x) std::memcpy(to + x * size, row + x * stride[0], size);
       }
     boxes_.push_back(std::move(box));
   }

@@ -20,7 +20,7 @@ struct HeldGrid {
   // The index in the frame of one of them, counted from `begin`.
   [[nodiscard]] std::array<uint64_t, 3> sample(const std::array<int64_t, 3>& i) const {
     std::array<uint64_t, 3> at{};
-    for (size_t a = 0; a < 3; ++a) at[a] = static_cast<uint64_t>((begin[a] + i[a]) * every);
+    for (size_t a = 0; a < 3; ++a) at[a] = (begin[a] + i[a]) * every;
     return at;
   }
 };

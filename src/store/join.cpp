@@ -15,8 +15,7 @@ PartReport add_reports(const SeriesParts& parts) {
   PartReport sum;
   for (const auto& part : parts)
     add_part_report(sum, read_part_report(part->info().part->statistics,
-                                          part->info().channels.size() *
-                                              static_cast<size_t>(part->info().level_count())));
+                                          part->info().channels.size() * part->info().level_count()));
   return sum;
 }
 
@@ -91,7 +90,7 @@ WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink,
   WriteReport report;
   uint64_t done = 0;
   for (const auto& [write, part] : writes) {
-    const auto channel = static_cast<int>(write.channel);
+    const int channel = write.channel;
     if (write.slab == PartWrite::mask) {
       writer.copy_mask(channel, static_cast<uint32_t>(write.frame), *parts[part]);
     } else if (write.frame == PartWrite::chunks) {

@@ -21,7 +21,7 @@ LevelFrames::LevelFrames(const std::vector<FitOptions>& levels, const Context& c
   std::array<int, 3> done{};
   used_.push_back(0);
   for (int level = 1; level < static_cast<int>(levels.size()); ++level) {
-    const FitOptions& options = levels[static_cast<size_t>(level)];
+    const FitOptions& options = levels[level];
     AxisFlags halved{}, predicted{};
     for (size_t a = 0; a < 3 && !options.lowpass; ++a) {
       halved[a] = dims[a] > 2 && halvings(options, level, a) > done[a];
@@ -52,7 +52,7 @@ LevelFrames::Images::~Images() {
 }
 
 FrameImage LevelFrames::Images::at(int level) const {
-  const size_t used = frames_.used_[static_cast<size_t>(level)];
+  const size_t used = frames_.used_[level];
   if (used == 0) return {source_.frame, source_.scan.cells, source_.faces};
   return {*halved_[used - 1].frame, halved_[used - 1].cells, source_.faces};
 }

@@ -109,10 +109,10 @@ class ContentSums {
       : n_(n), divisions_(divisions), bends_(static_cast<size_t>(n[0])), filled_(static_cast<size_t>(n[0])) {}
 
   void look_at(const Frame& frame) {
-    for (auto& p : planes_) p.resize(static_cast<size_t>(n_[0] * n_[1]));
+    for (auto& p : planes_) p.resize(n_[0] * n_[1]);
     for (int64_t z = SeenPlanes{planes_apart, n_[2]}.first(); z < n_[2]; z += planes_apart) {
       for (int64_t i = 0; i < 3; ++i)
-        read_plane(frame, std::clamp<int64_t>(z + i - 1, 0, n_[2] - 1), planes_[static_cast<size_t>(i)]);
+        read_plane(frame, std::clamp<int64_t>(z + i - 1, 0, n_[2] - 1), planes_[i]);
       for (int64_t y = 0; y < n_[1]; y += rows_apart) add_row(y, z);
     }
   }
@@ -140,7 +140,7 @@ class ContentSums {
       const float v = here[x];
       const float along = here[west] + here[east] - 2 * v;
       const float across = here[x + up] + here[x + down] - 2 * v, depth = above[x] + below[x] - 2 * v;
-      const auto i = static_cast<size_t>(x);
+      const size_t i = x;
       bends_[i] = finite(along * along + across * across + depth * depth), filled_[i] = v != 0 ? 1.0f : 0.0f;
     };
     add(0, 0, std::min<int64_t>(1, nx - 1));
@@ -177,9 +177,8 @@ class ContentSums {
     std::array<double, 8> sums{};
     int64_t x = in.begin;
     for (; x + 8 <= in.end; x += 8)
-      for (int64_t i = 0; i < 8; ++i)
-        sums[static_cast<size_t>(i)] += static_cast<double>(values[static_cast<size_t>(x + i)]);
-    for (; x < in.end; ++x) sums[0] += static_cast<double>(values[static_cast<size_t>(x)]);
+      for (int64_t i = 0; i < 8; ++i) sums[i] += values[x + i];
+    for (; x < in.end; ++x) sums[0] += values[x];
     return ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
   }
 

@@ -80,7 +80,7 @@ class Layers {
   // Returns whether what comes is stored as it is, but for its precision.
   [[nodiscard]] bool kept() const { return kept_; }
   [[nodiscard]] BrickLayer read(int channel, int32_t layer, const Context& context) const {
-    const SampleSource& source = fields_.empty() ? *from_ : *fields_[static_cast<size_t>(channel)];
+    const SampleSource& source = fields_.empty() ? *from_ : *fields_[channel];
     BrickLayer read = source.read_layer(channel, layer, {}, context);
     return cropped_ ? crop_layer(read, *cropped_, first_) : read;
   }
@@ -97,7 +97,7 @@ class Layers {
 std::vector<SampleLayer> rounded(std::vector<BrickLayer> slab, int32_t first, const VolumeInfo& info,
                                  int channel, const VolumeInfo& was, uint64_t& clamped,
                                  const Context& context) {
-  const auto c = static_cast<size_t>(channel);
+  const size_t c = channel;
   const ChannelInfo& to = info.channels[c];
   const bool kept = info.coefficient_kernel == was.coefficient_kernel;
   if (kept && static_cast<const Quantiser&>(to) == static_cast<const Quantiser&>(was.channels[c]))
@@ -158,7 +158,7 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
         slabs->add_layers(c, first, slab, context, store);
       else
         store(first / info.slab_layers, c,
-              rounded(std::move(slab), first, info, c, was, clamped[static_cast<size_t>(c)], context));
+              rounded(std::move(slab), first, info, c, was, clamped[c], context));
       context.progress.report(0.99 * (first + 1) / all);
       context.progress.check();
     }

@@ -166,7 +166,7 @@ void RoundTrip::set_lattice(const Lattice4& lattice) {
 
 void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes) {
   const auto measured = [&](uint32_t f) { return std::binary_search(frames_.begin(), frames_.end(), f); };
-  Channel& c = *channels_[static_cast<size_t>(channel)];
+  Channel& c = *channels_[channel];
   const float air = c.options.air;
   if (measured(frame)) {
     const std::vector<MeasuredBox> chosen =
@@ -176,7 +176,7 @@ void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox>
     std::vector<HeldBox>& held = c.frames[frame];
     for (const MeasuredBox& box : chosen) {
       const HeldGrid grid = held_grid(box.samples, scope_.every);
-      held.push_back({box, HeldFrame(boxes, static_cast<double>(air), context_.memory, grid)});
+      held.push_back({box, HeldFrame(boxes, air, context_.memory, grid)});
     }
   }
   // A level errs in space far more than in time.
@@ -217,7 +217,7 @@ LayerSpan RoundTrip::needed_for(const Channel& c, size_t at) const {
 }
 
 void RoundTrip::add_layers(int channel, int32_t first_layer, const SlabLayers& layers) {
-  Channel& c = *channels_[static_cast<size_t>(channel)];
+  Channel& c = *channels_[channel];
   if (!c.begun && lattice_.periodic) begin_turn(c, first_layer);
   c.begun = true;
   for (const SampleLayer& layer : layers.compact()) {
@@ -275,15 +275,13 @@ SampleErrors RoundTrip::compare(const Channel& c, const MeasuredField& field, ui
 }
 
 std::optional<float> RoundTrip::base(int channel) const {
-  const Channel& c = *channels_[static_cast<size_t>(channel)];
+  const Channel& c = *channels_[channel];
   return c.above_base && c.corrects() ? std::optional(c.based.base(0)) : std::nullopt;
 }
 
-const SampleErrors& RoundTrip::errors(int channel) const {
-  return channels_[static_cast<size_t>(channel)]->measured().total;
-}
+const SampleErrors& RoundTrip::errors(int channel) const { return channels_[channel]->measured().total; }
 const SampleErrors& RoundTrip::frame_errors(int channel, size_t i) const {
-  return channels_[static_cast<size_t>(channel)]->measured().each.at(i);
+  return channels_[channel]->measured().each.at(i);
 }
 
 } // namespace bccsplat

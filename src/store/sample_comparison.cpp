@@ -46,19 +46,19 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
   std::vector<double> expected(static_cast<size_t>(n[0] * n[1]));
   source.plane(z, expected.data());
   const double bound = channel.bound, step = correction_step(bound);
-  const auto air = static_cast<double>(channel.air);
+  const double air = channel.air;
   SampleErrors& e = out.errors;
   for (int64_t i = 0; i < n[0] * n[1]; ++i) {
-    const double want = expected[static_cast<size_t>(i)];
+    const double want = expected[i];
     if (!std::isfinite(want)) continue;
-    const auto voxel = static_cast<uint64_t>(z * n[0] * n[1] + i);
+    const uint64_t voxel = z * n[0] * n[1] + i;
     float value = got[i];
     const bool lost = std::isnan(value);
     if (lost && bound == 0) {
       ++e.lost;
       continue;
     }
-    if (!lost) e.bare.add(static_cast<double>(value) - want);
+    if (!lost) e.bare.add(value - want);
     const double from = lost ? air : static_cast<double>(value), off = want - from;
     const double margin = rounding * std::max({std::fabs(want), std::fabs(from), std::fabs(air)});
     if (bound > 0 && (lost || (off != 0 && !(std::fabs(off) <= bound - margin)))) {
@@ -66,19 +66,18 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
       if (!(std::fabs(steps) < 0x1p53)) refuse(z, i, want, from);
       // The reader computes it in the same way.
       value = static_cast<float>(from) + static_cast<float>(steps * step);
-      if (!(std::fabs(static_cast<double>(value) - want) <= bound))
-        refuse(z, i, want, static_cast<double>(value));
+      if (!(std::fabs(value - want) <= bound)) refuse(z, i, want, value);
       (lost ? out.residuals.set : out.residuals.add).push_back({voxel, static_cast<int64_t>(steps)});
       ++e.corrected;
     }
-    const double difference = static_cast<double>(value) - want;
+    const double difference = value - want;
     if (e.all.count == 0 || std::fabs(difference) > e.all.largest) {
       e.frame = frame;
       e.voxel = grid.sample({i % n[0], i / n[0], z});
-      e.expected = want, e.got = static_cast<double>(value);
+      e.expected = want, e.got = value;
     }
     e.all.add(difference);
-    if (std::fabs(want - air) > static_cast<double>(channel.threshold)) e.non_air.add(difference);
+    if (std::fabs(want - air) > channel.threshold) e.non_air.add(difference);
   }
 }
 
@@ -89,8 +88,7 @@ void append(std::span<const PlaneErrors> planes, ResidualList FrameResiduals::*l
   size_t count = 0;
   for (const PlaneErrors& p : planes) count += (p.residuals.*list).size();
   ResidualList& all = to.*list;
-  if (all.size() + count > all.capacity())
-    all.reserve(all.size() + count * static_cast<size_t>(left) / planes.size() + count);
+  if (all.size() + count > all.capacity()) all.reserve(all.size() + count * left / planes.size() + count);
   for (const PlaneErrors& p : planes) {
     progress.check();
     const ResidualList& plane = p.residuals.*list;
@@ -106,7 +104,7 @@ SampleErrors compare_samples(const Slice& slice, const RoundTripChannel& channel
   const std::array<int64_t, 3>& n = held.dims;
   const PlaneJob job{channel, part.samples, held, n, part.frame};
   const int64_t plane = n[0] * n[1], planes = std::clamp<int64_t>(samples_at_a_time / plane, 1, n[2]);
-  const Reservation memory(context.memory, static_cast<uint64_t>(planes * plane) * sizeof(float),
+  const Reservation memory(context.memory, (planes * plane) * sizeof(float),
                            "samples of a frame to measure the error");
   std::vector<float> values(static_cast<size_t>(planes * plane));
   SampleErrors errors;

@@ -352,14 +352,14 @@ MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {
   if (!r || r->frames().empty() || index < -1 || index >= static_cast<int64_t>(r->frames().size()))
     fail(Code::not_found, "measured frame ", index, " of ", r ? r->frames().size() : 0);
   const Range& range = source_ranges_[channel];
-  const auto c = static_cast<int>(channel);
+  const int c = channel;
   MeasuredErrors out{0, range.high - range.low, {}};
   if (index < 0) {
     out.errors = r->errors(c);
     out.frame = out.errors.frame;
   } else {
-    out.errors = r->frame_errors(c, static_cast<size_t>(index));
-    out.frame = r->frames()[static_cast<size_t>(index)];
+    out.errors = r->frame_errors(c, index);
+    out.frame = r->frames()[index];
   }
   return out;
 }

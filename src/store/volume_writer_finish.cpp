@@ -111,7 +111,7 @@ WriteReport VolumeWriter::finish() {
                         part_ ? part_->fit.end_own : result.lattice.layers(), added_.size());
     if (const RoundTrip* const measured = measuring_.round_trip())
       report.frames_measured = measured->frames().size();
-    if (continued_) report.slabs_reused = static_cast<uint64_t>(continued_->slabs()) * added_.size();
+    if (continued_) report.slabs_reused = continued_->slabs() * added_.size();
     const Bcc4Report written = container_->finish(context_);
     report.set_file(written);
   });

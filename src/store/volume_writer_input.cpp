@@ -60,7 +60,7 @@ void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const Fram
   const uint64_t frame = added_[channel];
   check_time(frame, time);
   check_boxes(frame, boxes);
-  const auto index = static_cast<int>(channel);
+  const int index = channel;
   FrameScan scan;
   prepare([&] {
     begin_input(Input::frames, channel, boxes.empty() ? SourceType::f32 : boxes.front().type);
@@ -100,7 +100,7 @@ void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const fl
     fail(Code::wrong_state, "layer ", layer, " given, ", added_[channel], " is next");
   if (layer >= initial_.lattice.layers())
     fail(Code::wrong_state, "layer ", layer, ": the series has ", initial_.lattice.layers(), " layers");
-  const auto index = static_cast<int>(channel);
+  const int index = channel;
   DirectLayerScan scan;
   prepare([&] {
     begin_input(Input::layers, channel, SourceType::f32);
@@ -111,7 +111,7 @@ void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const fl
     fit().add_layer(index, samples, scan);
     ++added_[channel];
     show_if_due();
-    report_added(0, static_cast<uint64_t>(fit().lattice().layers()));
+    report_added(0, fit().lattice().layers());
     context_.progress.check();
   });
 }
@@ -143,14 +143,12 @@ void VolumeWriter::add_field(uint32_t channel, const Field& field) {
         FrameBox box;
         box.data = values.data();
         box.dims = {settings_.dims[0], settings_.dims[1], settings_.dims[2]};
-        measuring_.with_round_trip([&](RoundTrip& r) {
-          r.add_frame(static_cast<int>(channel), frame, {&box, 1});
-        });
+        measuring_.with_round_trip([&](RoundTrip& r) { r.add_frame(channel, frame, {&box, 1}); });
       }
-      fit().add_layer(static_cast<int>(channel), sample_field(field, sites, what, context_));
+      fit().add_layer(channel, sample_field(field, sites, what, context_));
       ++added_[channel];
       show_if_due();
-      report_added(0, static_cast<uint64_t>(layers));
+      report_added(0, layers);
     }
   });
 }
@@ -223,14 +221,14 @@ void VolumeWriter::begin_levels() {
     take_mask(channel, frame, std::move(runs));
   };
   const int coarsest = levels();
-  initial_.levels.resize(static_cast<size_t>(coarsest));
+  initial_.levels.resize(coarsest);
   std::vector<FitOptions> options{fit_options_};
   for (int level = 1; level <= coarsest; ++level)
     options.push_back(options_of_level(fit_options_, level, outside_planes(frame_planes, level)));
   level_frames_.emplace(options, context_);
   for (int level = coarsest; level >= 0; --level) {
-    fits_.push_back(std::make_unique<LevelFit>(level, options[static_cast<size_t>(level)], store, context_,
-                                               level == 0 ? told : untold));
+    fits_.push_back(
+        std::make_unique<LevelFit>(level, options[level], store, context_, level == 0 ? told : untold));
     if (settings_.coefficients) fits_.back()->store_coefficients(initial_, part_made());
     if (level == 0) break;
     LevelInfo& info = initial_.levels[static_cast<size_t>(level) - 1];

@@ -7,7 +7,7 @@
 namespace bccsplat {
 
 void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, const SlabLayers& layers) {
-  now_.slab = slab, now_.channel = static_cast<uint32_t>(at.channel), now_.level = at.level;
+  now_.slab = slab, now_.channel = at.channel, now_.level = at.level;
   if (!part_ || (slab >= part_->first_slab && slab < part_->end_slab)) {
     make_container();
     store_masks();

@@ -21,7 +21,7 @@ void WriteReport::add(const FitChannelReport& channel, uint64_t samples, SourceT
 }
 
 void WriteReport::take_outside(const Lattice4& lattice, int32_t begin, int32_t end, size_t channels) {
-  sites_outside = channels * static_cast<uint64_t>(lattice.sites_outside(begin, end));
+  sites_outside = channels * lattice.sites_outside(begin, end);
   sites_total -= sites_outside;
 }
 

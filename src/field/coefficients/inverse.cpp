@@ -46,9 +46,8 @@ void ApplyFactor(const InverseFactor& f, const InverseLines& lines, int length, 
                  float* to) {
   const hn::ScalableTag<float> d;
   const auto self = hn::Set(d, f.self), side = hn::Set(d, f.side);
-  const auto shift = static_cast<size_t>(f.stride * lines.inner),
-             pitch = static_cast<size_t>(lines.pitch * lines.inner),
-             count = static_cast<size_t>(length * lines.inner);
+  const size_t shift = f.stride * lines.inner, pitch = lines.pitch * lines.inner,
+               count = length * lines.inner;
   for (int o = 0; o < lines.outer; ++o, from += pitch, to += pitch)
     for (size_t i = 0; i < count; i += hn::Lanes(d)) {
       const auto sides = hn::Add(hn::LoadU(d, from + i), hn::LoadU(d, from + i + 2 * shift));
@@ -89,7 +88,7 @@ void clear_beyond(const Int3& dims, const Int3& brick, Brick& out) {
   if (width == Int3{brick_edge, brick_edge, brick_edge}) return;
   for (int s = 0; s < brick_sites; ++s)
     if (s % brick_edge >= width[0] || s / brick_edge % brick_edge >= width[1] || s / brick_rows >= width[2])
-      out.value[static_cast<size_t>(s)] = 0;
+      out.value[s] = 0;
 }
 
 // The sites of a brick, filtered along an axis; null where nothing is in reach.
@@ -174,7 +173,7 @@ InversePrefilter::InversePrefilter(const PrefilterStage& space, std::span<const 
     : space_(space) {
   std::vector<double> weights{1};
   for (const PrefilterStage& stage : time) {
-    const auto stride = static_cast<size_t>(stage.stride);
+    const size_t stride = stage.stride;
     std::vector<double> next(weights.size() + 2 * stride);
     for (size_t i = 0; i < weights.size(); ++i) {
       next[i] += stage.temporal * weights[i];
@@ -192,8 +191,7 @@ BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
   const auto reach = static_cast<int32_t>(weights_.size() / 2);
   std::vector<std::pair<const SampleLayer*, float>> inputs;
   for (int32_t k = -reach; k <= reach; ++k)
-    inputs.emplace_back(samples.at(lattice.mirror_layer(layer + k)),
-                        weights_[static_cast<size_t>(k + reach)]);
+    inputs.emplace_back(samples.at(lattice.mirror_layer(layer + k)), weights_[k + reach]);
   BrickLayer sum(lattice.space, lattice.coset(layer));
   context.tasks.parallel_for(sum.rows(), [&](uint64_t row) {
     context.progress.check();

@@ -27,8 +27,7 @@ constexpr uint64_t planes_part = 4; // of the memory that is left, at most, but 
 
 uint64_t tiles_in(const BrickBox& region, const Int3& tile) {
   uint64_t n = 1;
-  for (size_t a = 0; a < 3; ++a)
-    n *= static_cast<uint64_t>(std::max(0, region.end[a] - region.begin[a] + tile[a] - 1) / tile[a]);
+  for (size_t a = 0; a < 3; ++a) n *= std::max(0, region.end[a] - region.begin[a] + tile[a] - 1) / tile[a];
   return n;
 }
 
@@ -40,7 +39,7 @@ uint64_t tiles_at_once(const BrickBox& region, const Int3& tile, int threads) {
 Int3 tile_bricks(const StagePlan& plan, const BrickBox& region, const Context& context) {
   const int threads = context.tasks.threads();
   const uint64_t room = (context.memory.limit() - context.memory.used()) / planes_part;
-  const uint64_t wanted = threads > 1 ? tiles_per_thread * static_cast<uint64_t>(threads) : 1;
+  const uint64_t wanted = threads > 1 ? tiles_per_thread * threads : 1;
   Int3 tile;
   for (size_t a = 0; a < 3; ++a)
     tile[a] = std::clamp(region.end[a] - region.begin[a], 1, most_tile_bricks[a]);
@@ -77,9 +76,7 @@ BrickBox inside(BrickBox box, std::span<const SampleLayer> layers) {
   return box;
 }
 
-uint64_t bricks_in(const Int3& tile) {
-  return static_cast<uint64_t>(tile[0]) * static_cast<uint64_t>(tile[1]) * static_cast<uint64_t>(tile[2]);
-}
+uint64_t bricks_in(const Int3& tile) { return static_cast<uint64_t>(tile[0]) * tile[1] * tile[2]; }
 
 // Lends each task planes to work in.
 class PlaneStore {
@@ -123,7 +120,7 @@ int32_t Prefilter::reach() const {
     const int32_t before = filter.temporal != 0 || filter.mixed != 0 ? filter.stride * period : cross;
     const int32_t samples = filter.source_temporal != 0 || filter.source_mixed != 0 ? period : 0;
     reach[s] = std::max(reach[s], reach[s + 1] + before);
-    int32_t& of_samples = reach[static_cast<size_t>(source)];
+    int32_t& of_samples = reach[source];
     of_samples = std::max(of_samples, reach[s + 1] + samples);
   }
   return reach.front();
@@ -138,7 +135,7 @@ std::vector<std::set<int32_t>> Prefilter::needed(std::span<const int32_t> layers
       for (const int32_t m : std::set<int32_t>(needed[s]))
         for (const int32_t d : {-distance, distance}) needed[stage].insert(lattice_.mirror_layer(m + d));
     };
-    const auto samples = static_cast<size_t>(source);
+    const size_t samples = source;
     reach(s - 1, 0);
     reach(samples, 0);
     if (filter.cross != 0 && lattice_.space.bcc) reach(s - 1, 1);

@@ -78,7 +78,7 @@ class Surroundings {
     const Int3& size = part.size;
     for (size_t a = 0; a < 3; ++a)
       for (int i = -margin; i < size[a] + margin; ++i)
-        at_[a][static_cast<size_t>(i + margin)] =
+        at_[a][i + margin] =
             layer.lattice().mirror(a, layer.coset(), part.brick[a] * brick_edge + part.first[a] + i);
     find_runs(size[0] + 2 * margin);
     for (int z = 0; z < size[2] + 2 * margin; ++z)
@@ -101,7 +101,7 @@ class Surroundings {
   void find_runs(int count) {
     runs_.clear();
     for (int x = 0; x < count; ++x) {
-      const int site = at_[0][static_cast<size_t>(x)], brick = site / brick_edge, within = site % brick_edge;
+      const int site = at_[0][x], brick = site / brick_edge, within = site % brick_edge;
       if (!runs_.empty() && runs_.back().brick == brick && runs_.back().first + runs_.back().count == within)
         ++runs_.back().count;
       else
@@ -110,7 +110,7 @@ class Surroundings {
   }
   bool fill_row(const BrickLayer& layer, int y, int z) {
     float* const row = values_.data() + (z * width + y) * width;
-    const int sy = at_[1][static_cast<size_t>(y)], sz = at_[2][static_cast<size_t>(z)];
+    const int sy = at_[1][y], sz = at_[2][z];
     const int at = (sz % brick_edge * brick_edge + sy % brick_edge) * brick_edge;
     bool any = false;
     for (const Run& run : runs_) {
@@ -151,7 +151,7 @@ template<int width> void add_row(const float* in, std::span<const PlacedTap> tap
     std::copy_n(out, size, sums.begin());
   for (const PlacedTap& t : taps) {
     const float* const from = in + t.at;
-    for (int x = 0; x < width; ++x) sums[static_cast<size_t>(x)] += t.weight * from[x];
+    for (int x = 0; x < width; ++x) sums[x] += t.weight * from[x];
   }
   if (size == width)
     std::copy_n(sums.begin(), width, out);

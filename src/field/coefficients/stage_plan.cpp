@@ -54,7 +54,7 @@ void StagePlan::place(const Prefilter& filter) {
       lowest[from] = std::min(lowest[from], margins_[s]);
     };
     read(s - 1, reach_of_previous(stage, bcc));
-    read(static_cast<size_t>(source), reach_of_samples(stage, bcc));
+    read(source, reach_of_samples(stage, bcc));
   }
   margin_ = margins_[0];
   for (size_t s = 0; s <= steps.size(); ++s)
@@ -63,7 +63,7 @@ void StagePlan::place(const Prefilter& filter) {
 
 StagePlan::Ring StagePlan::add_ring(int depth) {
   const Ring ring{depth, planes_};
-  planes_ += static_cast<size_t>(depth);
+  planes_ += depth;
   return ring;
 }
 
@@ -71,7 +71,7 @@ StagePlan::Node StagePlan::node_of(const Prefilter& filter, int stage, int32_t m
   const Lattice4& lattice = filter.lattice_;
   const auto& [f, source] = filter.steps_[static_cast<size_t>(stage) - 1];
   Node node;
-  node.margin = margins_[static_cast<size_t>(stage)];
+  node.margin = margins_[stage];
   node.layer = m;
   node.ring = ring_of_.at({stage, m});
   const auto add = [&](int from, int32_t layer, double centre, double neighbours) {
@@ -89,7 +89,7 @@ StagePlan::Node StagePlan::node_of(const Prefilter& filter, int stage, int32_t m
   add_layers(source, f.source, f.source_spatial, f.source_temporal, f.source_mixed);
   const auto split = std::stable_partition(node.inputs.begin(), node.inputs.end(),
                                            [](const Node::Input& i) { return i.neighbours != 0; });
-  node.neighbour_inputs = static_cast<size_t>(split - node.inputs.begin());
+  node.neighbour_inputs = split - node.inputs.begin();
   if (f.cross == 0) return node;
   node.cross_weight = static_cast<float>(f.cross);
   if (!lattice.space.bcc) {

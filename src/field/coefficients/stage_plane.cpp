@@ -136,8 +136,8 @@ bool KeepPlane(const float* from, const PlaneBox& box, float prune, float* to, u
         hn::StoreU(hn::Zero(d), d, to + x);
         continue;
       }
-      const auto v = hn::LoadU(d, from + y * box.stride + static_cast<std::ptrdiff_t>(x));
-      const auto inside = hn::FirstN(d, static_cast<size_t>(std::max(0, box.width - static_cast<int>(x))));
+      const auto v = hn::LoadU(d, from + y * box.stride + x);
+      const auto inside = hn::FirstN(d, std::max(0, box.width - static_cast<int>(x)));
       const auto keep = hn::And(inside, hn::Gt(hn::Abs(v), limit));
       hn::StoreU(hn::IfThenElseZero(keep, v), d, to + x);
       std::array<uint8_t, 8> bytes{};

@@ -33,7 +33,7 @@ RowSpan filled_rows(const SampleBrick& brick, int plane, int y, int count) {
   if (!kept) return {0, count};
   RowSpan rows{count, 0};
   for (int j = 0; j < count; ++j) {
-    const auto row = static_cast<size_t>(plane * brick_edge + y + j);
+    const size_t row = plane * brick_edge + y + j;
     if ((*kept)[row] == 0 && (!hole || (*hole)[row] == 0)) continue;
     rows = {std::min(rows.first, j), j + 1};
   }
@@ -68,9 +68,9 @@ class NearAxis {
 } // namespace
 
 NearBricks::NearBricks(const std::map<int32_t, const SampleLayer*>& samples, const BrickBox& region)
-    : region_(region), width_(static_cast<size_t>(std::max(0, region.end[0] - region.begin[0]))),
-      height_(static_cast<size_t>(std::max(0, region.end[1] - region.begin[1]))),
-      near_(width_ * height_ * static_cast<size_t>(std::max(0, region.end[2] - region.begin[2]))) {
+    : region_(region), width_(std::max(0, region.end[0] - region.begin[0])),
+      height_(std::max(0, region.end[1] - region.begin[1])),
+      near_(width_ * height_ * std::max(0, region.end[2] - region.begin[2])) {
   for (const auto& [m, layer] : samples)
     for (size_t row = 0; row < layer->rows(); ++row) {
       if (layer->row_empty(row)) continue;
@@ -120,10 +120,8 @@ TilePlanes::TilePlanes(const StagePlan& plan, const TileSize& size, const Lattic
     begin_[a] = tile.begin[a] * brick_edge;
     end_[a] = std::min(tile.end[a] * brick_edge, sites[a]);
   }
-  for (int coset = 0; coset < space.cosets(); ++coset)
-    runs_[static_cast<size_t>(coset)] = {runs_of(0, coset), runs_of(1, coset)};
-  bricks_.resize(plan.wanted() *
-                 static_cast<size_t>((tile.end[0] - tile.begin[0]) * (tile.end[1] - tile.begin[1])));
+  for (int coset = 0; coset < space.cosets(); ++coset) runs_[coset] = {runs_of(0, coset), runs_of(1, coset)};
+  bricks_.resize(plan.wanted() * ((tile.end[0] - tile.begin[0]) * (tile.end[1] - tile.begin[1])));
 }
 
 float* TilePlanes::at(const Ring& ring, int z) const {
@@ -193,7 +191,7 @@ std::vector<TilePlanes::Run> TilePlanes::runs_of(size_t axis, int coset) const {
 // The samples of plane z of the tile and its margins.
 void TilePlanes::load(const SampleLayer& layer, size_t ring, int z) {
   const int plane = space_.mirror(2, layer.coset(), z);
-  const auto& [along_x, along_y] = runs_[static_cast<size_t>(layer.coset())];
+  const auto& [along_x, along_y] = runs_[layer.coset()];
   const auto brick_of = [&](const Run& x, const Run& y) -> const SampleBrick& {
     return layer.brick(x.brick, y.brick, plane / brick_edge);
   };
@@ -250,8 +248,7 @@ void TilePlanes::step(const Node& node, int z) {
     if (i.centre != 0) plane.centre.add(at(i.ring, z) + offset, i.centre);
   if (plane.centre.count == 0) plane.centre.add(at(node.inputs.front().ring, z) + offset, 0);
   if (node.neighbour_inputs > 0)
-    for (int k = 0; k < 3; ++k)
-      plane.neighbours[static_cast<size_t>(k)] = at(node.neighbours, z - 1 + k) + offset;
+    for (int k = 0; k < 3; ++k) plane.neighbours[k] = at(node.neighbours, z - 1 + k) + offset;
   if (!node.cross.empty()) {
     plane.corners = {at(node.corners, z + node.shift) + offset, at(node.corners, furthest) + offset};
     plane.cross = node.cross_weight;

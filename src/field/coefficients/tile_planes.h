@@ -27,9 +27,7 @@ class NearBricks {
 
  private:
   [[nodiscard]] size_t index(int x, int y, int z) const {
-    return (static_cast<size_t>(z - region_.begin[2]) * height_ + static_cast<size_t>(y - region_.begin[1])) *
-               width_ +
-           static_cast<size_t>(x - region_.begin[0]);
+    return ((z - region_.begin[2]) * height_ + (y - region_.begin[1])) * width_ + (x - region_.begin[0]);
   }
   BrickBox region_;
   size_t width_, height_;
@@ -44,7 +42,7 @@ struct TileSize {
 
   TileSize(const StagePlan& plan, const Int3& bricks);
   // Sites behind the last row are read and written.
-  [[nodiscard]] size_t floats() const { return static_cast<size_t>(plane) * planes + slack; }
+  [[nodiscard]] size_t floats() const { return plane * planes + slack; }
   [[nodiscard]] uint64_t bytes() const { return floats() * sizeof(float); }
   static constexpr size_t slack = 32;
 };
@@ -75,7 +73,7 @@ class TilePlanes {
   [[nodiscard]] FilledBox& filled(const Ring& ring, int z) { return filled_[plane_number(ring, z)]; }
   [[nodiscard]] FilledBox& filled(size_t ring, int z) { return filled(plan_.ring(ring), z); }
   [[nodiscard]] static size_t plane_number(const Ring& ring, int z) {
-    return ring.first + static_cast<size_t>(((z % ring.depth) + ring.depth) % ring.depth);
+    return ring.first + ((z % ring.depth) + ring.depth) % ring.depth;
   }
   // The sites of the tile and `margin` around.
   [[nodiscard]] FilledBox around(int margin) const;

@@ -35,7 +35,7 @@ double outer_share(const Lattice3& lattice) {
 bool is_whole(const VolumeInfo& info) {
   uint64_t sites = 0;
   for (int32_t m = 0; m < info.lattice.layers(); ++m)
-    sites += static_cast<uint64_t>(info.lattice.space.sites(info.lattice.coset(m)));
+    sites += info.lattice.space.sites(info.lattice.coset(m));
   return std::all_of(info.channels.begin(), info.channels.end(), [&](const ChannelInfo& c) {
     const double share = c.type == ValueType::u8 ? whole_share : 1;
     return static_cast<double>(c.sites_kept) >= share * static_cast<double>(sites);
@@ -82,7 +82,7 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
                                  (of_bricks * static_cast<double>(each) + slot_bytes));
   };
   VolumeCache need;
-  need.chunks = bytes(static_cast<uint64_t>(info.slab_layers), chunks, coded);
+  need.chunks = bytes(info.slab_layers, chunks, coded);
   // Bytes always fit the steps of rounded coefficients, which Cartesian lattices do not have.
   const bool rounded = lattice.space.bcc && !stores_coefficients &&
                        std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) {

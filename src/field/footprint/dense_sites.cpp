@@ -36,7 +36,7 @@ template<class Copy>
 void copy_rows(const float* from, int rows, int planes, float* to, size_t row, size_t plane,
                const Copy& copy) {
   for (int z = 0; z < planes; ++z, from += brick_rows, to += plane)
-    for (int y = 0; y < rows; ++y) copy(from + y * brick_edge, to + static_cast<size_t>(y) * row);
+    for (int y = 0; y < rows; ++y) copy(from + y * brick_edge, to + y * row);
 }
 
 void copy_part(const float* from, const Run& x, const Run& y, const Run& z, float* to, size_t row,
@@ -59,7 +59,7 @@ bool gather_box(const BrickLayer& layer, const SiteBox& box, float* out) {
   const Runs<SiteBox::max_length> x(layer, 0, box.origin[0], box.size[0]);
   const Runs<SiteBox::max_rows> y(layer, 1, box.origin[1], box.size[1]),
       z(layer, 2, box.origin[2], box.size[2]);
-  const auto row = static_cast<size_t>(box.size[0]), plane = row * static_cast<size_t>(box.size[1]);
+  const auto row = static_cast<size_t>(box.size[0]), plane = row * box.size[1];
   bool any = false;
   for (const Run& in_z : z.all())
     for (const Run& in_y : y.all())
@@ -68,9 +68,7 @@ bool gather_box(const BrickLayer& layer, const SiteBox& box, float* out) {
         any = any || brick;
         const float* from = brick ? brick->value.data() : air_brick();
         copy_part(from + (in_z.place * brick_edge + in_y.place) * brick_edge + in_x.place, in_x, in_y, in_z,
-                  out + static_cast<size_t>(in_z.start) * plane + static_cast<size_t>(in_y.start) * row +
-                      in_x.start,
-                  row, plane);
+                  out + in_z.start * plane + in_y.start * row + in_x.start, row, plane);
       }
   return any;
 }
@@ -89,12 +87,12 @@ bool DenseScratch::reserve(const FootprintPlan& plan, const std::array<SiteBox, 
     if (n[0] > SiteBox::max_length || n[1] > SiteBox::max_rows || n[2] > SiteBox::max_rows) return false;
     DenseSites& s = sites[c];
     s.box = box[c];
-    s.row = static_cast<size_t>(n[0]);
-    s.plane = s.row * static_cast<size_t>(n[1]);
-    s.layer = (s.plane * static_cast<size_t>(n[2]) + vector - 1) / vector * vector;
+    s.row = n[0];
+    s.plane = s.row * n[1];
+    s.layer = (s.plane * n[2] + vector - 1) / vector * vector;
     s.air = true;
-    const auto layers = static_cast<size_t>(plan.depth);
-    rows += layers * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]);
+    const size_t layers = plan.depth;
+    rows += layers * n[1] * n[2];
     copied += layers * s.layer;
     if (used + kept * s.layer > capacity) return false;
     s.value = floats.data() + used;

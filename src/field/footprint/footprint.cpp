@@ -61,8 +61,8 @@ void FindSpans(const FootprintPlan& plan, const FootprintPlan::Coset& coset, std
       from = points[n].data();
     } else {
       const size_t there = n < points.size() ? points.size() - n : 0;
-      std::copy_n(points.begin() + static_cast<ptrdiff_t>(n), there, rest.begin());
-      std::fill(rest.begin() + static_cast<ptrdiff_t>(there), rest.end(), points.back());
+      std::copy_n(points.begin() + n, there, rest.begin());
+      std::fill(rest.begin() + there, rest.end(), points.back());
     }
     hn::Vec<decltype(d)> p[4];
     hn::LoadInterleaved4(d, from, p[0], p[1], p[2], p[3]);
@@ -138,7 +138,7 @@ bool CopySites(const FootprintPlan& plan, const std::array<Spans, 2>& spans, con
     LayerWeights weights;
     WeighLayers<slopes>(plan, s.from[3].data() + range.begin, weights);
     for (size_t k = 0; k < static_cast<size_t>(plan.depth); ++k) {
-      const auto layer = static_cast<size_t>(s.first[3][range.begin]) + k; // wraps round below 0
+      const auto layer = s.first[3][range.begin] + k; // wraps round below 0
       if (layer >= coset.layer.size()) continue;
       // Layers that are air add nothing.
       if (!gather_box(*coset.layer[layer], sites.box, scratch.single)) continue;
@@ -181,7 +181,7 @@ HWY_INLINE size_t FindRuns(const Spans& spans, size_t n, std::array<LaneRun, lan
   ends |= 1u << (lanes - 1);
   size_t count = 0;
   for (size_t begin = 0; begin < lanes; ++count) {
-    const auto last = static_cast<size_t>(std::countr_zero(ends));
+    const size_t last = std::countr_zero(ends);
     runs[count] = {begin, last + 1};
     begin = last + 1;
     ends &= ends - 1;
@@ -311,8 +311,7 @@ void SumBatches(const FootprintPlan& plan, std::span<const Vec4> points, float* 
   LookUp bricks;
   for (size_t begin = 0; begin < points.size(); begin += footprint_batch) {
     const auto batch = points.subspan(begin, std::min(footprint_batch, points.size() - begin));
-    for (int c = 0; c < plan.cosets; ++c)
-      FindSpans(plan, plan.coset[static_cast<size_t>(c)], batch, spans[static_cast<size_t>(c)]);
+    for (int c = 0; c < plan.cosets; ++c) FindSpans(plan, plan.coset[c], batch, spans[c]);
     const auto sum = [&](const Range& range, bool dense) {
       auto body = SumRange<edge, slopes, timed, contact, false>;
       if constexpr (copying)

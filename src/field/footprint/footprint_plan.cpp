@@ -12,7 +12,7 @@ void divide_by_lattice_sum(const FootprintPlan& plan, const Vec4& p, float& valu
                            std::array<float, 4>* gradient) {
   const auto sum_at = [&](const Vec4& q) { return lattice_sum(*plan.kernel, plan.bcc, q[0], q[1], q[2]); };
   const double total = sum_at(p);
-  value = static_cast<float>(static_cast<double>(value) / total);
+  value = static_cast<float>(value / total);
   if (!gradient) return;
   for (size_t i = 0; i < 4; ++i) {
     float& g = (*gradient)[i];
@@ -23,7 +23,7 @@ void divide_by_lattice_sum(const FootprintPlan& plan, const Vec4& p, float& valu
       low[i] -= h, high[i] += h;
       slope = (sum_at(high) - sum_at(low)) / (2 * h);
     }
-    g = static_cast<float>((static_cast<double>(g) - static_cast<double>(value) * slope) / total);
+    g = static_cast<float>((g - value * slope) / total);
   }
 }
 
@@ -32,9 +32,9 @@ void weigh_by_kernel(const FootprintPlan& plan, float from, std::array<float, ma
   constexpr double pitch = std::numbers::sqrt2; // of kernel time
   double sum = 0, slope_sum = 0;
   std::array<double, max_stack> value, slope;
-  const auto depth = static_cast<size_t>(plan.depth);
+  const size_t depth = plan.depth;
   for (size_t k = 0; k < depth; ++k) {
-    const double dt = pitch * (static_cast<double>(from) - static_cast<double>(k));
+    const double dt = pitch * (from - static_cast<double>(k));
     value[k] = plan.kernel->time.value(dt), slope[k] = pitch * plan.kernel->time.slope(dt);
     sum += value[k], slope_sum += slope[k];
   }
@@ -62,7 +62,7 @@ FootprintPlan::FootprintPlan(const FieldLayers& field) : kernel(field.kernel), t
   for (size_t j = 0; j < a.size(); ++j) a[j] = static_cast<float>(kernel->space.a[j]);
   contact = terms == 8 && a[0] == 0 && a[1] == 0;
   for (const FieldLayer& l : field.layers) {
-    const auto c = static_cast<size_t>(l.layer->coset());
+    const size_t c = l.layer->coset();
     Coset& to = coset[c];
     if (to.layer.empty()) {
       to.dims = l.layer->dims(), to.brick_dims = l.layer->brick_dims();

@@ -39,7 +39,7 @@ HWY_INLINE hn::Vec<Samples> SumRows(const FootprintPlan& plan, std::span<const S
       weight[x] = hn::Set(d, plan.a[static_cast<size_t>(plan.terms) - 1]);
     }
     for (int j = plan.terms - 2; j >= 0; --j) {
-      const auto a = hn::Set(d, plan.a[static_cast<size_t>(j)]);
+      const auto a = hn::Set(d, plan.a[j]);
       for (int x = 0; x < edge; ++x) weight[x] = hn::MulAdd(weight[x], u[x], a);
     }
     hn::Vec<Samples> c[edge];

@@ -22,14 +22,14 @@ struct PatchAxis {
 void mirror_axis(const BrickLayer& layer, size_t axis, int first, int count, PatchAxis& p) {
   std::array<int, patch_edge> at;
   for (int i = 0; i < patch_edge; ++i) // those that take no part repeat the last one
-    at[static_cast<size_t>(i)] = layer.lattice().mirror(axis, layer.coset(), first + std::min(i, count - 1));
+    at[i] = layer.lattice().mirror(axis, layer.coset(), first + std::min(i, count - 1));
   const auto [low, high] = std::minmax_element(at.begin(), at.end());
   p.low = *low / brick_edge;
   p.bricks = 1 + (*high / brick_edge != p.low);
   p.mirrored = true;
   for (size_t i = 0; i < patch_edge; ++i) {
     p.half[i] = at[i] / brick_edge != p.low;
-    p.site[i] = static_cast<uint32_t>(at[i] % brick_edge);
+    p.site[i] = at[i] % brick_edge;
   }
 }
 
@@ -40,9 +40,9 @@ PatchAxis place_axis(const BrickLayer& layer, size_t axis, int first, int count,
     mirror_axis(layer, axis, first, count, p);
     return p;
   }
-  const auto at = static_cast<uint32_t>(first);
+  const uint32_t at = first;
   p.low = first / brick_edge;
-  p.bricks = at % brick_edge + static_cast<uint32_t>(count) > brick_edge ? 2 : 1;
+  p.bricks = at % brick_edge + count > brick_edge ? 2 : 1;
   for (uint32_t i = 0; i < static_cast<uint32_t>(read); ++i) {
     const uint32_t site = at % brick_edge + i;
     p.half[i] = site / brick_edge, p.site[i] = site % brick_edge;
@@ -103,14 +103,13 @@ void copy_turned(const FootprintPlan& plan, const FootprintPlan::Coset& coset, P
   std::array<std::array<int, patch_edge>, 3> at{};
   for (size_t a = 0; a < 3; ++a)
     for (int i = 0; i < patch_edge; ++i) // those that take no part repeat the last one
-      at[a][static_cast<size_t>(i)] =
-          any.lattice().mirror(a, any.coset(), patch.first[a] + std::min(i, plan.edge - 1));
+      at[a][i] = any.lattice().mirror(a, any.coset(), patch.first[a] + std::min(i, plan.edge - 1));
   patch.row = copy_row, patch.plane = copy_plane;
-  const auto edge = static_cast<size_t>(plan.edge);
+  const size_t edge = plan.edge;
   for (size_t k = 0; k < static_cast<size_t>(plan.depth); ++k) {
-    const auto layer = static_cast<size_t>(patch.first[3]) + k; // wraps round below 0
+    const auto layer = patch.first[3] + k; // wraps round below 0
     if (layer >= coset.bricks.size()) continue;
-    const auto to = static_cast<size_t>(patch.layers);
+    const size_t to = patch.layers;
     bool kept = false;
     for (size_t z = 0; z < edge; ++z)
       for (size_t y = 0; y < edge; ++y)
@@ -122,8 +121,7 @@ void copy_turned(const FootprintPlan& plan, const FootprintPlan::Coset& coset, P
           kept = kept || brick;
           const int place =
               (site[2] % brick_edge * brick_edge + site[1] % brick_edge) * brick_edge + site[0] % brick_edge;
-          patch.copy[to][z * copy_plane + y * copy_row + x] =
-              brick ? brick->value[static_cast<size_t>(place)] : 0.0f;
+          patch.copy[to][z * copy_plane + y * copy_row + x] = brick ? brick->value[place] : 0.0f;
         }
     if (!kept) continue;
     ++patch.layers;
@@ -140,11 +138,11 @@ void copy_patch(const FootprintPlan& plan, const FootprintPlan::Coset& coset, Pa
   const PatchAxis x = place_axis(any, 0, first[0], plan.edge, patch_edge),
                   y = place_axis(any, 1, first[1], plan.edge, plan.edge),
                   z = place_axis(any, 2, first[2], plan.edge, plan.edge);
-  const Rows rows(y, z, static_cast<size_t>(plan.edge));
+  const Rows rows(y, z, plan.edge);
   constexpr uint32_t room = brick_edge - patch_edge;
   patch.row = copy_row, patch.plane = copy_plane;
-  const size_t slot = any.slot(x.low, y.low, z.low), step_y = static_cast<size_t>(coset.brick_dims[0]),
-               step_z = step_y * static_cast<size_t>(coset.brick_dims[1]);
+  const size_t slot = any.slot(x.low, y.low, z.low), step_y = coset.brick_dims[0],
+               step_z = step_y * coset.brick_dims[1];
   // Where there is one brick along an axis it is used for both.
   const size_t up_x = x.bricks == 2 ? 1 : 0, up_y = y.bricks == 2 ? step_y : 0,
                up_z = z.bricks == 2 ? step_z : 0;
@@ -153,7 +151,7 @@ void copy_patch(const FootprintPlan& plan, const FootprintPlan::Coset& coset, Pa
   const size_t begin = x.mirrored || up_x ? 0 : std::min(x.site[0], room);
   const size_t skip = x.mirrored ? 0 : x.site[0] - (up_x ? room : begin);
   for (size_t k = 0; k < static_cast<size_t>(plan.depth); ++k) {
-    const auto at = static_cast<size_t>(first[3]) + k; // wraps round below 0
+    const auto at = first[3] + k; // wraps round below 0
     if (at >= coset.bricks.size()) continue;
     std::array<Quarters, 2> brick; // by half along x
     bool kept = false;
@@ -164,7 +162,7 @@ void copy_patch(const FootprintPlan& plan, const FootprintPlan::Coset& coset, Pa
         kept = kept || b;
       }
     if (!kept) continue;
-    const auto to = static_cast<size_t>(patch.layers++);
+    const size_t to = patch.layers++;
     patch.place[to] = k;
     float* copy = patch.copy[to].data();
     patch.corner[to] = copy + skip;

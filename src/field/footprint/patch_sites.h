@@ -52,11 +52,11 @@ inline void find_patch(const FootprintPlan& plan, const FootprintPlan::Coset& co
   const size_t slot = (of(2) * bricks(1) + of(1)) * bricks(0) + of(0);
   const size_t offset = (in(2) * brick_edge + in(1)) * brick_edge + in(0);
   for (size_t k = 0; k < static_cast<size_t>(plan.depth); ++k) {
-    const auto layer = static_cast<size_t>(first[3]) + k; // wraps round below 0
+    const auto layer = first[3] + k; // wraps round below 0
     if (layer >= coset.bricks.size()) continue;
     const Brick* brick = coset.bricks[layer][slot].get();
     if (!brick) continue;
-    const auto at = static_cast<size_t>(patch.layers++);
+    const size_t at = patch.layers++;
     patch.corner[at] = brick->value.data() + offset;
     patch.place[at] = k;
   }
@@ -68,13 +68,13 @@ inline void fetch_patch(const FootprintPlan& plan, const FootprintPlan::Coset& c
   std::array<size_t, 3> brick, begin, end; // in the brick
   for (size_t a = 0; a < 3; ++a) {
     const int at = std::clamp(first[a], 0, coset.dims[a] - 1);
-    brick[a] = static_cast<size_t>(at / brick_edge), begin[a] = static_cast<size_t>(at % brick_edge);
-    end[a] = std::min<size_t>(begin[a] + static_cast<size_t>(plan.edge), brick_edge);
+    brick[a] = at / brick_edge, begin[a] = at % brick_edge;
+    end[a] = std::min<size_t>(begin[a] + plan.edge, brick_edge);
   }
   const auto bricks = [&](size_t a) { return static_cast<size_t>(coset.brick_dims[a]); };
   const size_t slot = (brick[2] * bricks(1) + brick[1]) * bricks(0) + brick[0];
   for (size_t k = 0; k < static_cast<size_t>(plan.depth); ++k) {
-    const auto layer = static_cast<size_t>(first[3]) + k; // wraps round below 0
+    const auto layer = first[3] + k; // wraps round below 0
     if (layer >= coset.bricks.size()) continue;
     const Brick* from = coset.bricks[layer][slot].get();
     if (!from) continue;

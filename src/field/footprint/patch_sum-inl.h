@@ -107,7 +107,7 @@ HWY_INLINE void AddPatches(const FootprintPlan& plan, const Curve<contact>& curv
       // Out of reach of all: where points lie in rows, that is one row of sites in three.
       if (hn::AllFalse(d, hn::Lt(away, one))) continue;
       Floats value[edge], rate[edge];
-      rows(static_cast<size_t>(z), static_cast<size_t>(y), value, rate);
+      rows(z, y, value, rate);
       Floats u[edge], phi[edge], slope[edge], reached[edge];
       for (int x = 0; x < edge; ++x) u[x] = hn::Sub(near_x[x], away);
       if constexpr (contact) {
@@ -132,7 +132,7 @@ HWY_INLINE void AddPatches(const FootprintPlan& plan, const Curve<contact>& curv
           slope[x] = zero;
         }
         for (int j = plan.terms - 2; j >= 0; --j) {
-          const auto a = Set(plan.a[static_cast<size_t>(j)]);
+          const auto a = Set(plan.a[j]);
           for (int x = 0; x < edge; ++x) {
             if (slopes) slope[x] = hn::MulAdd(slope[x], u[x], phi[x]);
             phi[x] = hn::MulAdd(phi[x], u[x], a);

@@ -54,9 +54,9 @@ KernelPolynomial short_polynomial(const RadialKernel& phi) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) m[i][j] = ball_moment(power[i] + power[j]);
     m[i][3] = m[3][i] = ball_moment(power[i]);
-    for (int j = 2; j < phi.terms; ++j) m[i][4] += phi.a[static_cast<size_t>(j)] * ball_moment(power[i] + j);
+    for (int j = 2; j < phi.terms; ++j) m[i][4] += phi.a[j] * ball_moment(power[i] + j);
   }
-  for (int j = 2; j < phi.terms; ++j) m[3][4] += phi.a[static_cast<size_t>(j)] * ball_moment(j);
+  for (int j = 2; j < phi.terms; ++j) m[3][4] += phi.a[j] * ball_moment(j);
   // No pivot is searched for: the matrix of moments is definite, and the zero at the end of the diagonal is
   // filled by the rows above it before its turn comes.
   for (int i = 0; i < 4; ++i) {
@@ -67,7 +67,7 @@ KernelPolynomial short_polynomial(const RadialKernel& phi) {
     }
   }
   std::array<double, RadialKernel::max_terms> a{};
-  for (int i = 0; i < 3; ++i) a[static_cast<size_t>(power[i])] = m[i][4] / m[i][i];
+  for (int i = 0; i < 3; ++i) a[power[i]] = m[i][4] / m[i][i];
   // The form must be monotone, so that bounds of the field from its coefficients hold, and near enough to
   // phi.
   if (!(a[2] >= 0 && a[4] >= 0 && a[5] >= 0)) return k;
@@ -87,8 +87,8 @@ KernelPolynomial flat_polynomial(const RadialKernel& phi) {
   if (k.form != KernelPolynomial::Form::square_8) return k;
   double integral = 0, top = 0;
   for (int j = 2; j < phi.terms; ++j) {
-    integral += phi.a[static_cast<size_t>(j)] * ball_moment(j);
-    top += phi.a[static_cast<size_t>(j)];
+    integral += phi.a[j] * ball_moment(j);
+    top += phi.a[j];
   }
   const double q = 2 * std::numbers::pi * phi.radius, wave = ball_wave(2, q) / ball_wave(4, q);
   std::array<double, RadialKernel::max_terms> a{};
@@ -110,7 +110,7 @@ KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form) {
 RadialKernel drawn_kernel(const RadialKernel& phi, KernelForm form) {
   const KernelPolynomial drawn = kernel_polynomial(phi, form);
   RadialKernel kernel{phi.radius, drawn.terms, {}};
-  for (size_t j = 0; j < static_cast<size_t>(drawn.terms); ++j) kernel.a[j] = static_cast<double>(drawn.a[j]);
+  for (size_t j = 0; j < static_cast<size_t>(drawn.terms); ++j) kernel.a[j] = drawn.a[j];
   return kernel;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 float polynomial(const std::array<float, RadialKernel::max_terms>& a, int terms, float u) {
   float sum = 0;
-  for (int j = terms - 1; j >= 0; --j) sum = sum * u + a[static_cast<size_t>(j)];
+  for (int j = terms - 1; j >= 0; --j) sum = sum * u + a[j];
   return sum;
 }
 
@@ -22,15 +22,14 @@ void splat(const SplatArgs& s) {
       for (int row = std::max(0, -p.y); row < std::min(s.rows, s.height - p.y); ++row)
         for (int column = std::max(0, -p.x); column < std::min(s.columns, s.width - p.x); ++column)
           for (int l = 0; l < 4; ++l) {
-            const auto slot = static_cast<size_t>(4 * g + l);
+            const size_t slot = 4 * g + l;
             const float di = static_cast<float>(column) - p.fx - p.lateral_x * s.lanes->delta[slot];
             const float dj = static_cast<float>(row) - p.fy - p.lateral_y * s.lanes->delta[slot];
             const float dk = s.lanes->offset[slot] - p.z;
             const float u = 1 - s.depth2 * dk * dk - di * (s.lanes->xx[slot] * di + s.lanes->xy[slot] * dj) -
                             s.lanes->yy[slot] * dj * dj;
             if (!(u > 0)) continue;
-            const size_t at = static_cast<size_t>(g) * s.group_floats +
-                              plane_index(p.x + column, p.y + row, s.pitch) * 4 + static_cast<size_t>(l);
+            const size_t at = g * s.group_floats + plane_index(p.x + column, p.y + row, s.pitch) * 4 + l;
             s.ring[0][at] += p.c * polynomial(s.kernel->a, s.kernel->terms, u);
             if (!s.ring[1]) continue;
             const float slope = p.c * polynomial(s.kernel->slope, s.kernel->terms - 1, u);
@@ -70,7 +69,7 @@ TransformCounts transform(const TransformArgs& t) {
     const float whole = std::floor(depth);
     const int64_t gap = f.k + static_cast<int64_t>(whole);
     if (gap < t.first_gap || gap > t.last_gap) continue;
-    const auto s = static_cast<size_t>(gap - t.gaps.base);
+    const size_t s = gap - t.gaps.base;
     float foot_x = affine(f.di), foot_y = affine(f.dj), lateral_x = 0, lateral_y = 0;
     if (!t.isotropic) {
       lateral_x = affine(f.dX), lateral_y = affine(f.dY);
@@ -116,7 +115,7 @@ TransformCounts transform(const TransformArgs& t) {
 void extract(const ExtractArgs& e) {
   for (int y = 0; y < e.height; ++y)
     for (int x = 0; x < e.width; ++x) {
-      float& sum = e.ring[plane_index(x, y, e.pitch) * 4 + static_cast<size_t>(e.lane)];
+      float& sum = e.ring[plane_index(x, y, e.pitch) * 4 + e.lane];
       e.plane[plane_index(x, y, e.plane_pitch)] = sum;
       sum = 0;
     }

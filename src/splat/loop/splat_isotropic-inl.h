@@ -112,18 +112,16 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
             if (both) {
               const V level_next = hn::Sub(height, across_next);
               for (int r = r0; r < r1; ++r, sum += step) {
-                const V row_u = hn::Set(d, rows.u[static_cast<size_t>(r)]);
+                const V row_u = hn::Set(d, rows.u[r]);
                 add(level, row_u, sum);
                 add(level_next, row_u, sum + hn::Lanes(d));
               }
             } else if constexpr (kGradient) {
               const V dk = hn::Sub(Repeat4(s.lanes->offset + 4 * g), z);
               for (int r = r0; r < r1; ++r, sum += step)
-                add_slopes(level, hn::Set(d, rows.u[static_cast<size_t>(r)]), di,
-                           hn::Set(d, rows.j[static_cast<size_t>(r)]), dk, sum);
+                add_slopes(level, hn::Set(d, rows.u[r]), di, hn::Set(d, rows.j[r]), dk, sum);
             } else {
-              for (int r = r0; r < r1; ++r, sum += step)
-                add(level, hn::Set(d, rows.u[static_cast<size_t>(r)]), sum);
+              for (int r = r0; r < r1; ++r, sum += step) add(level, hn::Set(d, rows.u[r]), sum);
             }
           }
         }

@@ -97,7 +97,7 @@ template<> struct Weights<KernelPolynomial::Form::general> {
   HWY_INLINE Weights(const KernelPolynomial& k, float coefficient) : kernel(k), c(hn::Set(d, coefficient)) {}
   HWY_INLINE V polynomial(const std::array<float, RadialKernel::max_terms>& a, int terms, V u) const {
     V q = hn::Set(d, a[static_cast<size_t>(terms) - 1]);
-    for (int j = terms - 2; j >= 0; --j) q = hn::MulAdd(q, u, hn::Set(d, a[static_cast<size_t>(j)]));
+    for (int j = terms - 2; j >= 0; --j) q = hn::MulAdd(q, u, hn::Set(d, a[j]));
     return hn::IfThenElseZero(hn::Gt(u, hn::Zero(d)), q); // nothing outside the radius
   }
   HWY_INLINE V add(V u, V sum) const { return hn::MulAdd(c, polynomial(kernel.a, kernel.terms, u), sum); }

@@ -201,7 +201,7 @@ void deal_bricks(const TileGrid& grid, SplatPlan& plan) {
     const int y0 = tile(r[1] - around, ry, grid.rows), y1 = tile(r[3] - 1 + around, ry, grid.rows);
     for (int y = y0; y <= y1; ++y)
       for (int x = x0; x <= x1; ++x) {
-        PlannedTile& t = plan.tiles[static_cast<size_t>(y * grid.columns + x)];
+        PlannedTile& t = plan.tiles[y * grid.columns + x];
         if (meets_tile(plan, plan.bricks[n], t)) t.bricks.push_back(n);
       }
   }

@@ -122,7 +122,7 @@ class BrickChoice {
     if (!inside_) return;
     plan.inside.points = scene.points;
     uint64_t slots = 1;
-    for (const int n : scene.points->dims) slots *= static_cast<uint64_t>(n);
+    for (const int n : scene.points->dims) slots *= n;
     plan.inside.cells.resize(slots);
   }
 
@@ -156,7 +156,7 @@ class BrickChoice {
       b.cells = near_cells(scene_, brick, look_);
     // Only ranges over a wide enough reach tell what lies beyond a surface.
     if (cells_ >= 0 && (least_ == 0 || inside_))
-      b.cells &= needed_cells(scene_, options_, weights_, ranges(static_cast<size_t>(cells_), n), inside_);
+      b.cells &= needed_cells(scene_, options_, weights_, ranges(cells_, n), inside_);
     b.first_gap = std::max(b.first_gap, plan_.gaps.first);
     b.axes = brick_axes(ring_, plan_, brick);
     return out;

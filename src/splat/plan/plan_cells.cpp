@@ -20,8 +20,7 @@ constexpr double radial_ripple = 0.02, other_ripple = 0.1;
 // base. A range that ends at 0 says nothing.
 bool beyond(double furthest, const WeightBounds& weights, const CellRange& range) {
   const double least = weights.least;
-  return furthest > 0 ? least * static_cast<double>(range.low) > furthest
-                      : furthest < 0 && least * static_cast<double>(range.high) < furthest;
+  return furthest > 0 ? least * range.low > furthest : furthest < 0 && least * range.high < furthest;
 }
 
 // Returns the most lattice units that any ray takes from sheet to sheet.
@@ -44,9 +43,8 @@ WeightBounds::WeightBounds(const Slice& slice) {
 
 bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights, float low,
            float high) {
-  const double base = static_cast<double>(scene.slice->base);
-  const double a = base + weights.most * static_cast<double>(std::min(low, 0.0f)),
-               b = base + weights.most * static_cast<double>(std::max(high, 0.0f));
+  const double base = scene.slice->base;
+  const double a = base + weights.most * std::min(low, 0.0f), b = base + weights.most * std::max(high, 0.0f);
   if (options.mode == RenderMode::composite && options.preintegrate) {
     // A cubic through four samples may leave their range by an eighth of it halfway.
     const double over = (b - a) / 8;
@@ -118,7 +116,7 @@ int useful_cells(const SplatScene& scene, const SplatOptions& options, const Spl
 std::optional<double> furthest_surface(const SplatScene& scene, const SplatOptions& options) {
   double low = 0, high = 0;
   for (const IsoSurface& s : options.surfaces) {
-    const double target = s.value - static_cast<double>(scene.slice->base);
+    const double target = s.value - scene.slice->base;
     low = std::min(low, target), high = std::max(high, target);
     if (options.surfaces.size() > 1 && target == 0) return std::nullopt;
   }

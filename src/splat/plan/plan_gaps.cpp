@@ -107,11 +107,11 @@ class GapPlanner {
     const int64_t begin = view_.perspective ? gaps_.first : 0,
                   end = view_.perspective ? gaps_.last + 1 : gaps_.lane_period;
     LaneSets& lanes = gaps_.lane_sets;
-    lanes.resize(static_cast<size_t>(end - begin), static_cast<size_t>(ring_.sheets));
+    lanes.resize(end - begin, ring_.sheets);
     for (int64_t s = begin; s < end; ++s)
       for (int64_t k = s - ring_.before; k < s - ring_.before + ring_.sheets; ++k) {
         const Seen seen = see(k, s);
-        const size_t n = static_cast<size_t>(s - begin) * lanes.slots + ring_.slot(k);
+        const size_t n = (s - begin) * lanes.slots + ring_.slot(k);
         const double form = seen.scale * seen.scale / (radius_ * radius_);
         lanes.offset[n] = seen.exists ? static_cast<float>(k - s) : out_of_reach;
         lanes.delta[n] = static_cast<float>(seen.delta);
@@ -169,7 +169,7 @@ class GapPlanner {
   void list_rows() {
     if (!gaps_.isotropic || gaps_.rows[0] > most_table_rows) return;
     const double pixels = radius_ / std::sqrt(metric_.xx); // of the kernel's radius
-    const auto half_x = static_cast<double>(gaps_.half_x[0]), half_y = static_cast<double>(gaps_.half_y[0]);
+    const double half_x = gaps_.half_x[0], half_y = gaps_.half_y[0];
     const bool by_column = gaps_.large_window();
     gaps_.row_columns = by_column ? (gaps_.columns[0] + 3) / 4 : 1;
     gaps_.row_ranges.resize(static_cast<size_t>(gaps_.lane_period * ring_.groups * gaps_.row_columns) * 2);
@@ -192,7 +192,7 @@ class GapPlanner {
   [[nodiscard]] static double nearest_sheet(const float* offset) {
     double near = std::numeric_limits<double>::infinity();
     for (int l = 0; l < 4; ++l) {
-      const auto k = static_cast<double>(offset[l]);
+      const double k = offset[l];
       near = std::min(near, std::max({0.0, -k, k - 1}));
     }
     return near;

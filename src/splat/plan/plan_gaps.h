@@ -22,9 +22,7 @@ struct PlannedRing {
   int spare_columns = 4, spare_rows = 0;
   bool whole_windows = false; // there is room for them: nothing is clipped
 
-  [[nodiscard]] size_t slot(int64_t sheet) const {
-    return static_cast<size_t>(((sheet % sheets) + sheets) % sheets);
-  }
+  [[nodiscard]] size_t slot(int64_t sheet) const { return ((sheet % sheets) + sheets) % sheets; }
 };
 
 // GapLanes of several gaps: set n has the slots n * slots .. n * slots + slots - 1 of every array.
@@ -48,7 +46,7 @@ struct PlannedGaps {
   std::vector<float> lateral, half_x, half_y; // per gap
   std::vector<int32_t> columns, rows;         // of the window, per gap
 
-  [[nodiscard]] size_t index(int64_t gap) const { return static_cast<size_t>(gap - first); }
+  [[nodiscard]] size_t index(int64_t gap) const { return gap - first; }
   // Isotropic windows that are worth a table of rows per four columns.
   [[nodiscard]] bool large_window() const {
     return columns.front() > block_window || rows.front() > block_window;

@@ -50,19 +50,18 @@ class BrickMap {
   // take(brick, {dx, dy, dz}) for the brick and those beside it.
   template<class Take> void around(size_t brick, const Take& take) const {
     const Int3& dims = points_.dims;
-    const auto nx = static_cast<size_t>(dims[0]), ny = static_cast<size_t>(dims[1]);
+    const size_t nx = dims[0], ny = dims[1];
     const size_t slot = slots_[brick];
     const int x = static_cast<int>(slot % nx), y = static_cast<int>(slot / nx % ny),
               z = static_cast<int>(slot / (nx * ny));
     for (int dz = -1; dz <= 1; ++dz)
       for (int dy = -1; dy <= 1; ++dy) {
         if (y + dy < 0 || y + dy >= dims[1] || z + dz < 0 || z + dz >= dims[2]) continue;
-        const size_t row = (static_cast<size_t>(z + dz) * ny + static_cast<size_t>(y + dy)) * nx;
-        const size_t first = row + static_cast<size_t>(std::max(0, x - 1)),
-                     last = row + static_cast<size_t>(std::min(dims[0] - 1, x + 1));
+        const size_t row = ((z + dz) * ny + (y + dy)) * nx;
+        const size_t first = row + std::max(0, x - 1), last = row + std::min(dims[0] - 1, x + 1);
         for (auto at = std::lower_bound(slots_.begin(), slots_.end(), first);
              at != slots_.end() && *at <= last; ++at)
-          take(static_cast<size_t>(at - slots_.begin()), Int3{static_cast<int>(*at - row) - x, dy, dz});
+          take(at - slots_.begin(), Int3{static_cast<int>(*at - row) - x, dy, dz});
       }
   }
 

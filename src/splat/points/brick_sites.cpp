@@ -29,7 +29,7 @@ void SiteReader::read(const Int3& origin, BrickSites& out) const {
   for (size_t c = 0; c < (bcc ? 2u : 1u); ++c) {
     const BrickLayer& layer = slice_.coset[c];
     const auto place = [&](size_t a, size_t n) {
-      return places_[a][static_cast<size_t>(origin[a] + step * static_cast<int>(n)) + c];
+      return places_[a][(origin[a] + step * static_cast<int>(n)) + c];
     };
     std::array<Place, rows> x;
     for (size_t i = 0; i < rows; ++i) x[i] = place(0, i);
@@ -111,7 +111,7 @@ void summarise_reference(const BrickSites& sites, bool bcc, SplatBrick& brick, B
   std::array<bool, cells_per_brick> begun{};
   cells = {};
   each_site(sites, bcc, [&](int x, int y, int z, float c) {
-    const auto cell = static_cast<size_t>(x >> 2 | y >> 2 << 2 | z >> 2 << 4);
+    const size_t cell = x >> 2 | y >> 2 << 2 | z >> 2 << 4;
     cells.low[cell] = begun[cell] ? std::min(cells.low[cell], c) : c;
     cells.high[cell] = begun[cell] ? std::max(cells.high[cell], c) : c;
     begun[cell] = true;
@@ -139,7 +139,7 @@ void list_points_reference(const BrickSites& sites, const SiteOrder& order, uint
                            uint16_t* position, float* coefficient) {
   uint32_t n = 0;
   for (size_t s = 0; n < count; ++s) {
-    const float c = sites.coefficient[static_cast<size_t>(order.site[s])];
+    const float c = sites.coefficient[order.site[s]];
     if (c == 0) continue;
     position[n] = order.position[s], coefficient[n] = c;
     ++n;

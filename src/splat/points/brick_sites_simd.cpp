@@ -58,7 +58,7 @@ void Extent(const uint64_t (&word)[16], SplatBrick& brick) {
     for (size_t z = 0; z < row_sites; ++z) {
       const uint64_t bits = word[coset * row_sites + z];
       if (bits == 0) continue;
-      brick.count += static_cast<uint32_t>(std::popcount(bits));
+      brick.count += std::popcount(bits);
       used[2] |= 1u << z;
       for (size_t y = 0; y < row_sites; ++y) {
         const auto row = static_cast<unsigned>(bits >> (row_sites * y) & 255);

@@ -17,14 +17,14 @@ void gather_cells(const std::vector<BrickCells>& cells, const SlotSet& touched, 
     for (int by = begin(1); by <= end(1); ++by)
       for (int bx = begin(0); bx <= end(0); ++bx) {
         const Int3 slot{at[0] + bx, at[1] + by, at[2] + bz};
-        const int64_t number = touched.number(
-            static_cast<uint64_t>((static_cast<int64_t>(slot[2]) * dims[1] + slot[1]) * dims[0] + slot[0]));
+        const int64_t number =
+            touched.number((static_cast<int64_t>(slot[2]) * dims[1] + slot[1]) * dims[0] + slot[0]);
         if (number < 0) continue;
-        const BrickCells& from = cells[static_cast<size_t>(number)];
+        const BrickCells& from = cells[number];
         for (int z = std::max(0, -margin - bz * edge); z < std::min(edge, (1 - bz) * edge + margin); ++z)
           for (int y = std::max(0, -margin - by * edge); y < std::min(edge, (1 - by) * edge + margin); ++y) {
             const size_t to = CellCube::at(bx * edge, by * edge + y, bz * edge + z);
-            const auto row = static_cast<size_t>(y << 2 | z << 4);
+            const size_t row = y << 2 | z << 4;
             const auto copy = [&](auto& out, const auto& in) {
               if (edge == 4)
                 std::memcpy(out.data() + to, in.data() + row, 4 * sizeof(float));

@@ -19,7 +19,7 @@ struct CellCube {
   // Returns the index of cell (x, y, z), counted from the brick's first; x is in -before .. pitch - before -
   // 1, y and z from -margin on.
   [[nodiscard]] static constexpr size_t at(int x, int y, int z) {
-    return static_cast<size_t>(((z + margin) * side + y + margin + 1) * pitch + x + before);
+    return ((z + margin) * side + y + margin + 1) * pitch + x + before;
   }
 };
 

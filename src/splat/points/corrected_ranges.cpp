@@ -17,7 +17,7 @@ constexpr double rounding = 1e-3; // planes
 void widen_by_corrections(const Slice& slice, SplatPoints& points) {
   points.codes.clear();
   size_t slots = 1;
-  for (const int n : points.dims) slots *= static_cast<size_t>(n);
+  for (const int n : points.dims) slots *= n;
   std::vector<std::array<float, 2>> range(slots); // by slot
   const Affine3 to_lattice = slice.lattice_to_slice.inverse();
   // Samples near a brick look at the bricks and cells around it.
@@ -37,7 +37,7 @@ void widen_by_corrections(const Slice& slice, SplatPoints& points) {
     for (int z = bricks[2][0]; z <= bricks[2][1]; ++z)
       for (int y = bricks[1][0]; y <= bricks[1][1]; ++y)
         for (int x = bricks[0][0]; x <= bricks[0][1]; ++x) {
-          auto& r = range[static_cast<size_t>((z * points.dims[1] + y) * points.dims[0] + x)];
+          auto& r = range[(z * points.dims[1] + y) * points.dims[0] + x];
           r = {std::min(r[0], per_least_weight * c.low), std::max(r[1], per_least_weight * c.high)};
         }
   }

@@ -34,11 +34,11 @@ void FineCube::add(const FineCells& cells, const Int3& at, int edge) {
   const uint64_t columns = (uint64_t{1} << edge) - 1;
   const int x = first(0);
   for (int z = begin(2); z < end(2); ++z) {
-    const uint64_t rows = cells[static_cast<size_t>(z)];
+    const uint64_t rows = cells[z];
     if (rows == 0) continue;
     for (int y = begin(1); y < end(1); ++y) {
       const uint64_t bits = rows >> (8 * y) & columns;
-      uint16_t& to = row[static_cast<size_t>((first(2) + z) * side + first(1) + y)];
+      uint16_t& to = row[(first(2) + z) * side + first(1) + y];
       to = static_cast<uint16_t>(to | (x >= 0 ? bits << x : bits >> -x));
     }
   }
@@ -54,7 +54,7 @@ FineBall make_ball(double distance, double plane_distance) {
   FineBall ball;
   for (int z = -margin; z <= margin; ++z)
     for (int y = -margin; y <= margin; ++y) {
-      int& reach = ball.reach[static_cast<size_t>((z + margin) * FineBall::side + y + margin)];
+      int& reach = ball.reach[(z + margin) * FineBall::side + y + margin];
       reach = -1;
       const double left =
           square - planes_between(z) * planes_between(z) - planes_between(y) * planes_between(y);
@@ -67,7 +67,7 @@ FineCells cells_within_reference(const FineCube& cube, const FineBall& ball) {
   constexpr int margin = FineCube::margin, side = FineCube::side;
   const auto large = [&](int x, int y, int z) {
     const bool inside = x >= 0 && x < side && y >= 0 && y < side && z >= 0 && z < side;
-    return inside && (cube.row[static_cast<size_t>(z * side + y)] >> x & 1);
+    return inside && (cube.row[z * side + y] >> x & 1);
   };
   FineCells cells{};
   for (int z = 0; z < 8; ++z)
@@ -76,10 +76,10 @@ FineCells cells_within_reference(const FineCube& cube, const FineBall& ball) {
         bool near = false;
         for (int dz = 0; dz < FineBall::side; ++dz)
           for (int dy = 0; dy < FineBall::side; ++dy) {
-            const int reach = ball.reach[static_cast<size_t>(dz * FineBall::side + dy)];
+            const int reach = ball.reach[dz * FineBall::side + dy];
             for (int dx = -reach; dx <= reach; ++dx) near = near || large(x + margin + dx, y + dy, z + dz);
           }
-        cells[static_cast<size_t>(z)] |= uint64_t{near} << (x | y << 3);
+        cells[z] |= uint64_t{near} << (x | y << 3);
       }
   return cells;
 }

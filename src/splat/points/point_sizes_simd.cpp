@@ -69,8 +69,8 @@ uint32_t Take(const SplatPoints& points, const SplatBrick& brick, const FineCell
   const hn::Rebind<uint16_t, decltype(d)> d16;
   alignas(64) int32_t word[16];
   for (size_t n = 0; n < 8; ++n) {
-    word[2 * n] = static_cast<int32_t>(static_cast<uint32_t>(cells[n]));
-    word[2 * n + 1] = static_cast<int32_t>(static_cast<uint32_t>(cells[n] >> 32));
+    word[2 * n] = static_cast<uint32_t>(cells[n]);
+    word[2 * n + 1] = static_cast<uint32_t>(cells[n] >> 32);
   }
   const uint16_t* const from = points.position.data() + brick.first;
   const float* const c = points.coefficient.data() + brick.first;

@@ -49,7 +49,7 @@ PointGrid grid_of(const Slice& slice) {
 // Returns the power of two that brings what the field holds below 1; coefficients go somewhat further. Fields
 // beyond what floats code well keep `unit`.
 float code_unit_of(const Slice& slice, float unit) {
-  const double base = static_cast<double>(slice.base),
+  const double base = slice.base,
                largest = std::max(std::fabs(slice.bounds[0] - base), std::fabs(slice.bounds[1] - base));
   if (!(largest > 1e-30 && largest < 1e30)) return unit;
   return std::ldexp(1.0f, -std::ilogb(largest) - 1);
@@ -82,7 +82,7 @@ class PointMaker {
 
  private:
   [[nodiscard]] Int3 brick_at(size_t number) const {
-    const auto nx = static_cast<uint64_t>(points_.dims[0]), ny = static_cast<uint64_t>(points_.dims[1]);
+    const uint64_t nx = points_.dims[0], ny = points_.dims[1];
     return Int3{static_cast<int>(slots_[number] % nx), static_cast<int>(slots_[number] / nx % ny),
                 static_cast<int>(slots_[number] / (nx * ny))};
   }
@@ -140,10 +140,9 @@ class PointMaker {
     for (int z = std::max(0, at[2] - 1); z <= std::min(dims[2] - 1, at[2] + 1); ++z)
       for (int y = std::max(0, at[1] - 1); y <= std::min(dims[1] - 1, at[1] + 1); ++y)
         for (int x = std::max(0, at[0] - 1); x <= std::min(dims[0] - 1, at[0] + 1); ++x) {
-          const int64_t other =
-              touched_.number(static_cast<uint64_t>((int64_t{z} * dims[1] + y) * dims[0] + x));
+          const int64_t other = touched_.number((int64_t{z} * dims[1] + y) * dims[0] + x);
           if (other < 0) continue;
-          const SplatBrick& beside = made_[static_cast<size_t>(other)];
+          const SplatBrick& beside = made_[other];
           brick.reach[0] = std::min(brick.reach[0], beside.coefficient[0]);
           brick.reach[1] = std::max(brick.reach[1], beside.coefficient[1]);
         }
@@ -184,7 +183,7 @@ uint8_t SplatPoints::code(float c) const {
 }
 
 float SplatPoints::code_begin(int n) const {
-  return std::bit_cast<float>((code_zero + static_cast<uint32_t>(n)) << code_shift) / code_unit;
+  return std::bit_cast<float>((code_zero + n) << code_shift) / code_unit;
 }
 
 SplatPoints make_points(const Slice& slice, const Context& context) {

@@ -58,7 +58,7 @@ struct SplatPoints {
   // Number of a brick among dims, x fastest.
   [[nodiscard]] size_t slot(const SplatBrick& b) const {
     const auto n = [&](size_t a) { return static_cast<size_t>((b.plane[a] + margin) / edge); };
-    return (n(2) * static_cast<size_t>(dims[1]) + n(1)) * static_cast<size_t>(dims[0]) + n(0);
+    return (n(2) * dims[1] + n(1)) * dims[0] + n(0);
   }
   // Lattice position of a point.
   [[nodiscard]] Vec3 at(const SplatBrick& b, uint32_t n) const {

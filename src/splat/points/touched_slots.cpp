@@ -10,7 +10,7 @@ std::vector<uint64_t> SlotSet::list() {
   for (size_t word = 0; word < bits_.size(); ++word) {
     before_[word] = static_cast<uint32_t>(slots.size());
     for (uint64_t rest = bits_[word]; rest != 0; rest &= rest - 1)
-      slots.push_back(64 * word + static_cast<uint64_t>(std::countr_zero(rest)));
+      slots.push_back(64 * word + std::countr_zero(rest));
   }
   return slots;
 }
@@ -31,29 +31,25 @@ FoldedSites fold_sites(const Lattice3& lattice, int margin, const Int3& planes) 
 }
 
 SlotSet touched_slots(const Slice& slice, const FoldedSites& sites, const Int3& dims, int edge) {
-  SlotSet touched(static_cast<uint64_t>(dims[0]) * static_cast<uint64_t>(dims[1]) *
-                  static_cast<uint64_t>(dims[2]));
+  SlotSet touched(static_cast<uint64_t>(dims[0]) * dims[1] * dims[2]);
   const bool bcc = slice.lattice.bcc;
   for (int coset = 0; coset < (bcc ? 2 : 1); ++coset) {
-    const BrickLayer& layer = slice.coset[static_cast<size_t>(coset)];
+    const BrickLayer& layer = slice.coset[coset];
     std::array<std::vector<std::vector<int>>, 3> reached; // by axis and brick of the slice, rising
     for (size_t a = 0; a < 3; ++a) {
-      reached[a].resize(static_cast<size_t>(layer.brick_dims()[a]));
+      reached[a].resize(layer.brick_dims()[a]);
       for (size_t n = bcc ? static_cast<size_t>(coset) : 0; n < sites[a].size(); n += bcc ? 2 : 1) {
-        std::vector<int>& into = reached[a][static_cast<size_t>(sites[a][n] / brick_edge)];
+        std::vector<int>& into = reached[a][sites[a][n] / brick_edge];
         if (const int at = static_cast<int>(n) / edge; into.empty() || into.back() != at) into.push_back(at);
       }
     }
     for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
       if (!layer.brick(slot)) continue;
       const Int3 at = layer.slot_position(slot);
-      for (const int z : reached[2][static_cast<size_t>(at[2])])
-        for (const int y : reached[1][static_cast<size_t>(at[1])])
-          for (const int x : reached[0][static_cast<size_t>(at[0])])
-            touched.add(
-                (static_cast<uint64_t>(z) * static_cast<uint64_t>(dims[1]) + static_cast<uint64_t>(y)) *
-                    static_cast<uint64_t>(dims[0]) +
-                static_cast<uint64_t>(x));
+      for (const int z : reached[2][at[2]])
+        for (const int y : reached[1][at[1]])
+          for (const int x : reached[0][at[0]])
+            touched.add((static_cast<uint64_t>(z) * dims[1] + y) * dims[0] + x);
     }
   }
   return touched;

@@ -25,7 +25,7 @@ struct Normal {
   // Gauss-Jordan, of the equations with the multiplier that keeps the sum of the weights at 1.
   Normal(int taps, double band) {
     constexpr size_t most = most_taps + 1;
-    const auto n = static_cast<size_t>(taps);
+    const size_t n = taps;
     std::array<std::array<double, 2 * most>, most> a{};
     for (size_t i = 0; i < n; ++i) {
       for (size_t j = 0; j < n; ++j)
@@ -53,10 +53,10 @@ struct Normal {
 
   void weights(int taps, double band, double phase, double* weight) const {
     std::array<double, most_taps + 1> right{};
-    const auto n = static_cast<size_t>(taps);
+    const size_t n = taps;
     for (size_t i = 0; i < n; ++i)
-      right[i] = falling_wave(2 * std::numbers::pi * band *
-                              (static_cast<double>(i) - static_cast<double>(taps / 2 - 1) - phase));
+      right[i] =
+          falling_wave(2 * std::numbers::pi * band * (static_cast<double>(i) - (taps / 2 - 1) - phase));
     right[n] = 1;
     for (size_t i = 0; i < n; ++i) {
       weight[i] = 0;
@@ -79,16 +79,14 @@ RaiseAxis make_raise_axis(double ratio, double density, int taps, int first, int
   axis.ratio = ratio, axis.first = first;
   axis.pitch = static_cast<size_t>(count) + 16;
   axis.sample.resize(axis.pitch);
-  axis.weight.resize(axis.pitch * static_cast<size_t>(taps));
+  axis.weight.resize(axis.pitch * taps);
   std::array<double, most_taps> weight{};
   for (size_t n = 0; n < axis.pitch; ++n) {
     const double place = (first + static_cast<double>(std::min(n, static_cast<size_t>(count) - 1))) / ratio;
     const double whole = std::floor(place);
     axis.sample[n] = static_cast<int32_t>(whole) - (taps / 2 - 1);
     normal.weights(taps, band, place - whole, weight.data());
-    for (int t = 0; t < taps; ++t)
-      axis.weight[static_cast<size_t>(t) * axis.pitch + n] =
-          static_cast<float>(weight[static_cast<size_t>(t)]);
+    for (int t = 0; t < taps; ++t) axis.weight[t * axis.pitch + n] = static_cast<float>(weight[t]);
   }
   return axis;
 }
@@ -110,10 +108,10 @@ void raise_reference(const RaiseArgs& a) {
         float down = 0;
         for (int j = 0; j < a.taps; ++j) {
           const std::ptrdiff_t row = a.sample_y[y] - a.origin_y + j;
-          down += a.weight_y[static_cast<size_t>(j) * a.weight_pitch_y + static_cast<size_t>(y)] *
+          down += a.weight_y[j * a.weight_pitch_y + y] *
                   a.sheet[row * a.sheet_pitch + a.sample_x[x] - a.origin_x + i];
         }
-        sum += a.weight_x[static_cast<size_t>(i) * a.weight_pitch_x + static_cast<size_t>(x)] * down;
+        sum += a.weight_x[i * a.weight_pitch_x + x] * down;
       }
       a.plane[plane_offset(x, y, a.plane_pitch)] = sum;
     }

@@ -44,7 +44,7 @@ struct RaiseAxis {
   std::vector<float> weight;   // [tap][pixel]
 
   // The first sample of a pixel.
-  [[nodiscard]] int32_t at(int pixel) const { return sample[static_cast<size_t>(pixel - first)]; }
+  [[nodiscard]] int32_t at(int pixel) const { return sample[pixel - first]; }
 };
 [[nodiscard]] RaiseAxis make_raise_axis(double ratio, double density, int taps, int first, int count);
 

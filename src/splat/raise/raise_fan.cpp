@@ -25,12 +25,12 @@ void fan_axis(const RaiseFan& fan, const RaiseFan::Axis& axis, double scale, int
   // Places are counted in units of 2^-32 samples, so that sums of them are exact, wherever they start.
   constexpr int bits = 32, rest = bits - RaiseFan::phase_bits;
   const double unit = std::ldexp(1.0, bits), slope = scale * axis.per;
-  const auto step = static_cast<int64_t>(std::llround(slope * unit));
-  const auto zero = static_cast<int64_t>(std::llround(-axis.foot * slope * unit));
+  const int64_t step = std::llround(slope * unit);
+  const int64_t zero = std::llround(-axis.foot * slope * unit);
   out.ratio = 1 / slope, out.first = first;
   out.pitch = static_cast<size_t>(count) + 16;
   out.sample.resize(out.pitch);
-  out.weight.resize(out.pitch * static_cast<size_t>(fan.taps));
+  out.weight.resize(out.pitch * fan.taps);
   int64_t place = zero + first * step + (int64_t{1} << (rest - 1)); // to the nearest phase
   const int before = fan.taps / 2 - 1;
   for (size_t n = 0; n < out.pitch; ++n) {

@@ -35,8 +35,7 @@ template<int kTaps> HWY_INLINE void RaiseRows(const RaiseArgs& a, int y, int end
     const float* from = a.sheet + plane_offset(0, a.sample_y[r] - a.origin_y, a.sheet_pitch);
     float* to = a.scratch + plane_offset(0, r - y, a.scratch_pitch);
     V w[kTaps];
-    for (int t = 0; t < kTaps; ++t)
-      w[t] = hn::Set(d, a.weight_y[static_cast<size_t>(t) * a.weight_pitch_y + static_cast<size_t>(r)]);
+    for (int t = 0; t < kTaps; ++t) w[t] = hn::Set(d, a.weight_y[t * a.weight_pitch_y + r]);
     for (int c = first; c < last; c += lanes) {
       V sum = hn::Mul(w[0], hn::LoadU(d, from + c));
       for (int t = 1; t < kTaps; ++t)
@@ -60,8 +59,7 @@ template<int kTaps> void RaiseTaps(const RaiseArgs& a) {
       const auto place = hn::IndicesFromVec(d, hn::And(offset, hn::Set(di, lanes - 1)));
       const auto second = hn::RebindMask(d, hn::Gt(offset, hn::Set(di, lanes - 1)));
       V w[kTaps];
-      for (int t = 0; t < kTaps; ++t)
-        w[t] = hn::LoadU(d, a.weight_x + static_cast<size_t>(t) * a.weight_pitch_x + static_cast<size_t>(x));
+      for (int t = 0; t < kTaps; ++t) w[t] = hn::LoadU(d, a.weight_x + t * a.weight_pitch_x + x);
       const float* from = a.scratch + (base - a.origin_x - first);
       float* to = a.plane + plane_offset(x, y, a.plane_pitch);
       const auto rows = [&](auto pick) HWY_ATTR {

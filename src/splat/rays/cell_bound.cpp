@@ -26,15 +26,15 @@ double largest_bend(const RadialKernel& kernel) {
   const double square = kernel.radius * kernel.radius;
   double third = 0; // of the polynomial's third and second derivatives
   for (int j = 2; j < kernel.terms; ++j)
-    third += std::fabs(kernel.a[static_cast<size_t>(j)]) * j * (j - 1) * (6 + 4 * std::max(j - 2, 0));
+    third += std::fabs(kernel.a[j]) * j * (j - 1) * (6 + 4 * std::max(j - 2, 0));
   constexpr int steps = 1 << 18;
   double most = 0;
   for (int n = 0; n <= steps; ++n) {
     const double u = static_cast<double>(n) / steps;
     double first = 0, second = 0;
     for (int j = kernel.terms - 1; j >= 1; --j) {
-      first = first * u + j * kernel.a[static_cast<size_t>(j)];
-      if (j >= 2) second = second * u + j * (j - 1) * kernel.a[static_cast<size_t>(j)];
+      first = first * u + j * kernel.a[j];
+      if (j >= 2) second = second * u + j * (j - 1) * kernel.a[j];
     }
     const double across = -2 / square * first, along = across + 4 * (1 - u) / square * second;
     most = std::max({most, std::fabs(across), std::fabs(along)});

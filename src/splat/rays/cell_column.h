@@ -34,7 +34,7 @@ inline constexpr size_t corner_phases = 4;
 struct CornerStencils {
   std::array<std::vector<CornerTap>, corner_phases * corner_phases> all;
   [[nodiscard]] const std::vector<CornerTap>& at(int z, int y) const {
-    return all[static_cast<size_t>(z % 4) * corner_phases + static_cast<size_t>(y % 4)];
+    return all[(z % 4) * corner_phases + y % 4];
   }
 };
 

@@ -50,7 +50,7 @@ void Widen(const ColumnSites& s, std::ptrdiff_t lane) {
     const V a = hn::LoadU(d, p - step), b = hn::LoadU(d, p), c = hn::LoadU(d, p + step);
     return most ? hn::Max(hn::Max(a, b), c) : hn::Min(hn::Min(a, b), c);
   };
-  const auto n = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const std::ptrdiff_t n = hn::Lanes(d);
   alignas(64) float along[2][column_sites * stretch_lanes],
       plane[2][column_sites][column_sites * stretch_lanes];
   for (size_t c = 0; c < 2; ++c)
@@ -92,7 +92,7 @@ HWY_INLINE Reach ReachOf(const ColumnSites& s, int y, int z, std::ptrdiff_t lane
 // Returns whether a row of blocks may hold the value in a stretch, lane by lane.
 bool RowMayHold(const ColumnArgs& a, int block_y, int block_z, std::ptrdiff_t lane) {
   const V target = hn::Set(d, a.target), more = hn::Set(d, a.site_sum - 1);
-  const auto n = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const std::ptrdiff_t n = hn::Lanes(d);
   for (std::ptrdiff_t i = lane; i < lane + stretch_lanes; i += n) {
     Reach all = ReachOf(*a.sites, 4 * block_y, 4 * block_z, i, 0);
     for (int z = 0; z < 4; ++z)
@@ -112,7 +112,7 @@ bool RowMayHold(const ColumnArgs& a, int block_y, int block_z, std::ptrdiff_t la
 
 // The four corners of each lane: sums of sites. Taps go in pairs, so that sums do not wait for each other.
 void SumTaps(const float* sites, const std::vector<CornerTap>& taps, Stretch& t) {
-  const auto n = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const std::ptrdiff_t n = hn::Lanes(d);
   const CornerTap* const end = taps.data() + taps.size();
   for (std::ptrdiff_t i = 0; i < stretch_lanes; i += n) {
     V a0 = hn::Zero(d), a1 = a0, a2 = a0, a3 = a0, b0 = a0, b1 = a0, b2 = a0, b3 = a0;
@@ -244,8 +244,8 @@ bool MayHold(const ColumnArgs& a, float low, float high) {
 // The stretches whose coefficients in reach may hold the value, and one more that is none.
 std::vector<uint8_t> FindStretches(const ColumnArgs& a) {
   const ColumnSites& s = *a.sites;
-  const auto count = static_cast<size_t>(s.stretches);
-  const auto n = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const size_t count = s.stretches;
+  const std::ptrdiff_t n = hn::Lanes(d);
   std::vector<float> low(count + 2, 0.0f), high(count + 2, 0.0f); // of the stretch before
   for (size_t part = 0; part <= count; ++part) {
     if (!a.present[part] && (part == 0 || !a.present[part - 1])) continue;
@@ -277,7 +277,7 @@ void MarkColumn(const ColumnArgs& a) {
   // From the last on: a stretch needs the first corners of the one behind it.
   for (int stretch = s.stretches; stretch-- > 0;) {
     bool any = false;
-    for (int z = 0; may[static_cast<size_t>(stretch)] != 0 && 4 * z < a.depth; ++z) {
+    for (int z = 0; may[stretch] != 0 && 4 * z < a.depth; ++z) {
       t.active[z] = 0;
       for (int y = 0; 4 * y < a.height; ++y)
         if (RowMayHold(a, y, z, std::ptrdiff_t{stretch} * stretch_lanes)) t.active[z] |= 1u << y;

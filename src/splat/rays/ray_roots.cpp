@@ -54,8 +54,8 @@ void RayRoots::take_roots(bool last) {
       root.k = ray.sheet + static_cast<double>(lanes_.next[n]);
       for (size_t a = 0; a < 3; ++a) root.position[a] = ray.origin[a] + root.k * ray_[a];
       const Vec4& p = places_[n];
-      root.sample.position = {p[0], p[1], p[2]}, root.sample.value = static_cast<double>(values_[n]);
-      for (size_t a = 0; a < 3; ++a) root.sample.gradient[a] = static_cast<double>(gradients_[n][a]);
+      root.sample.position = {p[0], p[1], p[2]}, root.sample.value = values_[n];
+      for (size_t a = 0; a < 3; ++a) root.sample.gradient[a] = gradients_[n][a];
       root.number = ray.number;
       continue;
     }

@@ -29,7 +29,7 @@ constexpr int together = 4; // samples that are written down without asking whet
 // The least float that is not below a target.
 float side_of(double target) {
   const auto near = static_cast<float>(target);
-  return static_cast<double>(near) < target ? std::nextafter(near, infinity) : near;
+  return near < target ? std::nextafter(near, infinity) : near;
 }
 
 // Samples of a slab that there is room for.
@@ -93,7 +93,7 @@ void RaySearch::begin(int width, int height) {
         const int there = j + n < height ? std::min(width - i, piece_edge) : 0;
         piece.open &= ~(row >> there << there << n * piece_edge);
       }
-      std::fill_n(last_.begin() + static_cast<std::ptrdiff_t>(p * piece_rays), piece_rays, Station());
+      std::fill_n(last_.begin() + p * piece_rays, piece_rays, Station());
     }
 }
 
@@ -107,7 +107,7 @@ void RaySearch::draw_slab(size_t word, int bit) {
     const auto first = static_cast<uint32_t>(p * piece_rays);
     uint64_t asking = piece.open & way_.find_layers(column(first), row(first), slab, layers);
     for (; asking != 0; asking &= asking - 1) {
-      const auto n = static_cast<uint32_t>(std::countr_zero(asking));
+      const uint32_t n = std::countr_zero(asking);
       ask(first + n, slab, layers[n]);
     }
   }
@@ -129,12 +129,12 @@ void RaySearch::ask(uint32_t r, int slab, uint64_t layers) {
     for (int k = low; k <= high; k += together)
       for (uint32_t n = 0; n < together; ++n) { // those behind the last one are written over
         const int sheet = k + static_cast<int>(n);
-        const uint32_t to_n = count + static_cast<uint32_t>(k - low) + n;
+        const uint32_t to_n = count + (k - low) + n;
         samples_[to_n] = sheet;
         places_[to_n] = {at[0] + sheet * ez[0], at[1] + sheet * ez[1], at[2] + sheet * ez[2], 0};
       }
     next = std::max(next, high + 1);
-    count += static_cast<uint32_t>(std::max(high - low + 1, 0));
+    count += std::max(high - low + 1, 0);
   });
   count_ = count;
   if (count > first) parts_.push_back({r, first, count, first, last_[r].k == samples_[first] - 1});
@@ -172,7 +172,7 @@ void RaySearch::scan(uint32_t p) {
       n = (n / 64 + 1) * 64;
       continue;
     }
-    n += static_cast<uint32_t>(std::countr_zero(found));
+    n += std::countr_zero(found);
     if (n >= last) break;
     part.next = n + 1;
     if (samples_[n] == samples_[n + 1] - 1 && note(station(n), station(n + 1), p)) return;
@@ -184,7 +184,7 @@ void RaySearch::scan(uint32_t p) {
 // Notes two neighbours whose sides differ, or between which the field comes closer, goes away, and the
 // tangents meet beyond the target; false where there is neither.
 bool RaySearch::note(const Station& before, const Station& here, uint32_t p) {
-  const auto rises = [&](float value) { return static_cast<double>(value) - f_.target; };
+  const auto rises = [&](float value) { return value - f_.target; };
   const double d0 = rises(before.value), d1 = rises(here.value);
   const uint32_t r = parts_[p].ray;
   if ((d0 < 0) != (d1 < 0)) {
@@ -192,8 +192,7 @@ bool RaySearch::note(const Station& before, const Station& here, uint32_t p) {
     roots_.add({view_.sample(column(r), row(r), 0), before.k, end(before), end(here), p});
     return true;
   }
-  const double side = std::copysign(1.0, -d0), s0 = side * static_cast<double>(before.slope),
-               s1 = side * static_cast<double>(here.slope);
+  const double side = std::copysign(1.0, -d0), s0 = side * before.slope, s1 = side * here.slope;
   if (!(s0 > 0 && s1 < 0 && side * d0 * (s0 - s1) + s0 * (side * (d1 - d0) - s1) > 0)) return false;
   grazes_.push_back({.i = 1.0 * column(r),
                      .j = 1.0 * row(r),

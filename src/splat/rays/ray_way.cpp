@@ -26,8 +26,7 @@ RayWay::RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& v
     if (std::fabs(view.ez[a]) > std::fabs(view.ez[along])) along = a;
   axes_ = {along == 0 ? size_t{1} : size_t{0}, along == 2 ? size_t{1} : size_t{2}, along};
   const std::array<size_t, 3> stride{1, static_cast<size_t>(cells.blocks[0]),
-                                     static_cast<size_t>(cells.blocks[0]) *
-                                         static_cast<size_t>(cells.blocks[1])};
+                                     static_cast<size_t>(cells.blocks[0]) * cells.blocks[1]};
   for (size_t n = 0; n < 3; ++n) blocks_[n] = cells.blocks[axes_[n]], stride_[n] = stride[axes_[n]];
   for (size_t bit = 0; bit < 64; ++bit) layer_[bit >> (2 * along) & 3] |= uint64_t{1} << bit;
   const double plane = slice.lattice.plane_distance();
@@ -82,8 +81,8 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
   squares_ = ((view.width - 1) >> shift_) + 1;
   const int rows = ((view.height - 1) >> shift_) + 1;
   words_ = (blocks_[2] + 63) / 64;
-  const size_t count = static_cast<size_t>(squares_) * static_cast<size_t>(rows);
-  const size_t words = count * static_cast<size_t>(words_);
+  const size_t count = static_cast<size_t>(squares_) * rows;
+  const size_t words = count * words_;
   memory_ = Reservation(context.memory, words * sizeof(uint64_t) + count, "the way of rays");
   any_.assign(count, 0);
   slabs_.assign(words, 0);
@@ -106,7 +105,7 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
       p[u] = half, p[v] = half + step * y, p[w] = half + step * z;
       const double x0 = dot(gx, p - view.eye), y0 = dot(gy, p - view.eye);
       const int order = along(z);
-      const auto word = static_cast<size_t>(order / 64);
+      const size_t word = order / 64;
       const uint64_t* const row = &cells_.bits[at(0, y, z)];
       for (int x = 0; x < blocks_[0]; ++x) {
         if (row[static_cast<size_t>(x) * stride_[0]] == 0) continue;
@@ -117,9 +116,9 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
                   j1 = std::min(square(j + reach_y, rows), rows - 1);
         for (int t = j0; t <= j1; ++t)
           for (int s = i0; s <= i1; ++s) {
-            const size_t n = static_cast<size_t>(t) * static_cast<size_t>(squares_) + static_cast<size_t>(s);
+            const size_t n = static_cast<size_t>(t) * squares_ + s;
             any_[n] = 1;
-            slabs_[n * static_cast<size_t>(words_) + word] |= uint64_t{1} << (order % 64);
+            slabs_[n * words_ + word] |= uint64_t{1} << (order % 64);
           }
       }
     }

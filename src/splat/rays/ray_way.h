@@ -24,10 +24,10 @@ class RayWay {
   [[nodiscard]] bool any(int i, int j) const { return any_[square_at(i, j)] != 0; }
   // Returns a bit for each slab that may hold something in that square, 64 a word.
   [[nodiscard]] std::span<const uint64_t> slabs(int i, int j) const {
-    const auto words = static_cast<size_t>(words_);
+    const size_t words = words_;
     return {&slabs_[square_at(i, j) * words], words};
   }
-  [[nodiscard]] size_t words() const { return static_cast<size_t>(words_); }
+  [[nodiscard]] size_t words() const { return words_; }
 
   // The rays of the piece of a picture from pixel (i, j) on: the sheets that they are in the domain at, and
   // in a slab the layers of cells that they pass a bit in; a bit for each ray that has any.
@@ -56,12 +56,10 @@ class RayWay {
   void make_masks(double slope, size_t across, Masks& masks) const;
   void find_slabs(const Slice& slice, const SheetView& view, const Context& context);
   [[nodiscard]] size_t square_at(int i, int j) const {
-    return static_cast<size_t>(j >> shift_) * static_cast<size_t>(squares_) +
-           static_cast<size_t>(i >> shift_);
+    return static_cast<size_t>(j >> shift_) * squares_ + (i >> shift_);
   }
   [[nodiscard]] size_t at(int u, int v, int w) const {
-    return static_cast<size_t>(u) * stride_[0] + static_cast<size_t>(v) * stride_[1] +
-           static_cast<size_t>(w) * stride_[2];
+    return u * stride_[0] + v * stride_[1] + w * stride_[2];
   }
   [[nodiscard]] int along(int slab) const { return direction_ > 0 ? slab : blocks_[2] - 1 - slab; }
 

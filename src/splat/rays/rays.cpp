@@ -100,10 +100,8 @@ class Picture {
     const TilePixels& t = planes.tile;
     Shading lit{{1, 1, 1}, {}};
     if (options_.shading) lit = light_.shade(hit.point.gradient, rays_.target);
-    planes.set(static_cast<size_t>(hit.j - t.y) * static_cast<size_t>(t.pitch) +
-                   static_cast<size_t>(hit.i - t.x),
-               lit_color(color_, lit), static_cast<float>(hit.point.k), value_,
-               static_cast<float>(time_.at(hit.point.position)));
+    planes.set(static_cast<size_t>(hit.j - t.y) * t.pitch + (hit.i - t.x), lit_color(color_, lit),
+               static_cast<float>(hit.point.k), value_, static_cast<float>(time_.at(hit.point.position)));
   }
 
   const SplatOptions& options_;
@@ -121,8 +119,7 @@ std::shared_ptr<const SurfaceCells> find_cells(const SplatScene& scene, const Sp
     return std::make_shared<const SurfaceCells>(mark_all_cells(slice, context));
   if (scene.cells && !(options.disable_skips & skip_unchanged))
     return scene.cells->find(slice, target, context,
-                             static_cast<uint64_t>(scene.view->width) *
-                                 static_cast<uint64_t>(scene.view->height));
+                             static_cast<uint64_t>(scene.view->width) * scene.view->height);
   return std::make_shared<const SurfaceCells>(mark_cells(slice, target, context));
 }
 
@@ -151,8 +148,8 @@ SplatStats draw_rays(const SplatScene& scene, const SplatOptions& options, const
   const SheetView& view = *scene.view;
   SplatStats stats;
   const auto [first, last] = sheet_range(slice, view);
-  stats.sheets = static_cast<uint64_t>(std::max(last - first + 1, int64_t{0}));
-  const double target = options.surfaces.front().value - static_cast<double>(slice.base);
+  stats.sheets = std::max(last - first + 1, int64_t{0});
+  const double target = options.surfaces.front().value - slice.base;
   const auto cells = find_cells(scene, options, target, context);
   const RayWay way(*cells, slice, view, context);
   const SurfaceField field(slice, options.without_ripple && options.shading ? lattice_sums(slice, scene.sums)

@@ -94,9 +94,9 @@ class ColumnReader {
     std::array<std::array<std::array<int, column_sites>, 2>, 2> at; // by coset and axis
     for (int c = 0; c < 2; ++c)
       for (int v = 0; v < column_sites; ++v) {
-        auto& of = at[static_cast<size_t>(c)];
-        of[0][static_cast<size_t>(v)] = slice_.lattice.mirror(1, c, column_edge / 2 * y - 1 + v);
-        of[1][static_cast<size_t>(v)] = slice_.lattice.mirror(2, c, column_edge / 2 * z - 1 + v);
+        auto& of = at[c];
+        of[0][v] = slice_.lattice.mirror(1, c, column_edge / 2 * y - 1 + v);
+        of[1][v] = slice_.lattice.mirror(2, c, column_edge / 2 * z - 1 + v);
       }
     present.assign(static_cast<size_t>(stretches_) + 2, 0);
     for (size_t c = 0; c < 2; ++c) find_bricks(slice_.coset[c], at[c], present);
@@ -107,8 +107,7 @@ class ColumnReader {
     for (size_t c = 0; c < 2; ++c)
       for (int w = 0; w < column_sites; ++w)
         for (int v = 0; v < column_sites; ++v)
-          read_row(c, at[c][0][static_cast<size_t>(v)], at[c][1][static_cast<size_t>(w)],
-                   sites.value.data() + sites.at(c, v, w), filled);
+          read_row(c, at[c][0][v], at[c][1][w], sites.value.data() + sites.at(c, v, w), filled);
     return true;
   }
 
@@ -143,7 +142,7 @@ class ColumnReader {
   void read_row(size_t c, int j, int k, float* to, const std::vector<uint8_t>& filled) const {
     const BrickLayer& layer = slice_.coset[c];
     const size_t slot = layer.slot(0, j / brick_edge, k / brick_edge),
-                 from = static_cast<size_t>((k % brick_edge * brick_edge + j % brick_edge) * brick_edge);
+                 from = (k % brick_edge * brick_edge + j % brick_edge) * brick_edge;
     for (size_t b = 0; b < layer.row_slots(); ++b) {
       if (filled[b] == 0) continue;
       float* const part = to + static_cast<std::ptrdiff_t>(b) * brick_edge;
@@ -166,7 +165,7 @@ SurfaceCells empty_cells(const Slice& slice, const Context& context) {
   for (size_t a = 0; a < 3; ++a) {
     cells.cells[a] = slice.lattice.last[a];
     cells.blocks[a] = (cells.cells[a] + block_edge - 1) / block_edge;
-    words *= static_cast<uint64_t>(cells.blocks[a]);
+    words *= cells.blocks[a];
   }
   cells.memory = Reservation(context.memory, words * sizeof(uint64_t), "the cells of a surface");
   cells.bits.assign(words, 0);
@@ -191,7 +190,7 @@ int columns_along(const SurfaceCells& cells, size_t axis) {
   return (cells.cells[axis] + column_edge - 1) / column_edge;
 }
 uint64_t column_count(const SurfaceCells& cells) {
-  return static_cast<uint64_t>(columns_along(cells, 1)) * static_cast<uint64_t>(columns_along(cells, 2));
+  return static_cast<uint64_t>(columns_along(cells, 1)) * columns_along(cells, 2);
 }
 
 // Calls body(memory, y, z) for the columns at (y, z), columns, that have coefficients, with those read; of
@@ -282,12 +281,12 @@ std::span<uint64_t> row_bits(SurfaceCells& cells, uint64_t row) {
   const int y = column % in_row * column_blocks + in_column % column_blocks,
             z = column / in_row * column_blocks + in_column / column_blocks;
   if (y >= cells.blocks[1] || z >= cells.blocks[2]) return {};
-  return std::span(cells.bits).subspan(cells.at({0, y, z}), static_cast<size_t>(cells.blocks[0]));
+  return std::span(cells.bits).subspan(cells.at({0, y, z}), cells.blocks[0]);
 }
 
 uint64_t marks_of(std::span<const uint64_t> bits) {
   uint64_t sum = 0;
-  for (const uint64_t word : bits) sum += static_cast<uint64_t>(std::popcount(word));
+  for (const uint64_t word : bits) sum += std::popcount(word);
   return sum;
 }
 
@@ -340,7 +339,7 @@ uint64_t refine_rows(const Slice& slice, double target, SurfaceCells& cells, uin
     const RefineArgs args{&stencil, static_cast<float>(target), static_cast<float>(bound.of_range),
                           static_cast<float>(bound.of_middle)};
     const auto refine_column = [&](ColumnMemory& memory, int y, int z) {
-      const uint64_t first = column_rows * static_cast<uint64_t>(z * columns_along(cells, 1) + y);
+      const uint64_t first = column_rows * (z * columns_along(cells, 1) + y);
       for (uint64_t n = std::max(begin, first); n < std::min(end, first + column_rows); ++n) {
         context.progress.check();
         const auto in_column = static_cast<int>(n - first);

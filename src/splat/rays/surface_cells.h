@@ -22,9 +22,7 @@ struct SurfaceCells {
   Reservation memory;
 
   [[nodiscard]] size_t at(const Int3& block) const {
-    return (static_cast<size_t>(block[2]) * static_cast<size_t>(blocks[1]) + static_cast<size_t>(block[1])) *
-               static_cast<size_t>(blocks[0]) +
-           static_cast<size_t>(block[0]);
+    return (static_cast<size_t>(block[2]) * blocks[1] + block[1]) * blocks[0] + block[0];
   }
   // Returns the number of marks; those of a last block beyond the cells count, too.
   [[nodiscard]] uint64_t count() const;

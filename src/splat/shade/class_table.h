@@ -29,8 +29,8 @@ struct ClassTable {
   }
   // Returns whether any value of [a, b] absorbs (index() never falls as the value rises).
   [[nodiscard]] bool visible(double a, double b) const {
-    const auto i = static_cast<size_t>(index(static_cast<float>(a)));
-    const auto j = static_cast<size_t>(index(static_cast<float>(b)));
+    const size_t i = index(static_cast<float>(a));
+    const size_t j = index(static_cast<float>(b));
     return visible_before[j + 1] > visible_before[i];
   }
   // Returns whether a segment whose values lie in [a, b] absorbs: by the entries, and by the integrals where
@@ -47,7 +47,7 @@ inline void index_visible(ClassTable& table) {
   table.first_visible = table.size();
   table.last_visible = -1;
   for (int i = 0; i < table.size(); ++i) {
-    const bool visible = table.entry[static_cast<size_t>(i)][3] > 0;
+    const bool visible = table.entry[i][3] > 0;
     table.visible_before.push_back(table.visible_before.back() + (visible ? 1 : 0));
     if (!visible) continue;
     table.first_visible = std::min(table.first_visible, i);

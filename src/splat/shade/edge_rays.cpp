@@ -145,8 +145,7 @@ std::vector<EdgeHit> trace_edge_rays(const SurfaceField& field, const SheetView&
     field_at(field, p, value, gradient);
     for (size_t m = 0; m < active.size(); ++m) {
       const uint32_t n = active[m];
-      const Walk::Event event =
-          walks[n].take(static_cast<double>(value[m]), dot(gradient[m], view.ray(rays[n].i, rays[n].j)));
+      const Walk::Event event = walks[n].take(value[m], dot(gradient[m], view.ray(rays[n].i, rays[n].j)));
       if (event == Walk::Event::none) next.push_back(n);
       if (event == Walk::Event::crossing) crossings.push_back(walks[n].interval(n));
       if (event == Walk::Event::graze) grazes.push_back(walks[n].interval(n));

@@ -25,7 +25,7 @@ struct IsoSurface {
 
 // Returns the colour of a surface, and the extinction of its value.
 [[nodiscard]] inline std::array<float, 4> surface_color(const IsoSurface& surface, const ClassTable& table) {
-  std::array<float, 4> out = table.entry[static_cast<size_t>(table.index(static_cast<float>(surface.value)))];
+  std::array<float, 4> out = table.entry[table.index(static_cast<float>(surface.value))];
   if (surface.color)
     for (size_t c = 0; c < 3; ++c) out[c] = static_cast<float>((*surface.color)[c]);
   return out;

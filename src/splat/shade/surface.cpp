@@ -17,7 +17,7 @@ namespace {
 
 FootprintPlan footprints_of(const Slice& slice) {
   const std::array<FieldLayer, 2> layers{FieldLayer{&slice.coset[0]}, FieldLayer{&slice.coset[1]}};
-  return FootprintPlan({std::span(layers).first(static_cast<size_t>(slice.lattice.cosets())), &slice.kernel});
+  return FootprintPlan({std::span(layers).first(slice.lattice.cosets()), &slice.kernel});
 }
 
 } // namespace
@@ -45,7 +45,7 @@ void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span
       p[n] = {points[from + n][0], points[from + n][1], points[from + n][2], 0};
     sum_footprints(field.footprints, std::span(p).first(count), values.data() + from, slope.data());
     for (size_t n = 0; n < count; ++n)
-      for (size_t a = 0; a < 3; ++a) gradients[from + n][a] = static_cast<double>(slope[n][a]);
+      for (size_t a = 0; a < 3; ++a) gradients[from + n][a] = slope[n][a];
   }
   if (!field.slice.corrections) return;
   const Affine3& to_slice = field.slice.lattice_to_slice;
@@ -100,7 +100,7 @@ std::vector<SurfacePoint> refine_crossings(const SurfaceField& field, const Shee
       const uint32_t n = open[m];
       Crossing& c = bracket[n];
       SurfacePoint& hit = hits[n];
-      const auto f = static_cast<double>(value[m]);
+      const double f = value[m];
       (f < target) == (c.value_low < target) ? c.low = hit.k : c.high = hit.k;
       const double slope = dot(gradient[m], view.ray(c.i, c.j));
       const double next = hit.k + (target - f) / slope;
@@ -142,7 +142,7 @@ std::vector<Crossing> find_grazes(const SurfaceField& field, const SheetView& vi
     std::vector<Search> left;
     for (size_t n = 0; n < open.size(); ++n) {
       Search& s = open[n];
-      const double f = static_cast<double>(value[n]);
+      const double f = value[n];
       const bool below = s.interval.value_low < target;
       if ((f < target) != below) {
         found.push_back({s.interval.i, s.interval.j, s.interval.low, s.k, s.interval.value_low, f, nan, nan,

@@ -20,8 +20,8 @@ HalfClass classify_half(const ClassTable& table, float e0, float e1, float lengt
   }
   const int j0 = t.below(e0), j1 = t.below(e1);
   const float f0 = e0 - ValueIntegrals::base(j0), f1 = e1 - ValueIntegrals::base(j1);
-  const auto* const p0 = t.part.data() + size_t{3} * static_cast<size_t>(j0);
-  const auto* const p1 = t.part.data() + size_t{3} * static_cast<size_t>(j1);
+  const auto* const p0 = t.part.data() + size_t{3} * j0;
+  const auto* const p1 = t.part.data() + size_t{3} * j1;
   std::array<float, 4> sum;
   for (size_t c = 0; c < 4; ++c)
     sum[c] = (p1[0][c] - p0[0][c]) + ((p1[1][c] - p0[1][c]) + (f1 * p1[2][c] - f0 * p0[2][c]));
@@ -29,7 +29,7 @@ HalfClass classify_half(const ClassTable& table, float e0, float e1, float lengt
   if (!(mean > 0)) return out;
   for (size_t c = 0; c < 3; ++c) out.color[c] = std::max(sum[c] / sum[3], 0.0f);
   out.depth = mean * length, out.absorbed = absorbed(out.depth);
-  const auto &m0 = t.moment[static_cast<size_t>(j0)], &m1 = t.moment[static_cast<size_t>(j1)];
+  const auto &m0 = t.moment[j0], &m1 = t.moment[j1];
   const float inside = f1 * (ValueIntegrals::base(j1) + 0.5f * f1) * p1[2][3] -
                        f0 * (ValueIntegrals::base(j0) + 0.5f * f0) * p0[2][3];
   const float moment = (m1[0] - m0[0]) + ((m1[1] - m0[1]) + inside);

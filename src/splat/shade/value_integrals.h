@@ -35,7 +35,7 @@ struct ValueIntegrals {
   [[nodiscard]] int above(float e) const { return within(std::ceil(e)); }
   // Returns whether anything absorbs between two values, low <= high.
   [[nodiscard]] bool visible(float low, float high) const {
-    return next_visible[static_cast<size_t>(below(low))] <= std::max(above(high), below(low));
+    return next_visible[below(low)] <= std::max(above(high), below(low));
   }
 
  private:

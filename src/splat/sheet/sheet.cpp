@@ -16,8 +16,8 @@ void take_ripple_off(const SheetArgs& s, int x, int y, float value, float& gi, f
   if (!r.sums) return;
   Vec3 place;
   for (size_t a = 0; a < 3; ++a)
-    place[a] = static_cast<double>(static_cast<float>(s.tile.x + x) * r.per_x[a] +
-                                   (r.at[a] + static_cast<float>(s.tile.y + y) * r.per_y[a]));
+    place[a] = static_cast<float>(s.tile.x + x) * r.per_x[a] +
+               (r.at[a] + static_cast<float>(s.tile.y + y) * r.per_y[a]);
   const Vec3 ripple = r.sums->nearest_gradient(place);
   for (size_t a = 0; a < 3; ++a) {
     const float of_value = value * static_cast<float>(ripple[a]);
@@ -64,8 +64,7 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y, float quarters) {
   gi *= s.basis.unit, gj *= s.basis.unit, gk *= s.basis.unit;
   Vec3 g;
   for (size_t a = 0; a < 3; ++a)
-    g[a] =
-        static_cast<double>(gi * s.basis.x[a] + (gj * s.basis.y[a] + gk * s.basis.z[a])) / s.basis.enlarged;
+    g[a] = (gi * s.basis.x[a] + (gj * s.basis.y[a] + gk * s.basis.z[a])) / s.basis.enlarged;
   return g;
 }
 
@@ -77,7 +76,7 @@ Segment classify_pixel(const SheetArgs& s, size_t p, std::ptrdiff_t at, float sh
   const ClassTable& table = *s.classes.table;
   const float path = share * s.pixel.path[p];
   if (!s.halves.preintegrated) {
-    const auto& [red, green, blue, extinction] = table.entry[static_cast<size_t>(table.index(out.value))];
+    const auto& [red, green, blue, extinction] = table.entry[table.index(out.value)];
     out.color = {red, green, blue};
     out.depth = extinction * out.weight * path, out.absorbed = absorbed(out.depth);
     return out;
@@ -111,7 +110,7 @@ Shading light_segment(const SheetArgs& s, int x, int y, const Segment& segment, 
   const size_t p = s.tile.pixel(x, y);
   const Vec3 viewer{static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
                     static_cast<double>(s.pixel.view_z[p])};
-  const auto value = static_cast<double>(s.field.value[s.tile.sample(x, y)]);
+  const double value = s.field.value[s.tile.sample(x, y)];
   const auto light = [&](float quarters) {
     return shade(*s.shading.lights, world_gradient(s, x, y, quarters), viewer, value);
   };
@@ -120,7 +119,7 @@ Shading light_segment(const SheetArgs& s, int x, int y, const Segment& segment, 
   const Shading front = light(-apart), back = light(apart);
   const float of_front = s.halves.preintegrated ? segment.front / segment.absorbed
                                                 : 1 / (1 + std::sqrt(std::max(1 - segment.absorbed, 0.0f)));
-  const auto share = static_cast<double>(of_front);
+  const double share = of_front;
   return {share * front.scale + (1 - share) * back.scale,
           share * front.highlight + (1 - share) * back.highlight};
 }
@@ -205,7 +204,7 @@ size_t crossings(const CrossingArgs& c) {
       for (int n = 0; n < c.count; ++n) {
         const float k = c.k + static_cast<float>(n);
         if (!(k >= c.enter[p] && k - 1 <= c.leave[p])) continue;
-        const auto value = [&](int sheet) { return c.plane[static_cast<size_t>(n + sheet)][at]; };
+        const auto value = [&](int sheet) { return c.plane[n + sheet][at]; };
         const float v0 = value(1), v1 = value(2), d0 = v0 - c.target, d1 = v1 - c.target;
         const bool crosses = (d0 < 0) != (d1 < 0);
         if (!crosses && !may_graze(d0, d1, 0.5f * (v1 - value(0)), 0.5f * (value(3) - v0))) continue;

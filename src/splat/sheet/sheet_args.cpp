@@ -54,7 +54,7 @@ GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t 
     basis.z[a] = static_cast<float>(shorter * z[a]);
   }
   // Values relative to the base may be of any unit.
-  const auto base = static_cast<double>(slice.base);
+  const double base = slice.base;
   const double largest = std::max(slice.bounds[1] - base, base - slice.bounds[0]);
   const double unit = std::min(near_one(largest), 0x1p126);
   basis.unit = static_cast<float>(unit);

@@ -149,9 +149,7 @@ size_t Crossings(const CrossingArgs& c) {
         continue;
       bool any = false;
       for (int n = 0; n < c.count; ++n) {
-        const auto value = [&](int sheet) HWY_ATTR {
-          return hn::LoadU(d, c.plane[static_cast<size_t>(n + sheet)] + at);
-        };
+        const auto value = [&](int sheet) HWY_ATTR { return hn::LoadU(d, c.plane[n + sheet] + at); };
         const V v0 = value(1), v1 = value(2);
         V d0 = hn::Sub(v0, target), d1 = hn::Sub(v1, target);
         const M below = hn::Lt(d0, zero);

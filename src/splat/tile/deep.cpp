@@ -152,8 +152,8 @@ bool DeepTile::add_surface(const PixelPlanes& planes, size_t p, float k, float s
 void DeepTile::finish_tile(Progress& progress) {
   for (size_t p = 0; p < runs_.size(); ++p) close_run(runs_[p], p);
   const auto place = [&](uint32_t p) {
-    const auto pitch = static_cast<size_t>(pitch_);
-    return p / pitch * static_cast<size_t>(width_) + p % pitch;
+    const size_t pitch = pitch_;
+    return p / pitch * width_ + p % pitch;
   };
   counts_.assign(plane_size(width_, height_), 0);
   for (const Entry& e : entries_) ++counts_[place(e.pixel)];

@@ -35,7 +35,7 @@ class KeptTile {
   void begin_sheets(int64_t first_sheet) { first_ = first_sheet, sheets_.clear(); }
   // The sheet after the last one.
   Sheet& add_sheet() { return sheets_.emplace_back(); }
-  [[nodiscard]] Sheet& sheet(int64_t k) { return sheets_[static_cast<size_t>(k - first_)]; }
+  [[nodiscard]] Sheet& sheet(int64_t k) { return sheets_[k - first_]; }
   // Returns room for `count` floats; null when the view may keep no more.
   [[nodiscard]] std::unique_ptr<float[]> room(size_t count);
 

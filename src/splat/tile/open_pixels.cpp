@@ -12,18 +12,16 @@ void OpenPixels::prepare(const PlannedTile& tile, const SplatPlan& plan) {
   width_ = tile.width, height_ = tile.height, around_ = plan.raise.around;
   const bool fan = plan.raise.fan.taps > 0;
   if (fan) ring_x_ = tile.x, ring_y_ = tile.y, ring_width_ = width_, ring_height_ = height_, around_ = 0;
-  pixels_.assign(static_cast<size_t>(ring_width_) + 1, 0), row_.resize(static_cast<size_t>(height_));
+  pixels_.assign(static_cast<size_t>(ring_width_) + 1, 0), row_.resize(height_);
   before_.assign(static_cast<size_t>(width_) + 1, 0);
   const int own = plan.raise.taps / 2 - 1; // of a pixel's samples
   for (int x = 0; x < width_; ++x)
-    ++pixels_[static_cast<size_t>((plan.raise.taps && !fan ? plan.raise.x.at(tile.x + x) + own : tile.x + x) -
-                                  ring_x_ + 1)];
+    ++pixels_[(plan.raise.taps && !fan ? plan.raise.x.at(tile.x + x) + own : tile.x + x) - ring_x_ + 1];
   std::partial_sum(pixels_.begin(), pixels_.end(), pixels_.begin());
   rows_.assign(static_cast<size_t>(ring_height_) + 1, 0);
   for (int y = 0; y < height_; ++y) {
-    row_[static_cast<size_t>(y)] =
-        (plan.raise.taps && !fan ? plan.raise.y.at(tile.y + y) + own : tile.y + y) - ring_y_;
-    ++rows_[static_cast<size_t>(row_[static_cast<size_t>(y)]) + 1];
+    row_[y] = (plan.raise.taps && !fan ? plan.raise.y.at(tile.y + y) + own : tile.y + y) - ring_y_;
+    ++rows_[static_cast<size_t>(row_[y]) + 1];
   }
   std::partial_sum(rows_.begin(), rows_.end(), rows_.begin());
 }
@@ -36,7 +34,7 @@ std::array<int, 4> OpenPixels::in_ring(const std::array<int, 4>& rect) const {
 
 int OpenPixels::open(const std::array<int, 4>& in_ring) const {
   const auto [x0, y0, x1, y1] = in_ring;
-  const auto sum = [&](int y, int x) { return sum_[static_cast<size_t>(y * (ring_width_ + 1) + x)]; };
+  const auto sum = [&](int y, int x) { return sum_[y * (ring_width_ + 1) + x]; };
   return sum(y1, x1) - sum(y1, x0) - sum(y0, x1) + sum(y0, x0);
 }
 
@@ -45,7 +43,7 @@ bool OpenPixels::hidden(const std::array<int, 4>& rect) const { return open(in_r
 bool OpenPixels::all_open(const std::array<int, 4>& rect) const {
   const auto r = in_ring(rect);
   const auto count = [](const std::vector<int>& before, int from, int to) {
-    return before[static_cast<size_t>(to)] - before[static_cast<size_t>(from)];
+    return before[to] - before[from];
   };
   return open(r) == count(pixels_, r[0], r[2]) * count(rows_, r[1], r[3]);
 }

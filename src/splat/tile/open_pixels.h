@@ -29,15 +29,14 @@ class OpenPixels {
   // that it follows.
   template<class Open> void count(int pitch, const Open& open) {
     const int columns = ring_width_ + 1;
-    sum_.assign(static_cast<size_t>(columns * (ring_height_ + 1)), 0);
+    sum_.assign(columns * (ring_height_ + 1), 0);
     for (int y = 0; y < height_; ++y) {
       const size_t first = plane_index(0, y, pitch);
       int32_t* const before = before_.data() + 1;
-      for (int x = 0; x < width_; ++x) before[x] = open(first + static_cast<size_t>(x)) ? 1 : 0;
+      for (int x = 0; x < width_; ++x) before[x] = open(first + x) ? 1 : 0;
       for (int x = 0; x < width_; ++x) before[x] += before[x - 1];
-      int32_t* const row = sum_.data() + (row_[static_cast<size_t>(y)] + 1) * columns;
-      for (int x = 0; x < columns; ++x)
-        row[x] += before_[static_cast<size_t>(pixels_[static_cast<size_t>(x)])];
+      int32_t* const row = sum_.data() + (row_[y] + 1) * columns;
+      for (int x = 0; x < columns; ++x) row[x] += before_[pixels_[x]];
     }
     for (int y = 1; y <= ring_height_; ++y) {
       const int32_t* const above = sum_.data() + (y - 1) * columns;

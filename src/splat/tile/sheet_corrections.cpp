@@ -55,7 +55,7 @@ void SheetCorrections::add_point(const Sheet& sheet, const Int3& at, float value
             to = std::min(row(std::floor(y + half_y)), plane.y + plane.height - 1);
   for (int j = from; j <= to; ++j) {
     // The stretch of the row that lies within 1 of the point along every axis.
-    const Vec3 start = sheet.origin + static_cast<double>(j) * sheet.per_j - g;
+    const Vec3 start = sheet.origin + j * sheet.per_j - g;
     double low = x - half_x, high = x + half_x;
     for (size_t a = 0; a < 3; ++a) {
       const double per = sheet.per_i[a];

@@ -35,7 +35,7 @@ SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, T
       loops_(args.reference_loops ? reference_loops() : simd_loops()), tile_(tile), m_(memory), stats_(stats),
       quantities_(args.gradients ? 4 : 1), kept_(args.kept), use_(args.use) {
   m_.size_planes(plan_, tile);
-  ring_touched_.resize(static_cast<size_t>(plan_.ring.sheets));
+  ring_touched_.resize(plan_.ring.sheets);
   pitch_ = m_.plane_pitch;
   if (!tile.corrections.empty()) corrections_.emplace(scene_, plan_, tile);
 }
@@ -87,7 +87,7 @@ void SheetSource::splat_gap(int64_t s, const OpenPixels* open, StageClock::time_
       const size_t bin = bin_of(s);
       SplatRecord* const records = m_.bins[bin].data();
       if (m_.bin_end[bin] != records) {
-        auto count = static_cast<size_t>(m_.bin_end[bin] - records);
+        size_t count = m_.bin_end[bin] - records;
         if (open && open->mostly_closed()) count = drop_hidden_points(s, records, count, *open);
         if (count > 0) last_filled_ = s + plan_.ring.after;
         splat_bin(s, records, count);
@@ -209,8 +209,7 @@ void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count)
   a.groups = plan_.ring.groups, a.group_floats = m_.group_floats;
   a.pitch = m_.ring_pitch, a.width = m_.ring_width, a.height = m_.ring_height;
   loops_.splat(a);
-  stats_.contributions += count * static_cast<uint64_t>(plan_.ring.sheets) *
-                          static_cast<uint64_t>(a.columns) * static_cast<uint64_t>(a.rows);
+  stats_.contributions += count * plan_.ring.sheets * a.columns * a.rows;
 }
 
 // Marks the samples that the points of a gap may touch, on all sheets within their reach.
@@ -243,7 +242,7 @@ void SheetSource::extract_plane(int64_t k, size_t quantity, float* plane, int pi
   clear_around(std::exchange(holds, now), now, plane, pitch);
   if (use_ == KeptSheets::Use::take) {
     const float* from_kept = kept_->sheet(k).samples[quantity].get();
-    const auto width = static_cast<size_t>(now.x1 - now.x0);
+    const size_t width = now.x1 - now.x0;
     for (int y = now.y0; y < now.y1; ++y, from_kept += width)
       std::copy_n(from_kept, width, plane + plane_offset(now.x0, y, pitch));
     return;
@@ -261,9 +260,9 @@ void SheetSource::extract_plane(int64_t k, size_t quantity, float* plane, int pi
 
 void SheetSource::keep_plane(int64_t k, size_t quantity, const float* plane, int pitch,
                              const PixelRect& rect) {
-  const auto width = static_cast<size_t>(rect.x1 - rect.x0);
+  const size_t width = rect.x1 - rect.x0;
   auto& samples = kept_->sheet(k).samples[quantity];
-  samples = kept_->room(width * static_cast<size_t>(rect.y1 - rect.y0));
+  samples = kept_->room(width * (rect.y1 - rect.y0));
   if (!samples) return;
   float* to = samples.get();
   for (int y = rect.y0; y < rect.y1; ++y, to += width)

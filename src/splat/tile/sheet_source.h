@@ -79,7 +79,7 @@ class SheetSource {
   [[nodiscard]] static PixelRect whole_vectors(const PixelRect& r);
   [[nodiscard]] PixelRect raised_pixels(const PixelRect& touched) const;
   [[nodiscard]] size_t slot(int64_t k) const {
-    return static_cast<size_t>(((k % plan_.ring.sheets) + plan_.ring.sheets) % plan_.ring.sheets);
+    return ((k % plan_.ring.sheets) + plan_.ring.sheets) % plan_.ring.sheets;
   }
   void normalise_sheet(int64_t k);
   void correct_sheet(int64_t k);

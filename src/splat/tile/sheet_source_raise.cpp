@@ -11,7 +11,7 @@ namespace bccsplat {
 // Makes sheet k out of those of the ring on either side.
 void SheetSource::blend_sheet(int64_t k) {
   const RaiseAxis& z = plan_.raise.z;
-  const auto entry = static_cast<size_t>(k - z.first);
+  const size_t entry = k - z.first;
   BlendArgs b;
   PixelRect touched;
   for (size_t t = 0; t < static_cast<size_t>(plan_.raise.depth_taps); ++t) {
@@ -37,7 +37,7 @@ void SheetSource::blend_sheet(int64_t k) {
 // Works out what the tile sees of each gap.
 void SheetSource::prepare_fan() {
   const RaiseFan& fan = plan_.raise.fan;
-  const auto gaps = static_cast<size_t>(plan_.gaps.last - plan_.gaps.first + 1);
+  const size_t gaps = plan_.gaps.last - plan_.gaps.first + 1;
   gap_rect_.resize(gaps), inverse_near_.resize(gaps), inverse_far_.resize(gaps);
   for (size_t n = 0; n < gaps; ++n) {
     const int64_t s = plan_.gaps.first + static_cast<int64_t>(n);
@@ -62,7 +62,7 @@ PixelRect SheetSource::raised_pixels(const PixelRect& touched) const {
   if (touched.empty()) return {};
   const bool fan = plan_.raise.fan.taps > 0;
   const auto range = [&](const RaiseAxis& axis, int first_pixel, int count, int low, int high) {
-    const int32_t* const at = &axis.sample[static_cast<size_t>(first_pixel - axis.first)];
+    const int32_t* const at = &axis.sample[first_pixel - axis.first];
     // A pixel's samples are at[n] .. at[n] + taps - 1, rising.
     const auto* const from = std::lower_bound(at, at + count, low - plan_.raise.taps + 1);
     const auto* const to = std::lower_bound(at, at + count, high);
@@ -94,8 +94,8 @@ void SheetSource::raise_sheet(int64_t k, const PixelRect& touched) {
   r.sheet = m_.samples.data(), r.sheet_pitch = m_.sample_pitch;
   r.plane = m_.plane_origin(k, 0), r.plane_pitch = m_.plane_pitch;
   r.x0 = now.x0, r.x1 = std::min(now.x1, m_.width), r.y0 = now.y0, r.y1 = now.y1;
-  const auto x = static_cast<size_t>(tile_.x - plan_.sheets.border - across.first),
-             y = static_cast<size_t>(tile_.y - plan_.sheets.border - down.first);
+  const size_t x = tile_.x - plan_.sheets.border - across.first,
+               y = tile_.y - plan_.sheets.border - down.first;
   r.sample_x = across.sample.data() + x, r.weight_x = across.weight.data() + x;
   r.sample_y = down.sample.data() + y, r.weight_y = down.weight.data() + y;
   r.weight_pitch_x = across.pitch, r.weight_pitch_y = down.pitch;

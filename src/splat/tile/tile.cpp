@@ -56,7 +56,7 @@ class Tile {
  private:
   [[nodiscard]] KeptTile* kept_tile() const {
     if (job_.use == KeptSheets::Use::draw) return nullptr;
-    return &job_.kept->tile(static_cast<size_t>(&tile_ - plan_.tiles.data()));
+    return &job_.kept->tile(&tile_ - plan_.tiles.data());
   }
 
   void prepare_pixels() {
@@ -231,7 +231,7 @@ class Tile {
         if (options_.mode == RenderMode::xray)
           finish_xray(p);
         else if (options_.mode == RenderMode::maximum)
-          finish_maximum(p, x, y, gradients.empty() ? Vec3{} : gradients[static_cast<size_t>(x)]);
+          finish_maximum(p, x, y, gradients.empty() ? Vec3{} : gradients[x]);
         else
           finish_composite(p);
       }
@@ -263,23 +263,21 @@ class Tile {
 
   // Returns the gradients in world space where the largest values of a row's pixels are, computed together.
   [[nodiscard]] std::vector<Vec3> maximum_gradients(int y) const {
-    const auto width = static_cast<size_t>(tile_.width);
+    const size_t width = tile_.width;
     std::vector<size_t> at;
     std::vector<Vec3> positions;
     for (size_t x = 0; x < width; ++x) {
       const size_t p = pixel(static_cast<int>(x), y);
       if (!(pixel_.red[p] > -infinity)) continue;
       at.push_back(x);
-      positions.push_back(
-          view_.sample(tile_.x + static_cast<int>(x), tile_.y + y, static_cast<double>(pixel_.depth[p])));
+      positions.push_back(view_.sample(tile_.x + static_cast<int>(x), tile_.y + y, pixel_.depth[p]));
     }
     std::vector<float> values(positions.size());
     std::vector<Vec3> found(positions.size()), gradients(width);
     field_at(field_, positions, values, found);
     const Affine3 to_lattice = view_.lattice_to_world.inverse();
     for (size_t n = 0; n < at.size(); ++n)
-      gradients[at[n]] =
-          to_lattice.transposed(field_.lit_gradient(positions[n], static_cast<double>(values[n]), found[n]));
+      gradients[at[n]] = to_lattice.transposed(field_.lit_gradient(positions[n], values[n], found[n]));
     return gradients;
   }
 
@@ -291,11 +289,11 @@ class Tile {
       if (pixel_.time) pixel_.time[p] = nan_value;
       return;
     }
-    const auto& entry = scene_.table->entry[static_cast<size_t>(scene_.table->index(value))];
+    const auto& entry = scene_.table->entry[scene_.table->index(value)];
     const float alpha = absorbed(entry[3] * scene_.table->unit_distance);
     const int i = tile_.x + x, j = tile_.y + y;
-    const Vec3 position = view_.sample(i, j, static_cast<double>(k));
-    paint_pixel(p, entry, alpha, gradient, static_cast<double>(value - scene_.slice->base), i, j);
+    const Vec3 position = view_.sample(i, j, k);
+    paint_pixel(p, entry, alpha, gradient, value - scene_.slice->base, i, j);
     if (alpha >= 0.5f) pixel_.depth[p] = k;
     if (pixel_.value) pixel_.value[p] = value;
     if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(position));

@@ -13,7 +13,7 @@ constexpr int smallest_rectangle = 4; // pixels along an edge
 class HolesOfSheet {
  public:
   HolesOfSheet(const Slice& slice, const SheetView& view, const SheetArgs& s, uint8_t* hole)
-      : slice_(slice), view_(view), s_(s), hole_(hole), k_(static_cast<double>(s.segment.k)) {
+      : slice_(slice), view_(view), s_(s), hole_(hole), k_(s.segment.k) {
     const double scale = view.scale(k_);
     const Affine3& to = slice.lattice_to_slice;
     if (slice.mask)
@@ -69,7 +69,7 @@ class HolesOfSheet {
          {view_.sample(i[1], j[0], k_), view_.sample(i[0], j[1], k_), view_.sample(i[1], j[1], k_)})
       for (size_t a = 0; a < 3; ++a) low[a] = std::min(low[a], p[a]), high[a] = std::max(high[a], p[a]);
     for (int c = 0; c < lattice.cosets(); ++c) {
-      const BrickLayer& layer = slice_.coset[static_cast<size_t>(c)];
+      const BrickLayer& layer = slice_.coset[c];
       Int3 first, last;
       for (size_t a = 0; a < 3; ++a) {
         // One site more on either side, and no end: beyond it stand mirror images of sites close to it.

@@ -43,7 +43,7 @@ void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, 
     std::fill_n(scratch.data(), room, 0.0f); // vectors read beside a row, where numbers must be
   }
   for (size_t q = 0; q < (gradients ? 4u : 1u); ++q) {
-    const size_t floats = group_floats * static_cast<size_t>(plan.ring.groups) + 64;
+    const size_t floats = group_floats * plan.ring.groups + 64;
     ring[q].reserve(floats);
     std::fill_n(ring[q].data(), floats, 0.0f);
     for (auto& sheet : plane.slot) {

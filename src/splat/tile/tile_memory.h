@@ -58,7 +58,7 @@ struct TileMemory {
   [[nodiscard]] uint32_t bin_mask() const { return static_cast<uint32_t>(bins.size() - 2); }
   // Makes room for `count` more points in a bin.
   void make_room(size_t bin, size_t count) {
-    const auto used = static_cast<size_t>(bin_end[bin] - bins[bin].data());
+    const size_t used = bin_end[bin] - bins[bin].data();
     if (used + count <= bins[bin].capacity()) return;
     bins[bin].grow(used + count, used);
     bin_end[bin] = bins[bin].data() + used;

@@ -100,7 +100,7 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
   out.enter = enter, out.leave = leave, out.path = path;
   out.view_x = vx, out.view_y = vy, out.view_z = vz;
   TileRays rays;
-  const auto width = static_cast<size_t>(tile.width), row = static_cast<size_t>(pitch);
+  const size_t width = tile.width, row = pitch;
   // These are world vectors of one sheet step: along the ray of pixel (0, 0), and what a pixel adds in
   // perspective.
   const Affine3& world = view.lattice_to_world;
@@ -121,7 +121,7 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
   for (size_t x = 0; x < width; ++x) column[x] = tile.x + static_cast<double>(x);
   double low = infinite, high = -infinite;
   for (int y = 0; y < tile.height; ++y) {
-    const size_t p = static_cast<size_t>(y) * row;
+    const size_t p = y * row;
     const double j = tile.y + y;
     cuts.row(column, j, first, last);
     for (size_t x = 0; x < width; ++x) {

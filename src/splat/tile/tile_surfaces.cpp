@@ -30,7 +30,7 @@ TileSurfaces::TileSurfaces(const TileJob& job, const PlannedTile& tile, TileMemo
       stop_(static_cast<float>(options_.opacity_stop)) {
   const bool all = options_.with_deep && options_.opacity_stop >= 1;
   for (const IsoSurface& s : options_.surfaces)
-    surfaces_.push_back({s.value - static_cast<double>(scene_.slice->base), static_cast<float>(s.value),
+    surfaces_.push_back({s.value - scene_.slice->base, static_cast<float>(s.value),
                          static_cast<float>(s.opacity), surface_color(s, *scene_.table),
                          all || s.opacity < 1});
   found_.resize(surfaces_.size());
@@ -73,14 +73,14 @@ bool TileSurfaces::look_at(int64_t first, int64_t end, SplatStats& stats, Crossi
   if (skip) c.seen = {};
   for (int64_t k = first - 2; k <= end; ++k) {
     const int64_t sheet = std::max(k, view_.first_sheet());
-    c.plane[static_cast<size_t>(k - first + 2)] = source_.plane(sheet, 0);
+    c.plane[k - first + 2] = source_.plane(sheet, 0);
     if (skip) c.seen.include(source_.touched(sheet));
   }
   return true;
 }
 
 void TileSurfaces::find_crossings(CrossingArgs& c) {
-  const auto room = static_cast<size_t>(tile_.width * tile_.height * CrossingArgs::most);
+  const size_t room = tile_.width * tile_.height * CrossingArgs::most;
   size_t used = 0;
   for (size_t s = 0; s < surfaces_.size(); ++s) {
     if (m_.crossings.size() < used + room) m_.crossings.resize(used + room);
@@ -103,7 +103,7 @@ void TileSurfaces::refine(const CrossingArgs& c, uint32_t surface, int interval)
   const auto all =
       std::span(m_.crossings).subspan(found_[surface].begin, found_[surface].end - found_[surface].begin);
   const auto k = static_cast<double>(c.k) + interval;
-  const auto* const plane = &c.plane[static_cast<size_t>(interval)];
+  const auto* const plane = &c.plane[interval];
   const auto target = static_cast<float>(s.target);
   std::vector<Crossing> crossings, grazes;
   for (const SheetCrossing& found : all) {
@@ -113,10 +113,8 @@ void TileSurfaces::refine(const CrossingArgs& c, uint32_t surface, int interval)
     const float before = plane[1][at], value = plane[2][at];
     if (lacks_points(k - 1, x, y, before, target) || lacks_points(k, x, y, value, target)) continue;
     (found.grazes ? grazes : crossings)
-        .push_back({static_cast<double>(tile_.x + x), static_cast<double>(tile_.y + y), k - 1, k,
-                    static_cast<double>(before), static_cast<double>(value),
-                    0.5 * static_cast<double>(value - plane[0][at]),
-                    0.5 * static_cast<double>(plane[3][at] - before),
+        .push_back({static_cast<double>(tile_.x + x), static_cast<double>(tile_.y + y), k - 1, k, before,
+                    value, 0.5 * (value - plane[0][at]), 0.5 * (plane[3][at] - before),
                     static_cast<uint32_t>(y * c.pitch + x)});
   }
   for (const Crossing& g : find_grazes(field_, view_, s.target, grazes)) {
@@ -132,8 +130,7 @@ void TileSurfaces::refine(const CrossingArgs& c, uint32_t surface, int interval)
 bool TileSurfaces::add(const Hit& hit) {
   const size_t p = hit.pixel;
   if (!(pixel_.alpha[p] < stop_) || (options_.with_deep && m_.deep.full(p))) return false;
-  if (hit.point.k < static_cast<double>(pixel_.enter[p]) - outside_tolerance ||
-      hit.point.k > static_cast<double>(pixel_.leave[p]) + outside_tolerance)
+  if (hit.point.k < pixel_.enter[p] - outside_tolerance || hit.point.k > pixel_.leave[p] + outside_tolerance)
     return false;
   if (scene_.slice->has_holes && scene_.slice->is_hole(hit.point.position)) return false;
   const Surface& s = surfaces_[hit.surface];

@@ -165,7 +165,7 @@ int Join(const JoinArgs& j) {
 
 // Mixes `kVectors` vectors side by side.
 template<int kVectors> HWY_INLINE void MixVectors(const MixArgs& m, std::ptrdiff_t at, V& low, V& high) {
-  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const std::ptrdiff_t lanes = hn::Lanes(d);
   V sum[kVectors];
   for (V& s : sum) s = hn::Zero(d);
   for (size_t i = 0; i < m.plane.size(); ++i) {

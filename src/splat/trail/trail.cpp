@@ -74,7 +74,7 @@ TilePixels lay_over(const TilePixels& front, const TilePixels& back, TrailMemory
 template<class Bytes> bool fits_all_threads(size_t tiles, const Bytes& bytes, const Context& context) {
   uint64_t largest = 0;
   for (size_t n = 0; n < tiles; ++n) largest = std::max(largest, bytes(n));
-  const auto threads = static_cast<uint64_t>(context.tasks.threads());
+  const uint64_t threads = context.tasks.threads();
   return largest <= (context.memory.limit() - context.memory.used()) / threads;
 }
 

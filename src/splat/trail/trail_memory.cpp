@@ -34,24 +34,23 @@ uint64_t bytes_of(const TrailMemory& m) {
   return sum;
 }
 
-uint64_t rounded(int width) { return static_cast<uint64_t>((width + 15) / 16 * 16); }
+uint64_t rounded(int width) { return (width + 15) / 16 * 16; }
 
 // Returns the floats of one plane of a tile with its border, as TileMemory has them.
 uint64_t plane_floats(const SplatPlan& plan, const PlannedTile& tile) {
-  return (rounded(tile.width + 2 * plan.sheets.border) + 16) *
-             static_cast<uint64_t>(tile.height + 2 * plan.sheets.border) +
+  return (rounded(tile.width + 2 * plan.sheets.border) + 16) * (tile.height + 2 * plan.sheets.border) +
          2 * plane_margin + 16;
 }
 
 // Returns the floats that the pixels of an object are raised from.
 uint64_t raise_floats(const SplatPlan& plan, const PlannedTile& tile) {
   const uint64_t pitch = rounded(tile.ring_width) + 16;
-  const uint64_t sheet = pitch * static_cast<uint64_t>(tile.ring_height) + 16;
+  const uint64_t sheet = pitch * tile.ring_height + 16;
   uint64_t sum = plan.raise.depth_taps > 0 ? finished_sheets * sheet : 0;
   if (plan.raise.taps > 0) sum += sheet + (pitch + 32) * raise_rows;
   if (plan.raise.fan.taps > 0)
     sum += static_cast<uint64_t>(tile.width + tile.height + 4 * plan.sheets.border + 32) *
-           static_cast<uint64_t>(1 + plan.raise.fan.taps);
+           (1 + plan.raise.fan.taps);
   return sum;
 }
 
@@ -64,8 +63,7 @@ uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
   if (tile.empty()) return plane * sizeof(float);
   const uint64_t quantities = gradients ? 4 : 1;
   const uint64_t ring = (rounded(tile.ring_width) + 2 * static_cast<uint64_t>(plan.ring.spare_columns)) *
-                        static_cast<uint64_t>(tile.ring_height + 2 * plan.ring.spare_rows) * 4 *
-                        static_cast<uint64_t>(plan.ring.groups);
+                        (tile.ring_height + 2 * plan.ring.spare_rows) * 4 * plan.ring.groups;
   uint64_t bins = 1, largest = 64;
   while (bins < static_cast<uint64_t>(plan.longest) + 2) bins *= 2;
   for (const uint32_t b : tile.bricks)
@@ -86,7 +84,7 @@ uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
   for (const TrailStill& s : job.stills) mixed += s.shares.size() > 1 ? 1 : 0;
   const TrailObject& first = job.sources.front();
   const PlannedTile& tile = first.plan.tiles[n];
-  const uint64_t pixels = rounded(tile.width) * static_cast<uint64_t>(tile.height);
+  const uint64_t pixels = rounded(tile.width) * tile.height;
   // There are planes of pixels and matter (trail_tile.cpp), of the slice where it is drawn apart, and of
   // rays.
   const uint64_t planes =

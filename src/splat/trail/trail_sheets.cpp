@@ -109,8 +109,7 @@ bool TrailSheets::seen(float base, int64_t k) const {
   if (!mixed_ || !filled) return filled;
   // Between sheets the cubic reaches beyond its samples by up to an eighth of their range.
   const float beyond = first < last ? 0.125f * (range[1] - range[0]) : 0.0f;
-  return table_.crossed(static_cast<double>(base + (range[0] - beyond)),
-                        static_cast<double>(base + (range[1] + beyond)));
+  return table_.crossed(base + (range[0] - beyond), base + (range[1] + beyond));
 }
 
 } // namespace bccsplat

@@ -157,7 +157,7 @@ class TrailTile {
   }
 
   void list_drawn() {
-    const auto first_source = static_cast<uint32_t>(job_.slice ? 1 : 0);
+    const uint32_t first_source = job_.slice ? 1 : 0;
     if (job_.slice)
       drawn_.push_back({{{0, 1.0f}}, job_.slice->scene->table, 0, 1, TimeField(*job_.slice->scene->slice)});
     for (const TrailStill& s : job_.stills) {
@@ -232,7 +232,7 @@ class TrailTile {
 
   // Adds what `d` absorbs on sheet k, which is number n of those under way.
   void add_sheet(const Drawn& d, TrailSheets& sheets, int64_t k, int64_t n) {
-    const size_t object = sheets.object(), at = static_cast<size_t>(n);
+    const size_t object = sheets.object(), at = n;
     const SplatScene& scene = *objects_[object]->scene;
     if (!sheets.seen(scene.slice->base, k)) {
       ++stats_.sheets_skipped;
@@ -246,7 +246,7 @@ class TrailTile {
   }
 
   void join_sheet(int64_t k, int64_t n) {
-    const auto at = static_cast<size_t>(n);
+    const size_t at = n;
     if (!used_[at][0] && !used_[at][1]) return;
     JoinArgs j;
     j.k = static_cast<float>(k), j.front = k == view_.first_sheet() ? 2 : 0.5f;
