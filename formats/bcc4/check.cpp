@@ -111,7 +111,7 @@ void check_level(const VolumeInfo& info, int number, Code code) {
 // Refuses counts of a level that cannot be.
 void check_level_counts(const VolumeInfo& info, int number, Code code) {
   const LevelInfo& level = info.levels[static_cast<size_t>(number) - 1];
-  const auto sites = static_cast<uint64_t>(level.lattice.sites());
+  const uint64_t sites = level.lattice.sites();
   for (const LevelChannel& c : level.channels)
     if (c.sites_kept > sites || c.holes > c.sites_kept || !is_range(c.kept_range))
       fail(code, "level ", number, ": ", c.sites_kept, " kept sites of ", sites, ", ", c.holes,
@@ -123,7 +123,7 @@ void check_channel(const ChannelInfo& c, Code code) {
   if (c.type < ValueType::u8 || c.type > ValueType::i32) bad("unknown value type ", static_cast<int>(c.type));
   if (c.source_type > SourceType::u32) bad("unknown source type ", static_cast<int>(c.source_type));
   if (!std::isfinite(c.air) || !(c.threshold >= 0) || !std::isfinite(c.threshold)) bad("air or threshold");
-  const double bias = c.offset - static_cast<double>(c.air);
+  const double bias = c.offset - c.air;
   if (c.type == ValueType::u8 || c.type == ValueType::u16) {
     if (!positive(c.scale) || !std::isfinite(c.offset)) bad("scale ", c.scale, ", offset ", c.offset);
     if (std::fabs(bias) > 0x1p22 * c.scale) bad("air is more than 2^22 steps from the offset");
@@ -198,7 +198,7 @@ void check_tail(const VolumeInfo& info, Code code) {
   if (info.tail->slabs < 0 || info.tail->slabs > info.slabs())
     fail(code, "the tail counts ", info.tail->slabs, " slabs of ", info.slabs());
   const size_t channels = info.channels.size();
-  for (size_t i = 0; i < channels * static_cast<size_t>(info.level_count()); ++i) {
+  for (size_t i = 0; i < channels * info.level_count(); ++i) {
     const uint64_t all = i < channels ? info.channels[i].clamped
                                       : info.levels[i / channels - 1].channels[i % channels].clamped;
     if (info.tail->clamped.at(i) > all)
@@ -273,7 +273,7 @@ void check_info(const VolumeInfo& info, Code code) {
   check_progress(info, code);
   check_errors(info, code);
   for (int l = 1; l < info.level_count(); ++l) check_level_counts(info, l, code);
-  const auto sites = static_cast<uint64_t>(info.lattice.sites());
+  const uint64_t sites = info.lattice.sites();
   for (const ChannelInfo& c : info.channels) {
     check_values(c, frames, code);
     check_corrections(c, frames, code);
@@ -295,13 +295,12 @@ void tidy(VolumeInfo& info) {
   for (SourceInfo& s : info.sources) text(s.name);
   for (auto& [key, value] : info.attributes) text(key), text(value);
   for (size_t i = 0; i < info.attributes.size();) {
-    const auto later =
-        std::find_if(info.attributes.begin() + static_cast<std::ptrdiff_t>(i) + 1, info.attributes.end(),
-                     [&](const auto& a) { return a.first == info.attributes[i].first; });
+    const auto later = std::find_if(info.attributes.begin() + i + 1, info.attributes.end(),
+                                    [&](const auto& a) { return a.first == info.attributes[i].first; });
     if (later == info.attributes.end())
       ++i;
     else
-      info.attributes.erase(info.attributes.begin() + static_cast<std::ptrdiff_t>(i));
+      info.attributes.erase(info.attributes.begin() + i);
   }
   for (ChannelInfo& c : info.channels) {
     for (auto* s : {&c.name, &c.quantity, &c.unit}) text(*s);

@@ -26,7 +26,7 @@ void collect_layer(ChunkSites& sites, size_t m, const Brick& brick, const Int3& 
   const auto inside = static_cast<uint16_t>((1u << n[0]) - 1);
   for (int z = 0; z < n[2]; ++z)
     for (int y = 0; y < n[1]; ++y) {
-      const auto row = static_cast<size_t>(z * brick_edge + y);
+      const size_t row = z * brick_edge + y;
       const unsigned hole = brick.hole ? (*brick.hole)[row] & inside : 0u;
       const unsigned kept = (brick.kept[row] | hole) & inside;
       sites.kept[m][row] = static_cast<uint16_t>(kept);
@@ -35,7 +35,7 @@ void collect_layer(ChunkSites& sites, size_t m, const Brick& brick, const Int3& 
         sites.hole[m][row] = static_cast<uint16_t>(hole);
       }
       for (unsigned bits = kept; bits; bits &= bits - 1) {
-        const auto x = static_cast<size_t>(std::countr_zero(bits));
+        const size_t x = std::countr_zero(bits);
         const float v = brick.value[row * brick_edge + x];
         if (!std::isfinite(v))
           fail(Code::nonfinite_value, "writer: sample at site (",

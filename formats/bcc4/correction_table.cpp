@@ -31,9 +31,7 @@ CorrectionBricks::CorrectionBricks(const std::array<uint32_t, 4>& dims) {
   }
 }
 
-uint64_t CorrectionBricks::count() const {
-  return static_cast<uint64_t>(bricks_[0] * bricks_[1] * bricks_[2]);
-}
+uint64_t CorrectionBricks::count() const { return bricks_[0] * bricks_[1] * bricks_[2]; }
 
 Int3 CorrectionBricks::origin(uint32_t brick) const {
   const int64_t row = brick / bricks_[0];
@@ -53,7 +51,7 @@ std::vector<std::pair<uint32_t, ResidualList>> CorrectionBricks::split(std::span
   ResidualList* list = nullptr;
   int64_t run_begin = 0, run_end = 0, to_local = 0; // voxels of the frame; what makes them the brick's
   for (const ResidualSample& s : frame) {
-    const auto voxel = static_cast<int64_t>(s.voxel);
+    const int64_t voxel = s.voxel;
     if (voxel < run_begin || voxel >= run_end) {
       progress.check();
       const int64_t x = voxel % samples_[0], y = voxel / samples_[0] % samples_[1],
@@ -70,7 +68,7 @@ std::vector<std::pair<uint32_t, ResidualList>> CorrectionBricks::split(std::span
 }
 
 uint64_t CorrectionBricks::plane_end(uint64_t voxel) const {
-  const auto plane = static_cast<uint64_t>(samples_[0] * samples_[1] * edge);
+  const uint64_t plane = samples_[0] * samples_[1] * edge;
   return (voxel / plane + 1) * plane;
 }
 
@@ -82,7 +80,7 @@ void CorrectionBricks::check(const CorrectionBrick& brick, std::span<const Resid
   if (list.size() != brick.count) bad(list.size(), " of them, the table says ", brick.count);
   const Int3 from = origin(brick.brick);
   for (const ResidualSample& s : list) {
-    const auto v = static_cast<int64_t>(s.voxel);
+    const int64_t v = s.voxel;
     const std::array<int64_t, 3> at{from[0] + v % edge, from[1] + v / edge % edge,
                                     from[2] + v / (edge * edge)};
     for (size_t a = 0; a < 3; ++a)

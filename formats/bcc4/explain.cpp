@@ -54,7 +54,7 @@ std::string frames_text(const Frames& f) {
 std::string describe_loss(const VolumeInfo& info, const Bcc4Damage& damage) {
   if (damage.channel < 0 || damage.last_layer < damage.first_layer) return {};
   const Lattice4& l = info.level(damage.level).lattice;
-  std::string text = concat("; lost: channel ", info.channels[static_cast<size_t>(damage.channel)].name);
+  std::string text = concat("; lost: channel ", info.channels[damage.channel].name);
   if (damage.level > 0) text += concat(", level ", damage.level);
   if (!damage.whole_layers) {
     text += ", samples";

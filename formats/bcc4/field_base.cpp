@@ -16,14 +16,14 @@ float middle(const Range& values) { return static_cast<float>(values.low / 2 + v
 
 // Returns how much further down or up all values are; 0 where some are on either side.
 double distance(float air, const Range& values) {
-  const auto at = static_cast<double>(air);
+  const double at = air;
   return std::max({values.low - at, at - values.high, 0.0});
 }
 
 // Returns whether air is further from all values of a range than `times` their distance from each other.
 bool is_far(float air, const Range& values, double times) {
   const bool floats = std::max(std::fabs(values.low), std::fabs(values.high)) <=
-                      static_cast<double>(std::numeric_limits<float>::max()); // not so in a damaged file
+                      std::numeric_limits<float>::max(); // not so in a damaged file
   return floats && distance(air, values) > times * (values.high - values.low);
 }
 
@@ -32,7 +32,7 @@ bool leaves_out_missing(const VolumeInfo& info, const ChannelInfo& channel) {
   // What other parts of the series hold is left out of a part as well.
   return channel.sites_kept > 0 && !channel.masks.empty() && !info.part &&
          is_far(channel.air, channel.source_range, 1) &&
-         distance(channel.air, channel.source_range) > static_cast<double>(channel.threshold);
+         distance(channel.air, channel.source_range) > channel.threshold;
 }
 
 // A file may tell nothing but their range.
@@ -60,17 +60,15 @@ FieldBase field_base(const VolumeInfo& info, const ChannelInfo& channel) {
   const StoredValues values = values_of(channel);
   if (corrected || info.part || !is_far(channel.air, values)) return {channel.air};
   if (leaves_out_missing(info, channel)) return {values.median};
-  return nearly_all(channel.sites_kept, static_cast<uint64_t>(info.lattice.sites()))
-             ? FieldBase{values.median, true}
-             : FieldBase{channel.air};
+  return nearly_all(channel.sites_kept, info.lattice.sites()) ? FieldBase{values.median, true}
+                                                              : FieldBase{channel.air};
 }
 
 float stored_base(float air, float base, const Lattice4& lattice, const std::string& coefficient_kernel) {
   if (lattice.space.bcc || coefficient_kernel.empty() || base == air) return base;
-  const auto zero = static_cast<double>(air);
-  return static_cast<float>(zero +
-                            (static_cast<double>(base) - zero) *
-                                constant_gain(make_cc_kernel(coefficient_kernel), lattice.is_static()));
+  const double zero = air;
+  return static_cast<float>(
+      zero + (base - zero) * constant_gain(make_cc_kernel(coefficient_kernel), lattice.is_static()));
 }
 
 } // namespace bccsplat

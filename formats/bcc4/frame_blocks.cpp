@@ -46,13 +46,13 @@ void FrameBlocks::append_table(int channel, uint32_t frame, std::span<const Corr
 // Writes plane of bricks by plane of bricks; those of a plane are packed side by side.
 void FrameBlocks::write_bricks(const VolumeInfo& info, int channel, uint32_t frame,
                                std::span<const ResidualSample> list, const Context& context) {
-  const double step = info.channels[static_cast<size_t>(channel)].residuals.step;
+  const double step = info.channels[channel].residuals.step;
   const CorrectionBricks bricks(info.lattice.dims);
   std::vector<CorrectionBrick> table;
   while (!list.empty()) {
     const auto plane_end =
         std::ranges::lower_bound(list, bricks.plane_end(list.front().voxel), {}, &ResidualSample::voxel);
-    const auto plane = list.first(static_cast<size_t>(plane_end - list.begin()));
+    const auto plane = list.first(plane_end - list.begin());
     list = list.subspan(plane.size());
     const auto parts = bricks.split(plane, context.progress);
     std::vector<PackedBlock> blocks(parts.size());
@@ -69,7 +69,7 @@ void FrameBlocks::write_bricks(const VolumeInfo& info, int channel, uint32_t fra
 
 void FrameBlocks::write_corrections(const VolumeInfo& info, int channel, uint32_t frame,
                                     const FrameResiduals& residuals, const Context& context) {
-  const bool local = info.channels[static_cast<size_t>(channel)].residuals.local;
+  const bool local = info.channels[channel].residuals.local;
   if (local && !residuals.add.empty()) write_bricks(info, channel, frame, residuals.add, context);
   const auto write_whole = [&](const FrameResiduals& whole) {
     const PackedBlock block = pack_block(write_residuals(whole), &context.progress);
@@ -85,7 +85,7 @@ void FrameBlocks::copy_corrections(int channel, uint32_t frame, const Bcc4Reader
   std::vector<CorrectionBrick> table = from.correction_bricks(channel, frame);
   for (CorrectionBrick& brick : table) brick.block = copy_block(brick.block, from);
   if (!table.empty()) append_table(channel, frame, table);
-  const auto& frames = from.info().channels[static_cast<size_t>(channel)].residuals.frames;
+  const auto& frames = from.info().channels[channel].residuals.frames;
   if (frame < frames.size() && frames[frame].stored > 0)
     set_block(at(channel).residuals, frame, copy_block(frames[frame], from));
 }

@@ -39,7 +39,7 @@ class FrameBlocks {
     std::vector<BlockRef> residuals, tables; // of corrections
     std::vector<BlockRef> masks;
   };
-  [[nodiscard]] Channel& at(int channel) { return channels_[static_cast<size_t>(channel)]; }
+  [[nodiscard]] Channel& at(int channel) { return channels_[channel]; }
   void write_bricks(const VolumeInfo& info, int channel, uint32_t frame, std::span<const ResidualSample> list,
                     const Context& context);
   [[nodiscard]] BlockRef append_corrections(const PackedBlock& block);

@@ -31,15 +31,14 @@ class Bcc4Samples::HeldChunk {
       return;
     }
     bricks_.resize(data->first.size() - 1);
-    for (int m = 0; m < decoded_; ++m) bricks_[static_cast<size_t>(m)] = make(*data, m);
+    for (int m = 0; m < decoded_; ++m) bricks_[m] = make(*data, m);
     for (int i = 0; rest_ && i < 2; ++i)
-      if (const int m = decoded_ - 2 + i; m >= 0) before_[static_cast<size_t>(i)] = brick(m).codes;
+      if (const int m = decoded_ - 2 + i; m >= 0) before_[i] = brick(m).codes;
   }
   // With the rest of the chunk, which has been decoded.
   template<class MakeBrick>
   HeldChunk(const HeldChunk& begun, const ChunkData& all, const MakeBrick& make) : HeldChunk(begun) {
-    for (size_t m = static_cast<size_t>(rest_->layers); m < bricks_.size(); ++m)
-      bricks_[m] = make(all, static_cast<int>(m));
+    for (size_t m = rest_->layers; m < bricks_.size(); ++m) bricks_[m] = make(all, static_cast<int>(m));
     decoded_ = all.shape.layers;
     rest_ = nullptr;
   }
@@ -57,7 +56,7 @@ class Bcc4Samples::HeldChunk {
     LayersBefore codes;
     for (int i = 0; i < 2; ++i) {
       const int m = decoded_ - 2 + i;
-      const auto k = static_cast<size_t>(i);
+      const size_t k = i;
       if (m < 0 || (layers_ >> m & 1) == 0) continue;
       kept[k] = before_[k].lock();
       if (!kept[k]) return finish(*rest_, std::nullopt);
@@ -69,7 +68,7 @@ class Bcc4Samples::HeldChunk {
   [[nodiscard]] int decoded() const { return decoded_; }
   // The codes of all layers; null where they are held layer by layer.
   [[nodiscard]] const ChunkData* data() const { return data_.get(); }
-  [[nodiscard]] const SampleBrick& brick(int layer) const { return bricks_[static_cast<size_t>(layer)]; }
+  [[nodiscard]] const SampleBrick& brick(int layer) const { return bricks_[layer]; }
   // Returns null where nothing is left.
   [[nodiscard]] std::shared_ptr<const HeldChunk> without(uint32_t layers) const {
     auto left = std::make_shared<HeldChunk>(*this);

@@ -154,9 +154,7 @@ struct ChannelLevel {
 };
 // Both in one number, as files have it.
 inline constexpr uint32_t level_unit = 1u << 24;
-[[nodiscard]] inline uint32_t packed(const ChannelLevel& at) {
-  return static_cast<uint32_t>(at.channel) + level_unit * static_cast<uint32_t>(at.level);
-}
+[[nodiscard]] inline uint32_t packed(const ChannelLevel& at) { return at.channel + level_unit * at.level; }
 [[nodiscard]] inline ChannelLevel unpacked(uint32_t both) {
   return {static_cast<int>(both % level_unit), static_cast<int>(both / level_unit)};
 }
@@ -192,10 +190,8 @@ struct VolumeInfo : StoredLattice {
   [[nodiscard]] int level_count() const { return static_cast<int>(levels.size()) + 1; } // with level 0
   // How the samples of a channel are coded at a level.
   [[nodiscard]] Quantiser coding(const ChannelLevel& at) const {
-    Quantiser q = channels.at(static_cast<size_t>(at.channel));
-    if (at.level > 0)
-      q.scale =
-          levels.at(static_cast<size_t>(at.level) - 1).channels.at(static_cast<size_t>(at.channel)).scale;
+    Quantiser q = channels.at(at.channel);
+    if (at.level > 0) q.scale = levels.at(static_cast<size_t>(at.level) - 1).channels.at(at.channel).scale;
     return q;
   }
 

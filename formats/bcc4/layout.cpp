@@ -124,7 +124,7 @@ std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::by
     fail(Code::checksum_mismatch, what, " at offset ", ref.offset, ": bad checksum");
   if (!all_zero(bytes.subspan(ref.stored)))
     fail(Code::corrupt, what, " at offset ", ref.offset, ": padding is not zero");
-  if (ref.coding == 0) return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(ref.stored)};
+  if (ref.coding == 0) return {bytes.begin(), bytes.begin() + ref.stored};
   std::vector<std::byte> decoded(ref.decoded);
   if (!inflate_bytes(bytes.first(ref.stored), decoded))
     fail(Code::corrupt, what, " at offset ", ref.offset, ": no deflate stream of ", ref.decoded, " bytes");

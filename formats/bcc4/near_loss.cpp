@@ -40,7 +40,7 @@ void add_box(const SiteBox& box, const BrickLayer& layer, std::map<size_t, Brick
       for (int32_t x = box.begin[0]; x < box.end[0]; ++x) {
         const auto [mask, added] =
             masks.try_emplace(layer.slot(x / brick_edge, y / brick_edge, z / brick_edge));
-        auto& row = mask->second[static_cast<size_t>(z % brick_edge * brick_edge + y % brick_edge)];
+        auto& row = mask->second[z % brick_edge * brick_edge + y % brick_edge];
         row = static_cast<uint16_t>(row | 1u << (x % brick_edge));
       }
 }

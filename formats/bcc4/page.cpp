@@ -66,7 +66,7 @@ void set_column(Bcc4Chunk& c, uint8_t id, uint64_t value) {
   const auto v = static_cast<uint32_t>(value);
   switch (id) {
   case 1:
-    c.slab = static_cast<int32_t>(v);
+    c.slab = v;
     break;
   case 2:
     c.slot = v;
@@ -156,7 +156,7 @@ Int3 slot_dims(const Lattice4& lattice) {
 
 uint64_t slot_count(const Lattice4& lattice) {
   const Int3 n = slot_dims(lattice);
-  return static_cast<uint64_t>(n[0]) * static_cast<uint64_t>(n[1]) * static_cast<uint64_t>(n[2]);
+  return static_cast<uint64_t>(n[0]) * n[1] * n[2];
 }
 
 std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks) {
@@ -181,7 +181,7 @@ std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks) {
 
 PageRef describe_page(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks) {
   PageRef ref;
-  ref.channel = static_cast<uint32_t>(at.channel), ref.level = static_cast<uint32_t>(at.level);
+  ref.channel = at.channel, ref.level = at.level;
   ref.first_slab = chunks.front().slab, ref.first_slot = chunks.front().slot;
   ref.last_slab = chunks.back().slab, ref.last_slot = chunks.back().slot;
   ref.entries = static_cast<uint32_t>(chunks.size());

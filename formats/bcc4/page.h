@@ -34,7 +34,7 @@ struct PageRef {
 [[nodiscard]] Int3 slot_dims(const Lattice4& lattice);
 [[nodiscard]] uint64_t slot_count(const Lattice4& lattice);
 [[nodiscard]] inline Int3 slot_brick(const Int3& dims, uint32_t slot) {
-  const auto nx = static_cast<uint32_t>(dims[0]), ny = static_cast<uint32_t>(dims[1]);
+  const uint32_t nx = dims[0], ny = dims[1];
   return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
           static_cast<int32_t>(slot / nx / ny)};
 }

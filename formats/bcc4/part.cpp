@@ -44,8 +44,7 @@ void write_part(ByteWriter& out, const PartInfo& part) {
   out.write(part.first), out.write(part.end), out.write(part.series);
   out.write(static_cast<uint32_t>(part.writes.size()));
   for (const PartWrite& w : part.writes) {
-    out.write(w.trigger), out.write(w.channel + level_unit * static_cast<uint32_t>(w.level)),
-        out.write(w.slab);
+    out.write(w.trigger), out.write(w.channel + level_unit * w.level), out.write(w.slab);
     out.write(static_cast<uint32_t>(w.frame + 1));
   }
   out.write(static_cast<uint32_t>(part.statistics.size()));
@@ -64,7 +63,7 @@ PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels, int levels)
   for (PartWrite& w : part.writes) {
     w.trigger = in.read<uint32_t>();
     const auto [channel, level] = unpacked(in.read<uint32_t>());
-    w.channel = static_cast<uint32_t>(channel), w.level = level, w.slab = in.read<int32_t>();
+    w.channel = channel, w.level = level, w.slab = in.read<int32_t>();
     w.frame = int64_t{in.read<uint32_t>()} - 1;
     const bool exists = w.slab >= 0 || (w.slab == PartWrite::mask && w.frame != PartWrite::chunks);
     // Masks and corrections are of no level but 0.

@@ -242,19 +242,19 @@ ChunkData Bcc4Reader::finish_chunk(const ChunkRest& rest,
   return state_->in_file([&] { return bccsplat::finish_chunk(rest, before, scratch); });
 }
 
-float Bcc4Reader::base(int channel) const { return state_->bases.at(static_cast<size_t>(channel)).value; }
+float Bcc4Reader::base(int channel) const { return state_->bases.at(channel).value; }
 
 float Bcc4Reader::absent(int channel) const {
-  const auto c = static_cast<size_t>(channel);
+  const size_t c = channel;
   if (!state_->bases.at(c).absent_is_air) return 0;
   const float air = state_->info.channels[c].air;
   const float zero = stored_base(air, base(channel), state_->info.lattice, state_->info.coefficient_kernel);
-  return static_cast<float>(static_cast<double>(air) - static_cast<double>(zero));
+  return static_cast<float>(static_cast<double>(air) - zero);
 }
 
 std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const ChunkData& data,
                                                int layer_of_slab, RelativeTo to) const {
-  const auto m = static_cast<size_t>(layer_of_slab);
+  const size_t m = layer_of_slab;
   const uint32_t first = data.first.at(m);
   if (data.first.at(m + 1) == first) return nullptr;
   auto brick = std::make_shared_for_overwrite<Brick>();
@@ -267,7 +267,7 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const Chu
 
 SampleBrick Bcc4Reader::samples(const ChannelLevel& at, const ChunkData& data, int layer_of_slab,
                                 RelativeTo to) const {
-  const auto m = static_cast<size_t>(layer_of_slab);
+  const size_t m = layer_of_slab;
   if (data.first.at(m + 1) == data.first.at(m)) return {};
   if (is_float(data.coded.type) || data.coded.bytes() > 2) return {brick(at, data, layer_of_slab, to), {}};
   return {nullptr, std::make_shared<const LayerCodes>(state_->coder(at, to), data, m)};

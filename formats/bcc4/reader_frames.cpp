@@ -14,7 +14,7 @@ const BlockRef* block_of(const std::vector<BlockRef>& frames, uint64_t frame) {
 } // namespace
 
 FrameResiduals Bcc4Reader::State::residuals(int channel, uint64_t frame) const {
-  const ResidualInfo& fix = info.channels.at(static_cast<size_t>(channel)).residuals;
+  const ResidualInfo& fix = info.channels.at(channel).residuals;
   const BlockRef* ref = block_of(fix.frames, frame);
   if (!ref) return {};
   check_block_ref(*ref, "corrections", root.file_bytes);
@@ -27,7 +27,7 @@ FrameResiduals Bcc4Reader::State::residuals(int channel, uint64_t frame) const {
 }
 
 std::vector<CorrectionBrick> Bcc4Reader::State::correction_bricks(int channel, uint64_t frame) const {
-  const BlockRef* ref = block_of(info.channels.at(static_cast<size_t>(channel)).residuals.tables, frame);
+  const BlockRef* ref = block_of(info.channels.at(channel).residuals.tables, frame);
   if (!ref) return {};
   check_block_ref(*ref, "table of corrections", root.file_bytes);
   return read_correction_table(read_block(*ref, "table of corrections"), CorrectionBricks(info.lattice.dims),
@@ -35,11 +35,10 @@ std::vector<CorrectionBrick> Bcc4Reader::State::correction_bricks(int channel, u
 }
 
 ResidualList Bcc4Reader::State::corrections(int channel, const CorrectionBrick& brick) const {
-  constexpr auto edge = static_cast<uint64_t>(correction_edge);
+  constexpr uint64_t edge = correction_edge;
   ResidualList list =
       read_corrections(read_block(brick.block, "corrections"), edge * edge * edge, brick.block.offset);
-  CorrectionBricks(info.lattice.dims)
-      .check(brick, list, info.channels.at(static_cast<size_t>(channel)).residuals.step);
+  CorrectionBricks(info.lattice.dims).check(brick, list, info.channels.at(channel).residuals.step);
   return list;
 }
 
@@ -71,7 +70,7 @@ ResidualList Bcc4Reader::corrections(int channel, const CorrectionBrick& brick) 
 }
 
 void Bcc4Reader::mask_runs(int channel, uint64_t frame, const MaskRunBody& body) const {
-  const BlockRef* ref = block_of(info().channels.at(static_cast<size_t>(channel)).masks, frame);
+  const BlockRef* ref = block_of(info().channels.at(channel).masks, frame);
   if (!ref) return;
   const auto& n = info().lattice.dims;
   state_->in_file([&] {

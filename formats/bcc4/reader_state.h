@@ -52,12 +52,9 @@ struct Bcc4Reader::State {
   // Throws unless there are such a channel and level.
   void require(const ChannelLevel& at) const;
   [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at, RelativeTo to = RelativeTo::air) const {
-    return (to == RelativeTo::base ? from_base : coders)
-        .at(static_cast<size_t>(at.level) * info.channels.size() + static_cast<size_t>(at.channel));
+    return (to == RelativeTo::base ? from_base : coders).at(at.level * info.channels.size() + at.channel);
   }
-  [[nodiscard]] Int3 brick_of(uint32_t slot, int level) const {
-    return slot_brick(slots.at(static_cast<size_t>(level)), slot);
-  }
+  [[nodiscard]] Int3 brick_of(uint32_t slot, int level) const { return slot_brick(slots.at(level), slot); }
   [[nodiscard]] ChunkShape shape_of(const Bcc4Chunk& chunk, int level) const {
     return chunk_shape(info.level(level), chunk.slab, brick_of(chunk.slot, level));
   }

@@ -84,14 +84,12 @@ Bcc4Samples::~Bcc4Samples() = default;
 
 const Lattice4& Bcc4Samples::lattice() const { return reader_->info().level(level_).lattice; }
 int Bcc4Samples::channels() const { return static_cast<int>(reader_->info().channels.size()); }
-float Bcc4Samples::air(int channel) const {
-  return reader_->info().channels.at(static_cast<size_t>(channel)).air;
-}
+float Bcc4Samples::air(int channel) const { return reader_->info().channels.at(channel).air; }
 float Bcc4Samples::base(int channel) const {
   return to_ == RelativeTo::base ? reader_->base(channel) : air(channel);
 }
 double Bcc4Samples::sample_step(int channel) const {
-  return bccsplat::sample_step(reader_->info().channels.at(static_cast<size_t>(channel)));
+  return bccsplat::sample_step(reader_->info().channels.at(channel));
 }
 const std::string& Bcc4Samples::coefficient_kernel() const { return reader_->info().coefficient_kernel; }
 const Bcc4Reader& Bcc4Samples::reader() const { return *reader_; }
@@ -112,8 +110,7 @@ void Bcc4Samples::finish_chunks(const ChannelLevel& at, std::span<const size_t> 
       const ChunkData all =
           held[i]->finished([&](const ChunkRest& rest, const std::optional<LayersBefore>& before) {
             const int known = before ? rest.layers : 0;
-            cache_->layers_decoded.fetch_add(static_cast<uint64_t>(rest.shape.layers - known),
-                                             std::memory_order_relaxed);
+            cache_->layers_decoded.fetch_add(rest.shape.layers - known, std::memory_order_relaxed);
             return reader_->finish_chunk(rest, before, scratch);
           });
       held[i] = std::make_shared<const HeldChunk>(*held[i], all, samples);
@@ -127,8 +124,7 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
   const std::vector<Bcc4Chunk> wanted = reader_->chunks(at, slab, region);
   // One layer and a batch of chunks are in memory beyond the cache, so that a batch is small where the budget
   // is short.
-  const uint64_t chunk_bytes =
-      static_cast<uint64_t>(reader_->info().level(level_).slab_layers) * sizeof(Brick);
+  const uint64_t chunk_bytes = reader_->info().level(level_).slab_layers * sizeof(Brick);
   const uint64_t room = cache_->budget.limit() - cache_->budget.used();
   const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
   const auto samples = [&](const ChunkData& data, int m) { return reader_->samples(at, data, m, to_); };
@@ -163,7 +159,7 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
     for (const size_t i : missing_at) {
       if (!held[i]) continue; // it is not there yet
       cache_->decoded.fetch_add(1, std::memory_order_relaxed);
-      cache_->layers_decoded.fetch_add(static_cast<uint64_t>(held[i]->decoded()), std::memory_order_relaxed);
+      cache_->layers_decoded.fetch_add(held[i]->decoded(), std::memory_order_relaxed);
       keep(i);
     }
     for (const size_t i : begun_at) keep(i);
@@ -233,7 +229,7 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     uint64_t bytes = 0;
     if (!attempts.attempt([&] {
           bytes = reader_->chunks({channel, level_}, slab, region).size() *
-                  brick_bytes(reader_->info().channels.at(static_cast<size_t>(channel)), as_codes);
+                  brick_bytes(reader_->info().channels.at(channel), as_codes);
         }))
       continue;
     std::vector<Reservation> held;

@@ -209,10 +209,10 @@ void Bcc4Reader::State::Verification::check_totals() {
                       file.root.metadata.offset);
   };
   for (int c = 0; c < static_cast<int>(file.info.channels.size()); ++c) {
-    const ChannelInfo& channel = file.info.channels[static_cast<size_t>(c)];
+    const ChannelInfo& channel = file.info.channels[c];
     check(c, channel, concat("channel ", channel.name));
     for (int l = 1; l < file.info.level_count(); ++l)
-      check({c, l}, file.info.levels[static_cast<size_t>(l) - 1].channels[static_cast<size_t>(c)],
+      check({c, l}, file.info.levels[static_cast<size_t>(l) - 1].channels[c],
             concat("channel ", channel.name, ", level ", l));
   }
 }

@@ -153,7 +153,7 @@ void Bcc4Writer::write_mask(int channel, uint32_t frame, std::span<const std::by
 }
 
 void Bcc4Writer::copy_mask(int channel, uint32_t frame, const Bcc4Reader& from) {
-  const auto& masks = from.info().channels.at(static_cast<size_t>(channel)).masks;
+  const auto& masks = from.info().channels.at(channel).masks;
   if (frame < masks.size() && masks[frame].stored > 0)
     state_->add_mask(channel, frame, {masks[frame], from.stored_block(masks[frame], "mask")});
 }

@@ -93,9 +93,7 @@ std::vector<PageRef> WriterIndex::finish_pages() {
       drop_shown(s);
       s.pages.push_back(append_page(s, 0));
     }
-    if (s.turned)
-      std::rotate(s.pages.begin(), s.pages.begin() + static_cast<std::ptrdiff_t>(s.turned_pages),
-                  s.pages.end());
+    if (s.turned) std::rotate(s.pages.begin(), s.pages.begin() + s.turned_pages, s.pages.end());
     pages.insert(pages.end(), s.pages.begin(), s.pages.end());
   }
   return pages;
@@ -134,13 +132,13 @@ template<class Counts> void WriterIndex::add_counts(const Stream& s, Counts& out
 
 void WriterIndex::describe(VolumeInfo& info, Bcc4Report& report) const {
   for (const Stream& s : streams_) {
-    const auto c = static_cast<size_t>(s.at.channel);
+    const size_t c = s.at.channel;
     if (s.at.level > 0) {
       add_counts(s, info.levels[static_cast<size_t>(s.at.level) - 1].channels[c]);
       continue;
     }
     add_counts(s, info.channels[c]);
-    report.sites_total += static_cast<uint64_t>(info.lattice.sites());
+    report.sites_total += info.lattice.sites();
     report.sites_kept += s.kept, report.holes += s.holes, report.clamped += s.clamped;
   }
 }

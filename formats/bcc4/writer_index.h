@@ -62,9 +62,7 @@ class WriterIndex {
     uint64_t kept = 0, holes = 0, clamped = 0;
     uint32_t min_code = UINT32_MAX, max_code = 0;
   };
-  [[nodiscard]] size_t place_of(const ChannelLevel& at) const {
-    return static_cast<size_t>(at.channel * levels_ + at.level);
-  }
+  [[nodiscard]] size_t place_of(const ChannelLevel& at) const { return at.channel * levels_ + at.level; }
   [[nodiscard]] const Stream& stream(const ChannelLevel& at) const { return streams_.at(place_of(at)); }
   [[nodiscard]] Stream& stream(const ChannelLevel& at) { return streams_.at(place_of(at)); }
   [[nodiscard]] PageRef append_page(const Stream& s, size_t first);

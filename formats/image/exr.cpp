@@ -29,7 +29,7 @@ namespace {
 Imath::M44f matrix(const std::array<double, 16>& rows) {
   Imath::M44f m;
   for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) m[r][c] = static_cast<float>(rows[static_cast<size_t>(4 * r + c)]);
+    for (int c = 0; c < 4; ++c) m[r][c] = static_cast<float>(rows[4 * r + c]);
   return m;
 }
 
@@ -38,8 +38,8 @@ class SinkStream : public Imf::OStream {
  public:
   SinkStream(SinkBuffer& sink, const char* name) : Imf::OStream(name), sink_(sink) {}
   void write(const char bytes[], int count) override {
-    sink_.write(position_, std::as_bytes(std::span(bytes, static_cast<size_t>(count))));
-    position_ += static_cast<uint64_t>(count);
+    sink_.write(position_, std::as_bytes(std::span(bytes, count)));
+    position_ += count;
   }
   uint64_t tellp() override { return position_; }
   void seekp(uint64_t position) override { position_ = position; }
@@ -122,7 +122,7 @@ void write_deep_exr(ByteSink& sink, const std::string& name, int width, int heig
     Imf::addDeepImageState(header, Imf::DIS_TIDY);
     for (const char* channel : names) header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
     // One row is written at a time, from tables of one row: the step from row to row is 0 bytes.
-    const auto columns = static_cast<size_t>(width);
+    const size_t columns = width;
     std::vector<uint32_t> counts(columns);
     std::array<std::vector<const float*>, names.size()> row;
     Imf::DeepFrameBuffer frame;

@@ -63,11 +63,11 @@ struct Picture {
 };
 
 void convert_row(const Picture& picture, int y, unsigned char* out) {
-  const float* p = picture.rgba + static_cast<size_t>(y) * picture.row_floats;
+  const float* p = picture.rgba + y * picture.row_floats;
   for (int x = 0; x < picture.width; ++x, p += 4) {
     const double alpha = std::isnan(p[3]) ? 0 : std::fmin(1, std::fmax(0, p[3]));
     for (size_t c = 0; c < 3; ++c) {
-      const double color = static_cast<double>(p[c]);
+      const double color = p[c];
       if (picture.options.background)
         *out++ = srgb_byte(color + (1 - alpha) * (*picture.options.background)[c]);
       else
@@ -110,7 +110,7 @@ bool write_rows(png_structp png, png_infop info, Writer& writer, const Picture& 
 void write_png(ByteSink& sink, const std::string& name, int width, int height, const float* rgba,
                size_t row_floats, const PngOptions& options) {
   const Picture picture{width, height, rgba, row_floats, options};
-  std::vector<unsigned char> row(static_cast<size_t>(width) * static_cast<size_t>(picture.channels()));
+  std::vector<unsigned char> row(static_cast<size_t>(width) * picture.channels());
   SinkBuffer buffer(sink);
   Writer writer{&buffer, 0, {}, {}};
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, on_error, on_warning);

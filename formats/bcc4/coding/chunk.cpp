@@ -120,8 +120,8 @@ struct CodedValues {
 uint64_t ChunkShape::sites() const {
   uint64_t n = 0;
   for (int m = 0; m < layers; ++m) {
-    const auto& [x, y, z] = box[static_cast<size_t>(m)];
-    n += static_cast<uint64_t>(x * y * z);
+    const auto& [x, y, z] = box[m];
+    n += x * y * z;
   }
   return n;
 }
@@ -136,7 +136,7 @@ ChunkShape chunk_shape(const Lattice4& lattice, int32_t first_layer, int32_t lay
     const Int3 dims = lattice.space.dims(shape.coset(m));
     Int3 n;
     for (size_t a = 0; a < 3; ++a) n[a] = std::clamp(dims[a] - brick[a] * brick_edge, 0, brick_edge);
-    if (n[0] > 0 && n[1] > 0 && n[2] > 0) shape.box[static_cast<size_t>(m)] = n;
+    if (n[0] > 0 && n[1] > 0 && n[2] > 0) shape.box[m] = n;
   }
   return shape;
 }
@@ -144,7 +144,7 @@ ChunkShape chunk_shape(const Lattice4& lattice, int32_t first_layer, int32_t lay
 uint32_t ChunkSites::holes() const {
   int n = 0;
   for (const auto& mask : hole) n += count_bits(mask);
-  return static_cast<uint32_t>(n);
+  return n;
 }
 
 void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes) {

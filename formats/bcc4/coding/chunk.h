@@ -28,7 +28,7 @@ struct ChunkShape {
   std::array<Int3, max_slab_layers> box{};
 
   [[nodiscard]] int coset(int layer) const { return period == 2 ? (first_coset + layer) & 1 : 0; }
-  [[nodiscard]] bool empty(int layer) const { return box[static_cast<size_t>(layer)][0] == 0; }
+  [[nodiscard]] bool empty(int layer) const { return box[layer][0] == 0; }
   // Returns whether a layer of the same coset comes before.
   [[nodiscard]] bool has_previous(int layer) const { return !still && layer >= period; }
   // Returns whether the layer before exists and is of the other coset.

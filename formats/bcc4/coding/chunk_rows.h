@@ -23,16 +23,15 @@ inline constexpr uint8_t raw_part = 0, deflated_part = 1;
     v = (v + (v >> 4)) & 0x0f0f;
     n += (v + (v >> 8)) & 31;
   }
-  return static_cast<int>(n);
+  return n;
 }
 
 // Calls body(layer, row index z*16 + y, row width) for the rows inside the domain, in coding order.
 template<class Body> void for_rows(const ChunkShape& shape, Body&& body) {
   for (int m = 0; m < shape.layers; ++m) {
-    const Int3& n = shape.box[static_cast<size_t>(m)];
+    const Int3& n = shape.box[m];
     for (int z = 0; z < n[2]; ++z)
-      for (int y = 0; y < n[1]; ++y)
-        body(static_cast<size_t>(m), static_cast<size_t>(z * brick_edge + y), static_cast<int>(n[0]));
+      for (int y = 0; y < n[1]; ++y) body(m, z * brick_edge + y, n[0]);
   }
 }
 

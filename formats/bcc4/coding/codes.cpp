@@ -10,7 +10,7 @@
 namespace bccsplat {
 
 SampleCoder::SampleCoder(const Quantiser& q, float zero)
-    : scale_(q.scale), bias_(q.offset - static_cast<double>(zero)), zero_(zero) {
+    : scale_(q.scale), bias_(q.offset - zero), zero_(zero) {
   codes_.type = q.type;
   uint64_t clamped = 0;
   codes_.air = encode(0, clamped);

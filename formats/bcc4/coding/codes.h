@@ -32,7 +32,7 @@ class SampleCoder {
   [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] double bias() const { return bias_; }
   // The value in the units of the channel, not relative to anything.
-  [[nodiscard]] double value(uint32_t code) const { return static_cast<double>(decode(code)) + zero_; }
+  [[nodiscard]] double value(uint32_t code) const { return decode(code) + zero_; }
   // The lowest and the highest code of a finite value.
   [[nodiscard]] uint32_t lowest() const;
   [[nodiscard]] uint32_t highest() const { return codes_.mask() - lowest(); }

@@ -107,7 +107,7 @@ class Rounder {
     for (size_t m = 0; m < bricks_.size(); ++m)
       for (int z = 0; z < shape_.box[m][2]; ++z)
         for (int y = 0; y < shape_.box[m][1]; ++y) {
-          const auto row = static_cast<size_t>(z * brick_edge + y);
+          const size_t row = z * brick_edge + y;
           keeper.take_row(m, row, shape_.box[m][0], units_[m].data() + row * brick_edge, shift);
         }
     return sites;
@@ -128,7 +128,7 @@ class Rounder {
   const FittedWeights fitted = fit_weights(sites, codes);
   double sum = 0;
   for (const uint32_t folded : predict(sites, codes, Predictor::fitted, fitted.unchained))
-    sum += static_cast<double>(folded / 2 + (folded & 1));
+    sum += folded / 2 + (folded & 1);
   const double mean = sum / static_cast<double>(sites.codes.size());
   int shift = 0;
   while (shift < coding.most_shift && mean >= least_error * (1 << shift)) ++shift;
@@ -152,7 +152,7 @@ ChunkData packed(const CoefficientChunk& chunk) {
   uint32_t count = 0;
   for (const BrickMask& mask : sites.kept) {
     data.first.push_back(count);
-    for (const uint16_t row : mask) count += static_cast<uint32_t>(std::popcount(row));
+    for (const uint16_t row : mask) count += std::popcount(row);
   }
   data.first.push_back(count);
   const auto [low, high] = std::minmax_element(sites.codes.begin(), sites.codes.end());

@@ -39,7 +39,7 @@ struct CoefficientChunk {
 
 // The value of a code, relative to air.
 [[nodiscard]] inline double coefficient_of(uint32_t code, const CoefficientCoding& coding) {
-  return static_cast<double>(static_cast<int32_t>(code - i32_air)) * coding.step;
+  return static_cast<int32_t>(code - i32_air) * coding.step;
 }
 
 } // namespace bccsplat

@@ -73,7 +73,7 @@ class ByteCounts {
           ++counts[0][residuals[x] >> (8 * b) & 255], ++counts[1][residuals[x + 1] >> (8 * b) & 255];
       else
         for (unsigned bits = kept; bits; bits &= bits - 1)
-          ++counts[0][residuals[static_cast<size_t>(std::countr_zero(bits))] >> (8 * b) & 255];
+          ++counts[0][residuals[std::countr_zero(bits)] >> (8 * b) & 255];
     }
   }
   [[nodiscard]] uint64_t bits_256(uint32_t bytes) const {
@@ -96,14 +96,14 @@ constexpr uint64_t slack_256 = 24;
 std::array<uint64_t, constant_predictors> ConstantBits(const ChunkSites& sites, const ChunkCodes& codes,
                                                        uint64_t limit) {
   const uint32_t mask = codes.mask(), bytes = codes.bytes();
-  const auto air = static_cast<int32_t>(codes.air);
+  const int32_t air = codes.air;
   const auto counts = std::make_unique<std::array<ByteCounts, constant_predictors>>();
   std::array<uint64_t, constant_predictors> result{};
   unsigned left = (1u << constant_predictors) - 1; // predictors
   const uint32_t* code = sites.codes.data();
   int layer = 0;
   const auto leave_out = [&] {
-    const auto seen = static_cast<uint64_t>(code - sites.codes.data());
+    const uint64_t seen = code - sites.codes.data();
     const uint64_t too_many = limit + slack_256 * bytes * (seen + sites.codes.size());
     for (size_t p = 0; p < constant_predictors; ++p)
       if (left >> p & 1 && (*counts)[p].bits_256(bytes) > too_many)
@@ -113,12 +113,12 @@ std::array<uint64_t, constant_predictors> ConstantBits(const ChunkSites& sites, 
   walk_rows<int32_t>(sites.shape, sites.kept, ring, [&](const Row<int32_t>& row) HWY_ATTR {
     if (row.layer != layer) leave_out(), layer = row.layer;
     if (left == 0) return;
-    const unsigned kept = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
+    const unsigned kept = sites.kept[row.layer][row.index];
     code = FillRow(row.own, code, kept, air);
     RowResiduals residuals;
     PredictRow(row, air, mask, residuals);
     for (unsigned p = left; p; p &= p - 1) {
-      const auto i = static_cast<size_t>(std::countr_zero(p));
+      const size_t i = std::countr_zero(p);
       (*counts)[i].add(residuals[i], kept, bytes);
     }
   });

@@ -24,7 +24,7 @@ namespace {
 
 // Reads the masks of all layers from the rows inside the domain, in coding order.
 void read_masks(const ChunkShape& shape, RunDecoder& runs, std::vector<BrickMask>& masks) {
-  masks.assign(static_cast<size_t>(shape.layers), BrickMask{});
+  masks.assign(shape.layers, BrickMask{});
   for (size_t m = 0; m < masks.size(); ++m) {
     const auto [nx, ny, nz] = shape.box[m];
     const auto rows = std::span(masks[m]);
@@ -33,8 +33,8 @@ void read_masks(const ChunkShape& shape, RunDecoder& runs, std::vector<BrickMask
       continue;
     }
     for (int z = 0; z < nz; ++z) {
-      if (runs.skip(static_cast<uint64_t>(nx) * static_cast<uint64_t>(ny))) continue;
-      for (int y = 0; y < ny; ++y) rows[static_cast<size_t>(z * brick_edge + y)] = runs.row(nx);
+      if (runs.skip(static_cast<uint64_t>(nx) * ny)) continue;
+      for (int y = 0; y < ny; ++y) rows[z * brick_edge + y] = runs.row(nx);
     }
   }
   runs.finish();
@@ -102,7 +102,7 @@ void read_values(ChunkData& data, const Bcc4Chunk& entry, std::span<const std::b
   const size_t weight_bytes =
       predictor == Predictor::fitted ? fitted_weights(data.shape) * sizeof(int16_t) : 0;
   const size_t plane_bytes = size_t{entry.kept} * codes.bytes(),
-               end = size_t{data.first[static_cast<size_t>(layers.end)]} * codes.bytes(),
+               end = size_t{data.first[layers.end]} * codes.bytes(),
                begin = layers.codes_before * codes.bytes();
   // Of two bytes a code the second ones come behind all first ones.
   const size_t wanted = codes.bytes() == 1 ? weight_bytes + end : SIZE_MAX;
@@ -119,7 +119,7 @@ void read_values(ChunkData& data, const Bcc4Chunk& entry, std::span<const std::b
               scratch.ring, layers);
   }
   data.codes.resize(end);
-  data.codes.erase(data.codes.begin(), data.codes.begin() + static_cast<std::ptrdiff_t>(begin));
+  data.codes.erase(data.codes.begin(), data.codes.begin() + begin);
 }
 
 // Refuses codes outside the range that the index tells, and of a whole chunk another range than that.
@@ -138,7 +138,7 @@ void check_range(const CodeRange& range, const ChunkCodes& codes, const Bcc4Chun
   const int all = data.shape.layers;
   const bool predicted = values_coding(entry) == deflated_part && predictor_of(entry) != Predictor::none;
   if (!predicted || is_float(data.coded.type) || data.coded.bytes() > 2 || asked >= all) return all;
-  return data.first[static_cast<size_t>(asked)] == data.first.back() ? all : asked;
+  return data.first[asked] == data.first.back() ? all : asked;
 }
 
 void find_layers(ChunkData& data) {
@@ -146,7 +146,7 @@ void find_layers(ChunkData& data) {
   data.first.reserve(data.kept.size() + 1);
   for (const BrickMask& mask : data.kept) {
     data.first.push_back(n);
-    n += static_cast<uint32_t>(count_bits(mask));
+    n += count_bits(mask);
   }
   data.first.push_back(n);
 }
@@ -193,7 +193,7 @@ ChunkData finish_chunk(const ChunkRest& rest, const std::optional<LayersBefore>&
   data.kept = rest.kept, data.hole = rest.hole, data.first = rest.first;
   WalkedLayers layers{0, rest.shape.layers, 0};
   if (before) {
-    layers.first = rest.layers, layers.codes_before = rest.first[static_cast<size_t>(rest.layers)];
+    layers.first = rest.layers, layers.codes_before = rest.first[rest.layers];
     restore_cells(data.shape, data.kept, data.coded, rest.layers, *before, scratch.ring);
   }
   read_values(data, rest.entry, rest.values, layers, scratch);
@@ -208,7 +208,7 @@ ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& channel) {
   ChunkData data;
   data.shape = shape;
   const ChunkCodes codes = data.coded = codes_of_chunk(channel, channel.air, channel.air, 0);
-  data.kept.assign(static_cast<size_t>(shape.layers), BrickMask{});
+  data.kept.assign(shape.layers, BrickMask{});
   for_rows(shape, [&](size_t m, size_t r, int width) {
     data.kept[m][r] = static_cast<uint16_t>((1u << width) - 1);
   });

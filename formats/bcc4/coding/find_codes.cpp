@@ -47,7 +47,7 @@ class CodeFinder {
   }
   // Finds the code of one site.
   HWY_INLINE bool site(float value, uint16_t& code) const {
-    const double steps = (static_cast<double>(value) - bias_) * per_scale_ + 0.5;
+    const double steps = (value - bias_) * per_scale_ + 0.5;
     const double inside = steps > 0 ? (steps < most_ ? steps : most_) : 0;
     const auto found = static_cast<int32_t>(inside);
     code = static_cast<uint16_t>(found);

@@ -117,31 +117,30 @@ template<class Samples> FittedWeights fit_weights_of(const ChunkSites& sites, co
   std::array<std::unique_ptr<Samples>, classes> samples;
   const unsigned present = classes_present(sites.shape);
   for (int c = 0; c < classes; ++c)
-    if (present >> c & 1)
-      samples[static_cast<size_t>(c)] = std::make_unique<Samples>(static_cast<size_t>(class_taps(c)), codes);
+    if (present >> c & 1) samples[c] = std::make_unique<Samples>(static_cast<size_t>(class_taps(c)), codes);
   const uint32_t* code = sites.codes.data();
-  const auto air = static_cast<int64_t>(codes.air);
+  const int64_t air = codes.air;
   CellRing<D> ring;
   walk_rows<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) {
-    const unsigned kept = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
+    const unsigned kept = sites.kept[row.layer][row.index];
     for (unsigned bits = kept; bits; bits &= bits - 1)
-      row.own[std::countr_zero(bits)] = static_cast<D>(static_cast<int64_t>(*code++) - air);
+      row.own[std::countr_zero(bits)] = static_cast<D>(*code++ - air);
     unsigned chosen = choose.next(std::popcount(kept));
     if (kept != full_row) chosen = expand_bits(static_cast<uint16_t>(chosen), static_cast<uint16_t>(kept));
     if (chosen == 0) return;
     std::array<const D*, max_taps> taps;
     gather_taps(row, taps);
-    samples[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))]->add(taps, row.own, chosen);
+    samples[(row.cross ? 1 : 0) | (row.previous ? 2 : 0)]->add(taps, row.own, chosen);
   });
   FittedWeights weights;
   for (int c = 0; c < classes; ++c) {
     if (!(present >> c & 1)) continue;
-    const auto n = static_cast<size_t>(class_taps(c));
+    const size_t n = class_taps(c);
     const auto append = [&](std::vector<int16_t>& to, const Fit& fit) {
       const Weights w = fit.rows >= 2 * n ? solve(fit.equations, n) : constant_weights(Predictor::cross, c);
-      to.insert(to.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
+      to.insert(to.end(), w.begin(), w.begin() + n);
     };
-    Fit fit = samples[static_cast<size_t>(c)]->fit();
+    Fit fit = samples[c]->fit();
     append(weights.chained, fit);
     if (c & 1) leave_out_west(fit, n);
     append(weights.unchained, fit);

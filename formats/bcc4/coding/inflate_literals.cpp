@@ -143,8 +143,7 @@ bool LiteralInflater::read_codes(Stream& s) {
     if (!s.take(repeat.bits, times)) return false;
     times += repeat.base;
     if (times > literals + distances - i || (symbol.value == 16 && i == 0)) return false;
-    std::fill_n(all.begin() + static_cast<std::ptrdiff_t>(i), times,
-                symbol.value == 16 ? all[i - 1] : uint8_t{0});
+    std::fill_n(all.begin() + i, times, symbol.value == 16 ? all[i - 1] : uint8_t{0});
     i += times;
   }
   const auto of_literals = std::span(all).first(literals),
@@ -179,9 +178,7 @@ bool LiteralInflater::copy_stored(Stream& s) const {
   // What is held goes back.
   s.in -= s.count / 8;
   s.held = 0, s.count = 0;
-  if (s.in_end - s.in < static_cast<std::ptrdiff_t>(size) ||
-      s.out_end - s.out < static_cast<std::ptrdiff_t>(size))
-    return false;
+  if (s.in_end - s.in < size || s.out_end - s.out < size) return false;
   s.out = std::copy_n(s.in, size, s.out);
   s.in += size;
   return true;
@@ -208,9 +205,7 @@ bool LiteralInflater::decode_symbol(Stream& s, bool& ended) const {
   s.drop(far.bits);
   if (!s.take(distance_of[far.value].bits, distance)) return false;
   distance += distance_of[far.value].base;
-  if (s.out - s.out_begin < static_cast<std::ptrdiff_t>(distance) ||
-      s.out_end - s.out < static_cast<std::ptrdiff_t>(length))
-    return false;
+  if (s.out - s.out_begin < distance || s.out_end - s.out < length) return false;
   if (distance == 1)
     std::fill_n(s.out, length, s.out[-1]);
   else

@@ -42,8 +42,7 @@ LayerCodes::LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t l
     : coder_(coder), coded_(data.coded) {
   const size_t bytes = coded_.bytes(), first = data.first[layer], count = data.first[layer + 1] - first;
   codes_.resize((count + 2 * BrickCodes::beside) * bytes);
-  std::copy_n(data.codes.begin() + static_cast<std::ptrdiff_t>(first * bytes), count * bytes,
-              codes_.begin() + static_cast<std::ptrdiff_t>(BrickCodes::beside * bytes));
+  std::copy_n(data.codes.begin() + first * bytes, count * bytes, codes_.begin() + BrickCodes::beside * bytes);
   const BrickMask& sites = data.kept[layer];
   if (count < brick_sites) kept_ = std::make_unique<const Kept>(Kept{sites, row_index(sites)});
   if (!data.hole.empty() && data.hole[layer] != BrickMask{})
@@ -91,7 +90,7 @@ void LayerCodes::read(const PlanePart& part, float* to, std::ptrdiff_t stride) c
   const BrickCodes brick{codes_.data() + BrickCodes::beside * bytes, kept_ ? &kept_->sites : nullptr,
                          kept_ ? &kept_->first : nullptr};
   // Planes are read one after the other, each from many bricks.
-  const auto next = static_cast<size_t>(std::min((part.plane + 1) * brick_edge + part.y, brick_rows - 1));
+  const size_t next = std::min((part.plane + 1) * brick_edge + part.y, brick_rows - 1);
   const std::byte* ahead = brick.codes + (brick.first ? (*brick.first)[next] : next * brick_edge) * bytes;
   for (size_t i = 0; i < static_cast<size_t>(part.height) * brick_edge * bytes; i += cache_line)
     hwy::Prefetch(ahead + i);

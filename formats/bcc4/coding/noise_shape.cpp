@@ -82,7 +82,7 @@ Weights taps_of_layer(const NoiseShape& noise, const ChunkShape& shape, int laye
   Weights all{};
   auto* to = all.begin();
   const auto take = [&](int source, int first, int count) {
-    const auto c = static_cast<size_t>(layers_behind(shape, source));
+    const size_t c = layers_behind(shape, source);
     to = std::copy_n(noise.weights[c].begin() + first, count, to);
   };
   take(layer, 0, own_taps);
@@ -104,7 +104,7 @@ NoiseShape noise_shape(const Kernel& kernel, bool still) {
       for (size_t j = 0; j <= i; ++j) equations.a[i][j] = overlap(taps[i] - taps[j]);
       equations.b[i] = -overlap(taps[i]);
     }
-    shape.weights[static_cast<size_t>(c)] = solve(equations, taps.size());
+    shape.weights[c] = solve(equations, taps.size());
   }
   return shape;
 }

@@ -85,7 +85,7 @@ Weights solve(LeastSquares e, size_t n) {
     w[i] /= e.a[i][i];
   }
   constexpr double one = 1 << fraction_bits;
-  const auto room = static_cast<double>(INT16_MAX) - static_cast<double>(n); // for rounding
+  const auto room = INT16_MAX - static_cast<double>(n); // for rounding
   double sum = 0;
   for (size_t i = 0; i < n; ++i) sum += std::fabs(w[i]);
   const double scale = sum * one <= room ? one : room / sum;

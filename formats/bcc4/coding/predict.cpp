@@ -52,11 +52,11 @@ namespace {
   ClassWeights all{};
   const unsigned present = classes_present(shape);
   for (int c = 0; c < classes; ++c) {
-    auto& w = all[static_cast<size_t>(c)];
+    auto& w = all[c];
     if (predictor != Predictor::fitted) {
       w = constant_weights(predictor, c);
     } else if (present >> c & 1) {
-      const auto n = static_cast<size_t>(class_taps(c));
+      const size_t n = class_taps(c);
       std::copy_n(fitted.begin(), n, w.begin());
       fitted = fitted.subspan(n);
       int sum = 0;
@@ -125,7 +125,7 @@ size_t fitted_weights(const ChunkShape& shape) {
   const unsigned present = classes_present(shape);
   size_t n = 0;
   for (int c = 0; c < classes; ++c)
-    if (present >> c & 1) n += static_cast<size_t>(class_taps(c));
+    if (present >> c & 1) n += class_taps(c);
   return n;
 }
 

@@ -46,7 +46,7 @@ void Predict(const ChunkSites& sites, const ChunkCodes& codes, std::span<const P
   const int64_t air = codes.air;
   CellRing<D> ring;
   walk_rows<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) HWY_ATTR {
-    const unsigned kept = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
+    const unsigned kept = sites.kept[row.layer][row.index];
     code = FillRow(row.own, code, kept, air);
     for (size_t i = 0; i < count; ++i) {
       const Taps& taps = TapsFor(all[i], row);

@@ -45,8 +45,8 @@ constexpr size_t north_tap = 1, northwest_tap = 3, northeast_tap = 7; // of the 
 inline std::array<Taps, classes> TapsOf(const ClassWeights& weights) {
   std::array<Taps, classes> all;
   for (int c = 0; c < classes; ++c) {
-    Taps& taps = all[static_cast<size_t>(c)];
-    const int16_t* w = weights[static_cast<size_t>(c)].data();
+    Taps& taps = all[c];
+    const int16_t* w = weights[c].data();
     taps.west = w[0], taps.north = w[north_tap];
     taps.whole = w[0] == 1 << fraction_bits;
     for (int i = 0; i < class_taps(c); ++i) taps.whole &= w[i] % (1 << fraction_bits) == 0;
@@ -156,7 +156,7 @@ HWY_INLINE const uint32_t* FillRow(D* HWY_RESTRICT own, const uint32_t* HWY_REST
     return code + brick_edge;
   }
   for (unsigned bits = kept; bits; bits &= bits - 1)
-    own[std::countr_zero(bits)] = static_cast<D>(static_cast<int64_t>(*code++) - air);
+    own[std::countr_zero(bits)] = static_cast<D>(*code++ - air);
   return code;
 }
 
@@ -166,7 +166,7 @@ HWY_INLINE uint32_t Fold(uint32_t difference, uint32_t mask) {
 }
 
 template<class D> HWY_INLINE const Taps& TapsFor(const std::array<Taps, classes>& all, const Row<D>& row) {
-  return all[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))];
+  return all[(row.cross ? 1 : 0) | (row.previous ? 2 : 0)];
 }
 
 // The prediction, relative to air.

@@ -119,10 +119,10 @@ template<class D> struct CellRing {
       cells = std::make_unique_for_overwrite<D[]>(3 * layer_cells + brick_edge);
       std::fill_n(cells.get() + 3 * layer_cells, brick_edge, D{0});
     }
-    Planes& left = used[static_cast<size_t>(m % 3)];
+    Planes& left = used[m % 3];
     while (left != 0) { // run by run
       const int first = std::countr_zero(left), count = std::countr_one(left >> first);
-      std::memset(layer(m) + first * stride_z, 0, static_cast<size_t>(count * stride_z) * sizeof(D));
+      std::memset(layer(m) + first * stride_z, 0, count * stride_z * sizeof(D));
       left &= ~Planes{0} << first << count;
     }
     return layer(m);
@@ -131,7 +131,7 @@ template<class D> struct CellRing {
 
 // Returns whether all of `width` sites of `height` rows of plane z are.
 [[nodiscard]] inline bool plane_full(const BrickMask& kept, int z, int width, int height) {
-  const auto rows = std::span(kept).subspan(static_cast<size_t>(z) * brick_edge, static_cast<size_t>(height));
+  const auto rows = std::span(kept).subspan(static_cast<size_t>(z) * brick_edge, height);
   return std::all_of(rows.begin(), rows.end(), [&](uint16_t row) { return row == (1u << width) - 1; });
 }
 
@@ -180,18 +180,18 @@ void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRin
   const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
   for (int m = layers.first; m < std::min(shape.layers, layers.end); ++m) {
     D* const layer = ring.clear(m);
-    Planes& used = ring.used[static_cast<size_t>(m % 3)];
+    Planes& used = ring.used[m % 3];
     if (shape.empty(m)) continue;
-    const Int3& box = shape.box[static_cast<size_t>(m)];
+    const Int3& box = shape.box[m];
     const int nx = box[0], ny = box[1], nz = box[2]; // clang 14 captures no structured bindings
     const D* previous = shape.has_previous(m) ? ring.layer(m - shape.period) : nullptr;
     const D* cross = shape.has_cross(m) ? ring.layer(m - 1) : nullptr;
     const D* before = previous ? previous : cross;
     if (before) {
-      used = ring.used[static_cast<size_t>((previous ? m - shape.period : m - 1) % 3)];
+      used = ring.used[(previous ? m - shape.period : m - 1) % 3];
       copy_border(layer, before, box, used);
     }
-    const BrickMask& rows = kept[static_cast<size_t>(m)];
+    const BrickMask& rows = kept[m];
     const std::ptrdiff_t lowest = shape.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
     for (int z = 0; z < nz; ++z) {
       D* const plane = layer + (z + 1) * stride_z;
@@ -214,7 +214,7 @@ void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRin
       };
       const bool done = plane_full(rows, z, nx, ny) && whole_plane(row_at(0), ny, !before);
       for (int y = 0; y < ny && !done; ++y) {
-        if (empty || rows[static_cast<size_t>(z * brick_edge + y)] == 0) {
+        if (empty || rows[z * brick_edge + y] == 0) {
           D* const own = plane + (y + 1) * stride_y + 1;
           if (!before) own[-1] = own[-stride_y];
           own[nx] = own[nx - 1];

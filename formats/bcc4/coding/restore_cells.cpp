@@ -23,7 +23,7 @@ void restore_layer(const BrickMask& rows, const Int3& box, uint32_t air, const s
     used |= plane_bit(z);
     for (int y = 0; y < box[1]; ++y) {
       int32_t* const own = layer + (z + 1) * stride_z + (y + 1) * stride_y + 1;
-      const unsigned here = rows[static_cast<size_t>(z * brick_edge + y)];
+      const unsigned here = rows[z * brick_edge + y];
       for (int x = 0; x < box[0]; ++x)
         if (here >> x & 1) own[x] = next_cell();
       own[box[0]] = own[box[0] - 1];
@@ -39,8 +39,8 @@ void restore_cells(const ChunkShape& shape, std::span<const BrickMask> kept, con
   for (int m = std::max(0, next - 2); m < next; ++m) {
     int32_t* const layer = ring.clear(m);
     if (shape.empty(m)) continue;
-    const auto i = static_cast<size_t>(m);
-    const std::byte* const packed = before[static_cast<size_t>(m - next + 2)].data();
+    const size_t i = m;
+    const std::byte* const packed = before[m - next + 2].data();
     if (codes.bytes() == 1)
       restore_layer<uint8_t>(kept[i], shape.box[i], codes.air, packed, layer, ring.used[i % 3]);
     else

@@ -33,7 +33,7 @@ constexpr std::ptrdiff_t cell_offset(const Int3& site) {
   return (site[0] + behind * site[1] + plane_steps * site[2]) * pitch + site[1];
 }
 constexpr size_t step_site(int x, int y, int z) {
-  return static_cast<size_t>((x + behind * y + plane_steps * z) * brick_edge + y);
+  return (x + behind * y + plane_steps * z) * brick_edge + y;
 }
 
 // What an error is multiplied by, and where it stands, seen from lane 0 of a step.
@@ -103,7 +103,7 @@ void RoundSteps(const StepRows& rows, const ErrorTaps& taps, double unit, double
     // Two vectors at a time, as each sum waits for the one before it.
     for (size_t y = 0; y < brick_edge; y += 2 * lanes) {
       auto low = hn::Zero(d), high = hn::Zero(d);
-      const size_t at = static_cast<size_t>(step * pitch) + y;
+      const size_t at = step * pitch + y;
       for (size_t i = 0; i < taps.count; ++i) {
         const auto weight = hn::Set(d, taps.tap[i].weight);
         low = hn::Add(low, hn::Mul(weight, hn::LoadU(d, taps.tap[i].at + at)));
@@ -179,9 +179,8 @@ ErrorTaps taps_of(const StepRoom& room, const ChunkShape& shape, std::span<const
   ErrorTaps taps;
   const auto* weight = weights.begin();
   const auto add = [&](int layer, const Int3& site) {
-    const auto w = static_cast<double>(*weight++);
-    if (w != 0 && bricks[static_cast<size_t>(layer)])
-      taps.tap[taps.count++] = {room.errors(layer) + cell_offset(site), w};
+    const double w = *weight++;
+    if (w != 0 && bricks[layer]) taps.tap[taps.count++] = {room.errors(layer) + cell_offset(site), w};
   };
   for (const int o : own_offset) add(m, sites_of_offset(o));
   const int low = shape.coset(m) == 1 ? 0 : -1;
@@ -204,7 +203,7 @@ void round_units(const ChunkShape& shape, std::span<const Brick* const> bricks, 
   }
   const StepRoom room;
   for (int m = 0; m < shape.layers; ++m) {
-    const auto i = static_cast<size_t>(m);
+    const size_t i = m;
     if (!bricks[i]) continue;
     HWY_DYNAMIC_DISPATCH(RoundSteps)
     (room.take(m, *bricks[i], shape.box[i]), taps_of(room, shape, bricks, m, how.weights[i]), how.unit,

@@ -14,7 +14,7 @@ template<class Body> void for_unit_rows(const ChunkShape& shape, const Body& bod
   const auto layer_at = [&](int m) { return cells.data() + (m % 3) * layer_cells; };
   for (int m = 0; m < shape.layers; ++m) {
     std::fill_n(layer_at(m), layer_cells, 0.0);
-    const Int3& n = shape.box[static_cast<size_t>(m)];
+    const Int3& n = shape.box[m];
     const std::ptrdiff_t lowest = shape.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
     for (int z = 0; z < n[2]; ++z)
       for (int y = 0; y < n[1]; ++y) {
@@ -31,14 +31,14 @@ template<class Body> void for_unit_rows(const ChunkShape& shape, const Body& bod
 void round_units_reference(const ChunkShape& shape, std::span<const Brick* const> bricks,
                            const UnitRounding& how, std::span<LayerUnits> units) {
   for_unit_rows(shape, [&](const Row<double>& row) {
-    const auto m = static_cast<size_t>(row.layer);
+    const size_t m = row.layer;
     if (!bricks[m]) return;
     std::array<const double*, max_taps> taps;
     const size_t n = how.weights.empty() ? 0 : gather_taps(row, taps);
     const size_t first = static_cast<size_t>(row.index) * brick_edge;
     for (int x = 0; x < row.width; ++x) {
-      const auto value = static_cast<double>(bricks[m]->value[first + static_cast<size_t>(x)]);
-      int32_t& to = units[m][first + static_cast<size_t>(x)];
+      const double value = bricks[m]->value[first + x];
+      int32_t& to = units[m][first + x];
       to = 0;
       if (value == 0) continue;
       double wanted = 0;

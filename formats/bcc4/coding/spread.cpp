@@ -83,7 +83,7 @@ void Spread(const MakeValues& values, const SampleCoder& coder, const ChunkCodes
   const size_t count = codes.size() / bytes;
   size_t next = first;
   for (const unsigned row : kept) {
-    const auto before = static_cast<size_t>(std::countr_zero(row) & 15);
+    const size_t before = std::countr_zero(row) & 15;
     const unsigned run = row >> before;
     if (row == 0) {
       std::fill_n(brick, brick_edge, 0.0f);
@@ -94,7 +94,7 @@ void Spread(const MakeValues& values, const SampleCoder& coder, const ChunkCodes
         const auto here = hn::TestBit(hn::Set(di, static_cast<int32_t>(row)), hn::Load(di, site_bit + x));
         hn::StoreU(hn::IfThenElseZero(hn::RebindMask(d, here), values(d, from + x)), d, brick + x);
       }
-      next += static_cast<size_t>(std::bit_width(run));
+      next += std::bit_width(run);
     } else {
       std::fill_n(brick, brick_edge, 0.0f);
       for (unsigned bits = row; bits; bits &= bits - 1) {
@@ -112,13 +112,13 @@ template<class Stored, class D, class MakeValues>
 void SpreadPart(D d, const MakeValues& values, const SampleCoder& coder, const ChunkCodes& coded,
                 const BrickCodes& brick, const PlanePart& part, float* to, std::ptrdiff_t stride) {
   const hn::RebindToSigned<D> di;
-  const auto width = static_cast<size_t>(part.width), first = static_cast<size_t>(part.x);
+  const size_t width = part.width, first = part.x;
   const unsigned wanted = (1u << width) - 1;
   const auto* codes = reinterpret_cast<const Stored*>(brick.codes);
-  size_t row = static_cast<size_t>(part.plane * brick_edge + part.y);
-  for (const size_t end = row + static_cast<size_t>(part.height); row < end; ++row, to += stride) {
+  size_t row = part.plane * brick_edge + part.y;
+  for (const size_t end = row + part.height; row < end; ++row, to += stride) {
     const unsigned kept = brick.kept ? (*brick.kept)[row] : 0xffff;
-    const auto before = static_cast<size_t>(std::countr_zero(kept) & 15);
+    const size_t before = std::countr_zero(kept) & 15;
     const unsigned run = kept >> before, here = kept >> first & wanted;
     const Stored* next = codes + (brick.first ? (*brick.first)[row] : row * brick_edge);
     const Stored* from = next + first - before;

@@ -28,7 +28,7 @@ HWY_INLINE hn::Vec<Wide> LoadCells(Wide d, const float* cells) {
 // Lanes are whole, and their sum may be beyond what single precision holds.
 HWY_INLINE double SumOf(Small, hn::Vec<Small> v) {
   const hn::RebindToSigned<Small> whole;
-  return static_cast<double>(hn::GetLane(hn::SumOfLanes(whole, hn::ConvertTo(whole, v))));
+  return hn::GetLane(hn::SumOfLanes(whole, hn::ConvertTo(whole, v)));
 }
 HWY_INLINE double SumOf(Wide d, hn::Vec<Wide> v) { return hn::GetLane(hn::SumOfLanes(d, v)); }
 
@@ -97,7 +97,7 @@ void TapRows::add(const std::array<const float*, max_taps>& taps, const float* o
   std::copy_n(taps.begin(), n_, rows.begin());
   rows[n_] = own;
   HWY_DYNAMIC_DISPATCH(TakeCells)(rows.data(), n_ + 1, chosen, stride, cells_.get() + held_);
-  const auto added = static_cast<size_t>(std::popcount(chosen));
+  const size_t added = std::popcount(chosen);
   held_ += added, count_ += added;
   if (held_ + brick_edge > most) sum_up();
 }

@@ -60,7 +60,7 @@ HWY_INLINE bool DecodeSums(const int32_t* HWY_RESTRICT sum, unsigned kept, const
   if (!hn::AllFalse(d, hn::Lt(outside, hn::Zero(d)))) return false;
   for (size_t x = 0; x < brick_edge; ++x) {
     own[x] = cell[x];
-    q.code[x] = static_cast<uint32_t>(cell[x]) + limits.air;
+    q.code[x] = cell[x] + limits.air;
   }
   return true;
 }
@@ -79,9 +79,7 @@ template<class Stored> struct ChainedRows {
                                                   static_cast<int32_t>(codes.mask() - codes.air)},
         rows{planes.data(), static_cast<std::ptrdiff_t>(planes.size() / sizeof(Stored)), packed} {}
 
-  [[nodiscard]] unsigned Kept(const Row<int32_t>& row) const {
-    return kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
-  }
+  [[nodiscard]] unsigned Kept(const Row<int32_t>& row) const { return kept[row.layer][row.index]; }
 
   HWY_INLINE void DecodeRow(const Row<int32_t>& row, const Taps& taps) {
     const unsigned here = Kept(row);
@@ -97,20 +95,20 @@ template<class Stored> struct ChainedRows {
     }
     // The chain goes from code to code and is short, as the air in x - 1 is part of the sum beforehand. The
     // step is the difference to the prediction, plus air, which the prediction lacks.
-    const auto west = static_cast<uint32_t>(taps.west);
+    const uint32_t west = taps.west;
     uint32_t step[brick_edge];
     for (size_t x = 0; x < brick_edge; ++x) {
       step[x] = Unfold(q.residual[x], mask) + air;
-      sum[x] = static_cast<int32_t>(static_cast<uint32_t>(sum[x]) - west * air);
+      sum[x] = sum[x] - west * air;
     }
-    const auto first = static_cast<size_t>(std::countr_zero(here));
-    const auto end = static_cast<size_t>(std::bit_width(here));
-    uint32_t code = static_cast<uint32_t>(row.own[static_cast<std::ptrdiff_t>(first) - 1]) + air;
+    const size_t first = std::countr_zero(here);
+    const size_t end = std::bit_width(here);
+    uint32_t code = row.own[static_cast<std::ptrdiff_t>(first) - 1] + air;
     for (size_t x = first; x < end; ++x) {
-      const int32_t p = Limited(static_cast<int32_t>(static_cast<uint32_t>(sum[x]) + west * code), low, high);
-      code = here >> x & 1 ? (static_cast<uint32_t>(p) + step[x]) & mask : air;
+      const int32_t p = Limited(static_cast<int32_t>(sum[x] + west * code), low, high);
+      code = here >> x & 1 ? (p + step[x]) & mask : air;
       q.code[x] = code;
-      row.own[x] = static_cast<int32_t>(code - air);
+      row.own[x] = code - air;
     }
     rows.PutCodes(here, q.code);
   }
@@ -118,7 +116,7 @@ template<class Stored> struct ChainedRows {
   // Decodes two full rows at once, the second one two sites behind, where all it is predicted from is known:
   // the two chains do not wait for each other. Returns false when it did nothing.
   HWY_INLINE bool DecodePair(const Row<int32_t>& a, const Row<int32_t>& b, bool repeats) {
-    const auto width = static_cast<size_t>(a.width);
+    const size_t width = a.width;
     const unsigned full = (1u << width) - 1;
     if (width < 2 || Kept(a) != full || Kept(b) != full) return false;
     const Taps& taps = TapsFor(all, a);
@@ -128,7 +126,7 @@ template<class Stored> struct ChainedRows {
     int32_t sum_a[brick_edge], sum_b[brick_edge];
     Sums<sizeof(Stored)>(a, taps, taps.own, sum_a);
     Sums<sizeof(Stored)>(b, taps, taps.far, sum_b);
-    const auto west = static_cast<uint32_t>(taps.west);
+    const uint32_t west = taps.west;
     RowCodes row_a, row_b;
     rows.GetResiduals(full, row_a.residual);
     rows.at += a.width;
@@ -138,31 +136,29 @@ template<class Stored> struct ChainedRows {
     for (size_t x = 0; x < brick_edge; ++x) {
       step_a[x] = Unfold(row_a.residual[x], mask) + air;
       step_b[x] = Unfold(row_b.residual[x], mask) + air;
-      sum_a[x] = static_cast<int32_t>(static_cast<uint32_t>(sum_a[x]) - west * air);
-      sum_b[x] = static_cast<int32_t>(static_cast<uint32_t>(sum_b[x]) - west * air);
+      sum_a[x] = sum_a[x] - west * air;
+      sum_b[x] = sum_b[x] - west * air;
     }
     int32_t above[brick_edge + 2]; // the first row with the cells beside it
     above[0] = a.own[-1];
-    uint32_t q_a = static_cast<uint32_t>(a.own[-1]) + air, q_b = 0;
+    uint32_t q_a = a.own[-1] + air, q_b = 0;
     const auto next_a = [&](size_t x) HWY_ATTR {
-      const int32_t p =
-          Limited(static_cast<int32_t>(static_cast<uint32_t>(sum_a[x]) + west * q_a), low, high);
-      q_a = (static_cast<uint32_t>(p) + step_a[x]) & mask;
+      const int32_t p = Limited(static_cast<int32_t>(sum_a[x] + west * q_a), low, high);
+      q_a = (p + step_a[x]) & mask;
       row_a.code[x] = q_a;
-      above[x + 1] = static_cast<int32_t>(q_a - air);
+      above[x + 1] = q_a - air;
     };
     const auto next_b = [&](size_t x) HWY_ATTR {
       const int32_t near =
           taps.north * above[x + 1] + taps.northwest * above[x] + taps.northeast * above[x + 2];
-      const int32_t p = Limited(
-          static_cast<int32_t>(static_cast<uint32_t>(sum_b[x]) + static_cast<uint32_t>(near) + west * q_b),
-          low, high);
-      q_b = (static_cast<uint32_t>(p) + step_b[x]) & mask;
+      const int32_t p =
+          Limited(static_cast<int32_t>(static_cast<uint32_t>(sum_b[x]) + near + west * q_b), low, high);
+      q_b = (p + step_b[x]) & mask;
       row_b.code[x] = q_b;
     };
     next_a(0);
     next_a(1);
-    q_b = static_cast<uint32_t>(repeats ? above[1] : b.own[-1]) + air;
+    q_b = (repeats ? above[1] : b.own[-1]) + air;
     for (size_t x = 2; x < width; ++x) {
       next_a(x);
       next_b(x - 2);
@@ -172,7 +168,7 @@ template<class Stored> struct ChainedRows {
     next_b(width - 1);
     for (size_t x = 0; x < width; ++x) {
       a.own[x] = above[x + 1];
-      b.own[x] = static_cast<int32_t>(row_b.code[x] - air);
+      b.own[x] = row_b.code[x] - air;
     }
     rows.PutCodes(full, row_a.code);
     rows.PutCodes(full, row_b.code);

@@ -88,7 +88,7 @@ class FullPlanes {
         const auto start = hn::Set(d, (1 << (fraction_bits - 1)) - air);
         auto a = start, b = start, c = start, e = start;
         for (size_t t = 0; t < count; ++t) {
-          const int32_t* cells = own + taps_.offset[t] + y * stride_y + static_cast<std::ptrdiff_t>(x);
+          const int32_t* cells = own + taps_.offset[t] + y * stride_y + x;
           const int32_t weight = taps_.weight[t];
           a = AddWeighted<1>(d, a, hn::LoadU(d, cells), weight);
           b = AddWeighted<1>(d, b, hn::LoadU(d, cells + stride_y), weight);
@@ -96,7 +96,7 @@ class FullPlanes {
           e = AddWeighted<1>(d, e, hn::LoadU(d, cells + 3 * stride_y), weight);
         }
         const auto put = [&](int j, auto sum) HWY_ATTR {
-          const auto* from = residuals + (y + j) * width_ + static_cast<std::ptrdiff_t>(x);
+          const auto* from = residuals + (y + j) * width_ + x;
           const auto residual = hn::PromoteTo(d, hn::LoadU(d8, from));
           hn::StoreU(hn::Or(hn::ShiftLeft<8>(sum), residual), d, Cell(static_cast<int>(x), y + j));
         };
@@ -109,7 +109,7 @@ class FullPlanes {
   void DecodeRows(const int32_t* own, const Taps& taps, bool repeats, int first) {
     const D d;
     const auto lanes = static_cast<int>(hn::Lanes(d));
-    const auto air = static_cast<int32_t>(limits_.air);
+    const int32_t air = limits_.air;
     int32_t north[2 * brick_edge + 2 * brick_edge]{}; // codes of the row before, from x = -1 on
     for (int x = -1; x <= width_; ++x)
       north[x + 1] =
@@ -154,13 +154,13 @@ class FullPlanes {
   void Write(int32_t* own, bool repeats, uint8_t* HWY_RESTRICT packed) {
     const D d;
     const hn::Rebind<uint8_t, D> d8;
-    const auto air = static_cast<int32_t>(limits_.air);
+    const int32_t air = limits_.air;
     const int width = width_;
     for (int y = 0; y < height_; ++y, own += stride_y, packed += width) {
       const int32_t* const codes = Cell(0, y);
       for (int x = 0; x < width; x += static_cast<int>(hn::Lanes(d))) {
         const auto code = hn::LoadU(d, codes + x);
-        const auto inside = hn::FirstN(d, static_cast<size_t>(width - x));
+        const auto inside = hn::FirstN(d, width - x);
         hn::StoreU(hn::DemoteTo(d8, code), d8, packed + x);
         hn::StoreU(hn::IfThenElseZero(inside, hn::Sub(code, hn::Set(d, air))), d, own + x);
       }

@@ -60,9 +60,8 @@ template<class Stored> struct PackedRows {
     const hn::Rebind<uint8_t, decltype(d)> d8;
     const auto* from = reinterpret_cast<const uint8_t*>(planes) + (at - std::countr_zero(kept));
     for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
-      const auto byte = [&](std::ptrdiff_t plane) HWY_ATTR {
-        return hn::PromoteTo(d, hn::LoadU(d8, from + plane * count + static_cast<std::ptrdiff_t>(x)));
-      };
+      const auto byte = [&](std::ptrdiff_t plane)
+                            HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(d8, from + plane * count + x)); };
       auto r = byte(0);
       if constexpr (sizeof(Stored) >= 2) r = hn::Or(r, hn::ShiftLeft<8>(byte(1)));
       if constexpr (sizeof(Stored) == 4)
@@ -152,7 +151,7 @@ HWY_INLINE void DecodeRun(D d, int32_t* own, const LayerTaps& taps, unsigned kep
   for (size_t i = 0; i < length; i += hn::Lanes(d)) {
     auto residual = hn::PromoteTo(du, hn::LoadU(d8, from + i));
     if constexpr (sizeof(Stored) == 2) {
-      const auto high = hn::LoadU(d8, from + rows.count + static_cast<std::ptrdiff_t>(i));
+      const auto high = hn::LoadU(d8, from + rows.count + i);
       residual = hn::Or(residual, hn::ShiftLeft<8>(hn::PromoteTo(du, high)));
     }
     const auto code = CodesFrom<sizeof(Stored)>(d, own, taps, kept, limits, first + i, residual);
@@ -168,8 +167,8 @@ HWY_INLINE void DecodeParallel(const Row<int32_t>& row, const Taps& all, LayerTa
   const hn::CappedTag<int32_t, brick_edge / 2> half;
   taps.Set(row, all);
   if (OneRun(kept)) {
-    const auto first = static_cast<size_t>(std::countr_zero(kept));
-    const auto length = static_cast<size_t>(std::bit_width(kept)) - first;
+    const size_t first = std::countr_zero(kept);
+    const auto length = std::bit_width(kept) - first;
     if (length > brick_edge / 2)
       DecodeRun(d, row.own, taps, kept, first, length, limits, rows);
     else

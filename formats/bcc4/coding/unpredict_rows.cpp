@@ -22,7 +22,7 @@ void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
                const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
                CellRing<int32_t>& ring, const WalkedLayers& layers) {
   ChainedRows<Stored> chained(kept, codes, weights, planes, packed);
-  chained.rows.at = static_cast<std::ptrdiff_t>(layers.codes_before);
+  chained.rows.at = layers.codes_before;
 #if HWY_TARGET != HWY_SCALAR
   [[maybe_unused]] FullPlanes whole(chained.limits, chained.layer_taps);
 #endif

@@ -70,8 +70,8 @@ HWY_INLINE void UnitSums(D d, const int32_t* own, const UnitTaps& taps, size_t l
 // the row must be decoded exactly.
 HWY_INLINE bool DecodeWideSums(int32_t* own, const UnitTaps& taps, unsigned kept,
                                PackedRows<uint32_t>& rows) {
-  const auto first = static_cast<size_t>(std::countr_zero(kept));
-  const auto length = static_cast<size_t>(std::bit_width(kept)) - first;
+  const size_t first = std::countr_zero(kept);
+  const auto length = std::bit_width(kept) - first;
   int32_t* const run = own + first;
   alignas(64) int32_t sum[brick_edge], rough[brick_edge];
   const hn::CappedTag<int32_t, brick_edge> all;
@@ -88,7 +88,7 @@ HWY_INLINE bool DecodeWideSums(int32_t* own, const UnitTaps& taps, unsigned kept
   auto before = hn::Set(d, run[-1]), largest = hn::Zero(d);
   for (size_t x = 0; x < length; x += 4) {
     const auto byte = [&](std::ptrdiff_t plane) HWY_ATTR {
-      return hn::PromoteTo(du, hn::LoadU(d8, from + plane * rows.count + static_cast<std::ptrdiff_t>(x)));
+      return hn::PromoteTo(du, hn::LoadU(d8, from + plane * rows.count + x));
     };
     const auto residual = hn::Or(hn::Or(byte(0), hn::ShiftLeft<8>(byte(1))),
                                  hn::Or(hn::ShiftLeft<16>(byte(2)), hn::ShiftLeft<24>(byte(3))));
@@ -128,12 +128,12 @@ struct WideRows {
 
   // The code minus air, not modulo 2^32.
   [[nodiscard]] HWY_INLINE int64_t Exact(int32_t cell) const {
-    return static_cast<int64_t>(static_cast<uint32_t>(cell) + static_cast<uint32_t>(air)) - air;
+    return (cell + static_cast<uint32_t>(air)) - air;
   }
 
   HWY_INLINE void DecodeRow(const Row<int32_t>& row) {
     const Taps& taps = TapsFor(all, row);
-    const unsigned here = kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
+    const unsigned here = kept[row.layer][row.index];
     layer_taps.Set(row, taps);
 #if HWY_TARGET != HWY_SCALAR
     if (taps.whole && air == middle && OneRun(here)) {
@@ -155,8 +155,8 @@ struct WideRows {
       const int64_t w = layer_taps.weight[t];
       for (size_t x = 0; x < brick_edge; ++x) sum[x] += w * Exact(cells[x]);
     }
-    const auto first = static_cast<size_t>(std::countr_zero(here));
-    const auto end = static_cast<size_t>(std::bit_width(here));
+    const size_t first = std::countr_zero(here);
+    const size_t end = std::bit_width(here);
     int64_t before = Exact(row.own[static_cast<std::ptrdiff_t>(first) - 1]);
     for (size_t x = 0; x < brick_edge; ++x) {
       if (x < first || x >= end || !(here >> x & 1)) {
@@ -168,7 +168,7 @@ struct WideRows {
           static_cast<uint32_t>(Limited<int64_t>(sum[x] + taps.west * before, -air, most - air) + air);
       q.code[x] = p + Unfold(q.residual[x], UINT32_MAX);
       before = int64_t{q.code[x]} - air;
-      row.own[x] = static_cast<int32_t>(q.code[x] - static_cast<uint32_t>(air));
+      row.own[x] = q.code[x] - static_cast<uint32_t>(air);
     }
     rows.PutCodes(here, q.code);
   }
