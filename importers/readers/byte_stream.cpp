@@ -35,9 +35,9 @@ size_t InputFile::read_some(uint64_t offset, std::span<std::byte> out) {
   if (offset >= size_ || out.empty()) return 0;
   stream_.clear();
   stream_.seekg(static_cast<std::streamoff>(offset));
-  stream_.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size()));
+  stream_.read(reinterpret_cast<char*>(out.data()), out.size());
   if (stream_.bad()) fail_input(path_, ": read error at offset ", offset);
-  return static_cast<size_t>(stream_.gcount());
+  return stream_.gcount();
 }
 
 void InputFile::read(uint64_t offset, std::span<std::byte> out) {
@@ -123,7 +123,7 @@ void SegmentedBytes::read(uint64_t offset, std::span<std::byte> out) {
     const uint64_t inside = offset - begins_[s];
     const Segment& segment = segments_[s];
     if (inside >= segment.bytes) fail_input(segment.path, ": data end at byte ", begins_.back());
-    const auto piece = out.first(static_cast<size_t>(std::min<uint64_t>(out.size(), segment.bytes - inside)));
+    const auto piece = out.first(std::min<uint64_t>(out.size(), segment.bytes - inside));
     if (segment.encoding == Encoding::raw) {
       if (open_ != s) file_ = std::make_unique<InputFile>(segment.path);
       open_ = s;
@@ -146,9 +146,9 @@ void SegmentedBytes::read_encoded(size_t s, uint64_t offset, std::span<std::byte
                  segment.discard + segment.bytes, " are expected");
   };
   const auto pass = [&](uint64_t bytes) {
-    passed.resize(static_cast<size_t>(std::min<uint64_t>(bytes, 1 << 18)));
+    passed.resize(std::min<uint64_t>(bytes, 1 << 18));
     for (; bytes > 0; bytes -= std::min<uint64_t>(bytes, passed.size()))
-      take(std::span(passed).first(static_cast<size_t>(std::min<uint64_t>(bytes, passed.size()))));
+      take(std::span(passed).first(std::min<uint64_t>(bytes, passed.size())));
   };
   if (open_ != s || !stream_ || position_ > offset) {
     stream_ = open_stream(segment);

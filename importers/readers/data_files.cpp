@@ -26,7 +26,7 @@ std::string with_number(const std::string& where, std::string_view format, int64
   const bool zeros = end < format.size() && format[end] == '0';
   size_t width = 0;
   while (end < format.size() && format[end] >= '0' && format[end] <= '9' && width < 100)
-    width = width * 10 + static_cast<size_t>(format[end++] - '0');
+    width = width * 10 + (format[end++] - '0');
   if (end >= format.size() || (format[end] != 'd' && format[end] != 'u' && format[end] != 'i') || width > 64)
     fail_input(where, "\"", format, "\" is no file name format such as slice.%03d");
   std::string digits = concat(number);

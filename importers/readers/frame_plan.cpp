@@ -169,7 +169,7 @@ FramePlan plan_selection(uint64_t count, const FrameSelection& selection, const 
       (origin < 0 || origin > last || (selection.last != INT64_MAX && selection.last > last)))
     fail_usage("--frames: ", path, " has frames 0 to ", last);
   for (int64_t number = origin; number <= std::min(last, selection.last); number += selection.step) {
-    const auto index = static_cast<uint64_t>(number);
+    const uint64_t index = number;
     plan.frames.push_back({index, index, 0, number});
   }
   return plan;

@@ -35,8 +35,7 @@ FrameSelection parse_frame_selection(std::string_view text) {
 uint64_t memory_limit(const ReaderOptions& options) {
   if (options.max_memory > 0) return options.max_memory;
   const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-  return pages > 0 && page > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(page) / 2
-                               : uint64_t{1} << 32;
+  return pages > 0 && page > 0 ? static_cast<uint64_t>(pages) * page / 2 : uint64_t{1} << 32;
 }
 
 void refuse_raw_options(const ReaderOptions& options, const std::string& path, const char* format,

@@ -25,7 +25,7 @@ requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std:
 template<std::floating_point F> void append_text(std::string& out, F value) {
   char buffer[64];
   std::string_view text(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
-  if (written_out(static_cast<double>(value), text))
+  if (written_out(value, text))
     text = {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed).ptr};
   out += text;
 }

@@ -116,8 +116,8 @@ template<class T> void store_as(double value, std::byte* at) {
   if constexpr (std::is_floating_point_v<T>) {
     stored = static_cast<T>(value);
   } else {
-    constexpr double lowest = static_cast<double>(std::numeric_limits<T>::lowest());
-    constexpr double highest = static_cast<double>(std::numeric_limits<T>::max());
+    constexpr double lowest = std::numeric_limits<T>::lowest();
+    constexpr double highest = std::numeric_limits<T>::max();
     stored = std::isnan(value) ? T{0} : static_cast<T>(std::clamp(std::nearbyint(value), lowest, highest));
   }
   std::memcpy(at, &stored, sizeof stored);

@@ -62,7 +62,7 @@ template<class T> [[nodiscard]] double load_as(const std::byte* at) {
   T value;
   std::memcpy(&value, at, sizeof value);
   if constexpr (std::is_same_v<T, Half>)
-    return static_cast<double>(to_float(value));
+    return to_float(value);
   else
     return static_cast<double>(value);
 }

@@ -179,7 +179,7 @@ std::vector<Segment> metaimage_segments(const MetaImageHeader& h, uint64_t total
               .ascii_type = h.type,
               .exact = true};
     s.offset = file == h.path ? h.data_offset : 0;
-    if (h.skip > 0) s.offset += static_cast<uint64_t>(h.skip);
+    if (h.skip > 0) s.offset += h.skip;
     if (h.skip < 0) {
       const uint64_t size = file_size(file);
       if (h.encoding != Encoding::raw) fail_input(h.path, ": HeaderSize -1 is for raw data only");

@@ -64,7 +64,7 @@ void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vecto
 void set_times(SeriesDescription& d, const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
   const auto time = std::find(roles.begin(), roles.end(), AxisRole::t);
   if (time == roles.end() || h.spacing.empty()) return;
-  const auto a = static_cast<size_t>(time - roles.begin());
+  const size_t a = time - roles.begin();
   const double step = h.spacing[a], first = a < h.origin.size() ? h.origin[a] : 0;
   if (!(step > 0)) return;
   for (uint64_t i = 0; i < h.sizes[a]; ++i) d.times.values.push_back(first + static_cast<double>(i) * step);

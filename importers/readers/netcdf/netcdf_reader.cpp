@@ -193,7 +193,7 @@ void add_times(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariabl
                const std::vector<AxisRole>& roles, bool first) {
   const auto time = std::find(roles.begin(), roles.end(), AxisRole::t);
   if (time == roles.end()) return;
-  const NetcdfDimension& dim = v.dims[static_cast<size_t>(time - roles.begin())];
+  const NetcdfDimension& dim = v.dims[time - roles.begin()];
   const NetcdfVariable* coordinate = file.find(dim.name);
   if (!coordinate || !is_coordinate(*coordinate) || !coordinate->type) return;
   const std::string units = file.text(*coordinate, "units");

@@ -258,9 +258,9 @@ std::vector<Segment> nrrd_segments(const NrrdHeader& h, uint64_t total_bytes) {
         fail_input(path, ": ", file.size(), " bytes cannot hold ", share, " bytes of data");
       s.offset = file.size() - share;
     } else if (h.encoding == Encoding::gzip) {
-      s.discard = static_cast<uint64_t>(h.byte_skip);
+      s.discard = h.byte_skip;
     } else {
-      s.offset += static_cast<uint64_t>(h.byte_skip);
+      s.offset += h.byte_skip;
     }
     segments.push_back(std::move(s));
   }

@@ -60,7 +60,7 @@ std::vector<FileAxis> raw_axes(std::string letters, const std::array<uint64_t, 4
   if (arrays == 1) return axes;
   const auto time =
       std::find_if(axes.begin(), axes.end(), [](const auto& a) { return a.role == AxisRole::t; });
-  const auto place = c == std::string::npos ? time : axes.begin() + static_cast<std::ptrdiff_t>(c);
+  const auto place = c == std::string::npos ? time : axes.begin() + c;
   axes.insert(place, {AxisRole::component, arrays});
   return axes;
 }
@@ -75,7 +75,7 @@ std::vector<std::string> suspicions_of(const Frame& frame, DenseLayout layout) {
   if (arrays == 1) return find_suspicions(all, layout.type, layout.axes);
   if (layout.axes.back().role != AxisRole::component) return {};
   layout.axes.pop_back();
-  const Bytes first(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / arrays));
+  const Bytes first(all.begin(), all.begin() + all.size() / arrays);
   return find_suspicions(first, layout.type, layout.axes);
 }
 

@@ -8,12 +8,9 @@ namespace bcc4 {
 
 std::vector<BlockBox> merge_blocks(const std::vector<std::array<int32_t, 3>>& blocks,
                                    const std::array<int32_t, 3>& extent, int32_t side) {
-  const auto nx = static_cast<size_t>(extent[0]), ny = static_cast<size_t>(extent[1]),
-             nz = static_cast<size_t>(extent[2]);
+  const size_t nx = extent[0], ny = extent[1], nz = extent[2];
   std::vector<bool> left(nx * ny * nz);
-  const auto index = [&](int32_t x, int32_t y, int32_t z) {
-    return (static_cast<size_t>(z) * ny + static_cast<size_t>(y)) * nx + static_cast<size_t>(x);
-  };
+  const auto index = [&](int32_t x, int32_t y, int32_t z) { return (z * ny + y) * nx + x; };
   for (const auto& b : blocks) left[index(b[0], b[1], b[2])] = true;
   std::vector<std::array<int32_t, 3>> order = blocks;
   std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {

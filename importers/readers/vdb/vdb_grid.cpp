@@ -111,8 +111,8 @@ VdbBounds bounds_of(const openvdb::CoordBBox& box) {
   VdbBounds b;
   if (box.empty()) return b;
   for (int a = 0; a < 3; ++a) {
-    b.begin[static_cast<size_t>(a)] = box.min()[a];
-    b.end[static_cast<size_t>(a)] = box.max()[a] == INT32_MAX ? INT32_MAX : box.max()[a] + 1;
+    b.begin[a] = box.min()[a];
+    b.end[a] = box.max()[a] == INT32_MAX ? INT32_MAX : box.max()[a] + 1;
   }
   return b;
 }
@@ -206,8 +206,8 @@ Frame frame_of(const GridT& grid, const std::string& path, const std::array<int3
   std::array<int32_t, 3> extent{};
   uint64_t blocks = 1;
   for (int a = 0; a < 3; ++a) {
-    extent[static_cast<size_t>(a)] = (domain.max()[a] >> 3) - first_block[a] + 1;
-    blocks *= static_cast<uint64_t>(extent[static_cast<size_t>(a)]);
+    extent[a] = (domain.max()[a] >> 3) - first_block[a] + 1;
+    blocks *= extent[a];
   }
   if (blocks > kExtentLimit)
     fail_input(path, ": the active voxels span ", dims[0], " x ", dims[1], " x ", dims[2],
@@ -229,9 +229,9 @@ Frame frame_of(const GridT& grid, const std::string& path, const std::array<int3
     box.type = type;
     uint64_t stride = type_size(type);
     for (int a = 0; a < 3; ++a) {
-      const auto i = static_cast<size_t>(a);
-      box.begin[i] = static_cast<uint64_t>(voxels.min()[a] - begin[a]);
-      box.dims[i] = static_cast<uint64_t>(voxels.max()[a] - voxels.min()[a] + 1);
+      const size_t i = a;
+      box.begin[i] = voxels.min()[a] - begin[a];
+      box.dims[i] = voxels.max()[a] - voxels.min()[a] + 1;
       box.stride_bytes[i] = stride;
       stride *= box.dims[i];
     }
@@ -300,8 +300,7 @@ VdbGridInfo VdbFile::read_info(const std::string& name, bool with_background, bo
                ", which is not linear: resample it first");
   const openvdb::Mat4R m = grid->transform().baseMap()->getAffineMap()->getMat4(); // row vectors: x' = x M
   for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column)
-      info.affine[static_cast<size_t>(column * 4 + row)] = m(row, column);
+    for (int column = 0; column < 4; ++column) info.affine[column * 4 + row] = m(row, column);
 
   const auto lowest = grid->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
   const auto highest = grid->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);

@@ -161,7 +161,7 @@ std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOpti
   for (size_t a = 0; a < 3; ++a) {
     const int64_t samples = int64_t{bounds.end[a]} - bounds.begin[a];
     if (samples > INT32_MAX) fail_input(path, ": the active voxels span ", samples, " voxels along one axis");
-    d.dims[a] = static_cast<uint64_t>(samples);
+    d.dims[a] = samples;
     begin[a] = bounds.begin[a];
   }
   std::vector<Offset> origins;

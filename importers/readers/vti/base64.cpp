@@ -19,11 +19,11 @@ Bytes take_base64(std::string_view& text, uint64_t bytes, const std::string& pat
     const char c = text[i];
     uint32_t v = 0;
     if (c >= 'A' && c <= 'Z')
-      v = static_cast<uint32_t>(c - 'A');
+      v = c - 'A';
     else if (c >= 'a' && c <= 'z')
-      v = static_cast<uint32_t>(c - 'a' + 26);
+      v = c - 'a' + 26;
     else if (c >= '0' && c <= '9')
-      v = static_cast<uint32_t>(c - '0' + 52);
+      v = c - '0' + 52;
     else if (c == '+')
       v = 62;
     else if (c == '/')

@@ -63,7 +63,7 @@ Blocks take_head(VtiSource& source, const VtiCoding& coding, const VtiContent& c
   } else { // the whole head is one base64 run
     source.base64 = rewind;
     const Bytes whole = source.take((3 + blocks.count) * coding.count_size);
-    blocks.sizes.assign(whole.begin() + static_cast<std::ptrdiff_t>(3 * coding.count_size), whole.end());
+    blocks.sizes.assign(whole.begin() + 3 * coding.count_size, whole.end());
   }
   return blocks;
 }
@@ -97,7 +97,7 @@ Bytes decode_plain(VtiSource& source, const VtiCoding& coding, const VtiContent&
   if (content.bytes() > source.left()) content.refuse_size(source.left());
   const Bytes all = source.take(coding.count_size + content.bytes());
   if (load_count(all, coding) != content.bytes()) content.refuse_size(load_count(all, coding));
-  return {all.begin() + static_cast<std::ptrdiff_t>(coding.count_size), all.end()};
+  return {all.begin() + coding.count_size, all.end()};
 }
 
 } // namespace

@@ -117,7 +117,7 @@ void VtiFile::read_geometry(pugi::xml_node image) {
   for (size_t a = 0; a < 3; ++a) {
     const int64_t samples = extent[2 * a + 1] - extent[2 * a] + (cell_data_ ? 0 : 1);
     if (samples < 1) fail_input(path_, ": the extent has no samples along axis ", a);
-    dims_[a] = static_cast<uint64_t>(samples);
+    dims_[a] = samples;
     if (total > largest_inflated(file_.size()) / dims_[a]) // no type is smaller than a byte
       fail_input(path_, ": an extent of ", attribute(image.child("Piece"), "Extent"), " cannot fit into ",
                  file_.size(), " bytes");

@@ -34,7 +34,7 @@ void spread(std::vector<float>& values, size_t lines, size_t line_step, size_t c
 // Returns what is near letters, soft at its edge.
 std::vector<float> halo_of(const TextMask& mask, size_t r) {
   std::vector<float> halo = mask.coverage;
-  const auto w = static_cast<size_t>(mask.width), h = static_cast<size_t>(mask.height);
+  const size_t w = mask.width, h = mask.height;
   const float enough = static_cast<float>(r + 1) * 0.7F; // of the sum around a pixel, to be dark
   for (int pass = 0; pass < 2; ++pass) {
     spread(halo, h, w, w, 1, r);
@@ -52,12 +52,11 @@ Canvas::Canvas(const Image& image) : plane_(sized<bccsplat_plane>()) {
 
 void Canvas::blend(int64_t x, int64_t y, const Color& color, double opacity, Layer layer) {
   if (x < 0 || y < 0 || x >= plane_.width || y >= plane_.height || !(opacity > 0)) return;
-  float* p = plane_.pixels + static_cast<size_t>(y) * (plane_.row_bytes / sizeof(float)) +
-             size_t{4} * static_cast<size_t>(x);
+  float* p = plane_.pixels + y * (plane_.row_bytes / sizeof(float)) + size_t{4} * x;
   const double there = std::clamp(double{p[3]}, 0.0, 1.0);
   const double keep = layer == Layer::before ? 1 - opacity : 1;
   const double add = layer == Layer::before ? opacity : opacity * (1 - there);
-  for (size_t c = 0; c < 3; ++c) p[c] = static_cast<float>(keep * static_cast<double>(p[c]) + add * color[c]);
+  for (size_t c = 0; c < 3; ++c) p[c] = static_cast<float>(keep * p[c] + add * color[c]);
   p[3] = static_cast<float>(keep * there + add);
 }
 
@@ -108,7 +107,7 @@ void Canvas::text(const std::string& text, const Point& at, double em, Anchor an
   const bool bright = ink.color[1] > 0.5;
   for (int y = 0; y < mask.height; ++y)
     for (int x = 0; x < mask.width; ++x) {
-      const size_t n = static_cast<size_t>(y) * static_cast<size_t>(mask.width) + static_cast<size_t>(x);
+      const size_t n = static_cast<size_t>(y) * mask.width + x;
       const double c = double{mask.coverage[n]};
       const double opacity = bright ? std::pow(c, bright_power) : 1 - std::pow(1 - c, dark_power);
       blend(left + x, top + y, ink.halo, halo_opacity * double{halo[n]}, Layer::before);

@@ -83,9 +83,7 @@ template<class Place> double lay_out(std::string_view text, double scale, const 
   return x;
 }
 
-double scale_of(double em) {
-  return static_cast<double>(stbtt_ScaleForMappingEmToPixels(&font(), static_cast<float>(em)));
-}
+double scale_of(double em) { return stbtt_ScaleForMappingEmToPixels(&font(), static_cast<float>(em)); }
 
 } // namespace
 
@@ -105,23 +103,21 @@ TextMask text_mask(std::string_view text, double em, int pad) {
   m.baseline = pad + static_cast<int>(std::ceil(scale * ascent));
   m.height = m.baseline + static_cast<int>(std::ceil(-scale * descent)) + pad;
   m.width = 2 * pad + static_cast<int>(std::ceil(text_width(text, em))) + 1;
-  m.coverage.resize(static_cast<size_t>(m.width) * static_cast<size_t>(m.height));
+  m.coverage.resize(static_cast<size_t>(m.width) * m.height);
   lay_out(text, scale, [&](int glyph, double at) {
     const double whole = std::floor(at);
     const auto shift = static_cast<float>(at - whole);
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     stbtt_GetGlyphBitmapBoxSubpixel(&font(), glyph, f, f, shift, 0, &x0, &y0, &x1, &y1);
     if (x1 <= x0 || y1 <= y0) return;
-    std::vector<unsigned char> letter(static_cast<size_t>(x1 - x0) * static_cast<size_t>(y1 - y0));
+    std::vector<unsigned char> letter(static_cast<size_t>(x1 - x0) * (y1 - y0));
     stbtt_MakeGlyphBitmapSubpixel(&font(), letter.data(), x1 - x0, y1 - y0, x1 - x0, f, f, shift, 0, glyph);
     for (int y = std::max(y0, -m.baseline); y < std::min(y1, m.height - m.baseline); ++y)
       for (int x = x0; x < x1; ++x) {
         const int column = pad + static_cast<int>(whole) + x;
         if (column < 0 || column >= m.width) continue;
-        float& there = m.coverage[static_cast<size_t>(y + m.baseline) * static_cast<size_t>(m.width) +
-                                  static_cast<size_t>(column)];
-        const unsigned char here =
-            letter[static_cast<size_t>(y - y0) * static_cast<size_t>(x1 - x0) + static_cast<size_t>(x - x0)];
+        float& there = m.coverage[static_cast<size_t>(y + m.baseline) * m.width + column];
+        const unsigned char here = letter[static_cast<size_t>(y - y0) * (x1 - x0) + (x - x0)];
         there = std::max(there, static_cast<float>(here) / 255);
       }
   });

@@ -65,12 +65,10 @@ Volume open_salvaged(const Device& device, const ExportArguments& a) {
 void export_files(Exporter& exporter, const Volume& volume, const std::string& pattern, bool overwrite,
                   Progress& progress) {
   const uint64_t frames = volume_info(volume).dims[3];
-  for (uint64_t f = 0; f < frames; ++f)
-    refuse_existing(apply_frame_pattern(pattern, static_cast<int64_t>(f)), overwrite);
+  for (uint64_t f = 0; f < frames; ++f) refuse_existing(apply_frame_pattern(pattern, f), overwrite);
   for (uint64_t f = 0; f < frames; ++f) {
     stop_if_interrupted();
-    exporter.write_frame(apply_frame_pattern(pattern, static_cast<int64_t>(f)),
-                         cut_at_index(volume, static_cast<double>(f)));
+    exporter.write_frame(apply_frame_pattern(pattern, f), cut_at_index(volume, static_cast<double>(f)));
     progress.update(f + 1, concat("frame ", f + 1, "/", frames));
   }
 }

@@ -81,7 +81,7 @@ void adopt_lattice(const Device& device, const std::string& path, WriterSettings
   for (size_t a = 0; a < 3; ++a)
     if (info.planes_before[a] > 0) faces += face_bit(a);
   settings.faces = faces > 0 ? faces : BCCSPLAT_FACES_MIRROR;
-  settings.periodic = static_cast<int32_t>(info.periodic_axes);
+  settings.periodic = info.periodic_axes;
   std::array<uint64_t, 4> dims{};
   std::copy(std::begin(info.dims), std::end(info.dims), dims.begin());
   const LatticeShape shape{info.lattice, settings.scales};

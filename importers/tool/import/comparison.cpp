@@ -36,9 +36,9 @@ void compare_frame(const Slice& slice, const Frame& frame, uint64_t number, cons
           ++out.holes_got;
           continue;
         }
-        const double difference = static_cast<double>(got[i]) - expected[i];
+        const double difference = got[i] - expected[i];
         if (std::abs(difference) > out.all.max || out.all.count == 0)
-          out.worst = {number, {i % nx, i / nx, z}, expected[i], static_cast<double>(got[i])};
+          out.worst = {number, {i % nx, i / nx, z}, expected[i], got[i]};
         out.all.add(difference);
         if (!is_float(written)) out.exported.add(exported_value(written, got[i]) - expected[i]);
         if (std::abs(expected[i] - channel.air) > channel.air_threshold) out.relevant.add(difference);

@@ -40,7 +40,7 @@ Neighbours compare_neighbours(const SampleStretch& s, size_t channel, const std:
   for (size_t row = 0; row < v.size(); row += s.box.dims[0]) {
     for (size_t i = row + 1; i < row + s.box.dims[0]; ++i) {
       const float a = v[i - 1], b = v[i];
-      if (!std::isfinite(a) || !std::isfinite(b) || (a == b && static_cast<double>(a) == air)) continue;
+      if (!std::isfinite(a) || !std::isfinite(b) || (a == b && a == air)) continue;
       ++n.all;
       if (a == b)
         ++n.alike;

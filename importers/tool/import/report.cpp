@@ -46,7 +46,7 @@ MeasuredErrors measured_errors(const Writer& writer, size_t channels, uint64_t f
   };
   for (uint32_t c = 0; c < channels; ++c) {
     out.series.push_back(get(c, -1));
-    for (uint64_t f = 0; f < frames_measured; ++f) out.frames[c].push_back(get(c, static_cast<int64_t>(f)));
+    for (uint64_t f = 0; f < frames_measured; ++f) out.frames[c].push_back(get(c, f));
   }
   return out;
 }

@@ -280,8 +280,8 @@ SeriesDescription describe_stretch(const SeriesDescription& series, const Sample
   SeriesDescription s = series;
   std::copy(stretch.box.dims.begin(), stretch.box.dims.end(), s.dims.begin());
   s.dims[3] = stretch.frames;
-  const auto first = series.times.values.begin() + static_cast<std::ptrdiff_t>(stretch.first);
-  s.times.values.assign(first, first + static_cast<std::ptrdiff_t>(stretch.frames));
+  const auto first = series.times.values.begin() + stretch.first;
+  s.times.values.assign(first, first + stretch.frames);
   for (Channel& c : s.channels) c.type = Type::f32;
   s.sparse = false;
   return s;

@@ -37,7 +37,7 @@ int32_t library_type(Type type) {
   }
 }
 
-int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return static_cast<int64_t>(size); }
+int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return size; }
 
 } // namespace
 
@@ -254,7 +254,7 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
   options.lowpass = settings.lowpass ? 1 : 0;
   options.ends = settings.ends;
   options.faces = settings.faces;
-  options.periodic_axes = static_cast<uint32_t>(settings.periodic);
+  options.periodic_axes = settings.periodic;
   options.scale = settings.scale;
   options.time_scale = settings.time_scale;
   std::copy(settings.scales.begin(), settings.scales.end(), options.scales);
@@ -305,9 +305,9 @@ void add_frame(const Writer& writer, uint32_t channel, double time, const Frame&
     b.type = library_type(box.type);
     b.data = box.data;
     for (size_t a = 0; a < 3; ++a) {
-      b.begin[a] = static_cast<int64_t>(box.begin[a]);
-      b.dims[a] = static_cast<int64_t>(box.dims[a]);
-      b.stride_bytes[a] = static_cast<int64_t>(box.stride_bytes[a]);
+      b.begin[a] = box.begin[a];
+      b.dims[a] = box.dims[a];
+      b.stride_bytes[a] = box.stride_bytes[a];
     }
     boxes.push_back(b);
   }
@@ -338,7 +338,7 @@ uint64_t lattice_sites(const Writer& writer) {
   for (int64_t l = 0, layers = 1; l < layers; ++l) {
     check(bccsplat_writer_get_layer_geometry(writer.get(), l, &layer), "");
     layers = layer.layer_count;
-    sites += static_cast<uint64_t>(layer.dims[0] * layer.dims[1] * layer.dims[2]);
+    sites += layer.dims[0] * layer.dims[1] * layer.dims[2];
   }
   return sites;
 }

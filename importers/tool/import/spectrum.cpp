@@ -144,7 +144,7 @@ struct Bins {
       for (const size_t z : place[2])
         for (const size_t y : place[1])
           for (const size_t x : place[0]) {
-            const auto value = static_cast<double>(*v++);
+            const double value = *v++;
             energy[t + z + y + x] += weight * value * value;
           }
   }
@@ -157,10 +157,10 @@ void remove_mean(Block& block, const AxisTransforms& axes) {
     double w = 1;
     size_t rest = i;
     for (const Transform* a : axes) {
-      w *= static_cast<double>(a->weights[rest % a->n]); // of a constant
+      w *= a->weights[rest % a->n]; // of a constant
       rest /= a->n;
     }
-    sum += w * static_cast<double>(block[i]), all += w;
+    sum += w * block[i], all += w;
   }
   const auto mean = static_cast<float>(sum / all);
   for (float& v : block) v -= mean;

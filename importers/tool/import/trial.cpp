@@ -26,14 +26,14 @@ struct MemoryFile {
     Bytes& bytes = static_cast<MemoryFile*>(user)->bytes;
     if (bytes.size() < offset + size) bytes.resize(offset + size);
     std::memcpy(bytes.data() + offset, buffer, size);
-    return static_cast<int64_t>(size);
+    return size;
   }
   static int64_t read_at(void* user, uint64_t offset, void* buffer, uint64_t size) {
     const Bytes& bytes = static_cast<MemoryFile*>(user)->bytes;
     if (offset > bytes.size()) return 0;
     size = std::min<uint64_t>(size, bytes.size() - offset);
     std::memcpy(buffer, bytes.data() + offset, size);
-    return static_cast<int64_t>(size);
+    return size;
   }
 };
 
@@ -52,7 +52,7 @@ bool write_stretch(const Writer& writer, const SeriesDescription& part, const Sa
       auto box = sized<bccsplat_box>();
       box.type = BCCSPLAT_TYPE_F32;
       box.data = stretch.values[c].data() + f * stretch.box.samples();
-      for (size_t a = 0; a < 3; ++a) box.dims[a] = static_cast<int64_t>(stretch.box.dims[a]);
+      for (size_t a = 0; a < 3; ++a) box.dims[a] = stretch.box.dims[a];
       if (!keeps_bound(bccsplat_writer_add_frame(writer.get(), static_cast<uint32_t>(c), part.times.values[f],
                                                  &box, 1)))
         return false;
@@ -124,14 +124,11 @@ Squares compare_channel(const Volume& volume, const SampleStretch& s, uint32_t c
     sample_planes(
         cut_frame(volume, static_cast<double>(frame), channel),
         [&](uint64_t plane, std::span<const float> values) {
-          std::copy(values.begin(), values.end(),
-                    got.begin() + static_cast<std::ptrdiff_t>(plane * part.dims[0] * part.dims[1]));
+          std::copy(values.begin(), values.end(), got.begin() + plane * part.dims[0] * part.dims[1]);
         },
         part);
     const float* const expected = s.values[channel].data() + frame * s.box.samples();
-    each_sample(s, part, [&](uint64_t from, uint64_t to) {
-      squares.add(static_cast<double>(got[to]), static_cast<double>(expected[from]));
-    });
+    each_sample(s, part, [&](uint64_t from, uint64_t to) { squares.add(got[to], expected[from]); });
   }
   return squares;
 }
@@ -288,8 +285,7 @@ double Trier::half_the_frames() const {
         const float* const before = kept ? now : now - frame;
         const float* const after = kept ? now : f + 1 < s.frames ? now + frame : before;
         each_sample(s, inner_part(s), [&](uint64_t i, uint64_t) {
-          squares.add((static_cast<double>(before[i]) + static_cast<double>(after[i])) / 2,
-                      static_cast<double>(now[i]));
+          squares.add((static_cast<double>(before[i]) + after[i]) / 2, now[i]);
         });
       }
       mean_squares[c] += s.weight * squares.mean();

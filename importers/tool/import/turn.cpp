@@ -29,7 +29,7 @@ class Planes {
     const std::vector<float>&first = planes(a), &second = planes(b);
     double squares = 0, count = 0;
     for (size_t i = 0; i < first.size(); ++i) {
-      const double d = static_cast<double>(first[i]) - static_cast<double>(second[i]);
+      const double d = static_cast<double>(first[i]) - second[i];
       if (!std::isfinite(d)) continue;
       squares += d * d, ++count;
     }

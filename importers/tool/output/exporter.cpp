@@ -27,8 +27,7 @@ void append_values(OutputFile& file, std::span<const float> values, Type type, u
         store_as<T>(static_cast<double>(values[i]), bytes.data() + i * sizeof(T));
   });
   if (!is_float(type))
-    holes += static_cast<uint64_t>(
-        std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); }));
+    holes += std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); });
   if constexpr (std::endian::native != std::endian::little) swap_bytes(bytes, type_size(type));
   file.write(bytes);
 }

@@ -168,7 +168,7 @@ void Film::add(std::span<const unsigned char> rgb) {
     if (::poll(&writable, 1, wake_up_ms) <= 0) continue;
     const ssize_t count = ::write(pipe_, rgb.data(), rgb.size());
     if (count >= 0) {
-      rgb = rgb.subspan(static_cast<size_t>(count));
+      rgb = rgb.subspan(count);
     } else if (errno == EPIPE) {
       (void)ends_well(); // its words are whole when it is gone
       fail_with_its_words();

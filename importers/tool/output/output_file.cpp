@@ -69,7 +69,7 @@ void OutputFile::fail_writing() const {
 
 void OutputFile::write(std::span<const std::byte> bytes) {
   errno = 0;
-  stream_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  stream_.write(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (!stream_) fail_writing();
 }
 

@@ -40,7 +40,7 @@ void keep_sparsity(const Volume& volume, uint32_t channel, double index, std::sp
   const size_t after = std::min(before + 1, counts->size() - 1);
   const double part = index - std::floor(index);
   const double count = (1 - part) * (*counts)[before] + part * (*counts)[after];
-  output.least = least_distance(output, values, static_cast<uint64_t>(std::llround(count)));
+  output.least = least_distance(output, values, std::llround(count));
 }
 
 } // namespace bcc4

@@ -77,7 +77,7 @@ float least_distance(const VdbOutput& o, std::span<const float> values, uint64_t
   distances.reserve(values.size());
   for (const float v : values)
     distances.push_back(distance_from_air(o, std::clamp(v, o.range[0], o.range[1])));
-  const auto nth = distances.begin() + static_cast<std::ptrdiff_t>(count - 1);
+  const auto nth = distances.begin() + (count - 1);
   std::nth_element(distances.begin(), nth, distances.end(), std::greater<>());
   return *nth;
 }
@@ -88,8 +88,7 @@ void write_vdb(const std::string& path, const VdbOutput& o, std::span<const floa
   openvdb::FloatGrid::Ptr grid = make_grid(o, values);
   openvdb::Mat4R m; // row vectors: the transpose of ours
   for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column)
-      m(row, column) = o.affine[static_cast<size_t>(column * 4 + row)];
+    for (int column = 0; column < 4; ++column) m(row, column) = o.affine[column * 4 + row];
   grid->setTransform(openvdb::math::Transform::createLinearTransform(m));
   grid->insertMeta("time", openvdb::DoubleMetadata(o.time));
   try {

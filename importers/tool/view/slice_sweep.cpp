@@ -77,7 +77,7 @@ std::vector<std::string> sweep_names(const std::string& output, size_t count) {
   if (!has_frame_pattern(output))
     fail_usage("-o ", output, ": ", count, " slices need a pattern such as slice.%03d.nrrd");
   std::vector<std::string> names;
-  for (size_t i = 0; i < count; ++i) names.push_back(apply_frame_pattern(output, static_cast<int64_t>(i)));
+  for (size_t i = 0; i < count; ++i) names.push_back(apply_frame_pattern(output, i));
   return names;
 }
 
