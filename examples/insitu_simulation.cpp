@@ -93,8 +93,7 @@ class Solver {
                          dz = g.origin[2] + g.step[2] * static_cast<double>(k) - p[2];
             const double near = 1 - (dx * dx + dy * dy + dz * dz) / (radius * radius);
             if (near > 0)
-              samples[static_cast<size_t>(i + g.dims[0] * (j + g.dims[1] * k))] +=
-                  static_cast<float>(near * near * near);
+              samples[i + g.dims[0] * (j + g.dims[1] * k)] += static_cast<float>(near * near * near);
           }
     }
   }
@@ -138,7 +137,7 @@ void simulate(bccsplat_device* device, const char* path) {
   for (int64_t layer = 0; layer < g.layer_count; ++layer) {
     check(bccsplat_writer_get_layer_geometry(w, layer, &g));
     solver.advance_to(g.frame);
-    samples.assign(static_cast<size_t>(g.dims[0] * g.dims[1] * g.dims[2]), 0);
+    samples.assign(g.dims[0] * g.dims[1] * g.dims[2], 0);
     solver.sum_density(g, samples);
     check(bccsplat_writer_add_layer(w, 0, layer, samples.data(), samples.size()));
   }

@@ -56,8 +56,8 @@ class Orbit {
       dragging_ = !io.WantCaptureMouse, start_ = {wish.rotate_x, wish.rotate_y};
     if (dragging_ && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
       const ImVec2 moved = ImGui::GetMouseDragDelta(ImGuiMouseButton_Left, 0);
-      wish.rotate_x = std::clamp(start_[0] + 0.4 * static_cast<double>(moved.y), -90.0, 90.0);
-      wish.rotate_y = start_[1] + 0.4 * static_cast<double>(moved.x);
+      wish.rotate_x = std::clamp(start_[0] + 0.4 * moved.y, -90.0, 90.0);
+      wish.rotate_y = start_[1] + 0.4 * moved.x;
     }
     if (io.MouseWheel != 0 && !io.WantCaptureMouse)
       wish.zoom = std::clamp(wish.zoom * std::pow(1.15, static_cast<double>(io.MouseWheel)), 0.2, 20.0);

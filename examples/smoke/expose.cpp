@@ -13,7 +13,7 @@ constexpr float faint = 1 / 256.0f; // of the density at a source
 // wall.
 void average_line(const float* in, float* out, size_t step, int n) {
   for (int i = 0; i < n; ++i) {
-    const size_t at = static_cast<size_t>(i) * step;
+    const size_t at = i * step;
     out[at] = 0.5f * in[at] + 0.25f * (in[i > 0 ? at - step : at] + in[i < n - 1 ? at + step : at]);
   }
 }
@@ -22,7 +22,7 @@ void average_line(const float* in, float* out, size_t step, int n) {
 
 Grid expose(const Grid& density) {
   Grid along_x(density.nx, density.ny, density.nz), along_y = along_x, out = along_x;
-  const size_t row = static_cast<size_t>(density.nx), plane = row * static_cast<size_t>(density.ny);
+  const size_t row = density.nx, plane = row * density.ny;
   const auto at = [](auto& grid, int i, int j, int k) { return grid.samples.data() + grid.index(i, j, k); };
   for (int k = 0; k < density.nz; ++k) {
     for (int j = 0; j < density.ny; ++j)

@@ -19,15 +19,9 @@ struct Grid {
   int nx, ny, nz;
   std::vector<float> samples;
 
-  Grid(int x, int y, int z)
-      : nx(x), ny(y), nz(z),
-        samples(static_cast<size_t>(x) * static_cast<size_t>(y) * static_cast<size_t>(z)) {}
+  Grid(int x, int y, int z) : nx(x), ny(y), nz(z), samples(static_cast<size_t>(x) * y * z) {}
 
-  [[nodiscard]] size_t index(int i, int j, int k) const {
-    return (static_cast<size_t>(k) * static_cast<size_t>(ny) + static_cast<size_t>(j)) *
-               static_cast<size_t>(nx) +
-           static_cast<size_t>(i);
-  }
+  [[nodiscard]] size_t index(int i, int j, int k) const { return (static_cast<size_t>(k) * ny + j) * nx + i; }
   float& operator()(int i, int j, int k) { return samples[index(i, j, k)]; }
   const float& operator()(int i, int j, int k) const { return samples[index(i, j, k)]; }
 };
@@ -47,12 +41,8 @@ inline Corner corner(const Grid& grid, Vec3 p) {
   const int i = std::min(static_cast<int>(x), grid.nx - 2);
   const int j = std::min(static_cast<int>(y), grid.ny - 2);
   const int k = std::min(static_cast<int>(z), grid.nz - 2);
-  const size_t row = static_cast<size_t>(grid.nx);
-  return {grid.index(i, j, k),
-          row,
-          row * static_cast<size_t>(grid.ny),
-          x - static_cast<float>(i),
-          y - static_cast<float>(j),
+  const size_t row = grid.nx;
+  return {grid.index(i, j, k),      row, row * grid.ny, x - static_cast<float>(i), y - static_cast<float>(j),
           z - static_cast<float>(k)};
 }
 

@@ -18,8 +18,7 @@ std::filesystem::path frame_path(const std::filesystem::path& folder, int frame,
 
 void write_raw(const std::filesystem::path& path, const Grid& grid) {
   std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(grid.samples.data()),
-             static_cast<std::streamsize>(grid.samples.size() * sizeof(float)));
+  file.write(reinterpret_cast<const char*>(grid.samples.data()), grid.samples.size() * sizeof(float));
   file.close();
   if (!file) throw std::runtime_error("cannot write " + path.string());
 }

@@ -29,12 +29,12 @@ void draw_controls(SDL_Renderer* renderer, const ImDrawData& data) {
       SDL_RenderSetClipRect(renderer, &clip);
       const auto* const vertex = reinterpret_cast<const std::byte*>(list.VtxBuffer.Data + command.VtxOffset);
       const auto at = [&](size_t offset) { return reinterpret_cast<const float*>(vertex + offset); };
-      SDL_RenderGeometryRaw(
-          renderer, static_cast<SDL_Texture*>(command.GetTexID()), at(offsetof(ImDrawVert, pos)),
-          sizeof(ImDrawVert), reinterpret_cast<const SDL_Color*>(at(offsetof(ImDrawVert, col))),
-          sizeof(ImDrawVert), at(offsetof(ImDrawVert, uv)), sizeof(ImDrawVert),
-          list.VtxBuffer.Size - static_cast<int>(command.VtxOffset), list.IdxBuffer.Data + command.IdxOffset,
-          static_cast<int>(command.ElemCount), sizeof(ImDrawIdx));
+      SDL_RenderGeometryRaw(renderer, static_cast<SDL_Texture*>(command.GetTexID()),
+                            at(offsetof(ImDrawVert, pos)), sizeof(ImDrawVert),
+                            reinterpret_cast<const SDL_Color*>(at(offsetof(ImDrawVert, col))),
+                            sizeof(ImDrawVert), at(offsetof(ImDrawVert, uv)), sizeof(ImDrawVert),
+                            list.VtxBuffer.Size - static_cast<int>(command.VtxOffset),
+                            list.IdxBuffer.Data + command.IdxOffset, command.ElemCount, sizeof(ImDrawIdx));
     }
   }
   SDL_RenderSetClipRect(renderer, nullptr);

@@ -23,7 +23,7 @@ void curve_editor(Wish& wish, const Facts& facts) {
     const ImVec2 mouse = ImGui::GetIO().MousePos;
     const float at = std::clamp((mouse.x - from.x) / size.x, 0.f, 1.f) * (curve_points - 1);
     const float height = std::clamp(1 - (mouse.y - from.y) / size.y, 0.f, 1.f);
-    wish.opacity[static_cast<size_t>(std::lround(at))] = height * height;
+    wish.opacity[std::lround(at)] = height * height;
   }
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   draw.AddRectFilled(from, ImVec2(from.x + size.x, from.y + size.y), IM_COL32(20, 20, 24, 255));
@@ -36,8 +36,8 @@ void curve_editor(Wish& wish, const Facts& facts) {
   ImVec2 before;
   for (int i = 0; i < curve_points; ++i) {
     const float f = static_cast<float>(i) / (curve_points - 1);
-    const ImVec2 point(x_of(f), y_of(wish.opacity[static_cast<size_t>(i)]));
-    const auto rgb = palette_color(wish.palette, static_cast<double>(f));
+    const ImVec2 point(x_of(f), y_of(wish.opacity[i]));
+    const auto rgb = palette_color(wish.palette, f);
     if (i > 0) draw.AddLine(before, point, IM_COL32(200, 200, 200, 255), 1.5f);
     draw.AddCircleFilled(point, 5,
                          ImGui::GetColorU32(ImVec4(static_cast<float>(std::sqrt(rgb[0])),
@@ -120,8 +120,7 @@ void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, con
   ImGui::PushItemWidth(-90);
   const auto slider = [](const char* label, double& value, double low, double high) {
     auto v = static_cast<float>(value);
-    if (ImGui::SliderFloat(label, &v, static_cast<float>(low), static_cast<float>(high)))
-      value = static_cast<double>(v);
+    if (ImGui::SliderFloat(label, &v, static_cast<float>(low), static_cast<float>(high))) value = v;
   };
   ImGui::Text("%s %.4g .. %.4g %s", facts.name.c_str(), facts.range[0], facts.range[1], facts.unit.c_str());
   slider("frame", wish.frame, 0, facts.last_frame);

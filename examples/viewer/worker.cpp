@@ -126,8 +126,7 @@ void Worker::cut(const Wish& wish, uint32_t level) {
 bccsplat_camera Worker::camera(const Wish& wish) const {
   auto camera = sized<bccsplat_camera>();
   check(bccsplat_slice_fit_camera(slice_.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, wish.rotate_x,
-                                  wish.rotate_y, static_cast<uint32_t>(wish.width),
-                                  static_cast<uint32_t>(wish.height), &camera));
+                                  wish.rotate_y, wish.width, wish.height, &camera));
   camera.ortho_height /= wish.zoom;
   return camera;
 }
@@ -135,8 +134,7 @@ bccsplat_camera Worker::camera(const Wish& wish) const {
 uint32_t Worker::level(const Wish& wish, const bccsplat_camera& camera,
                        const bccsplat_render_options& options) const {
   auto needs = sized<bccsplat_picture_needs>();
-  check(bccsplat_slice_get_picture_needs(slice_.get(), &camera, static_cast<uint32_t>(wish.width),
-                                         static_cast<uint32_t>(wish.height), &options, &needs));
+  check(bccsplat_slice_get_picture_needs(slice_.get(), &camera, wish.width, wish.height, &options, &needs));
   return needs.level;
 }
 
@@ -160,7 +158,7 @@ void Worker::classify(const Wish& wish) {
                  value = range_[0] + f * (range_[1] - range_[0]);
     const auto rgb = palette_color(wish.palette, f);
     colors.insert(colors.end(), {value, rgb[0], rgb[1], rgb[2]});
-    opacities.insert(opacities.end(), {value, static_cast<double>(wish.opacity[static_cast<size_t>(i)])});
+    opacities.insert(opacities.end(), {value, static_cast<double>(wish.opacity[i])});
   }
   auto function = sized<bccsplat_transfer_function>();
   function.color_count = function.opacity_count = curve_points;
@@ -205,7 +203,7 @@ void Worker::draw(const Wish& wish, bool fine) {
   picture->slice = sized<bccsplat_slice_info>();
   check(bccsplat_slice_get_info(slice_.get(), &picture->slice));
 
-  const auto width = static_cast<uint32_t>(wish.width), height = static_cast<uint32_t>(wish.height);
+  const uint32_t width = wish.width, height = wish.height;
   auto trail = sized<bccsplat_trail>();
   trail.interval[0] = -wish.trail_frames;
   check(bccsplat_renderer_set_trail(renderer_.get(), wish.trail && time_slice ? &trail : nullptr));
