@@ -141,7 +141,7 @@ TEST_F(CoefficientView, TrailsAreTheSamePicture) {
     const auto a = trail_picture(device, volumes[0], content), b = trail_picture(device, volumes[1], content);
     double squares = 0, largest = 0, brightest = 0;
     for (size_t i = 0; i < a.size(); ++i) {
-      const double d = std::fabs(static_cast<double>(a[i]) - static_cast<double>(b[i]));
+      const double d = std::fabs(static_cast<double>(a[i]) - b[i]);
       squares += d * d, largest = std::max(largest, d);
       brightest = std::max(brightest, static_cast<double>(a[i]));
     }

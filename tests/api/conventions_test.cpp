@@ -21,7 +21,7 @@ int64_t read_short(void* user, uint64_t offset, void* out, uint64_t size) {
   const auto& s = *static_cast<const Short*>(user);
   size = std::min(size, s.longest);
   std::memcpy(out, s.bytes.data() + offset, size);
-  return static_cast<int64_t>(size);
+  return size;
 }
 
 TEST(Conventions, AShortReadEndsTheFile) {

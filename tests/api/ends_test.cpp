@@ -38,7 +38,7 @@ double worst_at_ends(const Device& device, const std::string& path, const Series
   double worst = 0;
   for (size_t i = 0; i < values.size(); ++i) {
     const double* p = &points[4 * i];
-    worst = std::max(worst, std::fabs(static_cast<double>(values[i]) - s.field(p[0], p[1], p[2], p[3])));
+    worst = std::max(worst, std::fabs(values[i] - s.field(p[0], p[1], p[2], p[3])));
   }
   return worst;
 }
@@ -326,12 +326,12 @@ TEST(WriterEnds, ABoundHoldsAtTheEnds) {
       for (uint32_t y = 0; y < s.ny; ++y)
         for (uint32_t x = 0; x < s.nx; ++x) {
           for (const uint32_t v : {x, y, z, t}) points.push_back(v);
-          truth.push_back(static_cast<double>(static_cast<float>(s.field(x, y, z, t))));
+          truth.push_back(static_cast<float>(s.field(x, y, z, t)));
         }
   std::vector<float> values(truth.size());
   EXPECT_OK(bccsplat_volume_evaluate(volume.get(), values.size(), points.data(), values.data(), nullptr));
   for (size_t i = 0; i < truth.size(); ++i)
-    ASSERT_LE(std::fabs(static_cast<double>(values[i]) - truth[i]), 0.05 * (1 + 1e-6)) << i;
+    ASSERT_LE(std::fabs(values[i] - truth[i]), 0.05 * (1 + 1e-6)) << i;
 }
 
 TEST(WriterEnds, APeriodicAxisGoesOnToItsFirstSample) {

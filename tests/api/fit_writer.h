@@ -38,7 +38,7 @@ inline int64_t write_bytes(void* user, uint64_t offset, const void* data, uint64
   auto& bytes = *static_cast<Bytes*>(user);
   if (bytes.size() < offset + size) bytes.resize(offset + size);
   std::memcpy(bytes.data() + offset, data, size);
-  return static_cast<int64_t>(size);
+  return size;
 }
 
 // A source series of any type; values in double, which the type holds exactly.
@@ -67,7 +67,7 @@ inline Source source_of(std::array<uint32_t, 4> dims, int32_t type, const FieldF
       for (uint32_t y = 0; y < dims[1]; ++y)
         for (uint32_t x = 0; x < dims[0]; ++x) {
           double v = f(x, y, z, t);
-          if (type == BCCSPLAT_TYPE_F32) v = static_cast<double>(static_cast<float>(v));
+          if (type == BCCSPLAT_TYPE_F32) v = static_cast<float>(v);
           if (type != BCCSPLAT_TYPE_F32 && type != BCCSPLAT_TYPE_F64) v = std::nearbyint(v);
           s.values.push_back(v);
         }
@@ -116,7 +116,7 @@ inline Written write_with(const TestDevice& device, const Source& s, bccsplat_wr
     EXPECT_EQ(bccsplat_writer_get_error(writer, 0, -1, &w.error), BCCSPLAT_OK);
     for (uint64_t i = 0; i < w.report.frames_measured; ++i) {
       w.frames.push_back(sized<bccsplat_error_report>());
-      EXPECT_EQ(bccsplat_writer_get_error(writer, 0, static_cast<int64_t>(i), &w.frames.back()), BCCSPLAT_OK);
+      EXPECT_EQ(bccsplat_writer_get_error(writer, 0, i, &w.frames.back()), BCCSPLAT_OK);
     }
   }
   bccsplat_writer_release(writer);
@@ -218,8 +218,7 @@ inline LargestError largest_error(const OpenVolume& volume, const Source& s) {
   LargestError largest;
   const auto worse = [](double& most, float got, double want) {
     if (!std::isfinite(want)) return;
-    most = std::max(most, std::isnan(got) ? std::numeric_limits<double>::infinity()
-                                          : std::fabs(static_cast<double>(got) - want));
+    most = std::max(most, std::isnan(got) ? std::numeric_limits<double>::infinity() : std::fabs(got - want));
   };
   for (uint32_t t = 0; t < s.dims[3]; ++t) {
     const std::vector<float> slice = volume.frame(t);

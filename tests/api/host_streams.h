@@ -58,7 +58,7 @@ struct FarFile {
     }
     f.reads.emplace_back(offset, size);
     std::memcpy(to, f.bytes.data() + offset, size);
-    return static_cast<int64_t>(size);
+    return size;
   }
 };
 
@@ -109,7 +109,7 @@ struct Sink {
     if (s.calls++ == s.fail_at) return s.part_of_it ? static_cast<int64_t>(size / 2) : -1;
     s.bytes.resize(std::max<size_t>(s.bytes.size(), offset + size));
     std::memcpy(s.bytes.data() + offset, from, size);
-    return static_cast<int64_t>(size);
+    return size;
   }
   static int32_t flush(void* user) {
     auto& s = *static_cast<Sink*>(user);

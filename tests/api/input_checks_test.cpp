@@ -72,7 +72,7 @@ int64_t read_counted(void* user, uint64_t offset, void* out, uint64_t size) {
   std::this_thread::sleep_for(std::chrono::milliseconds(1)); // so that others come meanwhile
   std::memcpy(out, c->bytes.data() + offset, size);
   --c->now;
-  return static_cast<int64_t>(size);
+  return size;
 }
 
 TEST(InputChecks, NoMoreReadsAreInFlightThanAllowed) {

@@ -48,8 +48,8 @@ class Levels : public testing::Test {
     EXPECT_OK(bccsplat_slice_evaluate(slice.get(), values.size(), uvw.data(), values.data(), nullptr));
     double largest = 0;
     for (size_t i = 0; i < values.size(); ++i)
-      largest = std::max(largest, std::fabs(static_cast<double>(values[i]) -
-                                            smooth(uvw[3 * i], uvw[3 * i + 1], uvw[3 * i + 2], 2.5)));
+      largest =
+          std::max(largest, std::fabs(values[i] - smooth(uvw[3 * i], uvw[3 * i + 1], uvw[3 * i + 2], 2.5)));
     return largest;
   }
   [[nodiscard]] std::vector<float> draw(const Slice& slice, const bccsplat_render_options& options) const {

@@ -239,7 +239,7 @@ TEST(RefusedCalls, LeaveAWriterOfLayersAsItWas) {
       const int64_t layers = g.layer_count;
       for (int64_t m = 0; m < layers; ++m) {
         EXPECT_EQ(bccsplat_writer_get_layer_geometry(host.writer, m, &g), BCCSPLAT_OK);
-        const auto sites = static_cast<size_t>(g.dims[0] * g.dims[1] * g.dims[2]);
+        const size_t sites = g.dims[0] * g.dims[1] * g.dims[2];
         std::vector<float> values(sites);
         for (size_t i = 0; i < sites; ++i)
           values[i] = 1 + std::sin(0.3f * static_cast<float>(i) + static_cast<float>(m));
@@ -313,7 +313,7 @@ TEST(RefusedCalls, LayersThatCannotBeMeasuredGiveWayToFrames) {
   Host host(device, o);
   auto g = sized<bccsplat_layer_geometry>();
   ASSERT_EQ(bccsplat_writer_get_layer_geometry(host.writer, 0, &g), BCCSPLAT_OK);
-  const std::vector<float> layer(static_cast<size_t>(g.dims[0] * g.dims[1] * g.dims[2]), 1);
+  const std::vector<float> layer(g.dims[0] * g.dims[1] * g.dims[2], 1);
   host.expect(bccsplat_writer_add_layer(host.writer, 0, 0, layer.data(), layer.size()),
               BCCSPLAT_ERROR_WRONG_STATE, "layers alone");
   for (uint32_t t = 0; t < 4; ++t) {

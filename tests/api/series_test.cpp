@@ -88,7 +88,7 @@ TEST(Series, SameFileFromAnyThreadCountAndAnyBoxes) {
         b.type = BCCSPLAT_TYPE_F32;
         b.begin[0] = bx, b.begin[1] = by;
         b.dims[0] = bx ? 13 : 7, b.dims[1] = by ? 8 : 11, b.dims[2] = 18;
-        b.data = padded.data() + static_cast<size_t>(by) * px + static_cast<size_t>(bx);
+        b.data = padded.data() + by * px + bx;
         b.stride_bytes[0] = 4, b.stride_bytes[1] = 4 * px, b.stride_bytes[2] = 4 * px * py;
         boxes.push_back(b);
       }

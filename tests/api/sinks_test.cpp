@@ -155,7 +155,7 @@ Parts parts_of(const Device& device, const Folder& folder, const NoiseSeries& se
     parts.bytes.push_back(written(device, series, o));
     parts.paths.push_back(folder.file("part" + std::to_string(first)));
     std::ofstream(parts.paths.back(), std::ios::binary)
-        .write(parts.bytes.back().data(), static_cast<std::streamsize>(parts.bytes.back().size()));
+        .write(parts.bytes.back().data(), parts.bytes.back().size());
   }
   return parts;
 }

@@ -245,7 +245,7 @@ TEST(Statuses, DamageNamesTheFile) {
   for (size_t at = 0; at < whole.size(); at += 61) {
     std::vector<char> bytes = whole;
     bytes[at] = static_cast<char>(bytes[at] ^ 0x55);
-    std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    std::ofstream(path, std::ios::binary).write(bytes.data(), bytes.size());
     bccsplat_volume* v = nullptr;
     bccsplat_status status = bccsplat_volume_open_file(scene.device.get(), path.c_str(), nullptr, &v);
     const Volume volume(v);

@@ -93,7 +93,7 @@ TEST(Statuses, OfFlatBoxes) {
     EXPECT_OK(scene.render_with(nothing, &of));
     const float* const pixels = scene.pixels();
     double sum = 0;
-    for (size_t i = 0; i < 16 * 16; ++i) sum += static_cast<double>(pixels[4 * i + 3]);
+    for (size_t i = 0; i < 16 * 16; ++i) sum += pixels[4 * i + 3];
     return sum;
   };
   const double as_thick[6] = {6, 9.5, 9, 12, 10.5, 14};

@@ -36,8 +36,7 @@ TEST(Threads, ConstCallsOfOneVolume) {
   together([&](int i) {
     bccsplat_volume_retain(volume.get());
     // Cold caches first: all want the same coefficients.
-    EXPECT_OK(
-        bccsplat_volume_evaluate(volume.get(), 3, at.data(), values[static_cast<size_t>(i)].data(), nullptr));
+    EXPECT_OK(bccsplat_volume_evaluate(volume.get(), 3, at.data(), values[i].data(), nullptr));
     auto info = sized<bccsplat_volume_info>();
     EXPECT_OK(bccsplat_volume_get_info(volume.get(), &info));
     auto channel = sized<bccsplat_channel_info>();
@@ -67,7 +66,7 @@ TEST(Threads, SlicesAndPicturesOfOneVolume) {
   const Slice shared = cut_time(volume, 2.5);
   std::vector<std::vector<float>> dense(thread_count), pictures(thread_count);
   together([&](int i) {
-    const auto n = static_cast<size_t>(i);
+    const size_t n = i;
     // Two kernels and two kinds of hyperplanes: the volume's caches are filled from all sides.
     const Slice own = i % 2 ? cut(volume, 0.3, 0.1, 0, 1, -6) : cut_time(volume, 2.5);
     dense[n].resize(20 * 19 * 18);

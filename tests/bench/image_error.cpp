@@ -18,7 +18,7 @@ ImageError image_error(const Image& picture, const Image& truth, int stride) {
       const float* b = truth.rgba.at(i, j);
       if (a[3] == 0 && b[3] == 0) continue;
       for (size_t c = 0; c < 4; ++c) {
-        const double difference = static_cast<double>(a[c]) - static_cast<double>(b[c]);
+        const double difference = static_cast<double>(a[c]) - b[c];
         sum += difference * difference;
         e.most = std::max(e.most, std::fabs(difference));
       }
@@ -35,8 +35,7 @@ std::unique_ptr<ImageStorage> area_average(const Image& large, int factor) {
       for (int c = 0; c < 4; ++c) {
         double sum = 0;
         for (int y = 0; y < factor; ++y)
-          for (int x = 0; x < factor; ++x)
-            sum += static_cast<double>(large.rgba.at(factor * i + x, factor * j + y)[c]);
+          for (int x = 0; x < factor; ++x) sum += large.rgba.at(factor * i + x, factor * j + y)[c];
         out->image.rgba.at(i, j)[c] = static_cast<float>(sum / (factor * factor));
       }
   return out;

@@ -31,7 +31,7 @@ FieldScene smoke_scene(int samples) {
 
 SampledScene sample_scene(const FieldScene& scene, LatticeKind kind, const std::string& kernel) {
   BenchContext context(2);
-  const auto n = static_cast<uint32_t>(scene.samples);
+  const uint32_t n = scene.samples;
   const Lattice4 lattice = Lattice4::fit(kind, {n, n, n, 1});
   const MemorySamples samples = test::sample_field(lattice, [&](const Vec4& p) {
     return scene.field({p[0], p[1], p[2]}, nullptr);
@@ -48,7 +48,7 @@ Camera scene_camera(const FieldScene& scene, int size, double pixels_per_t, bool
   MarchGrid grid;
   grid.dims = {scene.samples, scene.samples, scene.samples};
   grid.low = {0}, grid.high = {1};
-  const auto pixels = static_cast<uint32_t>(size);
+  const uint32_t pixels = size;
   Camera camera = fit_camera(grid_domain(grid), perspective, 20, 30, pixels, pixels);
   if (pixels_per_t > 0 && !perspective) camera.ortho_height = size / pixels_per_t;
   return camera;

@@ -20,8 +20,7 @@ void add_block(SheetResidue& r, const Image& picture, const Image& truth, double
   SheetResidue most;
   for (int c = 0; c < 3; ++c) {
     const auto error = [&](int x, int y) {
-      return 255 *
-             (static_cast<double>(picture.rgba.at(x, y)[c]) - static_cast<double>(truth.rgba.at(x, y)[c]));
+      return 255 * (static_cast<double>(picture.rgba.at(x, y)[c]) - truth.rgba.at(x, y)[c]);
     };
     double mean = 0;
     for (int y = y0; y < y0 + edge; ++y)
@@ -29,7 +28,7 @@ void add_block(SheetResidue& r, const Image& picture, const Image& truth, double
     std::complex<double> along, other;
     for (int y = y0; y < y0 + edge; ++y)
       for (int x = x0; x < x0 + edge; ++x) {
-        const double turn = 2 * std::numbers::pi * static_cast<double>(*truth.depth.at(x, y)) / step;
+        const double turn = 2 * std::numbers::pi * *truth.depth.at(x, y) / step;
         const double of_wave = (error(x, y) - mean) * 2 / (edge * edge);
         along += std::polar(1.0, turn) * of_wave, other += std::polar(1.0, beside * turn) * of_wave;
       }
@@ -49,7 +48,7 @@ SheetResidue sheet_residue(const Image& picture, const Image& truth, double step
       double low = INFINITY, high = -INFINITY;
       for (int y = y0; y < y0 + edge; ++y)
         for (int x = x0; x < x0 + edge; ++x) {
-          const double at = static_cast<double>(*truth.depth.at(x, y)) / step;
+          const double at = *truth.depth.at(x, y) / step;
           low = std::min(low, at), high = std::max(high, at);
         }
       if (!std::isfinite(high) || high - low < least_run) continue;

@@ -31,13 +31,12 @@ TEST(SmokePoisson, SolvesEigenmodes) {
         for (int i = 0; i < n; ++i) rhs(i, j, k) = static_cast<float>(lambda * solution(i, j, k));
     poisson.solve(20);
     double mean = 0, worst = 0;
-    for (const float p : poisson.pressure().samples) mean += static_cast<double>(p);
+    for (const float p : poisson.pressure().samples) mean += p;
     mean /= static_cast<double>(poisson.pressure().samples.size());
     for (int k = 0; k < n; ++k)
       for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i)
-          worst = std::max(
-              worst, std::fabs(static_cast<double>(poisson.pressure()(i, j, k)) - mean - solution(i, j, k)));
+          worst = std::max(worst, std::fabs(poisson.pressure()(i, j, k) - mean - solution(i, j, k)));
     EXPECT_LT(worst, 1e-5) << n;
   }
 }
@@ -68,7 +67,7 @@ TEST(SmokeSolver, SmokeRises) {
     for (int k = 0; k < 32; ++k)
       for (int j = 0; j < 32; ++j)
         for (int i = 0; i < 32; ++i) {
-          mass += static_cast<double>(solver.density()(i, j, k));
+          mass += solver.density()(i, j, k);
           moment += j * static_cast<double>(solver.density()(i, j, k));
         }
     return moment / mass;

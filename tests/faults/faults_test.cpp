@@ -35,13 +35,13 @@ struct Stream {
     if (s.calls++ == s.fail_at || offset + wanted > s.bytes.size()) return s.failed(wanted);
     s.size = std::max(s.size, offset + wanted);
     std::memcpy(s.bytes.data() + offset, from, wanted);
-    return static_cast<int64_t>(wanted);
+    return wanted;
   }
   static int64_t read_at(void* user, uint64_t offset, void* to, uint64_t wanted) {
     auto& s = *static_cast<Stream*>(user);
     if (s.calls++ == s.fail_at) return s.failed(wanted);
     std::memcpy(to, s.bytes.data() + offset, wanted);
-    return static_cast<int64_t>(wanted);
+    return wanted;
   }
 };
 

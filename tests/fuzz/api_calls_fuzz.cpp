@@ -35,7 +35,7 @@ double number(fuzz::Input& in) {
   if (kind < 16) return odd[kind % 10];
   if (kind == 16) return std::nan("");
   if (kind < 32) return in.take<double>();
-  return (static_cast<int>(kind) - 128) / 8.0;
+  return (kind - 128) / 8.0;
 }
 
 // One of each object, and what came of the writer.
@@ -63,12 +63,12 @@ struct Host {
     auto& file = *static_cast<std::vector<char>*>(user);
     if (file.size() < offset + size) file.resize(offset + size);
     std::memcpy(file.data() + offset, bytes, size);
-    return static_cast<int64_t>(size);
+    return size;
   }
 
   void make_device(fuzz::Input& in) {
     auto o = sized<bccsplat_device_options>();
-    o.thread_count = static_cast<int32_t>(in.below(3));
+    o.thread_count = in.below(3);
     o.memory_budget = in.below(4) == 0 ? in.take<uint16_t>() * 64u : 256u << 20;
     bccsplat_device_release(device);
     device = nullptr;
@@ -79,11 +79,11 @@ struct Host {
     auto o = sized<bccsplat_writer_options>();
     auto c = sized<bccsplat_channel_options>();
     for (size_t a = 0; a < 4; ++a) o.dims[a] = dims[a] = in.below(a < 3 ? edge : 8);
-    o.lattice = static_cast<int32_t>(in.below(5));
-    o.filter = static_cast<int32_t>(in.below(5));
+    o.lattice = in.below(5);
+    o.filter = in.below(5);
     const uint32_t store = in.below(12);
-    o.store = static_cast<int32_t>(store % 3), o.ends = static_cast<int32_t>(store / 3);
-    o.nonfinite = static_cast<int32_t>(in.below(5));
+    o.store = store % 3, o.ends = store / 3;
+    o.nonfinite = in.below(5);
     if (in.below(4) == 0) {
       o.scale = number(in), o.time_scale = number(in);
       o.scales[in.below(4)] = number(in);
@@ -94,7 +94,7 @@ struct Host {
     for (double& scale : o.scales)
       if (scale > 0 && scale < 0.5) scale = 0.5;
     if (in.below(2) == 0) {
-      c.source_type = static_cast<int32_t>(in.below(11)), c.value_type = static_cast<int32_t>(in.below(6));
+      c.source_type = in.below(11), c.value_type = in.below(6);
       c.set_mask = in.below(5);
       c.air = number(in), c.air_threshold = number(in), c.range[0] = number(in), c.range[1] = number(in);
       c.name = in.below(4) == 0 ? "\xff" : "density";
@@ -117,7 +117,7 @@ struct Host {
     for (size_t i = 0; i < values.size(); ++i)
       values[i] = i % 7 < 3 ? 0 : a + b * static_cast<double>(i % 11);
     auto box = sized<bccsplat_box>();
-    box.type = static_cast<int32_t>(in.below(11));
+    box.type = in.below(11);
     box.data = values.data();
     for (size_t k = 0; k < 3; ++k) {
       box.begin[k] = in.below(8) == 0 ? in.take<int8_t>() : 0;
@@ -133,7 +133,7 @@ struct Host {
     const bccsplat_status status = bccsplat_writer_get_layer_geometry(writer, next_layer, &geometry);
     check(status);
     if (status != BCCSPLAT_OK) return;
-    const auto n = static_cast<uint64_t>(geometry.dims[0] * geometry.dims[1] * geometry.dims[2]);
+    const uint64_t n = geometry.dims[0] * geometry.dims[1] * geometry.dims[2];
     if (n > 1 << 20) return;
     const std::vector<float> samples(n, static_cast<float>(number(in)));
     check(bccsplat_writer_add_layer(writer, 0, next_layer++, samples.data(), n));
@@ -156,7 +156,7 @@ struct Host {
     check(bccsplat_volume_get_channel_info(volume, looks % 2, &channel));
     if (looks < 2) return;
     auto look = sized<bccsplat_look>();
-    const int32_t kind = static_cast<int32_t>(in.below(9)), mode = static_cast<int32_t>(in.below(6));
+    const int32_t kind = in.below(9), mode = in.below(6);
     check(bccsplat_volume_get_look(volume, looks % 2, kind, mode, &look));
   }
 
@@ -204,7 +204,7 @@ struct Host {
     switch (in.below(5)) {
     case 0: {
       auto o = sized<bccsplat_render_options>();
-      o.mode = static_cast<int32_t>(in.below(6)), o.quality = static_cast<int32_t>(in.below(6));
+      o.mode = in.below(6), o.quality = in.below(6);
       o.set_mask = in.below(3), o.iso_value = number(in);
       o.sheet_step = in.below(4) == 0 ? number(in) : 0;
       if (o.sheet_step > 0 && o.sheet_step < 0.1) o.sheet_step = 0.1;
@@ -217,7 +217,7 @@ struct Host {
     }
     case 1: {
       auto c = sized<bccsplat_camera>();
-      c.projection = static_cast<int32_t>(in.below(4));
+      c.projection = in.below(4);
       for (size_t a = 0; a < 3; ++a)
         c.position[a] = number(in), c.target[a] = number(in), c.up[a] = number(in);
       c.fovy_degrees = number(in), c.ortho_height = number(in);
@@ -236,7 +236,7 @@ struct Host {
     }
     case 3: {
       auto t = sized<bccsplat_trail>();
-      t.content = static_cast<int32_t>(in.below(5)), t.combine = static_cast<int32_t>(in.below(6));
+      t.content = in.below(5), t.combine = in.below(6);
       t.samples = in.below(4), t.interval[0] = number(in), t.interval[1] = number(in);
       t.intervals = in.below(4);
       check(bccsplat_renderer_set_trail(renderer, &t));

@@ -64,7 +64,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   {
     std::ofstream out(path, std::ios::binary | std::ios::trunc);
     const auto rest = input.rest();
-    out.write(reinterpret_cast<const char*>(rest.data()), static_cast<std::streamsize>(rest.size()));
+    out.write(reinterpret_cast<const char*>(rest.data()), rest.size());
   }
   options.inputs = {path.string()};
   try {

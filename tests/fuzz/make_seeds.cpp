@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
     if (bytes.size() < preamble_bytes) continue;
     const std::vector<uint8_t> seed = fuzz::unsealed(bytes);
     std::ofstream out(std::filesystem::path(argv[1]) / path.stem(), std::ios::binary);
-    out.write(reinterpret_cast<const char*>(seed.data()), static_cast<std::streamsize>(seed.size()));
+    out.write(reinterpret_cast<const char*>(seed.data()), seed.size());
   }
   return 0;
 }

@@ -120,8 +120,7 @@ std::vector<std::byte> sealed_file(std::span<const uint8_t> input) {
   File file(preamble_bytes + (bytes.size() > packed_head ? bytes.size() - packed_head : 0));
   const auto place = [&](size_t from, size_t count, uint64_t to) {
     if (from < bytes.size())
-      std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(from), std::min(count, bytes.size() - from),
-                  file.begin() + static_cast<std::ptrdiff_t>(to));
+      std::copy_n(bytes.begin() + from, std::min(count, bytes.size() - from), file.begin() + to);
   };
   place(0, header_bytes, 0);
   place(header_bytes, root_bytes, root_offsets[0]);

@@ -319,8 +319,7 @@ void make_bad() {
   save("bad_seven_bits", bad);
   bad = good;
   for (size_t i = 0; i < bad.size(); ++i)
-    if (bad[i] == std::byte{0x0d} && bad[i + 1] == std::byte{0x0a})
-      bad.erase(bad.begin() + static_cast<std::ptrdiff_t>(i));
+    if (bad[i] == std::byte{0x0d} && bad[i + 1] == std::byte{0x0a}) bad.erase(bad.begin() + i);
   save("bad_text_mode", bad);
   bad = good;
   bad[14] = std::byte{99}; // lowest reader

@@ -39,7 +39,7 @@ struct Cursor {
   const uint8_t* end;
   explicit Cursor(const Bytes& b) : at(b.data()), end(b.data() + b.size()) {}
   Cursor(const uint8_t* from, size_t n) : at(from), end(from + n) {}
-  size_t left() const { return static_cast<size_t>(end - at); }
+  size_t left() const { return end - at; }
   const uint8_t* take(uint64_t n) {
     must(n <= left(), "bytes are missing");
     const uint8_t* p = at;
@@ -47,7 +47,7 @@ struct Cursor {
     return p;
   }
   uint64_t number(int bytes) {
-    const uint8_t* p = take(static_cast<uint64_t>(bytes));
+    const uint8_t* p = take(bytes);
     uint64_t v = 0;
     for (int i = bytes; i-- > 0;) v = v << 8 | p[i];
     return v;
@@ -55,7 +55,7 @@ struct Cursor {
   uint8_t u8() { return static_cast<uint8_t>(number(1)); }
   uint16_t u16() { return static_cast<uint16_t>(number(2)); }
   uint32_t u32() { return static_cast<uint32_t>(number(4)); }
-  int32_t i32() { return static_cast<int32_t>(u32()); }
+  int32_t i32() { return u32(); }
   uint64_t u64() { return number(8); }
   float f32() {
     const uint32_t bits = u32();
@@ -185,7 +185,7 @@ struct Volume {
 };
 
 void check_steps(const Channel& c, int lowest) {
-  const double bias = std::fabs(c.offset - static_cast<double>(c.air));
+  const double bias = std::fabs(c.offset - c.air);
   must(std::isfinite(c.air) && std::isfinite(c.scale) && std::isfinite(c.offset), "channel: not finite");
   if (c.type <= 2) {
     must(c.scale > 0 && bias <= 0x1p22 * c.scale && 65535 * c.scale + bias < 0x1p127, "channel: scale");
@@ -510,7 +510,7 @@ std::vector<Chunk> read_page(const Bytes& bytes) {
   }
   std::map<int, std::vector<uint64_t>> column;
   for (const auto& [id, width] : columns) {
-    const uint8_t* p = c.take(uint64_t{n} * static_cast<uint64_t>(width));
+    const uint8_t* p = c.take(uint64_t{n} * width);
     if (id >= 128) continue;
     auto& values = column[id];
     values.resize(n);
@@ -532,7 +532,7 @@ std::vector<Chunk> read_page(const Bytes& bytes) {
     e.offset = before.end() + column[5][i];
     e.runs_decoded = get(6), e.kept = get(7), e.holes = get(8);
     e.smallest = get(9), e.largest = get(10), e.check = get(11);
-    e.coding = static_cast<int>(get(12)), e.predictor = static_cast<int>(get(13) & 15);
+    e.coding = get(12), e.predictor = static_cast<int>(get(13) & 15);
     e.shift = static_cast<int>(get(13) >> 4);
     must(e.smallest <= e.largest, "page: smallest and largest sample");
     before = e;
@@ -564,10 +564,8 @@ std::vector<bool> read_runs(Cursor& c, uint64_t sites, uint64_t set) {
 // Cells of one layer, section 7.
 struct Cells {
   std::vector<int64_t> g = std::vector<int64_t>(18 * 18 * 18);
-  int64_t& at(int x, int y, int z) { return g[static_cast<size_t>(((z + 1) * 18 + y + 1) * 18 + x + 1)]; }
-  int64_t get(int x, int y, int z) const {
-    return g[static_cast<size_t>(((z + 1) * 18 + y + 1) * 18 + x + 1)];
-  }
+  int64_t& at(int x, int y, int z) { return g[((z + 1) * 18 + y + 1) * 18 + x + 1]; }
+  int64_t get(int x, int y, int z) const { return g[((z + 1) * 18 + y + 1) * 18 + x + 1]; }
   void copy_row(int y, int z, int from_y, int from_z) {
     for (int x = -1; x <= 16; ++x) at(x, y, z) = get(x, from_y, from_z);
   }
@@ -635,7 +633,7 @@ Coding coding_of(const Channel& ch, const Chunk& e) {
 // The ordered code of the channel that a code of the chunk stands for.
 uint64_t ordered(const Channel& ch, const Coding& c, uint64_t code) {
   if (ch.type != 5) return code;
-  return static_cast<uint64_t>((static_cast<int64_t>(code) + c.base) * c.steps + 0x80000000ll);
+  return (static_cast<int64_t>(code) + c.base) * c.steps + 0x80000000ll;
 }
 
 struct Decoded {
@@ -662,7 +660,7 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
       n[a] = std::max(0, std::min(16, v.sites(v.coset(first_layer + m), a) - 16 * b[a]));
     if (n[0] == 0 || n[1] == 0 || n[2] == 0) n[0] = n[1] = n[2] = 0;
     box.push_back({n[0], n[1], n[2]});
-    sites += static_cast<uint64_t>(n[0] * n[1] * n[2]);
+    sites += n[0] * n[1] * n[2];
   }
 
   // Section 5.
@@ -679,14 +677,12 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
 
   // Which classes of layers there are, and their weights.
   const int period = v.kind == 3 ? 1 : 2;
-  const auto has_cross = [&](int m) {
-    return v.kind != 3 && m >= 1 && box[static_cast<size_t>(m - 1)].nx > 0;
-  };
+  const auto has_cross = [&](int m) { return v.kind != 3 && m >= 1 && box[m - 1].nx > 0; };
   const auto has_previous = [&](int m) { return v.ht != 0 && m >= period; };
   const auto class_of = [&](int m) { return (has_cross(m) ? 1 : 0) + (has_previous(m) ? 2 : 0); };
   bool present[4] = {};
   for (int m = 0; m < layers; ++m)
-    if (box[static_cast<size_t>(m)].nx > 0) present[class_of(m)] = true;
+    if (box[m].nx > 0) present[class_of(m)] = true;
   size_t weight_count = 0;
   for (int k = 0; k < 4; ++k)
     if (present[k] && e.predictor == 5) weight_count += 10u + (k & 1 ? 8u : 0u) + (k & 2 ? 7u : 0u);
@@ -734,11 +730,11 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
   for (int m = 0; m < layers; ++m) {
     out.state.emplace_back(4096);
     out.code.emplace_back(4096);
-    const auto [nx, ny, nz] = box[static_cast<size_t>(m)];
+    const auto [nx, ny, nz] = box[m];
     if (nx == 0) continue;
-    Cells& own = cells[static_cast<size_t>(m)];
-    const Cells* previous = has_previous(m) ? &cells[static_cast<size_t>(m - period)] : nullptr;
-    const Cells* cross = has_cross(m) ? &cells[static_cast<size_t>(m - 1)] : nullptr;
+    Cells& own = cells[m];
+    const Cells* previous = has_previous(m) ? &cells[m - period] : nullptr;
+    const Cells* cross = has_cross(m) ? &cells[m - 1] : nullptr;
     const Weights& w = weights[class_of(m)];
     const int shift = v.coset(first_layer + m) == 1 ? 0 : -1;
     const Cells* before = previous ? previous : cross;
@@ -754,7 +750,7 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
         if (!before) own.at(-1, y, z) = own.get(0, y - 1, z);
         for (int x = 0; x < nx; ++x) {
           if (!kept[site++]) continue;
-          const auto index = static_cast<size_t>((z * 16 + y) * 16 + x);
+          const size_t index = (z * 16 + y) * 16 + x;
           out.state.back()[index] = hole[value] ? 2 : 1;
           uint64_t code = stored(value++);
           if (values_coding == 0) { // a pattern
@@ -811,9 +807,9 @@ double half(uint32_t bits) {
 }
 
 float relative(const Channel& ch, uint32_t code) {
-  const double bias = ch.offset - static_cast<double>(ch.air);
+  const double bias = ch.offset - ch.air;
   if (ch.type <= 2) return static_cast<float>(code * ch.scale + bias);
-  if (ch.type == 5) return static_cast<float>((static_cast<double>(code) - 0x1p31) * ch.scale);
+  if (ch.type == 5) return static_cast<float>((code - 0x1p31) * ch.scale);
   const uint32_t sign = ch.type == 3 ? 0x8000u : 0x80000000u, mask = ch.type == 3 ? 0xffffu : 0xffffffffu;
   const uint32_t pattern = code & sign ? code - sign : ~code & mask;
   if (ch.type == 3) return static_cast<float>(bias == 0 ? half(pattern) : half(pattern) + bias);
@@ -882,7 +878,7 @@ void add_number(Bytes& to, uint64_t v) {
 }
 
 void add_list(Bytes& to, const std::vector<Correction>& list) {
-  for (const Correction& c : list) add_number(to, c.voxel), add_number(to, static_cast<uint64_t>(c.steps));
+  for (const Correction& c : list) add_number(to, c.voxel), add_number(to, c.steps);
 }
 
 // The bricks of a frame; returns how many corrections they have.
@@ -993,13 +989,13 @@ void dump_layers(const Volume& v, uint32_t c, uint32_t level, const std::string&
     for (int z = 0; z < n[2]; ++z)
       for (int y = 0; y < n[1]; ++y)
         for (int x = 0; x < n[0]; ++x) {
-          const auto slot = static_cast<uint32_t>((z / 16 * v.bricks(1) + y / 16) * v.bricks(0) + x / 16);
+          const uint32_t slot = (z / 16 * v.bricks(1) + y / 16) * v.bricks(0) + x / 16;
           const auto found = slab.find(slot);
           uint8_t state = 0;
           float sample = 0;
           if (found != slab.end()) {
-            const auto layer = static_cast<size_t>(m % v.slab_layers);
-            const auto index = static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16);
+            const size_t layer = m % v.slab_layers;
+            const size_t index = (z % 16 * 16 + y % 16) * 16 + x % 16;
             state = found->second.state[layer][index];
             if (state) sample = relative(ch, found->second.code[layer][index]);
           }

@@ -52,8 +52,7 @@ TEST(StabilityCamera, MovingByWholePixelsMovesThePicture) {
   Bound bound("picture moved by 7 pixels", 2e-5);
   for (size_t row = 0; row + 7 < 48; ++row)
     for (size_t i = 0; i < 48 * 4; ++i)
-      bound.add(static_cast<double>(first[row * 48 * 4 + i]) -
-                static_cast<double>(second[(row + 7) * 48 * 4 + i]));
+      bound.add(static_cast<double>(first[row * 48 * 4 + i]) - second[(row + 7) * 48 * 4 + i]);
 }
 
 TEST(StabilityCamera, InsideAtASiteGrazingAndBehind) {
@@ -128,7 +127,7 @@ TEST(StabilityCamera, ZoomFromAThousandthToAThousand) {
       const size_t centre = (24 * 48 + 24) * 4;
       EXPECT_GT(got[centre + 3], 0.3f) << zoom;
       Bound("neighbours in the middle at zoom " + shown(zoom), 0.05)
-          .add(static_cast<double>(got[centre + 3]) - static_cast<double>(got[centre + 7]));
+          .add(static_cast<double>(got[centre + 3]) - got[centre + 7]);
     }
   }
 }

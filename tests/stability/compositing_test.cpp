@@ -42,7 +42,7 @@ TEST(StabilityCompositing, TenThousandThinSheetsAddUpToTheClosedForm) {
     const double per_unit = 1 - std::pow(1 - per_sheet, 1 / step);
     const double closed = 1 - std::pow(1 - per_sheet, 1e4);
     Bound("10^4 sheets of " + shown(per_sheet) + ", relative", 1e-4)
-        .add(static_cast<double>(block.centre(per_unit, step)[3]) / closed - 1);
+        .add(block.centre(per_unit, step)[3] / closed - 1);
   }
 }
 
@@ -50,14 +50,13 @@ TEST(StabilityCompositing, TheStepDoesNotChangeAConstantFog) {
   const Block block;
   const double closed = 1 - std::pow(1 - 0.03, block.depth);
   for (const double step : {2.0, 1.0, 0.5, 0.125, 0.03})
-    Bound("fog in sheets of " + shown(step), 1e-5)
-        .add(static_cast<double>(block.centre(0.03, step)[3]) - closed);
+    Bound("fog in sheets of " + shown(step), 1e-5).add(block.centre(0.03, step)[3] - closed);
 }
 
 TEST(StabilityCompositing, OpacityZeroIsNothingAndOneIsAll) {
   const Block block;
   Bound nothing("opacity 0", 0), all("opacity 1", 1e-6);
-  for (const float v : block.centre(0, 0.5)) nothing.add(static_cast<double>(v));
+  for (const float v : block.centre(0, 0.5)) nothing.add(v);
   for (const double step : {1.0, 0.25})
     for (const float v : block.centre(1, step)) all.add(static_cast<double>(v) - 1);
 }
@@ -77,8 +76,7 @@ TEST(StabilityCompositing, HalvingTheStepConvergesWithOrderTwo) {
   const std::vector<float> truth = at(0, true);
   const auto rmse = [&](const std::vector<float>& got) {
     double sum = 0;
-    for (size_t i = 0; i < got.size(); ++i)
-      sum += std::pow(static_cast<double>(got[i]) - static_cast<double>(truth[i]), 2);
+    for (size_t i = 0; i < got.size(); ++i) sum += std::pow(static_cast<double>(got[i]) - truth[i], 2);
     return std::sqrt(sum / static_cast<double>(got.size()));
   };
   const double coarse = rmse(at(2, false)), middle = rmse(at(1, false)), fine = rmse(at(0.5, false));

@@ -55,7 +55,7 @@ TEST(StabilityDeterminism, TilesAndCachesLeaveNoTrace) {
   ASSERT_OK(bccsplat_volume_open_memory(device.get(), stored.file->bytes.data(), stored.file->bytes.size(),
                                         &o, &again));
   const Volume small(again);
-  for (int f = 8; f >= 0; --f) backward[static_cast<size_t>(f)] = values_at(small, {14, 13, 12, f + 0.0})[0];
+  for (int f = 8; f >= 0; --f) backward[f] = values_at(small, {14, 13, 12, f + 0.0})[0];
   EXPECT_EQ(forward, backward);
 }
 

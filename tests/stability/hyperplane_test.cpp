@@ -44,7 +44,7 @@ TEST(StabilityHyperplane, PlanesThroughSitesAndBetweenThemAgreeWithTheField) {
                uvw[2] * info.basis[2][i];
       float got = 0;
       ASSERT_OK(bccsplat_slice_evaluate(slice.get(), 1, uvw, &got, nullptr));
-      bound.add(static_cast<double>(got) - slow.field(p[0], p[1], p[2], p[3]));
+      bound.add(got - slow.field(p[0], p[1], p[2], p[3]));
     }
   }
 }
@@ -80,7 +80,7 @@ TEST(StabilityHyperplane, TheLengthOfTheNormalDoesNotMatter) {
     ASSERT_EQ(got.size(), unit.size()) << factor;
     Bound bound("normal times " + shown(factor), 1e-4);
     for (size_t i = 0; i < got.size(); ++i)
-      if (std::isfinite(unit[i])) bound.add(static_cast<double>(got[i]) - static_cast<double>(unit[i]));
+      if (std::isfinite(unit[i])) bound.add(static_cast<double>(got[i]) - unit[i]);
   }
 }
 

@@ -115,8 +115,7 @@ TEST(Metamorphic, SumsOfFieldsAreSumsOfResults) {
   const auto values = [&](const Series& s) { return values_at(store(device, s).volume, points); };
   const std::vector<float> a = values(one), b = values(two), sum = values(both);
   Bound bound("f + g, values 0 to 90", 0.02);
-  for (size_t i = 0; i < sum.size(); ++i)
-    bound.add(static_cast<double>(sum[i]) - static_cast<double>(a[i]) - static_cast<double>(b[i]));
+  for (size_t i = 0; i < sum.size(); ++i) bound.add(static_cast<double>(sum[i]) - a[i] - b[i]);
 }
 
 TEST(Metamorphic, TurningWorldAndCameraTogetherLeavesThePicture) {
@@ -203,8 +202,7 @@ TEST(Metamorphic, RollingAPeriodicAxisRollsThePicture) {
         std::vector<float> values(size_t{15} * 8 * 8);
         EXPECT_OK(bccsplat_slice_sample_grid(slice.get(), &part, values.data()));
         for (size_t row = 0; row < 64; ++row)
-          std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(row * 15), 15,
-                      grids.back().begin() + static_cast<std::ptrdiff_t>(row * 30 + (behind ? 15 : 0)));
+          std::copy_n(values.begin() + (row * 15), 15, grids.back().begin() + (row * 30 + (behind ? 15 : 0)));
       }
     } else {
       EXPECT_OK(bccsplat_slice_sample_grid(slice.get(), &grid, grids.back().data()));
@@ -220,8 +218,7 @@ TEST(Metamorphic, RollingAPeriodicAxisRollsThePicture) {
       if (std::min(x, other) < 1 || std::max(x, other) > width - 2) continue;
       for (size_t i = 0; i < bytes; ++i) {
         const float a = pictures[0][(row * width + x) * bytes + i];
-        rolled.add(static_cast<double>(a) -
-                   static_cast<double>(pictures[1][(row * width + other) * bytes + i]));
+        rolled.add(static_cast<double>(a) - pictures[1][(row * width + other) * bytes + i]);
         brightest = std::max(brightest, a);
       }
     }

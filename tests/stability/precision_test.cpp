@@ -39,7 +39,7 @@ struct View {
   double sum = 0, x = 0, y = 0;
   for (uint32_t row = 0; row < size; ++row)
     for (uint32_t column = 0; column < size; ++column) {
-      const auto v = static_cast<double>(rgba[(size_t{row} * size + column) * 4]);
+      const double v = rgba[(size_t{row} * size + column) * 4];
       sum += v, x += v * (column + 0.5), y += v * (row + 0.5);
     }
   return {x / sum, y / sum};
@@ -119,8 +119,7 @@ TEST(StabilityPrecision, TenMillionSplatsAddUpToTheLengthOfTheWay) {
         const double one = -at / view.forward[a], two = (n - 1 - at) / view.forward[a];
         begin = std::max(begin, std::min(one, two)), end = std::min(end, std::max(one, two));
       }
-      if (end - begin > 100)
-        bound.add(static_cast<double>(got[(size_t{y} * size + x) * 4]) / (end - begin) - 1);
+      if (end - begin > 100) bound.add(got[(size_t{y} * size + x) * 4] / (end - begin) - 1);
     }
 }
 

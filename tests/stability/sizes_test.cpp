@@ -41,8 +41,7 @@ TEST(StabilitySizes, FlatLinearAndPrimeShapes) {
     if (!smooth) continue;
     Bound bound("waves on " + shown(nx) + " x " + shown(ny) + " x " + shown(nz) + ", values 0 to 6", 0.03);
     for (size_t i = 0; i < got.size(); ++i)
-      bound.add(static_cast<double>(got[i]) -
-                s.field(points[4 * i], points[4 * i + 1], points[4 * i + 2], 0));
+      bound.add(got[i] - s.field(points[4 * i], points[4 * i + 1], points[4 * i + 2], 0));
   }
 }
 
@@ -60,7 +59,7 @@ TEST(StabilitySizes, OnePixelSeesWhatTheMiddleOfThreeSees) {
       picture(device, slice, {.width = 3, .height = 3, .ramp = {0, 100, 0.2, 1}, .camera = &camera});
   ASSERT_EQ(one.size(), 4u);
   Bound bound("one pixel against the middle of three by three", 1e-5);
-  for (size_t c = 0; c < 4; ++c) bound.add(static_cast<double>(one[c]) - static_cast<double>(three[16 + c]));
+  for (size_t c = 0; c < 4; ++c) bound.add(static_cast<double>(one[c]) - three[16 + c]);
   EXPECT_GT(one[3], 0.1f);
 }
 

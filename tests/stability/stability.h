@@ -51,7 +51,7 @@ inline int64_t append_at(void* user, uint64_t offset, const void* data, uint64_t
   auto& bytes = static_cast<MemoryFile*>(user)->bytes;
   if (bytes.size() < offset + size) bytes.resize(offset + size);
   std::memcpy(bytes.data() + offset, data, size);
-  return static_cast<int64_t>(size);
+  return size;
 }
 
 // A volume and the bytes it reads.
@@ -158,7 +158,7 @@ struct Shot {
   EXPECT_EQ(a.size(), b.size());
   double most = 0;
   for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
-    const double d = std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i]));
+    const double d = std::abs(static_cast<double>(a[i]) - b[i]);
     most = std::isnan(d) ? std::numeric_limits<double>::infinity() : std::max(most, d);
   }
   return most;

@@ -31,8 +31,7 @@ TEST(StabilityValues, ConstantsOfAnySizeRippleByTheSameFraction) {
         .nx = 9, .ny = 8, .nz = 7, .nt = 5, .field = [=](double, double, double, double) { return value; }};
     const Stored stored = store(device, s);
     Bound bound("constant " + shown(value) + ", relative", default_ripple);
-    for (const float v : values_at(stored.volume, random_points(s, 500)))
-      bound.add(static_cast<double>(v) / value - 1);
+    for (const float v : values_at(stored.volume, random_points(s, 500))) bound.add(v / value - 1);
   }
 }
 
@@ -48,8 +47,7 @@ TEST(StabilityValues, ScalingTheFieldScalesTheResult) {
     const Stored scaled = store(device, s);
     const std::vector<float> got = values_at(scaled.volume, points);
     Bound bound("field times " + shown(factor), 0);
-    for (size_t i = 0; i < values.size(); ++i)
-      bound.add(static_cast<double>(got[i]) / factor - static_cast<double>(values[i]));
+    for (size_t i = 0; i < values.size(); ++i) bound.add(got[i] / factor - values[i]);
   }
 }
 
@@ -66,8 +64,7 @@ TEST(StabilityValues, ASmallSignalOnALargeOffsetSurvivesRelativeToAir) {
   const std::vector<float> got = values_at(stored.volume, points), want = values_at(reference.volume, points);
   // A float near 1e6 knows 1/16: half of that times the prefilter's gain in each of space and time.
   Bound bound("offset 1e6, signal 1", 0.25);
-  for (size_t i = 0; i < got.size(); ++i)
-    bound.add(static_cast<double>(got[i]) - 1e6 - static_cast<double>(want[i]));
+  for (size_t i = 0; i < got.size(); ++i) bound.add(got[i] - 1e6 - want[i]);
 }
 
 TEST(StabilityValues, DenormalsNeitherTrapNorGrow) {
@@ -76,7 +73,7 @@ TEST(StabilityValues, DenormalsNeitherTrapNorGrow) {
   const Series s = waves(0, tiny);
   const Stored stored = store(device, s);
   Bound bound("waves of 2e-40, largest value", 4 * tiny);
-  for (const float v : values_at(stored.volume, random_points(s, 200))) bound.add(static_cast<double>(v));
+  for (const float v : values_at(stored.volume, random_points(s, 200))) bound.add(v);
 }
 
 TEST(StabilityValues, NotANumberAndInfinityFollowThePolicy) {
@@ -107,7 +104,7 @@ TEST(StabilityValues, NotANumberAndInfinityFollowThePolicy) {
     EXPECT_TRUE(std::isnan(value));
     ASSERT_OK(bccsplat_volume_evaluate(holes.volume.get(), 1, far, &value, nullptr));
     // The hole reaches no further than its neighbourhood.
-    Bound("away from a hole left by " + shown(bad), 0.05).add(static_cast<double>(value) - field(2, 2, 2, 1));
+    Bound("away from a hole left by " + shown(bad), 0.05).add(value - field(2, 2, 2, 1));
 
     o.nonfinite = BCCSPLAT_NONFINITE_CLAMP;
     const Stored clamped = store(device, s, o);
@@ -196,8 +193,7 @@ TEST(StabilityValues, EverySourceTypeKeepsItsEndsOfRange) {
     const std::vector<double> points = random_points(s, 300);
     const std::vector<float> got = values_at(stored.volume, points);
     Bound bound(c.name + std::string(" over its range, of the range"), c.tolerance);
-    for (size_t i = 0; i < got.size(); ++i)
-      bound.add((static_cast<double>(got[i]) - at(points[4 * i])) / (c.high - c.low));
+    for (size_t i = 0; i < got.size(); ++i) bound.add((got[i] - at(points[4 * i])) / (c.high - c.low));
   }
 }
 

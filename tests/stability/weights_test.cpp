@@ -40,7 +40,7 @@ TEST(StabilityWeights, TheWeightsOfATimeSliceSumToOneAtEveryPhase) {
       float v = 0;
       ASSERT_OK(bccsplat_slice_evaluate(slice.get(), 1, uvw, &v, nullptr));
       if (frame == 0) first = v;
-      bound.add(static_cast<double>(v) - static_cast<double>(first));
+      bound.add(static_cast<double>(v) - first);
     }
   }
 }
@@ -88,7 +88,7 @@ TEST(StabilityPrefilter, WhiteNoiseComesBackAtTheSites) {
     size_t inside = 0;
     for (size_t i = 0; i < got.size(); ++i) {
       if (!std::isfinite(got[i])) continue;
-      const double e = static_cast<double>(got[i]) - static_cast<double>(noise.values[i]);
+      const double e = static_cast<double>(got[i]) - noise.values[i];
       bound.add(e), square += e * e, ++inside;
     }
     ASSERT_GT(inside, 2000u);
@@ -106,7 +106,7 @@ TEST(StabilityPrefilter, SamplesComeBackFromTheHighestFrequencies) {
   for (const char* kernel : kernels) {
     const Stored stored = store(device, s, kernel);
     Bound bound(std::string(kernel) + ", checkerboard of 1, largest value", 1.5);
-    for (const float v : values_at(stored.volume, random_points(s, 400))) bound.add(static_cast<double>(v));
+    for (const float v : values_at(stored.volume, random_points(s, 400))) bound.add(v);
   }
   // Nyquist of one axis alone is at the edge of the ball: attenuated or kept, never amplified by more than a
   // fifth.
@@ -114,7 +114,7 @@ TEST(StabilityPrefilter, SamplesComeBackFromTheHighestFrequencies) {
   for (const char* kernel : kernels) {
     const Stored stored = store(device, s, kernel);
     Bound bound(std::string(kernel) + ", Nyquist of an axis, largest value", 1.25);
-    for (const float v : values_at(stored.volume, random_points(s, 400))) bound.add(static_cast<double>(v));
+    for (const float v : values_at(stored.volume, random_points(s, 400))) bound.add(v);
   }
 }
 
@@ -131,10 +131,10 @@ TEST(StabilityPrefilter, OneSampleStaysALocalBump) {
     EXPECT_GT(peak, 100) << kernel; // half the samples carry half of what an impulse holds
     EXPECT_LT(peak, 1000) << kernel;
     Bound reach(std::string(kernel) + ", far from an impulse of 1000", 5);
-    for (const float v : values_at(stored.volume, far)) reach.add(static_cast<double>(v));
+    for (const float v : values_at(stored.volume, far)) reach.add(v);
     const std::vector<float> values = values_at(stored.volume, random_points(s, 2000));
     Bound(std::string(kernel) + ", ringing of an impulse of 1000", 400)
-        .add(static_cast<double>(std::min(0.0f, *std::min_element(values.begin(), values.end()))));
+        .add(std::min(0.0f, *std::min_element(values.begin(), values.end())));
   }
 }
 

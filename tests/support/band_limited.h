@@ -38,15 +38,14 @@ class MarschnerLobb {
     if (cut <= 0) return;
     terms_ = static_cast<int>(std::floor(4 * cut)) + 1;
     constexpr int n = 512; // midpoints of [0, 2]; both factors are even
-    const auto count = static_cast<size_t>(terms_);
+    const size_t count = terms_;
     std::vector<double> cosine(count * n), half(count * n), square(size_t{n} * n);
     const auto at = [](int i) { return (i + 0.5) * 2 / n; };
     for (int m = 0; m < terms_; ++m)
       for (int i = 0; i < n; ++i)
-        cosine[static_cast<size_t>(m * n + i)] =
-            (m ? 2.0 : 1.0) / n * std::cos(m * std::numbers::pi / 2 * at(i));
+        cosine[m * n + i] = (m ? 2.0 : 1.0) / n * std::cos(m * std::numbers::pi / 2 * at(i));
     for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i) square[static_cast<size_t>(j * n + i)] = ring(std::hypot(at(i), at(j)));
+      for (int i = 0; i < n; ++i) square[j * n + i] = ring(std::hypot(at(i), at(j)));
     for (size_t m = 0; m < count; ++m)
       for (size_t j = 0; j < n; ++j)
         for (size_t i = 0; i < n; ++i) half[m * n + j] += cosine[m * n + i] * square[j * n + i];
@@ -69,7 +68,7 @@ class MarschnerLobb {
   }
   [[nodiscard]] double in_plane(double x, double y) const {
     if (terms_ == 0) return ring(std::hypot(x, y));
-    const auto count = static_cast<size_t>(terms_);
+    const size_t count = terms_;
     std::vector<double> along(count);
     for (size_t m = 0; m < count; ++m) along[m] = std::cos(static_cast<double>(m) * std::numbers::pi / 2 * x);
     double sum = 0;

@@ -25,7 +25,7 @@ class PlaneWaves {
     while (waves_.size() < static_cast<size_t>(count)) {
       Vec4 w{};
       double length2 = 0;
-      for (int a = 0; a < dimensions; ++a) w[static_cast<size_t>(a)] = uniform(random);
+      for (int a = 0; a < dimensions; ++a) w[a] = uniform(random);
       for (const double v : w) length2 += v * v;
       if (length2 > 1) continue;
       for (double& v : w) v *= rho * std::numbers::pi;

@@ -83,7 +83,7 @@ inline ImageError compare(const ImageStorage& a, const ImageStorage& b) {
   for (size_t p = 0; p < a.rgba.size(); p += 4) {
     if (a.rgba[p + 3] == 0 && b.rgba[p + 3] == 0) continue;
     for (size_t c = 0; c < 4; ++c) {
-      const double d = static_cast<double>(a.rgba[p + c]) - static_cast<double>(b.rgba[p + c]);
+      const double d = static_cast<double>(a.rgba[p + c]) - b.rgba[p + c];
       sum += d * d, e.most = std::max(e.most, std::fabs(d));
       ++count;
     }

@@ -98,11 +98,11 @@ Error error_of(const PlaneWaves& field, const std::vector<Vec4>& points, std::sp
                std::span<const std::array<float, 4>> gradients) {
   double signal = 0, miss = 0, steep = 0, steep_miss = 0;
   for (size_t i = 0; i < points.size(); ++i) {
-    const double f = field(points[i]), e = static_cast<double>(values[i]) - f;
+    const double f = field(points[i]), e = values[i] - f;
     signal += f * f, miss += e * e;
     const Vec4 g = field.gradient(points[i]);
     for (size_t a = 0; a < 3; ++a) {
-      const double d = static_cast<double>(gradients[i][a]) - g[a];
+      const double d = gradients[i][a] - g[a];
       steep += g[a] * g[a], steep_miss += d * d;
     }
   }

@@ -62,7 +62,7 @@ void Evaluate(const Quadricubic& field, std::span<const Vec4> points, float* val
     for (size_t a = 0; a < 4; ++a) {
       const double x = points[n][a];
       const auto i = static_cast<int32_t>(x);
-      first[a] = static_cast<size_t>(i - 1);
+      first[a] = i - 1;
       axis[a] = Weigh<slopes>(static_cast<float>(x - i));
     }
     const float* corner =

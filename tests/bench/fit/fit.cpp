@@ -74,8 +74,8 @@ Row kept_row(const FitSource& s, float threshold, float ringing) {
     return 100 * static_cast<double>(part) / static_cast<double>(whole);
   };
   return {word("series", s.name),
-          figure("threshold", static_cast<double>(threshold), 4),
-          figure("ringing", static_cast<double>(ringing), 5),
+          figure("threshold", threshold, 4),
+          figure("ringing", ringing, 5),
           figure("sites % of samples", percent(c.sites_total, c.source_samples), 2),
           figure("relevant % of samples", percent(c.cc_relevant, c.source_samples), 2),
           figure("kept % of sites", percent(c.sites_kept, c.sites_total), 2),
@@ -94,7 +94,7 @@ Row round_trip_row(const FitSource& s, double scale, float ringing, Filter filte
           word("filter", name_of(filter)),
           word("kernel", kernel),
           figure("scale", scale, 2),
-          figure("ringing", static_cast<double>(ringing), 5),
+          figure("ringing", ringing, 5),
           figure("kept % of relevant",
                  100 * static_cast<double>(c.sites_kept) / static_cast<double>(c.cc_relevant), 2),
           figure("PSNR dB", r.psnr, 2),

@@ -67,7 +67,7 @@ std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::
     (void)evaluate4(c, points, values, {}, context);
     double error = 0, power = 0;
     for (size_t i = 0; i < points.size(); ++i) {
-      const double truth = k.field(points[i]), e = static_cast<double>(values[i]) - truth;
+      const double truth = k.field(points[i]), e = values[i] - truth;
       error += e * e, power += truth * truth;
     }
     db.push_back(10 * std::log10((k.power > 0 ? power : static_cast<double>(points.size())) / error));
@@ -182,7 +182,7 @@ void report_ends(const FitSource& source, const Report& report) {
       (void)evaluate4(c, points, values, {}, context.get());
       double error = 0;
       for (size_t i = 0; i < values.size(); ++i) {
-        const double e = static_cast<double>(values[i] - truth[i]);
+        const double e = values[i] - truth[i];
         error += e * e;
       }
       row.push_back(

@@ -103,11 +103,11 @@ struct FaceSnr {
 FaceSnr compare(const Values& got, const Values& truth, double peak, bool moves) {
   double error = 0, power = 0, steep_error = 0, steep = 0, largest = 0;
   for (size_t i = 0; i < got.value.size(); ++i) {
-    const double t = static_cast<double>(truth.value[i]), e = static_cast<double>(got.value[i]) - t;
+    const double t = truth.value[i], e = got.value[i] - t;
     error += e * e, power += peak > 0 ? peak * peak : t * t, largest = std::max(largest, std::fabs(e));
     for (size_t a = 0; a < (moves ? 4u : 3u); ++a) {
-      const double g = static_cast<double>(truth.gradient[i][a]);
-      steep += g * g, steep_error += std::pow(static_cast<double>(got.gradient[i][a]) - g, 2);
+      const double g = truth.gradient[i][a];
+      steep += g * g, steep_error += std::pow(got.gradient[i][a] - g, 2);
     }
   }
   return {10 * std::log10(power / error), 10 * std::log10(steep / steep_error), largest};
@@ -272,8 +272,7 @@ FitSeries box_of(const FitSource& s, const std::array<uint32_t, 4>& first,
     for (uint32_t z = 0; z < dims[2]; ++z)
       for (uint32_t y = 0; y < dims[1]; ++y) {
         const size_t row = (size_t{first[2] + z} * s.dims[1] + first[1] + y) * s.dims[0] + first[0];
-        box.values.insert(box.values.end(), frame.begin() + static_cast<std::ptrdiff_t>(row),
-                          frame.begin() + static_cast<std::ptrdiff_t>(row + dims[0]));
+        box.values.insert(box.values.end(), frame.begin() + row, frame.begin() + (row + dims[0]));
       }
   }
   return box;
@@ -315,7 +314,7 @@ void report_faces(const std::string& folder, const Report& report) {
     const FitSeries box = box_of(*source, first, domain.dims);
     const auto [low, high] = std::minmax_element(box.values.begin(), box.values.end());
     add_rows(
-        tables, real.set.name, domain, static_cast<double>(*high - *low),
+        tables, real.set.name, domain, *high - *low,
         [&](std::span<const Vec4> points) {
           std::vector<Vec4> moved(points.begin(), points.end());
           for (Vec4& p : moved)

@@ -148,8 +148,8 @@ double sample_psnr(Filter filter, double rho, const std::array<uint32_t, 4>& dim
     for (int32_t k = 0; k < n[2]; ++k)
       for (int32_t j = 0; j < n[1]; ++j)
         for (int32_t i = 0; i < n[0]; ++i, ++site) {
-          const float got = layers[static_cast<size_t>(m)].value(first[0] + i, first[1] + j, first[2] + k);
-          const double e = static_cast<double>(got) - truth[site];
+          const float got = layers[m].value(first[0] + i, first[1] + j, first[2] + k);
+          const double e = got - truth[site];
           square += e * e;
           ++count;
           low = std::min(low, truth[site]);

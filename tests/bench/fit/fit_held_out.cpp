@@ -36,10 +36,10 @@ std::vector<double> catmull_rom(size_t i, size_t n) {
     const auto last = static_cast<int64_t>(n) - 1;
     const int64_t end = std::clamp<int64_t>(at, 0, last);
     const int64_t inner = end == 0 ? 1 : last - 1;
-    w[static_cast<size_t>(end)] += at == end ? weight : 2 * weight;
-    if (at != end) w[static_cast<size_t>(inner)] -= weight;
+    w[end] += at == end ? weight : 2 * weight;
+    if (at != end) w[inner] -= weight;
   };
-  const auto first = static_cast<int64_t>(i);
+  const int64_t first = i;
   add(first - 1, -1.0 / 16), add(first, 9.0 / 16), add(first + 1, 9.0 / 16), add(first + 2, -1.0 / 16);
   return w;
 }
@@ -64,8 +64,7 @@ std::vector<double> natural_spline(size_t i, size_t n) {
 Frame blended(const std::vector<Frame>& kept, const std::vector<double>& weights) {
   std::vector<double> sum(kept[0].size());
   for (size_t f = 0; f < kept.size(); ++f)
-    for (size_t k = 0; weights[f] != 0 && k < sum.size(); ++k)
-      sum[k] += weights[f] * static_cast<double>(kept[f][k]);
+    for (size_t k = 0; weights[f] != 0 && k < sum.size(); ++k) sum[k] += weights[f] * kept[f][k];
   return {sum.begin(), sum.end()};
 }
 
@@ -113,12 +112,11 @@ struct Halves {
       Frame frame = s.frame(t);
       const auto [l, h] = std::minmax_element(frame.begin(), frame.end());
       low = std::min(low, *l), high = std::max(high, *h);
-      const auto bytes = s.bytes.begin() + static_cast<ptrdiff_t>(t * s.frame_bytes());
-      if (t % 2 == 0)
-        kept.bytes.insert(kept.bytes.end(), bytes, bytes + static_cast<ptrdiff_t>(s.frame_bytes()));
+      const auto bytes = s.bytes.begin() + (t * s.frame_bytes());
+      if (t % 2 == 0) kept.bytes.insert(kept.bytes.end(), bytes, bytes + s.frame_bytes());
       (t % 2 == 0 ? kept_frames : missing).push_back(std::move(frame));
     }
-    peak = static_cast<double>(high - low);
+    peak = high - low;
   }
   // Whether a gap is the first or the last one.
   [[nodiscard]] bool at_end(size_t gap) const { return gap == 0 || gap + 1 == missing.size(); }

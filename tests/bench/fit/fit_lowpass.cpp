@@ -74,7 +74,7 @@ double spectrum_snr(const FitSource& s, const Lattice4& lattice, const std::vect
         for (int32_t i = 0; i < lattice.space.dims(coset)[a]; ++i)
           p[a].push_back(lattice.space.plane(coset, i) * lattice.space_step[a]);
       p[3] = {lattice.layer_frame(m)};
-      sites.add(dense[static_cast<size_t>(m)], p);
+      sites.add(dense[m], p);
     }
     signal += std::norm(source.mean());
     error += std::norm(sites.mean() - source.mean());

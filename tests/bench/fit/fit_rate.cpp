@@ -109,8 +109,8 @@ RatePoint through_half_the_frames(const FitSource& source, double step, bool cub
   half.dims[3] = (source.dims[3] + 1) / 2;
   half.bytes.clear();
   for (uint32_t t = 0; t < source.dims[3]; t += 2) {
-    const auto first = source.bytes.begin() + static_cast<std::ptrdiff_t>(t * source.frame_bytes());
-    half.bytes.insert(half.bytes.end(), first, first + static_cast<std::ptrdiff_t>(source.frame_bytes()));
+    const auto first = source.bytes.begin() + (t * source.frame_bytes());
+    half.bytes.insert(half.bytes.end(), first, first + source.frame_bytes());
   }
   RatePoint point = through_lattice(half, LatticeKind::cc, 1, 1, step, 0);
 
@@ -119,26 +119,23 @@ RatePoint through_half_the_frames(const FitSource& source, double step, bool cub
   for (uint32_t t = 0; t < half.dims[3]; ++t) {
     stored.push_back(half.frame(t));
     if (step > 0)
-      for (float& v : stored.back())
-        v = static_cast<float>(std::floor(static_cast<double>(v) / step + 0.5) * step);
+      for (float& v : stored.back()) v = static_cast<float>(std::floor(v / step + 0.5) * step);
   }
   const Range range = range_of(source);
   double squares = 0;
   point.largest = 0;
   const auto at = [&](int64_t t) -> const std::vector<float>& {
-    return stored[static_cast<size_t>(std::clamp<int64_t>(t, 0, half.dims[3] - 1))];
+    return stored[std::clamp<int64_t>(t, 0, half.dims[3] - 1)];
   };
   for (uint32_t t = 0; t < source.dims[3]; ++t) {
     const std::vector<float> truth = source.frame(t);
     const int64_t k = t / 2;
     for (size_t i = 0; i < truth.size(); ++i) {
-      double v = static_cast<double>(at(k)[i]);
+      double v = at(k)[i];
       if (t % 2 == 1)
-        v = cubic ? (9 * (v + static_cast<double>(at(k + 1)[i])) -
-                     (static_cast<double>(at(k - 1)[i]) + static_cast<double>(at(k + 2)[i]))) /
-                        16
-                  : 0.5 * (v + static_cast<double>(at(k + 1)[i]));
-      const double d = std::clamp(v, range.low, range.high) - static_cast<double>(truth[i]);
+        v = cubic ? (9 * (v + at(k + 1)[i]) - (static_cast<double>(at(k - 1)[i]) + at(k + 2)[i])) / 16
+                  : 0.5 * (v + at(k + 1)[i]);
+      const double d = std::clamp(v, range.low, range.high) - truth[i];
       squares += d * d;
       point.largest = std::max(point.largest, std::fabs(d));
     }

@@ -26,8 +26,8 @@ FrameBox FitSource::box(uint32_t frame) const {
 
 std::vector<float> FitSource::frame(uint32_t t) const {
   std::vector<float> values(frame_samples());
-  unpack_row(type, static_cast<const std::byte*>(box(t).data), static_cast<int64_t>(source_bytes(type)),
-             values.size(), 0, values.data());
+  unpack_row(type, static_cast<const std::byte*>(box(t).data), source_bytes(type), values.size(), 0,
+             values.data());
   return values;
 }
 
@@ -127,7 +127,7 @@ RoundTrip round_trip(const FitSource& source, const FitOptions& options, const s
     std::vector<float> values(points.size());
     (void)evaluate4(coefficients, points, values, {}, context);
     for (size_t i = 0; i < values.size(); ++i) {
-      const double e = std::fabs(static_cast<double>(values[i]) - static_cast<double>(truth[i]));
+      const double e = std::fabs(static_cast<double>(values[i]) - truth[i]);
       Sum& sum = sums[truth[i] != 0 ? 0 : near[i] ? 1 : 2];
       sum.square += e * e;
       sum.largest = std::max(sum.largest, e);

@@ -37,7 +37,7 @@ struct FitSource {
 template<class T> FitSource source_of(const FitSeries& s, SourceType type, double scale, std::string name) {
   FitSource r{std::move(name), s.dims, type, std::vector<std::byte>(s.values.size() * sizeof(T))};
   for (size_t i = 0; i < s.values.size(); ++i) {
-    const double v = static_cast<double>(s.values[i]) * scale;
+    const double v = s.values[i] * scale;
     const T value = std::is_integral_v<T> ? static_cast<T>(std::lround(v)) : static_cast<T>(v);
     std::memcpy(r.bytes.data() + i * sizeof(T), &value, sizeof value);
   }

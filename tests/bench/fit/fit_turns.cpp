@@ -142,10 +142,10 @@ Snr compare_turns(const Coefficients& field, const TurningWaves& waves, const st
   for (size_t i = 0; i < points.size(); ++i) {
     Vec4 g;
     const double truth = waves.at(points[i], &g);
-    error += std::pow(static_cast<double>(values[i]) - truth, 2), power += truth * truth;
+    error += std::pow(values[i] - truth, 2), power += truth * truth;
     for (size_t a = 0; a < 4; ++a) {
       steep += g[a] * g[a];
-      steep_error += std::pow(static_cast<double>(gradients[i][a]) - g[a], 2);
+      steep_error += std::pow(gradients[i][a] - g[a], 2);
     }
   }
   return {10 * std::log10(power / error), 10 * std::log10(steep / steep_error)};

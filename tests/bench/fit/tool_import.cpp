@@ -40,8 +40,7 @@ ToolImport::ToolImport(const FitSource& source)
   if (!::mkdtemp(folder_.data())) fail(Code::io_error, "cannot make a folder ", folder_);
   const std::string raw = folder_ + "/source.raw";
   std::ofstream file(raw, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(source.bytes.data()),
-             static_cast<std::streamsize>(source.bytes.size()));
+  file.write(reinterpret_cast<const char*>(source.bytes.data()), source.bytes.size());
   if (!file) fail(Code::io_error, raw, ": cannot write the source");
   const auto& d = source.dims;
   arguments_ = concat("'", raw, "' --dims ", d[0], ",", d[1], ",", d[2], ",", d[3], " --dtype ",

@@ -37,8 +37,7 @@ SizeOfAccuracy code(const std::vector<float>& values, const std::array<uint32_t,
   zfp_stream_close(zfp);
   stream_close(bits);
   double squares = 0;
-  for (size_t i = 0; i < values.size(); ++i)
-    squares += std::pow(static_cast<double>(copy[i]) - static_cast<double>(values[i]), 2);
+  for (size_t i = 0; i < values.size(); ++i) squares += std::pow(static_cast<double>(copy[i]) - values[i], 2);
   return {bytes, 20 * std::log10(peak / std::sqrt(squares / static_cast<double>(values.size())))};
 }
 
@@ -51,7 +50,7 @@ std::optional<double> zfp_bytes(const FitSource& source, double psnr) {
     values.insert(values.end(), frame.begin(), frame.end());
   }
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  const auto peak = static_cast<double>(*high - *low);
+  const double peak = *high - *low;
   // Accuracies are powers of two.
   SizeOfAccuracy coarse;
   for (double tolerance = std::exp2(std::ceil(std::log2(peak))); tolerance > peak * 1e-9; tolerance /= 2) {

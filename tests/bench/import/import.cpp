@@ -45,7 +45,7 @@ struct Plume {
   }
   [[nodiscard]] std::vector<float> frame(int t) const {
     std::vector<float> values;
-    values.reserve(static_cast<size_t>(n) * static_cast<size_t>(n) * static_cast<size_t>(n));
+    values.reserve(static_cast<size_t>(n) * n * n);
     for (int z = 0; z < n; ++z)
       for (int y = 0; y < n; ++y)
         for (int x = 0; x < n; ++x) values.push_back(value(x, y, z, t));
@@ -74,8 +74,7 @@ void write_raw(const Plume& plume, Written& out) {
   for (int t = 0; t < plume.frames; ++t) {
     const std::vector<float> values = plume.frame(t);
     std::ofstream(out.add(".raw"), std::ios::binary)
-        .write(reinterpret_cast<const char*>(values.data()),
-               static_cast<std::streamsize>(values.size() * sizeof(float)));
+        .write(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
   }
 }
 
@@ -110,7 +109,7 @@ bcc4::ReaderOptions reader_options(const Plume& plume, const Written& series, bo
   bcc4::ReaderOptions o;
   o.inputs = series.files;
   if (described) return o;
-  const auto n = static_cast<uint64_t>(plume.n);
+  const uint64_t n = plume.n;
   o.dims = {n, n, n, 0};
   o.dtype = bcc4::Type::f32;
   return o;
@@ -129,7 +128,7 @@ void read_frames(const bcc4::ReaderOptions& options) {
   for (uint64_t f = 0; f < reader->description().dims[3]; ++f) static_cast<void>(reader->read(f, 0));
 }
 
-int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return static_cast<int64_t>(size); }
+int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return size; }
 
 // As the tool does it: the next frame is read while the last one is fitted. Into nothing.
 void import_series(const bcc4::ReaderOptions& options, int threads) {
@@ -152,9 +151,9 @@ void import_series(const bcc4::ReaderOptions& options, int threads) {
       box.type = BCCSPLAT_TYPE_F32;
       box.data = b.data;
       for (size_t a = 0; a < 3; ++a) {
-        box.begin[a] = static_cast<int64_t>(b.begin[a]);
-        box.dims[a] = static_cast<int64_t>(b.dims[a]);
-        box.stride_bytes[a] = static_cast<int64_t>(b.stride_bytes[a]);
+        box.begin[a] = b.begin[a];
+        box.dims[a] = b.dims[a];
+        box.stride_bytes[a] = b.stride_bytes[a];
       }
     }
     api(bccsplat_writer_add_frame(writer.get(), 0, static_cast<double>(f), boxes.data(), boxes.size()));

@@ -54,7 +54,7 @@ using LayerWeights = std::array<double, 2 * spline_reach + 2>;
 LayerWeights weights_at(const TemporalKernel& beta, double phase) {
   LayerWeights w;
   for (int i = 0; i < 2 * spline_reach + 2; ++i)
-    w[static_cast<size_t>(i)] = beta.value((i - spline_reach - phase) / std::numbers::sqrt2);
+    w[i] = beta.value((i - spline_reach - phase) / std::numbers::sqrt2);
   return w;
 }
 
@@ -63,8 +63,7 @@ std::array<Complex, 2> passed(const BentWave& wave, const LayerWeights& weights,
   std::array<Complex, 2> by_coset{};
   for (int i = 0; i < 2 * spline_reach + 2; ++i) {
     const double t = (i - spline_reach - phase) / std::numbers::sqrt2;
-    by_coset[static_cast<size_t>(i & 1)] +=
-        std::polar(0.5 * weights[static_cast<size_t>(i)], 2 * std::numbers::pi * wave.time * t);
+    by_coset[i & 1] += std::polar(0.5 * weights[i], 2 * std::numbers::pi * wave.time * t);
   }
   return {by_coset[0] + by_coset[1], by_coset[0] - by_coset[1]};
 }
@@ -114,12 +113,11 @@ std::array<double, 2> design_bend(const Kernel& kernel) {
       std::array<double, phases> at{}; // error of each phase
       for (int i = 0; i < phases; ++i) {
         const LayerWeights weights = weights_at(bent.time, phase_of(i, phases));
-        for (const BentWave& w : ball)
-          at[static_cast<size_t>(i)] += error_of(w, weights, phase_of(i, phases));
-        error += share_of(i, phases) * at[static_cast<size_t>(i)];
+        for (const BentWave& w : ball) at[i] += error_of(w, weights, phase_of(i, phases));
+        error += share_of(i, phases) * at[i];
       }
       for (int i = 0; i < phases; ++i) {
-        const double phase = phase_of(i, phases), louder = at[static_cast<size_t>(i)] / error;
+        const double phase = phase_of(i, phases), louder = at[i] / error;
         const double share = share_of(i, phases) * std::pow(louder, 6) / error;
         const LayerWeights base = weights_at(straight, phase);
         std::array<LayerWeights, 2> turn{};

@@ -130,7 +130,7 @@ double gain_in_space(const std::vector<double>& q, int degree) {
   for (int j = 0; j <= degree; ++j) {
     const Taps cornered = spread(power, true);
     for (size_t i = 0; i < total.size(); ++i) {
-      total[i] += q[static_cast<size_t>(2 * j)] * power[i];
+      total[i] += q[2 * j] * power[i];
       if (j < degree) total[i] += q[static_cast<size_t>(2 * j) + 1] * cornered[i];
     }
     power = spread(power, false);
@@ -220,7 +220,7 @@ CcDesign design_cc_space(const RadialKernel& phi, int stages) {
   CcFit f = fit(bands, all);
   f.design.gain = gain_in_space(f.q, stages);
   // Horner in S: c <- S c + (p_j + x_j X) f.
-  const auto p = [&](int j) { return f.q[static_cast<size_t>(2 * j)]; };
+  const auto p = [&](int j) { return f.q[2 * j]; };
   const auto x = [&](int j) { return f.q[static_cast<size_t>(2 * j) + 1]; };
   for (int j = stages - 1; j >= 0; --j) {
     PrefilterStage s;
@@ -251,11 +251,11 @@ CcDesign design_cc_time(int order, int stages) {
   CcFit f = fit(bands, all);
   // Taps of cos^j, by convolution.
   std::vector<double> total(static_cast<size_t>(2 * stages + 1)), power = total;
-  power[static_cast<size_t>(stages)] = 1;
+  power[stages] = 1;
   for (int j = 0; j <= stages; ++j) {
     std::vector<double> next(power.size());
     for (size_t i = 0; i < power.size(); ++i) {
-      total[i] += f.q[static_cast<size_t>(j)] * power[i];
+      total[i] += f.q[j] * power[i];
       if (i > 0) next[i - 1] += power[i] / 2;
       if (i + 1 < power.size()) next[i + 1] += power[i] / 2;
     }
@@ -265,9 +265,9 @@ CcDesign design_cc_time(int order, int stages) {
   for (int j = stages - 1; j >= 0; --j) {
     PrefilterStage s;
     const bool first = j == stages - 1;
-    s.self = first ? f.q[static_cast<size_t>(j)] : 0;
-    s.temporal = (first ? f.q[static_cast<size_t>(stages)] : 1) / 2;
-    s.source = first ? 0 : f.q[static_cast<size_t>(j)];
+    s.self = first ? f.q[j] : 0;
+    s.temporal = (first ? f.q[stages] : 1) / 2;
+    s.source = first ? 0 : f.q[j];
     f.design.stages.push_back(s);
   }
   return f.design;

@@ -26,7 +26,7 @@ double dc_ripple_db(const Kernel& kernel, int dimensions) {
       for (const int coset : {0, 1}) {
         double sum = 0;
         for (int k = -4; k <= 4; ++k) sum += kernel.time.value((k + 0.5 * coset - 0.5 * t / n) * pitch);
-        by_coset[static_cast<size_t>(coset)] = sum;
+        by_coset[coset] = sum;
       }
     for (int i = 0; i <= n; ++i)
       for (int j = 0; j <= i; ++j)
@@ -39,7 +39,7 @@ double dc_ripple_db(const Kernel& kernel, int dimensions) {
                   const double x = (a + 0.5 * coset - 0.5 * i / n) * pitch;
                   const double y = (b + 0.5 * coset - 0.5 * j / n) * pitch;
                   const double z = (c + 0.5 * coset - 0.5 * k / n) * pitch;
-                  sum += by_coset[static_cast<size_t>(coset)] * kernel.space.value(x * x + y * y + z * z);
+                  sum += by_coset[coset] * kernel.space.value(x * x + y * y + z * z);
                 }
           worst = std::max(worst, std::abs(sum - 1));
         }

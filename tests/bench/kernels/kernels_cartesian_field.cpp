@@ -31,7 +31,7 @@ size_t mirrored(int64_t i, int64_t n) {
   if (n == 1) return 0;
   const int64_t period = 2 * (n - 1);
   i = ((i % period) + period) % period;
-  return static_cast<size_t>(i < n ? i : period - i);
+  return i < n ? i : period - i;
 }
 
 } // namespace
@@ -43,8 +43,7 @@ void prefilter_cubic(double* line, size_t count, size_t stride) {
   for (size_t i = 0; i < count; ++i) at(i) *= 6;
   // The causal start: the whole mirrored line, summed until the pole's powers are below rounding.
   double start = 0, power = 1;
-  for (size_t i = 0; i < 60; ++i, power *= pole)
-    start += power * at(mirrored(static_cast<int64_t>(i), static_cast<int64_t>(count)));
+  for (size_t i = 0; i < 60; ++i, power *= pole) start += power * at(mirrored(i, count));
   at(0) = start;
   for (size_t i = 1; i < count; ++i) at(i) += pole * at(i - 1);
   at(count - 1) = pole / (pole * pole - 1) * (at(count - 1) + pole * at(count - 2));
@@ -68,7 +67,7 @@ double CartesianField::operator()(const Vec4& p, Vec4* gradient) const {
   std::array<std::array<size_t, 4>, 4> at{};
   size_t stride = 1;
   for (size_t a = 0; a < 4; ++a) {
-    const auto n = static_cast<int64_t>(dims_[a]);
+    const int64_t n = dims_[a];
     if (n == 1) {
       w[a] = {{1, 0, 0, 0}, {0, 0, 0, 0}};
       continue;

@@ -37,7 +37,7 @@ struct Size {
 double snr_db(std::span<const float> got, std::span<const double> truth) {
   double signal = 0, error = 0;
   for (size_t i = 0; i < got.size(); ++i) {
-    const double e = static_cast<double>(got[i]) - truth[i];
+    const double e = got[i] - truth[i];
     signal += truth[i] * truth[i], error += e * e;
   }
   return 10 * std::log10(signal / error);
@@ -87,8 +87,7 @@ MemorySamples imported(const std::vector<double>& samples, uint32_t edge, const 
   const size_t frame = size_t{edge} * edge * edge;
   const auto feed = [&](Fit& fit) {
     for (uint32_t t = 0; t < edge; ++t) {
-      const std::vector<float> values(samples.begin() + static_cast<ptrdiff_t>(t * frame),
-                                      samples.begin() + static_cast<ptrdiff_t>((t + 1) * frame));
+      const std::vector<float> values(samples.begin() + (t * frame), samples.begin() + ((t + 1) * frame));
       FrameBox box;
       box.dims = {edge, edge, edge};
       box.data = values.data();
@@ -106,9 +105,7 @@ std::vector<float> splat_at(const Slice& slice, const std::vector<Vec3>& points)
   Int3 cells;
   for (size_t a = 0; a < 3; ++a) cells[a] = static_cast<int32_t>(slice.domain_end[a]) + 1;
   const auto cell_of = [&](const Int3& c) {
-    return (static_cast<size_t>(c[2]) * static_cast<size_t>(cells[1]) + static_cast<size_t>(c[1])) *
-               static_cast<size_t>(cells[0]) +
-           static_cast<size_t>(c[0]);
+    return (static_cast<size_t>(c[2]) * cells[1] + c[1]) * cells[0] + c[0];
   };
   std::vector<std::vector<size_t>> near(cell_of({0, 0, cells[2]}));
   for (size_t i = 0; i < points.size(); ++i) {
@@ -117,12 +114,12 @@ std::vector<float> splat_at(const Slice& slice, const std::vector<Vec3>& points)
     near[cell_of(c)].push_back(i);
   }
   for (int coset = 0; coset < slice.lattice.cosets(); ++coset) {
-    const BrickLayer& layer = slice.coset[static_cast<size_t>(coset)];
+    const BrickLayer& layer = slice.coset[coset];
     const Int3 n = layer.dims();
     for (Int3 s{0, 0, 0}; s[2] < n[2]; ++s[2])
       for (s[1] = 0; s[1] < n[1]; ++s[1])
         for (s[0] = 0; s[0] < n[0]; ++s[0]) {
-          const double c = static_cast<double>(layer.value(s[0], s[1], s[2]));
+          const double c = layer.value(s[0], s[1], s[2]);
           const Vec3 at = slice.site(coset, s);
           Int3 low, high;
           for (size_t a = 0; a < 3; ++a) {
@@ -262,8 +259,7 @@ void run_kernel_chain(const Report& report) {
           const std::vector<float> values = splat_at(slice, at);
           double error = 0;
           for (size_t i = 0; i < points.size(); ++i) {
-            const double e =
-                static_cast<double>(values[i]) - field({points[i][0], points[i][1], points[i][2], t});
+            const double e = values[i] - field({points[i][0], points[i][1], points[i][2], t});
             error += e * e;
           }
           spread.add(10 * std::log10(power / error));

@@ -200,8 +200,8 @@ Row around_row(const Around& a, Reading reading, uint32_t edge) {
   double error = 0, steep_error = 0, steep = 0;
   const Vec3 unit = lattice.lattice_unit();
   for (size_t i = 0; i < points.size(); ++i) {
-    Sum got{static_cast<double>(values[i]) - a.air, {}};
-    for (size_t k = 0; k < 3; ++k) got.gradient[k] = static_cast<double>(gradients[i][k]) * unit[k];
+    Sum got{values[i] - a.air, {}};
+    for (size_t k = 0; k < 3; ++k) got.gradient[k] = gradients[i][k] * unit[k];
     if (reading == Reading::divided) {
       const Vec4& p = points[i];
       got = got.over(ones_at(c.kernel(), {p[0] / unit[0], p[1] / unit[1], p[2] / unit[2], p[3]}));

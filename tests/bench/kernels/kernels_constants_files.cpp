@@ -46,9 +46,8 @@ std::vector<std::byte> stored(const Case& made, const std::vector<float>& waves)
   VolumeWriter writer(settings, create_memory_sink(file), context.get());
   const size_t n = size_t{dims[0]} * dims[1] * dims[2];
   for (uint32_t t = 0; t < dims[3]; ++t) {
-    std::vector<float> values(waves.begin() + static_cast<std::ptrdiff_t>(t * n),
-                              waves.begin() + static_cast<std::ptrdiff_t>((t + 1) * n));
-    for (float& v : values) v = static_cast<float>(pressure + made.amplitude * static_cast<double>(v));
+    std::vector<float> values(waves.begin() + (t * n), waves.begin() + ((t + 1) * n));
+    for (float& v : values) v = static_cast<float>(pressure + made.amplitude * v);
     if (t == 0 && made.gap == Gap::one_zero) values[0] = 0;
     if (t == 0 && made.gap == Gap::one_missing) values[0] = std::numeric_limits<float>::quiet_NaN();
     FrameBox box;
@@ -77,13 +76,12 @@ Row row_of(const Case& made, const test::PlaneWaves& waves, const std::vector<fl
   double error = 0, steep_error = 0;
   for (size_t i = 0; i < count; ++i) {
     const Vec4 g = waves.gradient(points[i]);
-    error += std::pow(static_cast<double>(values[i]) - pressure - made.amplitude * waves(points[i]), 2);
-    for (size_t a = 0; a < 4; ++a)
-      steep_error += std::pow(static_cast<double>(gradients[i][a]) - made.amplitude * g[a], 2);
+    error += std::pow(values[i] - pressure - made.amplitude * waves(points[i]), 2);
+    for (size_t a = 0; a < 4; ++a) steep_error += std::pow(gradients[i][a] - made.amplitude * g[a], 2);
   }
   const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(count)); };
   return {word("written with air 0", made.what),
-          figure("base", static_cast<double>(samples.base(0)), 1),
+          figure("base", samples.base(0), 1),
           figure("RMS error of values", rms(error), 4),
           figure("of gradients", rms(steep_error), 4),
           figure("corrections", static_cast<double>(made.bound > 0 ? corrections.count() : 0), 0),

@@ -47,7 +47,7 @@ std::vector<Input> inputs(const PeriodicLattice& lattice) {
 double rms(const Values& v) {
   double sum = 0;
   for (const auto& coset : v)
-    for (const float x : coset) sum += static_cast<double>(x) * static_cast<double>(x);
+    for (const float x : coset) sum += static_cast<double>(x) * x;
   return std::sqrt(sum / static_cast<double>(v[0].size() + v[1].size()));
 }
 double largest(const Values& v) {

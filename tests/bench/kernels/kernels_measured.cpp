@@ -31,7 +31,7 @@ double value(const std::vector<Wave>& waves, const std::array<double, 4>& x) {
 } // namespace
 
 std::array<double, 4> measured_snr(const Kernel& kernel, int dimensions, bool interpolating) {
-  const auto axes = static_cast<size_t>(dimensions);
+  const size_t axes = dimensions;
   const PeriodicLattice lattice{axes, dimensions == 4 ? 12 : 24};
   const double period = lattice.edge * pitch;
   uint64_t state = 7;
@@ -60,7 +60,7 @@ std::array<double, 4> measured_snr(const Kernel& kernel, int dimensions, bool in
         const std::array<int, 4> p = lattice.site(i);
         std::array<double, 4> x{};
         for (size_t a = 0; a < axes; ++a) x[a] = (p[a] + 0.5 * coset) * pitch;
-        f[static_cast<size_t>(coset)].push_back(static_cast<float>(value(waves, x)));
+        f[coset].push_back(static_cast<float>(value(waves, x)));
       }
     const Values c = interpolating
                          ? interpolate(lattice, kernel, f, 1e-5).coefficients

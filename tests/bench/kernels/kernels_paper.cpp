@@ -32,10 +32,7 @@ struct PaperField {
   // Of samples that lie inside; points and sites stay `wave_margin` away from the ends.
   [[nodiscard]] double at(int32_t layer, const Int3& i) const {
     const Int3 n = lattice.space.dims(lattice.coset(layer));
-    return static_cast<double>(layers[static_cast<size_t>(
-        layer)][(static_cast<size_t>(i[2]) * static_cast<size_t>(n[1]) + static_cast<size_t>(i[1])) *
-                    static_cast<size_t>(n[0]) +
-                static_cast<size_t>(i[0])]);
+    return layers[layer][(static_cast<size_t>(i[2]) * n[1] + i[1]) * n[0] + i[0]];
   }
 };
 
@@ -51,8 +48,7 @@ PaperField sampled(const PlaneWaves& waves, LatticeKind kind, uint32_t edge) {
 MemorySamples memory_samples(const PaperField& field) {
   std::vector<std::vector<BrickLayer>> layers(1);
   for (int32_t m = 0; m < field.lattice.layers(); ++m)
-    layers[0].push_back(
-        layer_from_dense(field.lattice.space, field.lattice.coset(m), field.layers[static_cast<size_t>(m)]));
+    layers[0].push_back(layer_from_dense(field.lattice.space, field.lattice.coset(m), field.layers[m]));
   return {field.lattice, {0}, std::move(layers)};
 }
 

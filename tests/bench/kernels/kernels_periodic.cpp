@@ -90,7 +90,7 @@ Values apply_stages(const PeriodicLattice& lattice, std::span<const PrefilterSta
   for (const PrefilterStage& s : stages) {
     Values next;
     for (const int coset : {0, 1}) {
-      const auto k = static_cast<size_t>(coset);
+      const size_t k = coset;
       const std::vector<float>&own = c[k], &source = f[k], &other = c[1 - k];
       next[k].resize(own.size());
       for (size_t i = 0; i < own.size(); ++i) {
@@ -190,7 +190,7 @@ double reconstruct(const Kernel& kernel, const PeriodicLattice& lattice, const V
             for (size_t a = 0; a < 3; ++a) r2 += distance(p, a) * distance(p, a);
             const double weight = beta * kernel.space.value(r2);
             if (weight == 0) continue;
-            sum += weight * static_cast<double>(c[static_cast<size_t>(coset)][lattice.index(p)]);
+            sum += weight * c[coset][lattice.index(p)];
             weights += weight;
           }
     }

@@ -19,18 +19,17 @@ struct PeriodicLattice {
 
   [[nodiscard]] size_t sites() const {
     size_t n = 1;
-    for (size_t a = 0; a < axes; ++a) n *= static_cast<size_t>(edge);
+    for (size_t a = 0; a < axes; ++a) n *= edge;
     return n;
   }
   [[nodiscard]] std::array<int, 4> site(size_t i) const {
     std::array<int, 4> p{};
-    for (size_t a = 0; a < axes; ++a, i /= static_cast<size_t>(edge)) p[a] = static_cast<int>(i) % edge;
+    for (size_t a = 0; a < axes; ++a, i /= edge) p[a] = static_cast<int>(i) % edge;
     return p;
   }
   [[nodiscard]] size_t index(const std::array<int, 4>& p) const {
     size_t i = 0;
-    for (size_t a = axes; a-- > 0;)
-      i = i * static_cast<size_t>(edge) + static_cast<size_t>((p[a] + edge) % edge);
+    for (size_t a = axes; a-- > 0;) i = i * edge + (p[a] + edge) % edge;
     return i;
   }
 };

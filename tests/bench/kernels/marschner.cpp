@@ -91,7 +91,7 @@ void run_marschner_lobb(const Report& report) {
       std::vector<float> got(points.size());
       (void)evaluate4(c, points, got, {}, context.get());
       Errors e;
-      for (size_t i = 0; i < points.size(); ++i) e.add(static_cast<double>(got[i]) - truth[i]);
+      for (size_t i = 0; i < points.size(); ++i) e.add(got[i] - truth[i]);
       e.finish(rows[row++], s.name);
     }
   }

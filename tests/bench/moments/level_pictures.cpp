@@ -49,7 +49,7 @@ std::vector<LevelOption> level_options(const Opened& volume, const Slice& slice)
   for (int l = 0; l < info.level_count(); ++l)
     options.push_back({distances_per_pixel(slice, info.level(l).lattice,
                                            fit_camera(slice, false, 20, 30, size, size), size, size),
-                       level_error(info, 0, static_cast<uint32_t>(l))});
+                       level_error(info, 0, l)});
   return options;
 }
 
@@ -75,7 +75,7 @@ void level_picture_rows(const Row& head, const WrittenSeries& series, const Mome
       const std::vector<LevelOption> known = level_options(volume, slice);
       RenderOptions asked;
       asked.quality = quality;
-      const LevelOption& own = known[static_cast<size_t>(level)];
+      const LevelOption& own = known[level];
       const ImageError error = image_error(picture.image, truth);
       Row row = head;
       row.push_back(word("quality", quality == Quality::draft ? "draft" : "normal"));
@@ -104,7 +104,7 @@ void raw_picture_rows(const Row& head, const MomentSeries& series, const MomentO
     for (size_t i = 0; i < a.size(); ++i)
       blended[i] = static_cast<float>(a[i]) + static_cast<float>(part) * static_cast<float>(b[i] - a[i]);
   });
-  const auto n = static_cast<int>(series.edge);
+  const int n = series.edge;
   const auto sample = [&](double x, double y, double z) {
     return static_cast<double>(blended[static_cast<size_t>((z * n + y) * n + x)]);
   };

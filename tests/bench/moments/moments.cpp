@@ -91,7 +91,7 @@ Row playing_row(Row row, const WrittenSeries& w, const MomentOptions& o) {
   row.push_back(figure("layers decoded", volume.layers_decoded(), 1));
   row.push_back(figure("of these twice", volume.layers_decoded_twice(), 1));
   row.push_back(figure("layers prefiltered", static_cast<double>(volume.field.layers_made()), 0));
-  const auto layers = static_cast<uint64_t>(volume.reader->info().lattice.layers());
+  const uint64_t layers = volume.reader->info().lattice.layers();
   const uint64_t made = volume.field.layers_made();
   row.push_back(figure("twice", static_cast<double>(made - std::min(made, layers)), 0));
   row.push_back(figure("MiB held", volume.mebibytes(), 0));
@@ -181,14 +181,14 @@ std::vector<float> pixels(Opened& volume, double frame, int level) {
     grid.dims[a] = n, grid.step[a] = 1;
     grid.origin[a] = std::floor((volume.stored().lattice.dims[a] - n) / 2.0);
   }
-  std::vector<float> values(static_cast<size_t>(n) * static_cast<size_t>(n) * static_cast<size_t>(n));
+  std::vector<float> values(static_cast<size_t>(n) * n * n);
   sample_grid(slice, grid, values.data(), volume.context.get());
   std::vector<float> means(static_cast<size_t>(pixels) * pixels * pixels);
   for (size_t i = 0; i < values.size(); ++i) {
     const auto at = [&](size_t voxels) {
       return i / voxels % static_cast<size_t>(n) / static_cast<size_t>(side);
     };
-    const auto row = static_cast<size_t>(n);
+    const size_t row = n;
     means[(at(row * row) * pixels + at(row)) * pixels + at(1)] +=
         values[i] / static_cast<float>(side * side * side);
   }

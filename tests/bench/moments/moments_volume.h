@@ -66,7 +66,7 @@ struct Opened {
     const StoredLattice& info = stored();
     uint64_t all = 0;
     for (int32_t s = 0; s < info.slabs(); ++s)
-      all += reader->chunks({0, samples.level()}, s).size() * static_cast<uint64_t>(info.layers_of(s));
+      all += reader->chunks({0, samples.level()}, s).size() * info.layers_of(s);
     const uint64_t once = std::min(samples.chunk_layers_decoded(), all);
     return layers_decoded() *
            (1 - static_cast<double>(once) / static_cast<double>(samples.chunk_layers_decoded()));

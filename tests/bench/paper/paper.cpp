@@ -60,10 +60,9 @@ uint64_t rle_bytes(const Sampled& s) {
       ByteWriter runs;
       RunEncoder encoder(runs);
       for (int z = 0; z < size[2]; ++z)
-        for (int y = 0; y < size[1]; ++y)
-          encoder.row(brick->kept[static_cast<size_t>(z * brick_edge + y)], size[0]);
+        for (int y = 0; y < size[1]; ++y) encoder.row(brick->kept[z * brick_edge + y], size[0]);
       encoder.finish();
-      bytes += runs.size() + static_cast<uint64_t>(brick->count()) * s.value_bytes;
+      bytes += runs.size() + brick->count() * s.value_bytes;
     }
   return bytes;
 }
@@ -121,9 +120,8 @@ Frames draw(const Sampled& cc, const Sampled& bcc, float largest, const char* ke
       side->points = make_points(side->slice, context.get());
       Scene& scene = side->scene;
       scene.slice = &side->slice, scene.points = &side->points;
-      scene.camera =
-          fit_camera(a->slice, false, 20, 30, static_cast<uint32_t>(size), static_cast<uint32_t>(size));
-      const auto top = static_cast<double>(largest);
+      scene.camera = fit_camera(a->slice, false, 20, 30, size, size);
+      const double top = largest;
       scene.function.colors = {{0, {0.2, 0.4, 0.9}}, {top, {0.9, 0.5, 0.2}}};
       scene.function.opacities = {{2 * threshold * top, 0}, {top, 0.3}};
     }

@@ -24,7 +24,7 @@ int64_t write_bytes(void* user, uint64_t offset, const void* data, uint64_t size
   auto& bytes = *static_cast<std::vector<unsigned char>*>(user);
   if (bytes.size() < offset + size) bytes.resize(offset + size);
   std::memcpy(bytes.data() + offset, data, size);
-  return static_cast<int64_t>(size);
+  return size;
 }
 
 std::vector<unsigned char> written(bccsplat_device* device, const FitSource& source, uint32_t levels) {
@@ -125,10 +125,9 @@ Drawn PictureVolume::draw(const Shot& shot) const {
   if (shot.mode == BCCSPLAT_MODE_ISOSURFACE)
     options.iso_value = look().iso_value, options.set_mask |= BCCSPLAT_RENDER_SET_ISO;
   api(bccsplat_renderer_set_options(r, &options));
-  out.rgba.resize(size_t{4} * static_cast<size_t>(out.width) * static_cast<size_t>(out.height));
+  out.rgba.resize(size_t{4} * out.width * out.height);
   bccsplat_frame* f = nullptr;
-  api(bccsplat_frame_wrap(device_, static_cast<uint32_t>(out.width), static_cast<uint32_t>(out.height),
-                          out.rgba.data(), 0, &f));
+  api(bccsplat_frame_wrap(device_, out.width, out.height, out.rgba.data(), 0, &f));
   const Handle<bccsplat_frame> frame(f);
   api(bccsplat_renderer_render(r, f));
 #ifdef BCCSPLAT_BENCH_READERS

@@ -43,7 +43,7 @@ struct Drawn {
   int width = 0, height = 0;
   std::vector<float> rgba; // linear, premultiplied
   [[nodiscard]] const float* at(int x, int y) const {
-    return rgba.data() + 4 * (static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x));
+    return rgba.data() + 4 * (static_cast<size_t>(y) * width + x);
   }
 };
 

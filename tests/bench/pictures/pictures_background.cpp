@@ -43,7 +43,7 @@ std::vector<double> shown(const Drawn& picture, bool xray) {
   std::vector<double> values;
   for (size_t at = 0; at < picture.rgba.size(); at += 4) {
     const float* p = picture.rgba.data() + at;
-    const double over_black = encoded(static_cast<double>(std::max({p[0], p[1], p[2]})));
+    const double over_black = encoded(std::max({p[0], p[1], p[2]}));
     values.push_back(xray ? over_black : std::max(static_cast<double>(p[3]), over_black));
   }
   return values;
@@ -83,11 +83,11 @@ std::vector<char> around_body(const Body& body, double distance) {
 // Pixels whose columns of voxels, and those up to so many to the sides, are all within `empty`, two values.
 std::vector<char> around_set(const FitSource& s, const double* empty, double distance) {
   const std::vector<float> v = s.frame(0);
-  const auto width = static_cast<int>(s.dims[0]), height = static_cast<int>(s.dims[1]);
+  const int width = s.dims[0], height = s.dims[1];
   const auto reach = static_cast<int>(distance);
   std::vector<char> column(size_t{s.dims[0]} * s.dims[1], 1);
   for (size_t n = 0; n < v.size(); ++n)
-    if (const auto x = static_cast<double>(v[n]); x < empty[0] || x > empty[1]) column[n % column.size()] = 0;
+    if (const double x = v[n]; x < empty[0] || x > empty[1]) column[n % column.size()] = 0;
   std::vector<char> pixels;
   for (int j = 0; j < 2 * height; ++j)
     for (int i = 0; i < 2 * width; ++i) {
@@ -96,7 +96,7 @@ std::vector<char> around_set(const FitSource& s, const double* empty, double dis
         for (int a = -reach; a <= reach; ++a) {
           const int x = std::clamp(i / 2 + a, 0, width - 1),
                     y = std::clamp(height - 1 - j / 2 + b, 0, height - 1);
-          air = air && column[static_cast<size_t>(y) * s.dims[0] + static_cast<size_t>(x)];
+          air = air && column[static_cast<size_t>(y) * s.dims[0] + x];
         }
       pixels.push_back(air);
     }
@@ -146,7 +146,7 @@ void pictures_background(const std::string& folder, const Report& report) {
     const PictureVolume volume(device.get(), *source);
     const std::vector<float> values = source->frame(0);
     const bccsplat_look look = volume.look();
-    add_modes(set.name, volume, static_cast<double>(*std::max_element(values.begin(), values.end())),
+    add_modes(set.name, volume, *std::max_element(values.begin(), values.end()),
               around_set(*source, look.empty, beside), around_set(*source, look.empty, close_by), rows);
   }
   report.table("the field beside an edge, of the value inside", fields);

@@ -34,9 +34,9 @@ struct Luminance {
 Luminance luminance(const Drawn& picture) {
   double count = 0, sum = 0, squares = 0;
   for (size_t p = 0; p < picture.rgba.size(); p += 4) {
-    const auto alpha = static_cast<double>(picture.rgba[p + 3]);
+    const double alpha = picture.rgba[p + 3];
     if (alpha < 0.1) continue;
-    const double l = static_cast<double>(picture.rgba[p + 1]) / alpha; // of grey
+    const double l = picture.rgba[p + 1] / alpha; // of grey
     count += 1, sum += l, squares += l * l;
   }
   const double mean = sum / std::max(count, 1.0);

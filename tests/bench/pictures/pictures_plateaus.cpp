@@ -28,9 +28,7 @@ struct Plateau {
 
 double pixel_luminance(const float* rgba) {
   const double alpha = std::max(static_cast<double>(rgba[3]), 1e-6);
-  return (0.2126 * static_cast<double>(rgba[0]) + 0.7152 * static_cast<double>(rgba[1]) +
-          0.0722 * static_cast<double>(rgba[2])) /
-         alpha;
+  return (0.2126 * rgba[0] + 0.7152 * rgba[1] + 0.0722 * rgba[2]) / alpha;
 }
 
 struct Glitter {
@@ -40,8 +38,7 @@ struct Glitter {
 Glitter glitter(const Drawn& picture, const Plateau& plateau) {
   const auto inside = [&](int x, int y) {
     return x >= 0 && y >= 0 && x < plateau.width && y < plateau.height &&
-           plateau
-               .inside[static_cast<size_t>(y) * static_cast<size_t>(plateau.width) + static_cast<size_t>(x)];
+           plateau.inside[static_cast<size_t>(y) * plateau.width + x];
   };
   double squares = 0, count = 0;
   for (int y = 0; y < picture.height; ++y)

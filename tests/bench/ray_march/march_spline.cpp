@@ -53,7 +53,7 @@ void make_spline_coefficients(MarchGrid& grid) {
         lines.resize(n * count);
         for (size_t i = 0; i < n; ++i)
           for (size_t j = 0; j < count; ++j)
-            lines[i * count + j] = static_cast<double>(corner[i * stride[axis] + j * stride[beside]]);
+            lines[i * count + j] = corner[i * stride[axis] + j * stride[beside]];
         filter_lines(lines, n, count);
         for (size_t i = 0; i < n; ++i)
           for (size_t j = 0; j < count; ++j)

@@ -168,7 +168,7 @@ struct Tricubic {
 
   // Lanes whose sum is the value at a point.
   template<bool keep> HWY_INLINE V point_sum(size_t point) {
-    const auto row = static_cast<size_t>(a.row), plane = static_cast<size_t>(a.plane);
+    const size_t row = a.row, plane = a.plane;
     const float* const taps = a.value + corner[point];
     const float* const w = wz + 4 * point;
     const float* const by = dz + 4 * point;

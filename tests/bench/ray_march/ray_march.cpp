@@ -139,8 +139,8 @@ template<class Field> void Block(const MarchPacketArgs& a, int x0, int y0) {
         hn::StoreInterleaved4(r.red, r.green, r.blue, r.alpha, d, pixels);
       }
       for (int j = 0; j < rows && y + j < a.height; ++j)
-        std::memcpy(a.rgba + static_cast<size_t>(y + j) * a.row_floats + 4 * static_cast<size_t>(x),
-                    pixels + 16 * j, sizeof(float) * 4 * static_cast<size_t>(std::min(4, a.width - x)));
+        std::memcpy(a.rgba + (y + j) * a.row_floats + 4 * static_cast<size_t>(x), pixels + 16 * j,
+                    sizeof(float) * 4 * std::min(4, a.width - x));
     }
 }
 
@@ -233,13 +233,13 @@ void ray_march(const MarchScene& scene, const MarchOptions& options, const Conte
   a.least_cosine = least_cosine(scene.lights.shininess);
   for (const Light& l : scene.lights.lights) {
     const bool headlight = dot(l.direction, l.direction) == 0;
-    a.lights[static_cast<size_t>(a.light_count++)] = {
+    a.lights[a.light_count++] = {
         headlight, headlight ? std::array<float, 3>{} : narrow(normalized(l.direction)), narrow(l.color)};
   }
   const int nx = (image.width + march_block - 1) / march_block,
             ny = (image.height + march_block - 1) / march_block;
   std::atomic<bool> vectors{true};
-  context.tasks.parallel_for(static_cast<uint64_t>(nx) * static_cast<uint64_t>(ny), [&](uint64_t n) {
+  context.tasks.parallel_for(static_cast<uint64_t>(nx) * ny, [&](uint64_t n) {
     const int x = static_cast<int>(n % static_cast<uint64_t>(nx)),
               y = static_cast<int>(n / static_cast<uint64_t>(nx));
     if (!HWY_DYNAMIC_DISPATCH(MarchBlock)(a, x * march_block, y * march_block)) vectors = false;

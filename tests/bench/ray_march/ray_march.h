@@ -33,8 +33,8 @@ struct MarchGrid {
   Interpolation interpolation = Interpolation::trilinear;
 
   [[nodiscard]] size_t at(int x, int y, int z) const {
-    return static_cast<size_t>(static_cast<std::ptrdiff_t>(origin) + x +
-                               y * static_cast<std::ptrdiff_t>(row) + z * static_cast<std::ptrdiff_t>(plane));
+    return static_cast<std::ptrdiff_t>(origin) + x + y * static_cast<std::ptrdiff_t>(row) +
+           z * static_cast<std::ptrdiff_t>(plane);
   }
 };
 [[nodiscard]] MarchGrid make_march_grid(const Int3& dims,

@@ -82,7 +82,7 @@ std::vector<uint8_t> march_distances(const MarchGrid& grid, const TransferFuncti
   constexpr int farthest = 255;
   std::vector<uint8_t> distance(grid.low.size());
   for (size_t c = 0; c < distance.size(); ++c) {
-    const auto low = static_cast<double>(grid.low[c]), high = static_cast<double>(grid.high[c]);
+    const double low = grid.low[c], high = grid.high[c];
     const bool shows = options.mode == RenderMode::isosurface
                            ? low < options.iso_value && options.iso_value <= high
                            : table.visible(low, high);
@@ -95,12 +95,12 @@ std::vector<uint8_t> march_distances(const MarchGrid& grid, const TransferFuncti
     for (int s = 0; s < total; ++s) {
       const int c = direction > 0 ? s : total - 1 - s;
       const int x = c % n[0], y = c / n[0] % n[1], z = c / (n[0] * n[1]);
-      int best = distance[static_cast<size_t>(c)];
+      int best = distance[c];
       for (int k = std::max(z - 1, 0); k <= std::min(z + 1, n[2] - 1); ++k)
         for (int j = std::max(y - 1, 0); j <= std::min(y + 1, n[1] - 1); ++j)
           for (int i = std::max(x - 1, 0); i <= std::min(x + 1, n[0] - 1); ++i)
-            best = std::min(best, distance[static_cast<size_t>((k * n[1] + j) * n[0] + i)] + 1);
-      distance[static_cast<size_t>(c)] = static_cast<uint8_t>(std::min(best, farthest));
+            best = std::min(best, distance[(k * n[1] + j) * n[0] + i] + 1);
+      distance[c] = static_cast<uint8_t>(std::min(best, farthest));
     }
   };
   sweep(1), sweep(-1);

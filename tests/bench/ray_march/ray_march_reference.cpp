@@ -36,9 +36,9 @@ double march_value(const MarchGrid& grid, const Vec3& p, Vec3* gradient) {
   for (size_t k = 0; k < count; ++k)
     for (size_t j = 0; j < count; ++j)
       for (size_t i = 0; i < count; ++i) {
-        const auto v = static_cast<double>(
+        const double v =
             grid.value[grid.at(t[0].first + static_cast<int>(i), t[1].first + static_cast<int>(j),
-                               t[2].first + static_cast<int>(k))]);
+                               t[2].first + static_cast<int>(k))];
         value += t[0].weight[i] * t[1].weight[j] * t[2].weight[k] * v;
         g[0] += t[0].slope[i] * t[1].weight[j] * t[2].weight[k] * v;
         g[1] += t[0].weight[i] * t[1].slope[j] * t[2].weight[k] * v;

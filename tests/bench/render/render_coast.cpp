@@ -20,7 +20,7 @@ FrameMaskPtr land(int n, MemoryBudget& budget) {
         const double bottom = 0.42 + 0.22 * std::sin(9 * u + 1) * std::cos(8 * v) +
                               0.1 * std::sin(21 * u - 17 * v) + 0.03 * std::sin(55 * u + 49 * v);
         if (z > bottom * n) continue;
-        const auto at = static_cast<uint64_t>((z * n + y) * n + x);
+        const uint64_t at = (z * n + y) * n + x;
         mask->add(at, at + 1);
       }
   mask->count_blocks();

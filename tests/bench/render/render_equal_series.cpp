@@ -28,8 +28,7 @@ Mixed mix_frames(const MomentSeries& series, double frame, int count) {
   const std::array<float, 4> cubic{0.5f * t * (t * (2 - t) - 1), 0.5f * (t * t * (3 * t - 5) + 2),
                                    0.5f * t * (t * (4 - 3 * t) + 1), 0.5f * t * t * (t - 1)};
   std::vector<std::vector<uint8_t>> frames;
-  for (int i = 0; i < count; ++i)
-    frames.push_back(series.frame(static_cast<uint32_t>(at + i - (count == 4 ? 1 : 0))));
+  for (int i = 0; i < count; ++i) frames.push_back(series.frame(at + i - (count == 4 ? 1 : 0)));
   Mixed out;
   out.values.resize(frames[0].size());
   out.ms = 1e3 * cpu_seconds([&] {
@@ -46,7 +45,7 @@ Mixed mix_frames(const MomentSeries& series, double frame, int count) {
 // The box of the series, and how it is seen.
 Slice box_of(const MomentSeries& series) {
   MarchGrid box;
-  const auto n = static_cast<int>(series.edge);
+  const int n = series.edge;
   box.dims = {n, n, n}, box.low = {0}, box.high = {255};
   return grid_domain(box);
 }
@@ -75,7 +74,7 @@ double mib(size_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
 Way ray_way(const MomentSeries& series, double frame, Interpolation interpolation, int frames,
             const Image& truth) {
   const Mixed mixed = mix_frames(series, frame, frames);
-  const auto n = static_cast<int>(series.edge);
+  const int n = series.edge;
   const MarchGrid grid = make_march_grid(
       {n, n, n},
       [&](double x, double y, double z) {
@@ -93,7 +92,7 @@ Way ray_way(const MomentSeries& series, double frame, Interpolation interpolatio
                         frames, " frames");
   ways[0].rays = true;
   ways[0].before_ms = mixed.ms;
-  ways[0].held_mib = mib(mixed.values.size() * static_cast<size_t>(frames) + distance.size() +
+  ways[0].held_mib = mib(mixed.values.size() * frames + distance.size() +
                          (grid.value.size() + grid.low.size() + grid.high.size()) * sizeof(float));
   for (const double step : {5.6, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5}) {
     m.step = step;

@@ -64,7 +64,7 @@ void render_interactive(const Report& report) {
   constexpr int threads = 2;
   BenchContext context(threads);
   FieldScene scene = bessel_scene(n);
-  const auto count = static_cast<uint32_t>(n);
+  const uint32_t count = n;
   const Lattice4 lattice =
       Lattice4::fit(LatticeKind::d4star, {count, count, count, static_cast<uint32_t>(frames)});
   // The rings drift along x by 0.7 T a frame.

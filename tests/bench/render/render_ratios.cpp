@@ -102,7 +102,7 @@ void against_marcher(Ratios& out, const FieldScene& field, RenderMode mode, int 
       }
   if (candidates.empty()) return;
   const std::vector<double> ms = least_ms(candidates, size, 1);
-  const auto cheapest = static_cast<size_t>(std::min_element(ms.begin(), ms.end()) - ms.begin());
+  const size_t cheapest = std::min_element(ms.begin(), ms.end()) - ms.begin();
   out.add(concat(field.name, ": at the marcher's least error"), candidates[cheapest], march, size,
           &truth->image, stride);
 }

@@ -292,8 +292,7 @@ void report_list(const Report& report) {
     scene.slice = &slice, scene.points = &points;
     scene.function.colors = {{0.1, {0.2, 0.3, 0.9}}, {0.9, {0.9, 0.4, 0.1}}};
     scene.function.opacities = {{0.1, 0}, {0.9, 0.3}};
-    scene.camera =
-        fit_camera(slice, false, 20, 30, static_cast<uint32_t>(pixels), static_cast<uint32_t>(pixels));
+    scene.camera = fit_camera(slice, false, 20, 30, pixels, pixels);
     const double draw = median_cpu_seconds(
         [&] {
           ImageStorage image(pixels, pixels);

@@ -113,7 +113,7 @@ double snr(std::span<const float> values, std::span<const Vec4> points, const te
   double signal = 0, error = 0;
   for (size_t i = 0; i < points.size(); ++i) {
     const double truth = f(points[i]);
-    signal += truth * truth, error += std::pow(static_cast<double>(values[i]) - truth, 2);
+    signal += truth * truth, error += std::pow(values[i] - truth, 2);
   }
   return 10 * std::log10(signal / error);
 }
@@ -160,7 +160,7 @@ void report_paper_methods(const Report& report) {
         values.resize(points.uvw.size());
         const double sampled =
             cpu_seconds([&] { sample_points(slice, points.uvw, values, {}, context.get()); });
-        add(m.name, made, sampled, static_cast<uint64_t>(slice.points()));
+        add(m.name, made, sampled, slice.points());
       }
       std::unique_ptr<const Extraction> extraction;
       const double made = cpu_seconds([&] {

@@ -29,10 +29,10 @@ Camera zoomed_camera(const Slice& slice, bool perspective, double zoom, uint32_t
   if (perspective) {
     const double distance = length(camera.target - camera.position);
     const double height = 2 * distance * std::tan(camera.fovy_degrees * std::numbers::pi / 360);
-    const Vec3 back = (static_cast<double>(pixels) / zoom / height) * (camera.position - camera.target);
+    const Vec3 back = (pixels / zoom / height) * (camera.position - camera.target);
     camera.position = camera.target + back;
   } else {
-    camera.ortho_height = static_cast<double>(pixels) / zoom;
+    camera.ortho_height = pixels / zoom;
   }
   return camera;
 }
@@ -66,7 +66,7 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   memory.prepare(plan, plan_tile(plan, 0, 0, tile, tile), gradient);
   const KernelPolynomial kernel = flat_polynomial(slice.kernel.space);
   const int64_t gap = (plan.gaps.first + plan.gaps.last) / 2;
-  const auto n = static_cast<size_t>(gap - plan.gaps.first);
+  const size_t n = gap - plan.gaps.first;
   const GapLanes lanes = plan.gaps.lanes(gap, plan.ring);
   SplatArgs a;
   a.lanes = &lanes, a.kernel = &kernel, a.depth2 = static_cast<float>(plan.gaps.depth2);
@@ -88,7 +88,7 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
     r.y = static_cast<int32_t>(uniform(0, std::max(1, tile - a.rows)));
     const auto lateral = [&](int start, float foot, const Vec3& g) {
       return perspective ? static_cast<float>((start + static_cast<double>(foot) + dot(g, view.ez)) /
-                                              static_cast<double>(plan.gaps.lateral[n]))
+                                              plan.gaps.lateral[n])
                          : 0;
     };
     r.lateral_x = lateral(r.x, r.fx, view.gx), r.lateral_y = lateral(r.y, r.fy, view.gy);
@@ -101,7 +101,7 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
     best = std::min(best, cpu_seconds([&] {
                       for (int i = 0; i < rounds; ++i) splat_points(a);
                     }));
-  const double points = static_cast<double>(rounds) * static_cast<double>(records.size()) / best;
+  const double points = rounds * static_cast<double>(records.size()) / best;
   const double radius = slice.kernel.space.radius * zoom;
   return {points * a.columns * a.rows * plan.ring.sheets,
           points * 4 * std::numbers::pi / 3 * radius * radius * slice.kernel.space.radius / step,
@@ -189,7 +189,7 @@ void frame_table(const Report& report, const Slice& slice, const SplatPoints& po
     RenderOptions o;
     o.mode = c.mode, o.quality = c.quality, o.iso_value = 0.5;
     if (std::string(c.name).ends_with("no skips")) o.disable_skips = ~0u;
-    ImageStorage out(static_cast<int>(pixels), static_cast<int>(pixels));
+    ImageStorage out(pixels, pixels);
     RenderStats best;
     double total = 1e30;
     for (int repeat = 0; repeat < (report.quick ? 1 : 7); ++repeat) {
@@ -229,9 +229,7 @@ void error_table(const Report& report) {
         make_scene(slice, ramp_function(0.3, 1, 0.3), fit_camera(slice, false, 20, 30, pixels, pixels));
     RenderOptions o;
     o.shading = shading;
-    ImageStorage own(static_cast<int>(pixels), static_cast<int>(pixels)),
-        exact(static_cast<int>(pixels), static_cast<int>(pixels)),
-        got(static_cast<int>(pixels), static_cast<int>(pixels));
+    ImageStorage own(pixels, pixels), exact(pixels, pixels), got(pixels, pixels);
     render_reference(scene, o, slice_field(slice), {}, context.get(), own.image);
     const auto analytic = [&](const Vec3& p, Vec3* gradient) {
       const auto at = [&](double x, double y, double z) { return truth(x, y, z); };

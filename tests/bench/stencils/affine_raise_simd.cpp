@@ -63,8 +63,7 @@ template<int kTaps> void RaiseTaps(const RaiseBlock& b) {
     const auto offset = hn::Sub(hn::LoadU(di, b.sample[r]), hn::Set(di, base));
     const int most = b.sample[r][0] + b.sample[r][raise_block - 1] - 2 * base;
     V w[kTaps];
-    for (int t = 0; t < kTaps; ++t)
-      w[t] = hn::LoadU(d, b.weight[r] + static_cast<size_t>(t) * b.weight_pitch);
+    for (int t = 0; t < kTaps; ++t) w[t] = hn::LoadU(d, b.weight[r] + t * b.weight_pitch);
     constexpr int half = kTaps / 2;
     if (most + half <= raise_block) {
       // One vector holds the samples of half of the taps, and another, that many further, the rest.

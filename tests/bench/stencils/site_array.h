@@ -19,7 +19,7 @@ struct SiteArray {
   size_t floats = 0;
 
   [[nodiscard]] std::ptrdiff_t at(int coset, int u, int v, int w) const {
-    return first[static_cast<size_t>(coset)] + w * layer + v * row + u;
+    return first[coset] + w * layer + v * row + u;
   }
 };
 

@@ -20,7 +20,7 @@ struct Near {
 
 double value(const KernelPolynomial& kernel, double u) {
   double sum = 0;
-  for (int j = kernel.terms; j-- > 0;) sum = sum * u + static_cast<double>(kernel.a[static_cast<size_t>(j)]);
+  for (int j = kernel.terms; j-- > 0;) sum = sum * u + kernel.a[j];
   return sum;
 }
 
@@ -109,7 +109,7 @@ void SampleSheets::begin(const Slice& slice, const StencilView& view, const Site
 }
 
 void SampleSheets::fill(bool reference) {
-  const size_t each = static_cast<size_t>(pitch_) * static_cast<size_t>(height_);
+  const size_t each = static_cast<size_t>(pitch_) * height_;
   floats_ = each * sheets_.size() + 2 * spare;
   if (floats_ > memory_.capacity()) {
     memory_.reserve(floats_);
@@ -139,8 +139,7 @@ void SampleSheets::fill_rows(size_t sheet, int u, int v, int width, int height, 
                              bool reference) const {
   if (u < 0 || v < 0) return;
   for (int y = 0; y < height; ++y) {
-    const RowStencil& stencil =
-        stencils_[sheet * static_cast<size_t>(phases_) + static_cast<size_t>(y % phases_)];
+    const RowStencil& stencil = stencils_[sheet * phases_ + y % phases_];
     const RowArgs row{sites_ + (v + y) / phases_ * site_row_ + u / 2, &stencil,
                       to + static_cast<std::ptrdiff_t>(y) * pitch, width};
     reference ? fill_row_reference(row) : fill_row(row);
@@ -148,17 +147,14 @@ void SampleSheets::fill_rows(size_t sheet, int u, int v, int width, int height, 
 }
 
 double SampleSheets::sum(const SampleSheet& sheet, int x, int y) const {
-  const auto n = static_cast<size_t>(&sheet - sheets_.data()) * static_cast<size_t>(phases_);
-  return stencils_[n + static_cast<size_t>(y % phases_)].sum[static_cast<size_t>(x & 1)];
+  const auto n = static_cast<size_t>(&sheet - sheets_.data()) * phases_;
+  return stencils_[n + y % phases_].sum[x & 1];
 }
 
 size_t SampleSheets::place(int64_t k) const {
-  return static_cast<size_t>(
-      std::clamp(k - sheets_.front().k, int64_t{0}, static_cast<int64_t>(sheets_.size()) - 1));
+  return std::clamp(k - sheets_.front().k, int64_t{0}, static_cast<int64_t>(sheets_.size()) - 1);
 }
 
-uint64_t SampleSheets::samples() const {
-  return static_cast<uint64_t>(width_) * static_cast<uint64_t>(height_) * sheets_.size();
-}
+uint64_t SampleSheets::samples() const { return static_cast<uint64_t>(width_) * height_ * sheets_.size(); }
 
 } // namespace bccsplat::bench

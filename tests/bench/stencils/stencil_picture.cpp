@@ -173,9 +173,9 @@ class StencilTile {
   void find_strips(int64_t k) {
     const StencilView& s = shot_.stencil;
     const Needed n = needed(k);
-    strips_.resize(static_cast<size_t>(shot_.plane_blocks));
+    strips_.resize(shot_.plane_blocks);
     for (int x = 0; x < pitch_; x += raise_block) {
-      Strip& strip = strips_[static_cast<size_t>(x / raise_block)];
+      Strip& strip = strips_[x / raise_block];
       strip.x = x, strip.blocks.clear();
       strip.low_u = strip.low_v = 1e300, strip.high_u = strip.high_v = -1e300;
       for (int y = 0; y < pitch_; y += raise_block) {
@@ -202,7 +202,7 @@ class StencilTile {
     const int width = static_cast<int>(std::ceil(all.high_u)) + taps + 2 - u;
     rows_ = static_cast<int>(std::ceil(all.high_v)) + taps + shot_.stencil.phases_v - v;
     row_floats_ = (width + 31) / 32 * 32;
-    const size_t each = static_cast<size_t>(row_floats_) * static_cast<size_t>(rows_),
+    const size_t each = static_cast<size_t>(row_floats_) * rows_,
                  floats = at_once * each + 2 * SampleSheets::spare;
     if (scratch_.window.capacity() < floats) {
       scratch_.window.reserve(floats);
@@ -263,8 +263,7 @@ class StencilTile {
       const auto start = shot_.down.at(s.v[0] * (left() + x + r) + s.v[1] * top());
       set_row(b, r, start, 0);
       for (size_t n = 0; n < at_once; ++n)
-        b.source[n][r] =
-            scratch_.strip.data() + n * each + static_cast<size_t>(r * strip_pitch) + start.whole - v0;
+        b.source[n][r] = scratch_.strip.data() + n * each + (r * strip_pitch) + start.whole - v0;
     }
     for (const int y : strip.blocks) {
       RaiseBlock at = b;
@@ -283,7 +282,7 @@ class StencilTile {
 
   void write(Image& image) const {
     for (int y = 0; y < tile_.height; ++y) {
-      const size_t row = static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch);
+      const size_t row = static_cast<size_t>(y) * m_.pixel_pitch;
       float* rgba = image.rgba.at(tile_.x, tile_.y + y);
       for (size_t x = 0; x < static_cast<size_t>(tile_.width); ++x, rgba += 4)
         rgba[0] = pixel_.red[row + x], rgba[1] = pixel_.green[row + x], rgba[2] = pixel_.blue[row + x],

@@ -36,15 +36,14 @@ Difference from_field(const Slice& slice, const StencilView& view, const SampleS
         p[view.axes[2]] = plane * (view.origin[2] + k * view.shift[2]);
         if (!slice.inside(p)) continue;
         places.push_back(p);
-        samples.push_back(
-            static_cast<double>(s.samples[static_cast<std::ptrdiff_t>(y) * sheets.pitch() + x]));
+        samples.push_back(s.samples[static_cast<std::ptrdiff_t>(y) * sheets.pitch() + x]);
         sums.push_back(sheets.sum(s, x, y));
       }
   std::vector<float> values(places.size());
   evaluate(slice, places, values, {});
   Difference d;
   for (size_t i = 0; i < values.size(); ++i) {
-    const double field = static_cast<double>(values[i]) - static_cast<double>(slice.base);
+    const double field = static_cast<double>(values[i]) - slice.base;
     d.most = std::max(d.most, std::fabs(samples[i] - field));
     d.unscaled = std::max(d.unscaled, std::fabs(samples[i] * sums[i] - field));
   }

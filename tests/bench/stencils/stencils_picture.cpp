@@ -32,7 +32,7 @@ struct Setup {
 void pictures(const Report& report, const FieldScene& field, std::span<const Direction> from,
               const Setup& setup) {
   const int size = setup.size;
-  const auto pixels = static_cast<uint32_t>(size);
+  const uint32_t pixels = size;
   BenchContext one(1);
   const SampledScene sampled = sample_scene(field, LatticeKind::bcc, "default");
   const double points_ms =

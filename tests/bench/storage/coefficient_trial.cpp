@@ -35,8 +35,7 @@ std::vector<BrickLayer> rounded(const std::vector<BrickLayer>& layers, double st
       if (!layer.brick(slot)) continue;
       auto brick = std::make_shared<Brick>();
       for (size_t i = 0; i < brick_sites; ++i)
-        brick->value[i] = static_cast<float>(
-            std::floor(static_cast<double>(layer.brick(slot)->value[i]) / step + 0.5) * step);
+        brick->value[i] = static_cast<float>(std::floor(layer.brick(slot)->value[i] / step + 0.5) * step);
       if (brick->keep_above(0) > 0) made.set(slot, std::move(brick));
     }
   }
@@ -51,15 +50,14 @@ void for_chunks(const Lattice4& lattice, const std::vector<BrickLayer>& layers, 
   const auto count = static_cast<int32_t>(layers.size());
   const size_t slots = layers[0].brick_slots(); // coset 1 has no more
   const int32_t slabs = (count + slab_layers - 1) / slab_layers;
-  context.get().tasks.parallel_for(static_cast<uint64_t>(slabs) * slots, [&](uint64_t job) {
+  context.get().tasks.parallel_for(slabs * slots, [&](uint64_t job) {
     const int32_t first = static_cast<int32_t>(job / slots) * slab_layers;
     const Int3 position = layers[0].slot_position(job % slots);
     const ChunkShape shape = chunk_shape(lattice, first, std::min(slab_layers, count - first), position);
     std::vector<const Brick*> bricks;
     for (int m = 0; m < shape.layers; ++m)
       bricks.push_back(shape.empty(m) ? nullptr
-                                      : layers[static_cast<size_t>(first + m)].brick(position[0], position[1],
-                                                                                     position[2]));
+                                      : layers[first + m].brick(position[0], position[1], position[2]));
     if (std::any_of(bricks.begin(), bricks.end(), [](const Brick* b) { return b; }))
       body(shape, bricks, first, position);
   });
@@ -150,8 +148,7 @@ FieldErrors CoefficientTrials::errors(const std::vector<BrickLayer>& layers, boo
   for (const auto& g : truth_.gradients) power += dot(vec(g), vec(g)) / n;
   FieldErrors e;
   for (size_t i = 0; i < points_.size(); ++i) {
-    const double d =
-        (static_cast<double>(f.values[i]) - static_cast<double>(truth_.values[i])) / source_.step;
+    const double d = (static_cast<double>(f.values[i]) - truth_.values[i]) / source_.step;
     const Vec3 g = vec(truth_.gradients[i]), h = vec(f.gradients[i]), change = (1 / source_.step) * (h - g);
     e.rms += d * d;
     e.largest = std::max(e.largest, std::fabs(d));
@@ -213,7 +210,7 @@ TrialResult CoefficientTrials::coefficients(const Trial& trial) const {
                });
                for (size_t m = 0; m < made.size(); ++m) {
                  if (!made[m] || made[m]->keep_above(0) == 0) continue;
-                 BrickLayer& layer = layers[static_cast<size_t>(first) + m];
+                 BrickLayer& layer = layers[first + m];
                  layer.set(layer.slot(position[0], position[1], position[2]), std::move(made[m]));
                }
                const uint64_t bytes = stored_bytes(chunk.sites, i32_codes);

@@ -74,7 +74,7 @@ void rate_tables(const Report& report) {
   const uint32_t n = report.quick ? 16 : 64;
   const FitSeries field = gaussian_field(n, 0.25, 0.9, 11);
   const auto [low, high] = std::minmax_element(field.values.begin(), field.values.end());
-  const double peak = static_cast<double>(*high) - static_cast<double>(*low);
+  const double peak = static_cast<double>(*high) - *low;
   std::vector<Row> rows;
   Plot plot{.title = "Rate against distortion, band-limited field",
             .x_label = "bits per CC sample",
@@ -163,8 +163,7 @@ Row size_row(const Case& c) {
     if (c.quantiser.type == ValueType::f32)
       std::memcpy(&bits, &v, sizeof v);
     else
-      bits = static_cast<uint32_t>(
-          std::lround((static_cast<double>(v) - c.quantiser.offset) / c.quantiser.scale));
+      bits = static_cast<uint32_t>(std::lround((v - c.quantiser.offset) / c.quantiser.scale));
     const auto bytes = std::as_bytes(std::span(&bits, 1)).first(value_bytes(c.quantiser.type));
     raw.insert(raw.end(), bytes.begin(), bytes.end());
   }
@@ -227,8 +226,7 @@ struct Cost {
 std::vector<uint64_t> column_points(const Bcc4Reader& reader, int32_t columns) {
   std::vector<uint64_t> points(static_cast<size_t>(columns));
   for (int32_t slab = 0; slab < reader.info().slabs(); ++slab)
-    for (const Bcc4Chunk& c : reader.chunks(0, slab))
-      points[static_cast<size_t>(reader.brick_position(c.slot)[0])] += c.kept;
+    for (const Bcc4Chunk& c : reader.chunks(0, slab)) points[reader.brick_position(c.slot)[0]] += c.kept;
   return points;
 }
 
@@ -251,7 +249,7 @@ void access_rows(const char* name, const FitSeries& series, const Quantiser& qua
       const Bcc4Samples samples(reader, memory);
       for (int32_t m = first_layer; m <= last_layer; ++m) {
         const BrickLayer layer = samples.read_layer(0, m, region, context);
-        cost.sites += static_cast<uint64_t>(layer.kept_sites());
+        cost.sites += layer.kept_sites();
       }
       cost.opening += opened;
       cost.bytes += reader->bytes_read() - opened;
@@ -280,7 +278,7 @@ void access_rows(const char* name, const FitSeries& series, const Quantiser& qua
                     figure("bytes read / bytes of the sites wanted", read / (share * data), 2),
                     figure("CPU, of a full decode", part / n / whole, 3)});
   };
-  const auto reach = static_cast<int32_t>(kernel.reach_layers());
+  const int32_t reach = kernel.reach_layers();
   const auto column = [](int32_t x) { return BrickBox{{x, 0, 0}, {x + 1, INT32_MAX, INT32_MAX}}; };
   const int32_t columns = BrickLayer(lattice.space, 0).brick_dims()[0];
   std::vector<BrickBox> each;
@@ -290,7 +288,7 @@ void access_rows(const char* name, const FitSeries& series, const Quantiser& qua
   measure(concat("x-slice, mean of all ", columns, " columns of bricks").c_str(), 0, last, each);
   const std::vector<uint64_t> points = column_points(*Bcc4Reader::open(open_memory_source(s.file)), columns);
   const auto densest = std::max_element(points.begin(), points.end()) - points.begin();
-  measure("x-slice, densest column", 0, last, std::span(&each[static_cast<size_t>(densest)], 1));
+  measure("x-slice, densest column", 0, last, std::span(&each[densest], 1));
 }
 
 } // namespace

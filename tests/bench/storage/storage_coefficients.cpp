@@ -139,8 +139,8 @@ FitSource cropped(const FitSource& s, const Dims& from, const Dims& dims) {
       for (uint32_t y = 0; y < dims[1]; ++y) {
         const size_t row =
             ((size_t{t + from[3]} * s.dims[2] + z + from[2]) * s.dims[1] + y + from[1]) * s.dims[0];
-        const auto first = s.bytes.begin() + static_cast<std::ptrdiff_t>((row + from[0]) * bytes);
-        r.bytes.insert(r.bytes.end(), first, first + static_cast<std::ptrdiff_t>(dims[0] * bytes));
+        const auto first = s.bytes.begin() + ((row + from[0]) * bytes);
+        r.bytes.insert(r.bytes.end(), first, first + (dims[0] * bytes));
       }
   return r;
 }
@@ -183,7 +183,7 @@ std::vector<RealSource> real_sources(const std::string& data, bool quick) {
                          true}};
   std::vector<RealSource> all;
   FitSeries smoke = smoke_like(quick ? Dims{48, 48, 48, 8} : Dims{128, 128, 128, 16});
-  const double largest = static_cast<double>(*std::max_element(smoke.values.begin(), smoke.values.end()));
+  const double largest = *std::max_element(smoke.values.begin(), smoke.values.end());
   const FitSource smoke_u8 = source_of<uint8_t>(smoke, SourceType::u8, 255 / largest, "sparse smoke u8");
   all.push_back({{smoke_u8}});
   all.push_back({{smoke_u8}, "fine", false});

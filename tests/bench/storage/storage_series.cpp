@@ -95,7 +95,7 @@ double site_psnr(const std::vector<BrickLayer>& a, const std::vector<BrickLayer>
       if (!p) continue;
       for (size_t i = 0; i < brick_sites; ++i) {
         if (!(p->kept[i / brick_edge] >> (i % brick_edge) & 1)) continue;
-        const double d = static_cast<double>(p->value[i]) - (q ? static_cast<double>(q->value[i]) : 0);
+        const double d = p->value[i] - (q ? static_cast<double>(q->value[i]) : 0);
         squares += d * d;
         ++count;
       }
@@ -125,7 +125,7 @@ double field_psnr(const FitSeries& s, const SampleSource& samples, const StoreOp
     std::vector<float> values(points.size());
     (void)evaluate4(coefficients, points, values, {}, context);
     for (size_t i = 0; i < values.size(); ++i) {
-      const double d = static_cast<double>(values[i]) - static_cast<double>(truth[i]);
+      const double d = static_cast<double>(values[i]) - truth[i];
       squares += d * d;
     }
     count += values.size();
@@ -169,7 +169,7 @@ StoredSeries store(const FitSeries& series, const StoreOptions& o) {
   const Context context{tasks, memory, progress};
   StoredSeries out;
   const auto [low, high] = std::minmax_element(series.values.begin(), series.values.end());
-  out.peak = static_cast<double>(*high) - static_cast<double>(*low);
+  out.peak = static_cast<double>(*high) - *low;
 
   Fitted fitted = fit_series(series, o.lattice, o.quantiser, context);
   VolumeInfo info;
@@ -179,7 +179,7 @@ StoredSeries store(const FitSeries& series, const StoreOptions& o) {
   c.type = o.quantiser.type, c.scale = o.quantiser.scale, c.offset = o.quantiser.offset,
   c.air = o.quantiser.air;
   Bcc4Writer writer(create_memory_sink(out.file), info, {.level = o.level});
-  const auto slab = static_cast<size_t>(info.slab_layers);
+  const size_t slab = info.slab_layers;
   out.write_seconds = cpu_seconds([&] {
     for (size_t m = 0; m < fitted.layers.size(); m += slab)
       writer.write_slab(static_cast<int32_t>(m / slab), 0,

@@ -71,8 +71,7 @@ struct TrailBench {
   Drawn draw(const Trail& trail, Image& image, bool perspective = false) {
     Scene scene;
     scene.slice = &slice, scene.points = &points, scene.function = function;
-    scene.camera =
-        fit_camera(slice, perspective, 20, 30, static_cast<uint32_t>(pixels), static_cast<uint32_t>(pixels));
+    scene.camera = fit_camera(slice, perspective, 20, 30, pixels, pixels);
     scene.trail = &trail, scene.trail_functions = {function};
     const RenderStats stats = render(scene, options, context.get(), image);
     return {stats,

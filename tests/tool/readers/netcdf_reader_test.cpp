@@ -227,7 +227,7 @@ TEST(NetcdfReader, AsksWhichVariableAndRefusesDamage) {
   Scratch s;
   Nc nc(s.path("a.nc"), plain);
   int ids[4], other = 0;
-  for (int d = 0; d < 4; ++d) check(nc_inq_dimid(nc.id, plain[static_cast<size_t>(d)].name, &ids[d]));
+  for (int d = 0; d < 4; ++d) check(nc_inq_dimid(nc.id, plain[d].name, &ids[d]));
   check(nc_def_var(nc.id, "w", NC_FLOAT, 4, ids, &other));
   nc.finish();
   EXPECT_REFUSED(refusal(inputs({s.path("a.nc")})), Exit::usage, "v and w");

@@ -31,7 +31,7 @@ class Nifti1 {
     char raw[sizeof(T)];
     std::memcpy(raw, &value, sizeof(T));
     if (swapped_) std::reverse(raw, raw + sizeof(T));
-    std::copy(raw, raw + sizeof(T), bytes_.begin() + static_cast<std::ptrdiff_t>(at));
+    std::copy(raw, raw + sizeof(T), bytes_.begin() + at);
   }
   [[nodiscard]] std::string file(size_t voxels = 120) const {
     std::vector<int16_t> v(voxels);

@@ -50,8 +50,7 @@ template<class T> std::string bytes_of(const std::vector<T>& values, bool swappe
   std::memcpy(out.data(), values.data(), out.size());
   if (swapped)
     for (size_t i = 0; i < out.size(); i += sizeof(T))
-      std::reverse(out.begin() + static_cast<std::ptrdiff_t>(i),
-                   out.begin() + static_cast<std::ptrdiff_t>(i + sizeof(T)));
+      std::reverse(out.begin() + i, out.begin() + (i + sizeof(T)));
   return out;
 }
 

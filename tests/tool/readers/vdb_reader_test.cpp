@@ -133,8 +133,7 @@ TEST(VdbReader, KeepsTheSignOfLevelSets) {
   const auto v = dense(*reader, 0);
   const auto value = [&](int x, int y, int z) {
     const int half = (static_cast<int>(d.dims[0]) - 1) / 2;
-    return v[static_cast<size_t>(
-        ((z + half) * static_cast<int>(d.dims[1]) + y + half) * static_cast<int>(d.dims[0]) + x + half)];
+    return v[((z + half) * static_cast<int>(d.dims[1]) + y + half) * static_cast<int>(d.dims[0]) + x + half];
   };
   EXPECT_EQ(value(0, 0, 0), -3); // deep inside there are inactive tiles only
   EXPECT_NEAR(value(19, 0, 0), -1, 1e-5);

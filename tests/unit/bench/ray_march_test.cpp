@@ -138,9 +138,8 @@ TEST(RayMarchTricubic, VectorsGiveTheValuesAndGradientsOfTheFormula) {
     for (size_t i = 0; i < points.size(); ++i) {
       Vec3 gradient;
       const double value = march_value(grid, wide(points[i]), &gradient);
-      ASSERT_NEAR(static_cast<double>(values[i].value), value, 1e-5);
-      for (size_t a = 0; a < 3; ++a)
-        ASSERT_NEAR(static_cast<double>(values[i].gradient[a]), gradient[a], 2e-5);
+      ASSERT_NEAR(values[i].value, value, 1e-5);
+      for (size_t a = 0; a < 3; ++a) ASSERT_NEAR(values[i].gradient[a], gradient[a], 2e-5);
     }
   });
 }
@@ -169,7 +168,7 @@ TEST(RayMarchTricubic, SplinesPassThroughTheSamples) {
       for (int x = 0; x < dims[0]; ++x)
         ASSERT_NEAR(
             march_value(splines, {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)}),
-            static_cast<double>(samples.value[samples.at(x, y, z)]), 1e-6);
+            samples.value[samples.at(x, y, z)], 1e-6);
 }
 
 // Mirrored ends bend a polynomial: what they add falls to 0.27 of it per sample.
@@ -195,10 +194,10 @@ TEST(RayMarchTricubic, ValuesInACellAreWithinItsBounds) {
     Int3 cell;
     for (size_t a = 0; a < 3; ++a)
       cell[a] = std::min(static_cast<int>(point[a]) / MarchGrid::cell_edge, grid.cells[a] - 1);
-    const auto c = static_cast<size_t>(cell[0] + grid.cells[0] * (cell[1] + grid.cells[1] * cell[2]));
+    const size_t c = cell[0] + grid.cells[0] * (cell[1] + grid.cells[1] * cell[2]);
     const double value = march_value(grid, wide(point));
-    ASSERT_GE(value, static_cast<double>(grid.low[c]) - 1e-6);
-    ASSERT_LE(value, static_cast<double>(grid.high[c]) + 1e-6);
+    ASSERT_GE(value, grid.low[c] - 1e-6);
+    ASSERT_LE(value, grid.high[c] + 1e-6);
   }
 }
 

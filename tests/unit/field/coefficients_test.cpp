@@ -55,9 +55,8 @@ Series stage_reference(const Lattice4& lattice, const PrefilterStage& stage, con
     const int coset = lattice.coset(m);
     const Int3 n = lattice.space.dims(coset);
     size_t index = 0;
-    for (size_t a = 3; a-- > 0;)
-      index = index * static_cast<size_t>(n[a]) + static_cast<size_t>(lattice.space.mirror(a, coset, i[a]));
-    return s[static_cast<size_t>(m)][index];
+    for (size_t a = 3; a-- > 0;) index = index * n[a] + lattice.space.mirror(a, coset, i[a]);
+    return s[m][index];
   };
   const auto spatial = [&](const Series& s, int32_t m, const Int3& i) {
     double sum = 0;
@@ -100,7 +99,7 @@ Series stage_reference(const Lattice4& lattice, const PrefilterStage& stage, con
                        at(c, m + d,
                           {x + (k & 1) - 1 + coset, y + (k >> 1 & 1) - 1 + coset, z + (k >> 2) - 1 + coset});
             }
-          out[static_cast<size_t>(m)][index] = sum;
+          out[m][index] = sum;
         }
   }
   return out;
@@ -115,9 +114,9 @@ void expect_layers(const MemorySamples& samples, const Kernel& kernel, const Ser
     for (int32_t m = 0; m < samples.lattice().layers(); ++m) {
       const auto dense = layer_to_dense(*made.layer(m, context));
       if (first.size() == static_cast<size_t>(m)) first.push_back(dense);
-      ASSERT_EQ(dense, first[static_cast<size_t>(m)]) << kernel.name << " layer " << m;
+      ASSERT_EQ(dense, first[m]) << kernel.name << " layer " << m;
       for (size_t i = 0; i < dense.size(); ++i)
-        ASSERT_NEAR(static_cast<double>(dense[i]), expected[static_cast<size_t>(m)][i], 2e-6 * largest)
+        ASSERT_NEAR(dense[i], expected[m][i], 2e-6 * largest)
             << kernel.name << " layer " << m << " site " << i;
     }
   });
@@ -267,7 +266,7 @@ TEST(Coefficients, BeyondTheLatticeAndBelowThePruningIsAir) {
       for (int i = 0; i < brick_sites; ++i) {
         const Int3 site{at[0] * 16 + i % 16, at[1] * 16 + i / 16 % 16, at[2] * 16 + i / 256};
         const bool inside = site[0] < n[0] && site[1] < n[1] && site[2] < n[2];
-        const auto k = static_cast<size_t>(i);
+        const size_t k = i;
         const float v = a->brick(s)->value[k];
         const bool kept = inside && std::fabs(v) > prune;
         ASSERT_EQ(b->brick(s)->value[k], kept ? v : 0.0f);

@@ -94,12 +94,12 @@ TEST(Corrections, AreThoseOfThePageWithBothRecords) {
       EXPECT_EQ(fix.add_to_points(points, values, slopes, bench.context), 0u);
       constexpr double h = 1e-5;
       for (size_t i = 0; i < points.size(); ++i) {
-        EXPECT_NEAR(static_cast<double>(values[i]), 1.5 + expected(frames, shape, points[i]), 1e-5);
+        EXPECT_NEAR(values[i], 1.5 + expected(frames, shape, points[i]), 1e-5);
         for (size_t a = 0; a < 4 && i % 10 != 0; ++a) {
           Vec4 low = points[i], high = points[i];
           low[a] -= h, high[a] += h;
-          EXPECT_NEAR(static_cast<double>(slopes[i][a]),
-                      (expected(frames, shape, high) - expected(frames, shape, low)) / (2 * h), 1e-4);
+          EXPECT_NEAR(slopes[i][a], (expected(frames, shape, high) - expected(frames, shape, low)) / (2 * h),
+                      1e-4);
         }
       }
       uint64_t count = 1; // the one that is set
@@ -141,8 +141,7 @@ TEST(SliceCorrections, GridsAndPointsAgree) {
     for (size_t a = 0; a < 3; ++a) {
       Vec3 low = p, high = p;
       low[a] -= 1e-3, high[a] += 1e-3;
-      EXPECT_NEAR(gradient[a], static_cast<double>(fix.at(high, nullptr) - fix.at(low, nullptr)) / 2e-3,
-                  2e-2);
+      EXPECT_NEAR(gradient[a], (fix.at(high, nullptr) - fix.at(low, nullptr)) / 2e-3, 2e-2);
     }
   }
   EXPECT_GT(most, 3);

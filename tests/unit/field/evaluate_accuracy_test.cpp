@@ -35,7 +35,7 @@ constexpr std::array<double, 3> rhos{0.5, 0.7, 0.9};
 double snr_db(const std::vector<float>& got, const std::vector<double>& truth) {
   double signal = 0, error = 0;
   for (size_t i = 0; i < got.size(); ++i) {
-    const double e = static_cast<double>(got[i]) - truth[i];
+    const double e = got[i] - truth[i];
     signal += truth[i] * truth[i], error += e * e;
   }
   return 10 * std::log10(signal / error);
@@ -199,8 +199,7 @@ double marschner_lobb_psnr(const char* kernel, const MarschnerLobb& field) {
   auto points = random_points(lattice, 5000, 3, 2);
   const std::vector<float> got = values_of({samples, 0, make_kernel(kernel), 0, large_cache}, points);
   double error = 0;
-  for (size_t i = 0; i < points.size(); ++i)
-    error += std::pow(static_cast<double>(got[i]) - field(unit_of(points[i])), 2);
+  for (size_t i = 0; i < points.size(); ++i) error += std::pow(got[i] - field(unit_of(points[i])), 2);
   return -10 * std::log10(error / static_cast<double>(points.size()));
 }
 

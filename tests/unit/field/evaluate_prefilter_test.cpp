@@ -38,7 +38,7 @@ float noise(uint32_t a, uint32_t b) { // in [-1, 1], the same for the same numbe
   h ^= h >> 32;
   return static_cast<float>(h & 0xffffff) / 8388608.0f - 1;
 }
-uint32_t place(const Int3& i) { return static_cast<uint32_t>((i[2] * 1000 + i[1]) * 1000 + i[0]); }
+uint32_t place(const Int3& i) { return (i[2] * 1000 + i[1]) * 1000 + i[0]; }
 
 float largest(const Coefficients& c, const Context& context) {
   float most = 0;
@@ -65,9 +65,7 @@ TEST_P(Prefilter, StaysWithinItsGainOnAnyInput) {
         },                                                           // one site
         [](int32_t m, const Int3&) { return m & 1 ? -1.0f : 1.0f; }, // coset against coset
         [](int32_t m, const Int3& i) { return (i[0] + i[1] + i[2] + m / 2) & 1 ? -1.0f : 1.0f; },
-        [](int32_t m, const Int3& i) {
-          return noise(static_cast<uint32_t>(m), place(i)) < 0 ? -1.0f : 1.0f;
-        }};
+        [](int32_t m, const Int3& i) { return noise(m, place(i)) < 0 ? -1.0f : 1.0f; }};
     for (const Sample& f : inputs) {
       const MemorySamples samples = samples_of(lattice, f);
       EXPECT_LE(largest({samples, 0, kernel, 0, large_cache}, context), kernel.prefilter_gain * 1.0001);
@@ -102,8 +100,7 @@ TEST_P(Prefilter, LooksNoFurtherThanStated) {
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {26, 24, 24, 26});
   const Reach reach = prefilter_reach(kernel.prefilter4);
   constexpr int32_t low = 8, high = 28; // layers that agree
-  const MemorySamples a =
-      samples_of(lattice, [](int32_t m, const Int3& i) { return noise(static_cast<uint32_t>(m), place(i)); });
+  const MemorySamples a = samples_of(lattice, [](int32_t m, const Int3& i) { return noise(m, place(i)); });
   const MemorySamples b = samples_of(lattice, [](int32_t m, const Int3& i) {
     return noise(static_cast<uint32_t>(m) + (m < low || m > high ? 1000 : 0), place(i));
   });
@@ -155,7 +152,7 @@ TEST_P(Prefilter, LeavesAStatedResidualAtTheSites) {
   (void)evaluate4(c, points, values, {}, context);
   double signal = 0, error = 0;
   for (size_t i = 0; i < points.size(); ++i) {
-    const double e = static_cast<double>(values[i]) - truth[i];
+    const double e = values[i] - truth[i];
     signal += truth[i] * truth[i], error += e * e;
   }
   const double residual = -10 * std::log10(signal / error);

@@ -20,7 +20,7 @@ inline std::vector<float> evaluate_values(const Coefficients& c, const std::vect
 inline double snr_db(const std::vector<float>& got, const std::vector<Vec4>& points, const Field4& truth) {
   double signal = 0, error = 0;
   for (size_t i = 0; i < points.size(); ++i) {
-    const double f = truth(points[i]), off = static_cast<double>(got[i]) - f;
+    const double f = truth(points[i]), off = got[i] - f;
     signal += f * f, error += off * off;
   }
   return 10 * std::log10(signal / error);
@@ -40,8 +40,7 @@ inline std::array<size_t, 4> gradient_misses(const Coefficients& c, const std::v
     for (Vec4& p : high) p[a] += h;
     const auto below = evaluate_values(c, low, context), above = evaluate_values(c, high, context);
     for (size_t i = 0; i < points.size(); ++i)
-      misses[a] += std::fabs(static_cast<double>(gradients[i][a]) -
-                             static_cast<double>(above[i] - below[i]) / (2 * h)) > tolerance;
+      misses[a] += std::fabs(gradients[i][a] - (above[i] - below[i]) / (2 * h)) > tolerance;
   }
   return misses;
 }

@@ -36,8 +36,7 @@ struct Noise {
       for (size_t s = 0; s < layers.back().brick_slots(); ++s)
         if (random() % 4 == 0) layers.back().set(s, nullptr);
     }
-    for (int m = 0; m < count; ++m)
-      field.push_back({&layers[static_cast<size_t>(m)], m / std::numbers::sqrt2});
+    for (int m = 0; m < count; ++m) field.push_back({&layers[m], m / std::numbers::sqrt2});
   }
   [[nodiscard]] Vec3 end() const {
     const double d = lattice.plane_distance();
@@ -56,7 +55,7 @@ Truth footprint_reference(const Noise& noise, const Kernel& kernel, const Vec4& 
   std::array<Truth, 2> coset;
   for (const FieldLayer& l : noise.field) {
     const int c = l.layer->coset();
-    const auto i = static_cast<size_t>(c);
+    const size_t i = c;
     const double w = kernel.time.value(p[3] - l.time), dw = kernel.time.slope(p[3] - l.time);
     weight_sum[i] += w, slope_sum[i] += dw;
     if (w == 0 && dw == 0) continue;
@@ -71,7 +70,7 @@ Truth footprint_reference(const Noise& noise, const Kernel& kernel, const Vec4& 
             v[a] = p[a] - noise.lattice.plane_distance() * noise.lattice.plane(c, at[a]);
             site[a] = noise.lattice.mirror(a, c, at[a]);
           }
-          const double coefficient = static_cast<double>(l.layer->value(site[0], site[1], site[2]));
+          const double coefficient = l.layer->value(site[0], site[1], site[2]);
           const double phi = kernel.space.value(dot(v, v));
           coset[i].value += coefficient * w * phi;
           coset[i].slope[3] += coefficient * dw * phi;
@@ -247,7 +246,7 @@ TEST(PointOrder, GathersByWindowThenCell) {
     for (PointPlace& p : at)
       p = {static_cast<int32_t>(random() % 7) - 3, static_cast<uint32_t>(random() % cells)};
     const auto place = [&](uint64_t begin, std::span<PointPlace> out) {
-      std::copy_n(at.begin() + static_cast<ptrdiff_t>(begin), out.size(), out.begin());
+      std::copy_n(at.begin() + begin, out.size(), out.begin());
     };
     const PointOrder order = order_points(at.size(), cells, place, context.get());
     ASSERT_EQ(order.groups.size(), 7u);
@@ -301,7 +300,7 @@ TEST(PointOrder, MovesRunsAsTheyAre) {
       at.insert(at.end(), length / 2 + random() % length,
                 {static_cast<int32_t>(random() % 5) - 2, static_cast<uint32_t>(random() % 9)});
     const auto place = [&](uint64_t begin, std::span<PointPlace> out) {
-      std::copy_n(at.begin() + static_cast<ptrdiff_t>(begin), out.size(), out.begin());
+      std::copy_n(at.begin() + begin, out.size(), out.begin());
     };
     const PointOrder order = order_points(at.size(), 9, place, context.get());
     EXPECT_TRUE(order.order.empty());

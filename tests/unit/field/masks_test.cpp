@@ -118,8 +118,8 @@ TEST(Masks, BoxesOfAFrame) {
   std::mt19937 random(7);
   const auto pick = [&](int64_t end) { return std::uniform_int_distribution<int64_t>(0, end - 1)(random); };
   for (int run = 0; run < 40; ++run) {
-    const auto begin = static_cast<uint64_t>(pick(70 * 19 * 13 - 200));
-    mask.add(begin, begin + static_cast<uint64_t>(pick(200)));
+    const uint64_t begin = pick(70 * 19 * 13 - 200);
+    mask.add(begin, begin + pick(200));
   }
   mask.add(0, 70 * 19 * 3); // the lowest planes
   mask.count_blocks();
@@ -180,7 +180,7 @@ TEST(Masks, PlanesOfSlices) {
 TEST(Masks, DamageIsMendedFromTheNearestFrame) {
   File file;
   const auto damage = [&](int channel, size_t frame) {
-    const auto& block = file.reader->info().channels[static_cast<size_t>(channel)].masks[frame];
+    const auto& block = file.reader->info().channels[channel].masks[frame];
     file.bytes[block.offset + 1] ^= std::byte{1};
   };
   damage(1, 1);

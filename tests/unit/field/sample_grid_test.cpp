@@ -23,7 +23,7 @@ Slice noise_slice(const char* kernel, const Int3& last) {
   for (int c = 0; c < 2; ++c) {
     std::vector<float> dense(static_cast<size_t>(s.lattice.sites(c)));
     for (float& v : dense) v = value(random);
-    BrickLayer& layer = s.coset[static_cast<size_t>(c)];
+    BrickLayer& layer = s.coset[c];
     layer = layer_from_dense(s.lattice, c, dense);
     for (size_t slot = 0; slot < layer.brick_slots() && layer.brick_slots() > 1; ++slot)
       if (random() % 4 == 0) layer.set(slot, nullptr);
@@ -39,7 +39,7 @@ Slice noise_slice(const char* kernel, const Int3& last) {
 
 void expect_reference(const Slice& slice, const Grid& grid) {
   TestContext context;
-  const size_t count = static_cast<size_t>(grid.dims[0] * grid.dims[1]) * static_cast<size_t>(grid.dims[2]);
+  const size_t count = static_cast<size_t>(grid.dims[0] * grid.dims[1]) * grid.dims[2];
   std::vector<float> values(count, -99);
   sample_grid(slice, grid, values.data(), context.get());
   const Affine3 to_lattice = slice.lattice_to_slice.inverse();

@@ -73,7 +73,7 @@ TEST_P(Playing, MoreCacheNeverCostsMoreNorChangesABit) {
   const auto series = file();
   const auto reader = Bcc4Reader::open(open_memory_source(series));
   const uint64_t enough = playing_bytes(series, GetParam().kernel),
-                 layers_of_chunk = static_cast<uint64_t>(reader->info().slab_layers),
+                 layers_of_chunk = reader->info().slab_layers,
                  chunks = std::max<uint64_t>(1, reader->chunks(0, 1).size());
   const Played best = play(series, GetParam().kernel, 4 * enough);
   uint64_t work = UINT64_MAX;
@@ -136,7 +136,7 @@ TEST(VolumeCache, CoefficientsOfCodesAreRoundedAlikeInAnyForm) {
   const std::vector<float> a = layer_to_dense(*rounded), b = layer_to_dense(*whole);
   double most = 0, squares = 0;
   for (size_t i = 0; i < a.size(); ++i) {
-    const double error = std::fabs(static_cast<double>(a[i]) - static_cast<double>(b[i]));
+    const double error = std::fabs(static_cast<double>(a[i]) - b[i]);
     most = std::max(most, error), squares += error * error / static_cast<double>(a.size());
   }
   EXPECT_GT(most, 0);
@@ -146,9 +146,8 @@ TEST(VolumeCache, CoefficientsOfCodesAreRoundedAlikeInAnyForm) {
   (void)values.layers(std::vector<int32_t>{m - 2, m - 1, m, m + 1, m + 2, m + 3}, bench.context);
   const double frame = lattice.layer_frame(m);
   for (int c = 0; c < 2; ++c)
-    EXPECT_FALSE(
-        difference(time_slice(codes, frame, {0, 0}, {}, bench.context).coset[static_cast<size_t>(c)],
-                   time_slice(values, frame, {0, 0}, {}, bench.context).coset[static_cast<size_t>(c)]));
+    EXPECT_FALSE(difference(time_slice(codes, frame, {0, 0}, {}, bench.context).coset[c],
+                            time_slice(values, frame, {0, 0}, {}, bench.context).coset[c]));
 }
 
 TEST(VolumeCache, CodesNeedLessThanValues) {

@@ -91,9 +91,7 @@ double sample_psnr(double rho, Filter filter) {
         index[a].push_back(i);
       }
     waves.on_grid(sites, [&](size_t i, size_t j, size_t k, size_t, double truth) {
-      const double e =
-          static_cast<double>(f.layers[static_cast<size_t>(m)].value(index[0][i], index[1][j], index[2][k])) -
-          truth;
+      const double e = f.layers[m].value(index[0][i], index[1][j], index[2][k]) - truth;
       square += e * e;
       ++count;
       low = std::min(low, truth);

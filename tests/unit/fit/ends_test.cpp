@@ -62,7 +62,7 @@ std::vector<double> worst_by_stretch(const Fitted& f, const Series& s) {
     double most = 0;
     for (size_t i = 0; i < points.size(); ++i) {
       const Vec4& p = points[i];
-      most = std::max(most, std::fabs(static_cast<double>(values[i]) - blob(p[0], p[1], p[2], p[3])));
+      most = std::max(most, std::fabs(values[i] - blob(p[0], p[1], p[2], p[3])));
     }
     worst.push_back(most);
   }
@@ -136,7 +136,7 @@ double wave_snr(double rho, uint32_t frames, int32_t layers, const std::vector<d
   (void)evaluate4(c, points, values, {}, context.get());
   double signal = 0, error = 0;
   for (size_t i = 0; i < points.size(); ++i) {
-    const double truth = field(points[i]), e = static_cast<double>(values[i]) - truth;
+    const double truth = field(points[i]), e = values[i] - truth;
     signal += truth * truth, error += e * e;
   }
   return 10 * std::log10(signal / error);
@@ -211,7 +211,7 @@ TEST(FitEnds, DoNotDependOnWhatIsKnownInAdvanceOrOnThreads) {
 
 double mean_square(const std::vector<float>& values) {
   double sum = 0;
-  for (const float v : values) sum += static_cast<double>(v) * static_cast<double>(v);
+  for (const float v : values) sum += static_cast<double>(v) * v;
   return sum / static_cast<double>(values.size());
 }
 
@@ -239,7 +239,7 @@ TEST(FitEnds, PredictionsAreAsBoldAsTheSeries) {
       for (int32_t x = 3; x < n[0] - 3; ++x) {
         const Vec3 p = l.site_position(1, {x, y, z});
         const double truth = waves({p[0], p[1], p[2], l.layer_frame(1)});
-        const double e = static_cast<double>(got[static_cast<size_t>((z * n[1] + y) * n[0] + x)]) - truth;
+        const double e = got[(z * n[1] + y) * n[0] + x] - truth;
         error += e * e, power += truth * truth;
       }
   EXPECT_GT(10 * std::log10(power / error), 17);
@@ -253,7 +253,7 @@ TEST(LayerTable, TheOutermostOfTwoLayersMakesUpForMirrors) {
       const FilterTable table = layer_table(lattice, m, true, Filter::kaiser8, 1);
       double sum = 0, weights = 0;
       for (int k = 0; k < table.taps; ++k) {
-        const auto w = static_cast<double>(table.weight[static_cast<size_t>(k)]);
+        const double w = table.weight[k];
         weights += w, sum += w * wave(static_cast<double>(table.first[0] + k));
       }
       EXPECT_NEAR(weights, 1, 1e-5);
@@ -274,8 +274,7 @@ TEST(FitEnds, AFrameMissingAtTheStartIsThatWhichFollows) {
   std::fill_n(s.values.begin(), 3 * s.frame_samples(), std::numeric_limits<float>::quiet_NaN());
   Series filled = s;
   for (size_t t = 0; t < 3; ++t)
-    std::copy_n(s.frame(3).begin(), s.frame_samples(),
-                filled.values.begin() + static_cast<std::ptrdiff_t>(t * s.frame_samples()));
+    std::copy_n(s.frame(3).begin(), s.frame_samples(), filled.values.begin() + (t * s.frame_samples()));
   FitOptions o = options_for(s);
   o.lead = lead;
   o.nonfinite = NonFinite::hole;

@@ -60,10 +60,10 @@ class WaveField {
     for (size_t i = 0; i < points.size(); ++i) {
       const double truth = waves_(points[i]);
       const Vec4 gradient = waves_.gradient(points[i]);
-      signal += truth * truth, error += std::pow(static_cast<double>(values[i]) - truth, 2);
+      signal += truth * truth, error += std::pow(values[i] - truth, 2);
       for (size_t a = 0; a < 4; ++a) {
         steep += gradient[a] * gradient[a];
-        steep_error += std::pow(static_cast<double>(gradients[i][a]) - gradient[a], 2);
+        steep_error += std::pow(gradients[i][a] - gradient[a], 2);
       }
     }
     return {10 * std::log10(signal / error), 10 * std::log10(steep / steep_error)};

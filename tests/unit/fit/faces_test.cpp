@@ -31,7 +31,7 @@ TEST(FaceTable, TakesNoSampleFromOutside) {
         const FilterTable plain = filter_table(Filter::kaiser8, widening, positions);
         ASSERT_EQ(table.first.size(), positions.size());
         for (size_t i = 0; i < positions.size(); ++i) {
-          const auto taps = static_cast<size_t>(table.taps);
+          const size_t taps = table.taps;
           const auto row = std::span(table.weight).subspan(i * taps, taps);
           EXPECT_NEAR(std::accumulate(row.begin(), row.end(), 0.0), 1, 1e-5);
           EXPECT_GE(table.first[i], 0);
@@ -40,8 +40,7 @@ TEST(FaceTable, TakesNoSampleFromOutside) {
           // Away from the faces nothing changes.
           for (int k = 0; k < plain.taps; ++k) {
             const int64_t sample = plain.first[i] + k;
-            EXPECT_EQ(table.weight[i * taps + static_cast<size_t>(sample - table.first[i])],
-                      plain.weight[i * static_cast<size_t>(plain.taps) + static_cast<size_t>(k)]);
+            EXPECT_EQ(table.weight[i * taps + (sample - table.first[i])], plain.weight[i * plain.taps + k]);
           }
         }
       }
@@ -61,9 +60,7 @@ TEST(FaceTable, PredictsASlowWave) {
       for (size_t i = 0; i < positions.size(); ++i) {
         double sum = 0, want = wave(positions[i]);
         for (int k = 0; k < table.taps; ++k)
-          sum += static_cast<double>(
-                     table.weight[i * static_cast<size_t>(table.taps) + static_cast<size_t>(k)]) *
-                 wave(static_cast<double>(table.first[i] + k));
+          sum += table.weight[i * table.taps + k] * wave(static_cast<double>(table.first[i] + k));
         const double out = std::max(-positions[i], positions[i] - 49), side = positions[i] < 0 ? -1 : 1;
         if (lattice.space.bcc && out > 1.5 * h) {
           const double face = positions[i] < 0 ? 0 : 49;
@@ -104,8 +101,8 @@ TEST(FaceNoise, FollowsTheData) {
   // Planes that have nothing to do with each other along z alone.
   std::vector<double> planes(60);
   for (double& v : planes) v = normal(random);
-  const FaceLevels mixed = levels_of(values_of(
-      n, [&](int x, int y, int z) { return std::sin(.4 * x + .3 * y) * planes[static_cast<size_t>(z)]; }));
+  const FaceLevels mixed =
+      levels_of(values_of(n, [&](int x, int y, int z) { return std::sin(.4 * x + .3 * y) * planes[z]; }));
   EXPECT_LE(end_noises[mixed[0]], 1e-4);
   EXPECT_LE(end_noises[mixed[1]], 1e-4);
   EXPECT_GE(end_noises[mixed[2]], 1e-2);

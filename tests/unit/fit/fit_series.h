@@ -29,7 +29,7 @@ struct Series {
   }
   [[nodiscard]] size_t frame_samples() const { return size_t{dims[0]} * dims[1] * dims[2]; }
   [[nodiscard]] float at(int64_t x, int64_t y, int64_t z, int64_t t) const {
-    return values[static_cast<size_t>(((t * dims[2] + z) * dims[1] + y) * dims[0] + x)];
+    return values[((t * dims[2] + z) * dims[1] + y) * dims[0] + x];
   }
   [[nodiscard]] std::span<const float> frame(uint32_t t) const {
     return {values.data() + t * frame_samples(), frame_samples()};
@@ -60,9 +60,7 @@ struct Bench { // threads, memory and progress of one fit
 struct Fitted {
   FitReport report;
   std::vector<BrickLayer> layers; // of channel 0
-  [[nodiscard]] std::vector<float> dense(int32_t layer) const {
-    return layer_to_dense(layers[static_cast<size_t>(layer)]);
-  }
+  [[nodiscard]] std::vector<float> dense(int32_t layer) const { return layer_to_dense(layers[layer]); }
 };
 
 // The boxes of frame t.
@@ -128,10 +126,8 @@ inline std::vector<double> reference_axis(const std::vector<double>& in, std::ar
   std::array<size_t, 4> m = n;
   m[axis] = positions.size();
   std::vector<double> out(m[0] * m[1] * m[2] * m[3]);
-  const auto count = static_cast<int64_t>(n[axis]);
-  const auto reach =
-      static_cast<int64_t>(filter == Filter::bspline3 ? 14 : 4) * static_cast<int64_t>(std::ceil(widening)) +
-      1;
+  const int64_t count = n[axis];
+  const auto reach = (filter == Filter::bspline3 ? 14 : 4) * static_cast<int64_t>(std::ceil(widening)) + 1;
   for (size_t p = 0; p < positions.size(); ++p) {
     std::vector<double> weight(n[axis], 0.0);
     double sum = 0;
@@ -141,7 +137,7 @@ inline std::vector<double> reference_axis(const std::vector<double>& in, std::ar
       while (folded < 0 || folded >= count)
         folded = count == 1 ? 0 : folded < 0 ? -folded : 2 * (count - 1) - folded;
       const double w = reference_weight(filter, (positions[p] - static_cast<double>(j)) / widening);
-      weight[static_cast<size_t>(folded)] += w;
+      weight[folded] += w;
       sum += w;
     }
     std::array<size_t, 4> i{};
@@ -172,7 +168,7 @@ inline std::vector<std::vector<double>> reference_layers(const Lattice4& lattice
     const int c = lattice.coset(m);
     std::array<size_t, 4> n{s.dims[0], s.dims[1], s.dims[2], s.dims[3]};
     std::vector<double> v;
-    for (const float f : s.values) v.push_back(static_cast<double>(f) - air);
+    for (const float f : s.values) v.push_back(f - air);
     for (size_t a = 4; a-- > 0;) {
       std::vector<double> positions;
       double widening = 1;
@@ -198,8 +194,7 @@ inline double worst_difference(const Fitted& f, const std::vector<std::vector<do
   for (size_t m = 0; m < reference.size(); ++m) {
     const std::vector<float> dense = layer_to_dense(f.layers[m]);
     if (dense.size() != reference[m].size()) return INFINITY;
-    for (size_t i = 0; i < dense.size(); ++i)
-      worst = std::max(worst, std::fabs(static_cast<double>(dense[i]) - reference[m][i]));
+    for (size_t i = 0; i < dense.size(); ++i) worst = std::max(worst, std::fabs(dense[i] - reference[m][i]));
   }
   return worst;
 }

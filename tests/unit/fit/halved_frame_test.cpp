@@ -15,9 +15,7 @@ namespace {
 using Dims = std::array<int64_t, 3>;
 constexpr Dims frame_dims{45, 30, 37};
 
-size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) {
-  return static_cast<size_t>((z * n[1] + y) * n[0] + x);
-}
+size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) { return (z * n[1] + y) * n[0] + x; }
 
 // Noise around 3 within a ball, 0 outside it; of a radius beyond all corners noise everywhere.
 std::vector<float> noise_in_ball(double radius) {
@@ -66,11 +64,9 @@ TEST(HalvedFrame, IsTheFilteredFrameAtTwiceTheDistance) {
       for (int64_t x = 0; x < n[0]; x += 2) {
         double sum = 0;
         const auto tap = [&](size_t a, int64_t i, int k) {
-          const auto row = static_cast<size_t>(i);
-          return std::pair(
-              mirror_index(table[a].first[row] + k, frame_dims[a]),
-              static_cast<double>(
-                  table[a].weight[row * static_cast<size_t>(table[a].taps) + static_cast<size_t>(k)]));
+          const size_t row = i;
+          return std::pair(mirror_index(table[a].first[row] + k, frame_dims[a]),
+                           static_cast<double>(table[a].weight[row * table[a].taps + k]));
         };
         for (int c = 0; c < table[2].taps; ++c)
           for (int b = 0; b < table[1].taps; ++b)
@@ -78,9 +74,9 @@ TEST(HalvedFrame, IsTheFilteredFrameAtTwiceTheDistance) {
               const auto [i, u] = tap(0, x, a);
               const auto [j, v] = tap(1, y, b);
               const auto [k, w] = tap(2, z, c);
-              sum += u * v * w * static_cast<double>(values[at(frame_dims, i, j, k)]);
+              sum += u * v * w * values[at(frame_dims, i, j, k)];
             }
-        ASSERT_NEAR(static_cast<double>(made.values[at(n, x, y, z)]), sum, 1e-5) << x << " " << y << " " << z;
+        ASSERT_NEAR(made.values[at(n, x, y, z)], sum, 1e-5) << x << " " << y << " " << z;
       }
 }
 
@@ -164,7 +160,7 @@ TEST(HalvedFrame, AirIsFoundBeyondEndsThatTurn) {
         for (int64_t x = 0; x < n; ++x) {
           const double dx = static_cast<double>((x + shift) % n) - 20, dy = static_cast<double>(y) - 22,
                        dz = static_cast<double>(z) - 22;
-          values[static_cast<size_t>((z * n + y) * n + x)] = std::hypot(dx, dy, dz) < 9 ? 3.0f : 0.0f;
+          values[(z * n + y) * n + x] = std::hypot(dx, dy, dz) < 9 ? 3.0f : 0.0f;
         }
     Bench bench(1);
     FrameBox whole;
@@ -183,9 +179,8 @@ TEST(HalvedFrame, AirIsFoundBeyondEndsThatTurn) {
   for (int64_t z = 0; z < m[2]; ++z)
     for (int64_t y = 0; y < m[1]; ++y)
       for (int64_t x = 0; x < m[0]; ++x) {
-        const size_t row = static_cast<size_t>((z * m[1] + y) * m[0]);
-        const float a = middle.values[row + static_cast<size_t>((x + 11) % m[0])],
-                    b = end.values[row + static_cast<size_t>(x)];
+        const size_t row = (z * m[1] + y) * m[0];
+        const float a = middle.values[row + (x + 11) % m[0]], b = end.values[row + x];
         ASSERT_EQ(a == 0, b == 0) << x << " " << y << " " << z;
         ASSERT_NEAR(a, b, 1e-6f);
         air += a == 0 ? 1 : 0;

@@ -34,10 +34,9 @@ TEST(QuantizeHistogram, PercentilesOfFloatsAreCloseWhateverTheirScale) {
     }
     std::sort(all.begin(), all.end());
     EXPECT_EQ(h.count(), all.size());
-    EXPECT_EQ(h.range(), (Range{static_cast<double>(all.front()), static_cast<double>(all.back())}));
+    EXPECT_EQ(h.range(), (Range{all.front(), all.back()}));
     for (const double p : {0.001, 0.02, 0.3, 0.5, 0.9, 0.998}) {
-      const auto truth =
-          static_cast<double>(all[static_cast<size_t>(std::ceil(p * static_cast<double>(all.size()))) - 1]);
+      const double truth = all[static_cast<size_t>(std::ceil(p * static_cast<double>(all.size()))) - 1];
       EXPECT_NEAR(h.percentile(p), truth, std::fabs(truth) / 2048);
     }
     EXPECT_EQ(h.percentile(0), h.range().low);

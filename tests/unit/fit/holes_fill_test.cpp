@@ -83,7 +83,7 @@ TEST(HolesFill, SitesNearestToMissingVoxelsAreHoles) {
   const Lattice4& l = f.report.lattice;
   uint64_t holes = 0;
   for (int32_t m = 0; m < l.layers(); ++m) {
-    const BrickLayer& layer = f.layers[static_cast<size_t>(m)];
+    const BrickLayer& layer = f.layers[m];
     const Int3 n = layer.dims();
     const auto nearest = [](double p, double end) { return std::min(std::floor(p + 0.5), end); };
     const double t = nearest(l.layer_frame(m), 7);
@@ -96,11 +96,11 @@ TEST(HolesFill, SitesNearestToMissingVoxelsAreHoles) {
           ASSERT_TRUE(brick);
           const int site = (k % 16 * 16 + j % 16) * 16 + i % 16;
           ASSERT_EQ(brick->is_hole(site), hole) << m << ": " << i << " " << j << " " << k;
-          ASSERT_TRUE(brick->kept[static_cast<size_t>(site / 16)] >> (site % 16) & 1);
+          ASSERT_TRUE(brick->kept[site / 16] >> (site % 16) & 1);
           holes += hole;
           // The fill is close to what was there, so nothing false reaches the sites around.
-          const auto index = static_cast<size_t>((k * n[1] + j) * n[0] + i);
-          ASSERT_NEAR(layer.value(i, j, k), reference[static_cast<size_t>(m)][index], 0.45);
+          const size_t index = (k * n[1] + j) * n[0] + i;
+          ASSERT_NEAR(layer.value(i, j, k), reference[m][index], 0.45);
         }
   }
   EXPECT_GT(holes, 0u);
@@ -155,10 +155,10 @@ TEST(HolesFill, NothingIsStoredFarFromData) {
   const double reach = std::ceil(4 * l.space_step[0] + 0.5);
   size_t left_out = 0, kept = 0;
   for (int32_t m = 0; m < l.layers(); ++m) {
-    const Int3 n = f.layers[static_cast<size_t>(m)].dims();
+    const Int3 n = f.layers[m].dims();
     for (int32_t i = 0; i < n[0]; ++i) {
       const double x = std::floor(l.site_position(l.coset(m), {i, 0, 0})[0] + 0.5);
-      const Brick* brick = f.layers[static_cast<size_t>(m)].brick(i / 16, 0, 0);
+      const Brick* brick = f.layers[m].brick(i / 16, 0, 0);
       const bool is_kept = brick && (brick->kept[5 * 16 + 5] >> (i % 16) & 1);
       if (x >= 20 - reach) {
         EXPECT_TRUE(is_kept) << m << " " << i;
@@ -185,7 +185,7 @@ TEST(HolesFill, AMissingFrameHoldsItsNeighbour) {
     const Fitted f = run_fit(o, s);
     for (int32_t m = 0; m < f.report.lattice.layers(); ++m) {
       const bool hole = std::min(std::floor(f.report.lattice.layer_frame(m) + 0.5), 7.0) == gone;
-      const BrickLayer& layer = f.layers[static_cast<size_t>(m)];
+      const BrickLayer& layer = f.layers[m];
       EXPECT_EQ(layer.brick(0)->is_hole(0), hole);
       for (const float v : layer_to_dense(layer))
         ASSERT_NEAR(v, 3, 1.3); // no dip to air in or around the gap

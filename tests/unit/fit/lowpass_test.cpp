@@ -54,11 +54,10 @@ double gain(const std::array<uint32_t, 4>& dims, const std::array<double, 4>& f,
             const LatticeScales& scales = unscaled) {
   const Series s = wave(dims, f);
   const Series out = filtered(s, lattice_for(s, scales));
-  const auto g = static_cast<double>(out.values[0]);
+  const double g = out.values[0];
   double worst = 0;
   for (size_t i = 0; i < s.values.size(); ++i)
-    worst =
-        std::max(worst, std::fabs(static_cast<double>(out.values[i]) - g * static_cast<double>(s.values[i])));
+    worst = std::max(worst, std::fabs(out.values[i] - g * s.values[i]));
   EXPECT_LT(worst, 1e-5);
   return g;
 }
@@ -140,7 +139,7 @@ TEST(Lowpass, FitIsThatOfTheFilteredFrames) {
 TEST(Lowpass, MissingFramesHoldTheirNeighboursAndAreHoles) {
   Series s = noise({8, 7, 6, 12}, 5), filled = s;
   for (const uint32_t t : {0u, 1u, 6u}) {
-    const auto n = static_cast<ptrdiff_t>(s.frame_samples());
+    const ptrdiff_t n = s.frame_samples();
     std::fill_n(s.values.begin() + t * n, n, NAN);
     std::copy_n(filled.values.begin() + (t == 6 ? 5 : 2) * n, n, filled.values.begin() + t * n);
   }

@@ -31,7 +31,7 @@ struct Stored {
   bool clamped;
 };
 Stored reference(const Quantiser& q, float v) {
-  const double air = q.air, absolute = static_cast<double>(v) + air;
+  const double air = q.air, absolute = v + air;
   if (q.type == ValueType::f32) return {v, v, false};
   if (q.type == ValueType::f16) {
     const double stored = q.offset == air ? static_cast<double>(v) : static_cast<double>(v + q.air);
@@ -42,7 +42,7 @@ Stored reference(const Quantiser& q, float v) {
   }
   const double code = std::nearbyint((absolute - q.offset) / q.scale), largest = largest_code(q.type);
   const double inside = std::min(std::max(code, 0.0), largest);
-  return {static_cast<double>(relative_value(q, inside)), inside, inside != code};
+  return {relative_value(q, inside), inside, inside != code};
 }
 
 const Quantiser quantisers[] = {quantiser_of_source(SourceType::f32, 0),
@@ -67,8 +67,7 @@ TEST(RelevanceSelect, EqualsTheReferenceOnEveryTarget) {
         uint64_t kept = 0, clamped = 0;
         for (size_t i = 0; i < brick_sites; ++i) {
           const Stored s = reference(q, in[i]);
-          const bool keep = threshold == 0 ? s.code != reference(q, 0).code
-                                           : std::fabs(s.value) > static_cast<double>(threshold);
+          const bool keep = threshold == 0 ? s.code != reference(q, 0).code : std::fabs(s.value) > threshold;
           ASSERT_EQ(brick.kept[i / 16] >> (i % 16) & 1, keep)
               << in[i] << " type " << int(q.type) << " offset " << q.offset;
           ASSERT_EQ(static_cast<double>(brick.value[i]), keep ? s.value : 0)
@@ -121,7 +120,7 @@ TEST(RelevanceSelect, AbsentSitesAreWithinTheThreshold) {
       uint64_t absent = 0;
       for (size_t i = 0; i < brick_sites; ++i) {
         if (brick.kept[i / 16] >> (i % 16) & 1 || reference(q, in[i]).clamped) continue;
-        EXPECT_LE(std::fabs(in[i]), static_cast<double>(threshold) + step + 1e-6);
+        EXPECT_LE(std::fabs(in[i]), threshold + step + 1e-6);
         ++absent;
       }
       EXPECT_GT(absent + (threshold < 2), 0u);
@@ -144,7 +143,7 @@ TEST(RelevanceSelect, NothingBeyondTheEdgeAndHolesAlways) {
   ASSERT_TRUE(brick.hole);
   for (int z = 0; z < 16; ++z)
     for (int y = 0; y < 16; ++y) {
-      const auto row = static_cast<size_t>(z * 16 + y);
+      const size_t row = z * 16 + y;
       const bool inside = z < 7 && y < 5;
       EXPECT_EQ(brick.kept[row], inside ? 0x1ff : 0);
       EXPECT_EQ((*brick.hole)[row], inside ? 0x1f0 : 0);

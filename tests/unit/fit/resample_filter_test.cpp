@@ -25,8 +25,7 @@ TEST(ResampleFilter, WeightsSumToOne) {
       const FilterTable t = filter_table(filter, widening, positions(40, 0.37));
       for (size_t i = 0; i < 40; ++i) {
         double sum = 0;
-        for (int k = 0; k < t.taps; ++k)
-          sum += static_cast<double>(t.weight[i * static_cast<size_t>(t.taps) + static_cast<size_t>(k)]);
+        for (int k = 0; k < t.taps; ++k) sum += t.weight[i * t.taps + k];
         EXPECT_NEAR(sum, 1, 3e-7);
         EXPECT_LE(t.taps, 2 * filter_reach(filter, widening));
       }
@@ -49,8 +48,7 @@ double resampled(Filter filter, double widening, double p, const auto& f) {
   const std::vector<double> at{p};
   const FilterTable t = filter_table(filter, widening, at);
   double sum = 0;
-  for (int k = 0; k < t.taps; ++k)
-    sum += static_cast<double>(t.weight[static_cast<size_t>(k)]) * f(static_cast<double>(t.first[0] + k));
+  for (int k = 0; k < t.taps; ++k) sum += t.weight[k] * f(static_cast<double>(t.first[0] + k));
   return sum;
 }
 

@@ -22,7 +22,7 @@ std::vector<float> unpacked(SourceType type, const std::vector<T>& values, float
   for (size_t i = 0; i < values.size(); ++i)
     std::memcpy(bytes.data() + 1 + i * (sizeof(T) + gap), &values[i], sizeof(T));
   std::vector<float> out(values.size(), -1);
-  unpack_row(type, bytes.data() + 1, static_cast<int64_t>(sizeof(T) + gap), values.size(), air, out.data());
+  unpack_row(type, bytes.data() + 1, sizeof(T) + gap, values.size(), air, out.data());
   return out;
 }
 
@@ -32,8 +32,7 @@ template<class T> void check_type(SourceType type, const std::vector<T>& values)
     for (const size_t gap : {0, 3}) {
       const auto out = unpacked(type, values, air, gap);
       for (size_t i = 0; i < values.size(); ++i)
-        EXPECT_EQ(out[i], static_cast<float>(static_cast<double>(values[i]) - static_cast<double>(air)))
-            << int(type) << " " << i;
+        EXPECT_EQ(out[i], static_cast<float>(static_cast<double>(values[i]) - air)) << int(type) << " " << i;
     }
 }
 
@@ -159,9 +158,7 @@ TEST(ResampleFrame, ScanCountsWhatIsThere) {
 
 TEST(ResampleFrame, ScanFindsWhatIsNotFinite) {
   Series s = noise({40, 20, 12, 1}, 3);
-  const auto put = [&](int64_t x, int64_t y, int64_t z, float v) {
-    s.values[static_cast<size_t>((z * 20 + y) * 40 + x)] = v;
-  };
+  const auto put = [&](int64_t x, int64_t y, int64_t z, float v) { s.values[(z * 20 + y) * 40 + x] = v; };
   put(30, 2, 5, NAN);
   put(3, 9, 5, INFINITY);
   put(39, 19, 11, -INFINITY);

@@ -180,8 +180,7 @@ std::vector<FrameBox> in_boxes(const Series& s, uint32_t t, int64_t edge) {
         FrameBox b;
         b.begin = {x, y, z};
         bool any = false;
-        for (size_t a = 0; a < 3; ++a)
-          b.dims[a] = std::min(edge, static_cast<int64_t>(s.dims[a]) - b.begin[a]);
+        for (size_t a = 0; a < 3; ++a) b.dims[a] = std::min(edge, s.dims[a] - b.begin[a]);
         for (int64_t k = z; k < z + b.dims[2]; ++k)
           for (int64_t j = y; j < y + b.dims[1]; ++j)
             for (int64_t i = x; i < x + b.dims[0]; ++i) any = any || s.at(i, j, k, t) != 0;
@@ -217,7 +216,7 @@ bool is_near_source(const Series& s, const Lattice4& l, const Vec3& p, double fr
   std::array<std::array<int64_t, 2>, 3> span;
   for (size_t a = 0; a < 3; ++a) {
     const double reach = near_source * std::max(1.0, l.space_step[a] / l.space.plane_distance());
-    const auto last = static_cast<double>(s.dims[a] - 1);
+    const double last = s.dims[a] - 1;
     span[a] = {static_cast<int64_t>(std::clamp(std::ceil(p[a] - reach), 0.0, last)),
                static_cast<int64_t>(std::clamp(std::floor(p[a] + reach), 0.0, last))};
   }

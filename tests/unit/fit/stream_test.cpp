@@ -33,7 +33,7 @@ TEST(FitStream, SlabsComeInOrderForEveryChannel) {
   Fit fit(
       o,
       [&](int32_t slab, int channel, std::span<const BrickLayer> given) {
-        const auto c = static_cast<size_t>(channel);
+        const size_t c = channel;
         EXPECT_EQ(slab, slabs[c]++);
         EXPECT_EQ(layers[c].size(), static_cast<size_t>(slab) * 5);
         EXPECT_LE(given.size(), 5u);
@@ -49,7 +49,7 @@ TEST(FitStream, SlabsComeInOrderForEveryChannel) {
   EXPECT_EQ(report.lattice, Lattice4::fit(o.lattice, s.dims));
   for (const auto& l : layers) EXPECT_EQ(l.size(), static_cast<size_t>(report.lattice.layers()));
   for (int32_t m = 0; m < report.lattice.layers(); ++m)
-    EXPECT_EQ(layers[0][static_cast<size_t>(m)].coset(), report.lattice.coset(m));
+    EXPECT_EQ(layers[0][m].coset(), report.lattice.coset(m));
   EXPECT_GT(report.channels[0].sites_kept, 0u);
   EXPECT_EQ(report.channels[1].sites_kept, 0u);
   const auto reference = reference_layers(report.lattice, s, o.filter, 1);
@@ -203,8 +203,8 @@ TEST(FitStream, DirectLayersAreKeptAsTheyAre) {
     EXPECT_EQ(report.channels[0].source_range.high, static_cast<double>(high));
     EXPECT_TRUE(report.channels[0].frames.empty());
     for (int32_t m = 0; m < l.layers(); ++m) {
-      const auto dense = layer_to_dense(layers[static_cast<size_t>(m)]);
-      const auto& given = samples[static_cast<size_t>(m)];
+      const auto dense = layer_to_dense(layers[m]);
+      const auto& given = samples[m];
       ASSERT_EQ(dense.size(), given.size());
       for (size_t i = 0; i < dense.size(); ++i)
         ASSERT_EQ(dense[i], std::fabs(given[i] - 1) > 0.5f ? given[i] - 1 : 0.0f);
@@ -216,8 +216,7 @@ TEST(FitStream, DirectLayersFollowThePolicyForWhatIsNotFinite) {
   FitOptions o;
   o.dims = {12, 12, 12, 1};
   const Lattice4 l = Lattice4::fit(o.lattice, o.dims);
-  std::vector<float> samples(static_cast<size_t>(l.space.sites(0)), 2.0f),
-      rest(static_cast<size_t>(l.space.sites(1)), 2.0f);
+  std::vector<float> samples(l.space.sites(0), 2.0f), rest(l.space.sites(1), 2.0f);
   samples[5] = NAN;
   samples[9] = INFINITY;
   const auto fit_with = [&](NonFinite policy) {
@@ -268,8 +267,7 @@ TEST(FitStream, RefusesWhatDoesNotFit) {
         o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
   };
   Bench bench;
-  std::vector<float> layer(static_cast<size_t>(Lattice4::fit(LatticeKind::d4star, s.dims).space.sites(0)),
-                           1.0f);
+  std::vector<float> layer(Lattice4::fit(LatticeKind::d4star, s.dims).space.sites(0), 1.0f);
   EXPECT_EQ(code_of([&] { (void)make(0, bench)->finish(); }), Code::wrong_state);
   EXPECT_EQ(code_of([&] { (void)make(3, bench)->finish(); }), Code::wrong_state);
   EXPECT_EQ(code_of([&] { make(3, bench)->add_layer(0, std::span(layer).subspan(1)); }),

@@ -139,9 +139,8 @@ template<class D> FittedWeights fitted_slowly(const ChunkSites& sites, const Chu
   walk_rows<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) {
     std::array<const D*, max_taps> taps;
     const size_t n = gather_taps(row, taps);
-    NormalEquations& e = *sums[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))];
-    for (unsigned bits = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)]; bits;
-         bits &= bits - 1, ++code, ++index) {
+    NormalEquations& e = *sums[(row.cross ? 1 : 0) | (row.previous ? 2 : 0)];
+    for (unsigned bits = sites.kept[row.layer][row.index]; bits; bits &= bits - 1, ++code, ++index) {
       const int x = std::countr_zero(bits);
       row.own[x] = static_cast<D>(*code) - static_cast<D>(codes.air);
       if ((index * 2654435761u >> 16) % every != 0) continue;
@@ -155,15 +154,15 @@ template<class D> FittedWeights fitted_slowly(const ChunkSites& sites, const Chu
   FittedWeights fitted;
   for (int c = 0; c < classes; ++c) {
     if (!(classes_present(sites.shape) >> c & 1)) continue;
-    const auto n = static_cast<size_t>(class_taps(c));
+    const size_t n = class_taps(c);
     LeastSquares e;
     for (size_t i = 0; i < n; ++i) {
-      std::copy_n(sums[static_cast<size_t>(c)]->sum[i].begin(), i + 1, e.a[i].begin());
-      e.b[i] = sums[static_cast<size_t>(c)]->sum[n][i];
+      std::copy_n(sums[c]->sum[i].begin(), i + 1, e.a[i].begin());
+      e.b[i] = sums[c]->sum[n][i];
     }
     const auto append = [&](std::vector<int16_t>& to) {
       const Weights w = solve(e, n);
-      to.insert(to.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
+      to.insert(to.end(), w.begin(), w.begin() + n);
     };
     append(fitted.chained);
     for (size_t i = 0; i < n && c & 1; ++i) e.a[0][i] = e.a[i][0] = 0;

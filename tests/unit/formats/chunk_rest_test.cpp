@@ -38,7 +38,7 @@ ChunkSites noisy_sites(LatticeKind kind, ValueType type, uint32_t most, double s
 }
 
 std::span<const std::byte> codes_of_layer(const ChunkData& data, int m) {
-  const size_t first = data.first[static_cast<size_t>(m)], end = data.first[static_cast<size_t>(m) + 1];
+  const size_t first = data.first[m], end = data.first[static_cast<size_t>(m) + 1];
   return std::span(data.codes).subspan(first * data.coded.bytes(), (end - first) * data.coded.bytes());
 }
 
@@ -47,7 +47,7 @@ bool same(std::span<const std::byte> a, std::span<const std::byte> b) { return s
 LayersBefore before(const ChunkData& whole, int layers) {
   LayersBefore codes;
   for (int i = 0; i < 2; ++i)
-    if (layers - 2 + i >= 0) codes[static_cast<size_t>(i)] = codes_of_layer(whole, layers - 2 + i);
+    if (layers - 2 + i >= 0) codes[i] = codes_of_layer(whole, layers - 2 + i);
   return codes;
 }
 
@@ -71,13 +71,13 @@ void expect_parts(const Coded& coded) {
     const ChunkData part = coded.decode(scratch, end);
     ASSERT_TRUE(part.rest) << end;
     EXPECT_EQ(part.rest->layers, end);
-    EXPECT_EQ(part.codes.size(), whole.first[static_cast<size_t>(end)] * whole.coded.bytes());
+    EXPECT_EQ(part.codes.size(), whole.first[end] * whole.coded.bytes());
     for (int m = 0; m < end; ++m)
       ASSERT_TRUE(same(codes_of_layer(part, m), codes_of_layer(whole, m))) << end << ": " << m;
     (void)coded.decode(scratch, end % 2 ? end : max_slab_layers); // leaves other cells behind
     const ChunkData left = finish_chunk(*part.rest, before(whole, end), scratch),
                     again = finish_chunk(*part.rest, std::nullopt, scratch);
-    EXPECT_EQ(left.first[static_cast<size_t>(end)], 0u);
+    EXPECT_EQ(left.first[end], 0u);
     for (int m = end; m < coded.sites.shape.layers; ++m)
       ASSERT_TRUE(same(codes_of_layer(left, m), codes_of_layer(whole, m))) << end << ": " << m;
     EXPECT_TRUE(same(again.codes, whole.codes)) << end;
@@ -106,8 +106,8 @@ TEST(ChunkRest, WhatSavesNothingIsDecodedWhole) {
   ChunkSites sites = noisy_sites(LatticeKind::d4star, ValueType::u8, 255, 1, {0, 0, 0});
   size_t two = 0;
   for (int m = 0; m < 2; ++m) {
-    const auto [x, y, z] = sites.shape.box[static_cast<size_t>(m)];
-    two += static_cast<size_t>(x * y * z);
+    const auto [x, y, z] = sites.shape.box[m];
+    two += x * y * z;
   }
   sites.codes.resize(two);
   std::fill(sites.kept.begin() + 2, sites.kept.end(), BrickMask{});
@@ -165,8 +165,7 @@ TEST(ChunkRest, AMomentDecodesNothingBehindItsLastLayer) {
     int32_t first = INT32_MAX, last = 0;
     for (const LayerWeight& w : weights) first = std::min(first, w.layer), last = std::max(last, w.layer);
     (void)opened.moment(frame);
-    EXPECT_EQ(opened.samples.chunk_layers_decoded(),
-              static_cast<uint64_t>(last + 1 - first / 4 * 4) * opened.chunks_of_layer())
+    EXPECT_EQ(opened.samples.chunk_layers_decoded(), (last + 1 - first / 4 * 4) * opened.chunks_of_layer())
         << frame;
   }
 }

@@ -13,9 +13,9 @@ ChunkSites make_sites(const VolumeInfo& info, int32_t slab, const Int3& brick, c
                       const Kept& kept) {
   ChunkSites sites;
   sites.shape = chunk_shape(info, slab, brick);
-  sites.kept.resize(static_cast<size_t>(sites.shape.layers));
+  sites.kept.resize(sites.shape.layers);
   for (int m = 0; m < sites.shape.layers; ++m) {
-    const Int3 n = sites.shape.box[static_cast<size_t>(m)];
+    const Int3 n = sites.shape.box[m];
     for (int z = 0; z < n[2]; ++z)
       for (int y = 0; y < n[1]; ++y)
         for (int x = 0; x < n[0]; ++x) {
@@ -23,7 +23,7 @@ ChunkSites make_sites(const VolumeInfo& info, int32_t slab, const Int3& brick, c
               sites.shape.coset(m), {brick[0] * 16 + x, brick[1] * 16 + y, brick[2] * 16 + z});
           const double t = info.lattice.layer_frame(slab * info.slab_layers + m);
           if (!kept(p, t)) continue;
-          auto& row = sites.kept[static_cast<size_t>(m)][static_cast<size_t>(z * 16 + y)];
+          auto& row = sites.kept[m][z * 16 + y];
           row = static_cast<uint16_t>(row | 1u << x);
           sites.codes.push_back(value(p, t));
         }

@@ -43,7 +43,7 @@ TEST(SampleCoder, EveryCodeSurvives) {
       // Values near air of a half with another offset are coarser as floats relative to air, but stay where
       // they are.
       const uint32_t again = coder.encode(v, clamped);
-      if (c.type == ValueType::f16 && c.offset != static_cast<double>(c.air)) {
+      if (c.type == ValueType::f16 && c.offset != c.air) {
         ASSERT_EQ(std::bit_cast<uint32_t>(coder.decode(again)), std::bit_cast<uint32_t>(v))
             << c.name << " " << q;
       } else {
@@ -113,7 +113,7 @@ TEST(SampleCoder, StepsFromAir) {
   EXPECT_EQ(coder.decode(i32_air), 0);
   uint64_t clamped = 0;
   for (const int32_t steps : {0, 1, -1, 255, -256, 65536, -70000, (1 << 23) - 1, -(1 << 23) + 1}) {
-    const uint32_t code = i32_air + static_cast<uint32_t>(steps);
+    const uint32_t code = i32_air + steps;
     EXPECT_EQ(coder.decode(code), static_cast<float>(steps * 0.3));
     EXPECT_EQ(coder.encode(coder.decode(code), clamped), code) << steps;
   }
@@ -138,8 +138,7 @@ TEST(SampleCoder, RelativeToAnotherValue) {
     for (const float relative : {0.0f, 0.25f, 17.5f, 63.75f}) {
       uint64_t clamped = 0;
       const uint32_t code = from_air.encode(relative, clamped);
-      EXPECT_EQ(from_zero.decode(code),
-                static_cast<float>(static_cast<double>(relative) + 3 - static_cast<double>(zero)));
+      EXPECT_EQ(from_zero.decode(code), static_cast<float>(static_cast<double>(relative) + 3 - zero));
       EXPECT_NEAR(from_zero.value(code), from_air.value(code), 1e-4);
       EXPECT_EQ(clamped, 0u);
     }

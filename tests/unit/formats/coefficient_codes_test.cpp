@@ -38,7 +38,7 @@ struct Given {
     return round_coefficients(shape, all, coding);
   }
   [[nodiscard]] float& value(int layer, const Int3& s) const {
-    return bricks[static_cast<size_t>(layer)]->value[static_cast<size_t>((s[2] * 16 + s[1]) * 16 + s[0])];
+    return bricks[layer]->value[(s[2] * 16 + s[1]) * 16 + s[0]];
   }
 };
 
@@ -48,7 +48,7 @@ Given make(const Values& value, const std::array<uint32_t, 4>& dims = {60, 60, 6
   g.shape = chunk_shape(Lattice4::fit(LatticeKind::d4star, dims), 0, layers, brick);
   for (int m = 0; m < layers; ++m) {
     g.bricks.push_back(g.shape.empty(m) ? nullptr : std::make_shared<Brick>());
-    const Int3 n = g.shape.box[static_cast<size_t>(m)];
+    const Int3 n = g.shape.box[m];
     for (int z = 0; z < n[2]; ++z)
       for (int y = 0; y < n[1]; ++y)
         for (int x = 0; x < n[0]; ++x) g.value(m, {x, y, z}) = static_cast<float>(value(m, {x, y, z}));
@@ -127,8 +127,7 @@ TEST(CoefficientCodes, ErrorsAreBounded) {
   double squares = 0;
   for (int m = 0; m < layers; ++m)
     for (size_t i = 0; i < brick_sites; ++i) {
-      const double e = static_cast<double>(back.bricks[static_cast<size_t>(m)]->value[i]) -
-                       static_cast<double>(given.bricks[static_cast<size_t>(m)]->value[i]);
+      const double e = static_cast<double>(back.bricks[m]->value[i]) - given.bricks[m]->value[i];
       EXPECT_LE(std::fabs(e), most) << m << " " << i;
       squares += e * e;
     }
@@ -139,7 +138,7 @@ TEST(CoefficientCodes, ErrorsAreBounded) {
 double field_error(const Given& given, const Given& back) {
   const Kernel kernel = make_kernel("default");
   const auto error = [&](int m, const Int3& s) {
-    return static_cast<double>(back.value(m, s)) - static_cast<double>(given.value(m, s));
+    return static_cast<double>(back.value(m, s)) - given.value(m, s);
   };
   double sum = 0;
   for (int m = 3; m < 5; ++m)

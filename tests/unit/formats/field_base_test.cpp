@@ -19,8 +19,8 @@ VolumeInfo volume_of_sites() {
 
 ChannelInfo dense_channel(float air, Range kept) {
   ChannelInfo c;
-  c.air = air, c.offset = static_cast<double>(air);
-  c.sites_kept = static_cast<uint64_t>(volume_of_sites().lattice.sites());
+  c.air = air, c.offset = air;
+  c.sites_kept = volume_of_sites().lattice.sites();
   c.kept_range = kept;
   return c;
 }

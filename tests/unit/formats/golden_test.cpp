@@ -39,7 +39,7 @@ void write_samples(ByteWriter& out, const ResidualList& list) {
 
 // The lines `corrections` of the second reader.
 std::string describe_corrections(const Bcc4Reader& reader, int channel) {
-  const ResidualInfo& info = reader.info().channels[static_cast<size_t>(channel)].residuals;
+  const ResidualInfo& info = reader.info().channels[channel].residuals;
   if (info == ResidualInfo{}) return "";
   std::string text = concat("corrections step ", info.step, " bound ", info.bound, " shape ",
                             info.local ? static_cast<int>(info.shape) : -1);
@@ -67,12 +67,11 @@ std::string describe_corrections(const Bcc4Reader& reader, int channel) {
 std::string describe_masks(const Bcc4Reader& reader, int channel) {
   const auto& n = reader.info().lattice.dims;
   std::string text;
-  for (uint32_t f = 0; f < reader.info().channels[static_cast<size_t>(channel)].masks.size(); ++f) {
+  for (uint32_t f = 0; f < reader.info().channels[channel].masks.size(); ++f) {
     std::vector<std::byte> missing(size_t{n[0]} * n[1] * n[2]);
     uint64_t count = 0;
     reader.mask_runs(channel, f, [&](uint64_t begin, uint64_t end) {
-      std::fill(missing.begin() + static_cast<std::ptrdiff_t>(begin),
-                missing.begin() + static_cast<std::ptrdiff_t>(end), std::byte{1});
+      std::fill(missing.begin() + begin, missing.begin() + end, std::byte{1});
       count += end - begin;
     });
     char crc[16];
@@ -94,7 +93,7 @@ std::string describe_layers(const std::vector<BrickLayer>& layers, const std::st
         for (int x = 0; x < n[0]; ++x) {
           const Brick* b = layer.brick(x / 16, y / 16, z / 16);
           const int site = (z % 16 * 16 + y % 16) * 16 + x % 16;
-          const bool kept = b && b->kept[static_cast<size_t>(site / 16)] >> (site % 16) & 1;
+          const bool kept = b && b->kept[site / 16] >> (site % 16) & 1;
           bytes.write(static_cast<uint8_t>(!kept ? 0 : b->is_hole(site) ? 2 : 1));
           bytes.write(layer.value(x, y, z));
         }

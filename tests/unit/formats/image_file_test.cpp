@@ -37,10 +37,10 @@ struct Picture {
   Picture() {
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
-        float* p = &rgba[static_cast<size_t>(y) * row_floats + static_cast<size_t>(x) * 4];
+        float* p = &rgba[y * row_floats + static_cast<size_t>(x) * 4];
         p[3] = static_cast<float>(x) / (width - 1);
         p[0] = p[3] * 0.5f, p[1] = p[3] * static_cast<float>(y) / (height - 1), p[2] = p[3];
-        depth[static_cast<size_t>(y * width + x)] =
+        depth[y * width + x] =
             x == y ? std::numeric_limits<float>::infinity() : static_cast<float>(x - 3 * y);
       }
   }
@@ -82,8 +82,7 @@ TEST(Exr, ReadsBackBitForBitWithItsAttributes) {
   EXPECT_EQ(depth, picture.depth);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      EXPECT_EQ(green[static_cast<size_t>(y * width + x)],
-                rgba[static_cast<size_t>(y) * picture.row_floats + static_cast<size_t>(x) * 4 + 1]);
+      EXPECT_EQ(green[y * width + x], rgba[y * picture.row_floats + static_cast<size_t>(x) * 4 + 1]);
   EXPECT_EQ(code_of([&] { write_exr(path, width, height, channels, {}); }), Code::file_exists);
   ExrOptions again;
   again.overwrite = true;

@@ -51,9 +51,8 @@ class Bcc4JournalTest : public testing::Test {
     Bcc4Writer writer(create_file_sink(path, false, resume ? Partial::taken_over : Partial::kept), info, o);
     for (int32_t s = 0; s < slabs; ++s)
       for (size_t c = 0; c < layers.size(); ++c) {
-        const auto first = static_cast<size_t>(s * info.slab_layers);
-        const size_t count =
-            std::min<size_t>(static_cast<size_t>(info.slab_layers), layers[c].size() - first);
+        const size_t first = s * info.slab_layers;
+        const size_t count = std::min<size_t>(info.slab_layers, layers[c].size() - first);
         writer.write_slab(s, static_cast<int>(c), std::span(layers[c]).subspan(first, count), bench.context);
       }
     return slabs == info.slabs() ? writer.finish(bench.context) : Bcc4Report{};
@@ -110,9 +109,8 @@ TEST_F(Bcc4JournalTest, AJournalCutAnywhereIsUsedAsFarAsItGoes) {
     Bcc4Writer writer(create_file_sink(path, true, Partial::taken_over), info, o);
     for (int32_t s = 0; s < info.slabs(); ++s)
       for (size_t c = 0; c < layers.size(); ++c) {
-        const auto first = static_cast<size_t>(s * info.slab_layers);
-        const size_t count =
-            std::min<size_t>(static_cast<size_t>(info.slab_layers), layers[c].size() - first);
+        const size_t first = s * info.slab_layers;
+        const size_t count = std::min<size_t>(info.slab_layers, layers[c].size() - first);
         writer.write_slab(s, static_cast<int>(c), std::span(layers[c]).subspan(first, count), bench.context);
       }
     static_cast<void>(writer.finish(bench.context));
@@ -130,9 +128,7 @@ TEST_F(Bcc4JournalTest, AnUnfinishedFileThatIsNotTheJournalsIsWrittenAnew) {
   };
   const Bcc4Report whole = write(true, info.slabs());
   std::vector<Bytes> others{
-      {},
-      Bytes(partial.begin(), partial.begin() + static_cast<std::ptrdiff_t>(partial.size() / 2)),
-      Bytes(partial.size())};
+      {}, Bytes(partial.begin(), partial.begin() + (partial.size() / 2)), Bytes(partial.size())};
   for (size_t share = 1; share < 8; ++share) {
     Bytes& flipped = others.emplace_back(partial);
     flipped[preamble_bytes + (partial.size() - preamble_bytes) * share / 8] ^= std::byte{4};

@@ -34,11 +34,10 @@ void expect_part(const SampleBrick& brick, const Brick& values, const PlanePart&
   constexpr float mark = -1e30f;
   std::vector<float> rows(stride * (brick_edge + 1), mark);
   brick.codes->read(p, rows.data(), stride);
-  const auto width = static_cast<size_t>(p.width), height = static_cast<size_t>(p.height);
+  const size_t width = p.width, height = p.height;
   for (size_t y = 0; y < height; ++y)
     for (size_t x = 0; x < width; ++x)
-      ASSERT_EQ(rows[y * stride + x],
-                values.value[static_cast<size_t>((p.plane * 16 + p.y) * 16 + p.x) + y * 16 + x]);
+      ASSERT_EQ(rows[y * stride + x], values.value[((p.plane * 16 + p.y) * 16 + p.x) + y * 16 + x]);
   for (size_t y = 0; y <= brick_edge; ++y) {
     const size_t written = y >= height ? 0 : width == brick_edge ? brick_edge : width + 15;
     for (size_t x = written; x < stride; ++x) ASSERT_EQ(rows[y * stride + x], mark);
@@ -140,7 +139,7 @@ TEST(LayerCodes, LayersReadTogetherAreDecodedOnceWithoutACache) {
   const Bcc4Samples apart(reader, bench.memory, 0);
   for (int32_t m = 0; m < apart.lattice().layers(); ++m) {
     const BrickLayer one = apart.read_layer(0, m, {}, bench.context);
-    expect_same(layers[static_cast<size_t>(m)], one);
+    expect_same(layers[m], one);
   }
   EXPECT_GT(apart.chunks_decoded(), 6 * reader->chunk_count());
 }

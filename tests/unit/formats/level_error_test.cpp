@@ -10,7 +10,7 @@ VolumeInfo of_ten_thousand_sites() {
   VolumeInfo info;
   info.lattice = Lattice4::fit(LatticeKind::cc, {20, 10, 10, 10});
   info.channels.resize(2);
-  for (ChannelInfo& c : info.channels) c.sites_kept = static_cast<uint64_t>(info.lattice.sites());
+  for (ChannelInfo& c : info.channels) c.sites_kept = info.lattice.sites();
   return info;
 }
 

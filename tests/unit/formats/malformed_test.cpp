@@ -194,7 +194,7 @@ TEST(Bcc4Malformed, EveryFlippedBitIsReportedAndTheRestSalvaged) {
                   ++lost;
                   continue;
                 }
-                const auto site = static_cast<size_t>(i);
+                const size_t site = i;
                 ASSERT_EQ(is ? is->value[site] : 0, was ? was->value[site] : 0)
                     << "byte " << at << " bit " << bit;
               }
@@ -212,7 +212,7 @@ TEST(Bcc4Malformed, EveryFlippedBitIsReportedAndTheRestSalvaged) {
 TEST(Bcc4Malformed, TruncationAnywhere) {
   const Bytes& good = small_file();
   for (size_t n = 0; n < good.size(); n += 64) {
-    const Bytes cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(n));
+    const Bytes cut(good.begin(), good.begin() + n);
     try {
       read_everything(cut);
       ADD_FAILURE() << n << " bytes were read";
@@ -533,7 +533,7 @@ TEST(Bcc4Malformed, HugeDeclaredSizesAllocateNothing) {
   const auto planes = [](int32_t n) {
     return with_info([n](VolumeInfo& v) {
       for (size_t a = 0; a < 3; ++a) {
-        v.lattice.dims[a] = static_cast<uint32_t>(n);
+        v.lattice.dims[a] = n;
         v.lattice.space.last[a] = n;
         v.lattice.space_step[a] = (n - 1.0) / n;
       }

@@ -53,9 +53,8 @@ TEST(NormalEquations, RowsOfWholeNumbersAreSummedExactly) {
         constexpr size_t rows = 90; // of 16 sites
         std::vector<float> cells((n + 1) * rows * brick_edge);
         for (float& v : cells)
-          v = static_cast<float>(
-              extreme ? (random() % 8 ? largest : -largest)
-                      : static_cast<int>(random() % (2u * static_cast<unsigned>(largest) + 1)) - largest);
+          v = static_cast<float>(extreme ? (random() % 8 ? largest : -largest)
+                                         : static_cast<int>(random() % (2u * largest + 1)) - largest);
         std::vector<unsigned> chosen(rows);
         for (size_t r = 0; r < rows; ++r) chosen[r] = r < 60 && extreme ? full_row : random() & full_row;
         chosen[3] = 1, chosen[4] = 0x8000, chosen[5] = 0;
@@ -65,8 +64,7 @@ TEST(NormalEquations, RowsOfWholeNumbersAreSummedExactly) {
           for (size_t x = 0; x < brick_edge; ++x) {
             if (!(chosen[r] >> x & 1)) continue;
             samples.resize(samples.size() + columns);
-            for (size_t i = 0; i <= n; ++i)
-              samples[samples.size() - columns + i] = static_cast<double>(at(i, r)[x]);
+            for (size_t i = 0; i <= n; ++i) samples[samples.size() - columns + i] = at(i, r)[x];
           }
         const auto expected = std::make_unique<NormalEquations>();
         add_samples(*expected, std::span<const double>(samples), n);

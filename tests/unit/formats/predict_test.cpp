@@ -197,13 +197,13 @@ double inner_bits(const ChunkSites& sites, const std::vector<uint32_t>& residual
   double bits = 0;
   size_t i = 0, count = 0;
   for (int m = 0; m < sites.shape.layers; ++m) {
-    const Int3 n = sites.shape.box[static_cast<size_t>(m)];
+    const Int3 n = sites.shape.box[m];
     for (int z = 0; z < n[2]; ++z)
       for (int y = 0; y < n[1]; ++y)
         for (int x = 0; x < n[0]; ++x, ++i) {
           const bool inside = x > 0 && y > 0 && z > 0 && x < n[0] - 1 && y < n[1] - 1 && z < n[2] - 1;
           if (!inside || (m < 2 && !sites.shape.still)) continue;
-          bits += static_cast<double>(std::bit_width(residuals[i]));
+          bits += std::bit_width(residuals[i]);
           ++count;
         }
   }

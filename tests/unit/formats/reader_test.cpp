@@ -88,7 +88,7 @@ TEST(Bcc4Reader, LayersThatWereHandedOverAreNotHeldAsWell) {
     samples.read_samples(0, std::span(&layer, 1), {}, bench.context, [](int32_t, SampleLayer&&) {});
     return bench.memory.used();
   };
-  const uint64_t seven = hand_over(8), sites = static_cast<uint64_t>(info.lattice.space.sites(0));
+  const uint64_t seven = hand_over(8), sites = info.lattice.space.sites(0);
   EXPECT_GT(seven, 7 * sites);
   uint64_t before = seven;
   for (int32_t layer = 9; layer < 15; ++layer) {
@@ -139,10 +139,10 @@ TEST(Bcc4Reader, ChunkRangesHoldTheSamples) {
         for (int m = 0; m < std::min(8, info.lattice.layers() - 8 * s); ++m) {
           const auto brick = reader->brick(c, *data[0], m);
           for (int i = 0; brick && i < brick_sites; ++i) {
-            if (!(brick->kept[static_cast<size_t>(i / 16)] >> (i % 16) & 1)) continue;
+            if (!(brick->kept[i / 16] >> (i % 16) & 1)) continue;
             ++kept, holes += brick->is_hole(i);
-            low = std::min<double>(low, brick->value[static_cast<size_t>(i)]);
-            high = std::max<double>(high, brick->value[static_cast<size_t>(i)]);
+            low = std::min<double>(low, brick->value[i]);
+            high = std::max<double>(high, brick->value[i]);
           }
         }
         EXPECT_EQ(range.low, low);
@@ -162,8 +162,7 @@ TEST(Bcc4Reader, TheCacheKeepsToItsBudget) {
       {
         const Bcc4Samples samples(Bcc4Reader::open(open_memory_source(file)), bench.memory, cache);
         for (int32_t m = 0; m < info.lattice.layers(); ++m) {
-          EXPECT_FALSE(
-              difference(expected[0][static_cast<size_t>(m)], samples.read_layer(0, m, {}, bench.context)));
+          EXPECT_FALSE(difference(expected[0][m], samples.read_layer(0, m, {}, bench.context)));
           EXPECT_LE(bench.memory.used(), std::min(budget, cache));
         }
         uint64_t chunks = 0;
@@ -190,8 +189,7 @@ TEST(Bcc4Reader, ManyThreadsReadOneFile) {
     threads.emplace_back([&, t] {
       for (int i = 0; i < 60; ++i) {
         const int32_t m = (i * (t + 3)) % info.lattice.layers();
-        if (difference(expected[0][static_cast<size_t>(m)], samples.read_layer(0, m, {}, bench.context)))
-          ++wrong;
+        if (difference(expected[0][m], samples.read_layer(0, m, {}, bench.context))) ++wrong;
       }
     });
   for (auto& t : threads) t.join();
@@ -216,8 +214,7 @@ struct SparseFile {
       for (const auto& [at, bytes] : parts) {
         const uint64_t first = std::max(at, offset), end = std::min(at + bytes.size(), offset + out.size());
         if (first < end)
-          std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(first - at), end - first,
-                      out.begin() + static_cast<std::ptrdiff_t>(first - offset));
+          std::copy_n(bytes.begin() + (first - at), end - first, out.begin() + (first - offset));
       }
       return static_cast<int64_t>(out.size());
     });

@@ -83,8 +83,8 @@ class Rebuild {
     return unpack_block(ref, std::span(file_).subspan(ref.offset, ref.padded()), "block");
   }
   void add_chunk(Bcc4Chunk& c) {
-    const auto first = file_.begin() + static_cast<std::ptrdiff_t>(c.offset);
-    Bytes bytes(first, first + static_cast<std::ptrdiff_t>(c.stored()));
+    const auto first = file_.begin() + c.offset;
+    Bytes bytes(first, first + c.stored());
     edit_.chunk(c, bytes);
     bytes.resize((bytes.size() + 7) / 8 * 8);
     c.crc = crc32_of(bytes);

@@ -40,14 +40,14 @@ Chunk chunk_of(const RoundingCase& c) {
   Chunk chunk;
   chunk.shape = chunk_shape(Lattice4::fit(c.kind, c.dims), 0, c.layers, c.brick);
   for (int m = 0; m < c.layers; ++m) {
-    const Int3& n = chunk.shape.box[static_cast<size_t>(m)];
+    const Int3& n = chunk.shape.box[m];
     auto brick = m == c.air_layer ? nullptr : std::make_unique<Brick>();
     for (int z = 0; brick && z < n[2]; ++z)
       for (int y = 0; y < n[1]; ++y)
         for (int x = 0; x < n[0]; ++x) {
           const bool here = !c.in_planes || (z % 3 == 1 && y % 2 == 0);
           if (here && share(random) < c.filled)
-            brick->value[static_cast<size_t>((z * brick_edge + y) * brick_edge + x)] = value(random);
+            brick->value[(z * brick_edge + y) * brick_edge + x] = value(random);
         }
     chunk.all.push_back(brick.get());
     chunk.bricks.push_back(std::move(brick));

@@ -17,7 +17,7 @@ using namespace test;
 float stored_as(const ChannelInfo& c, float relative) {
   if (c.type == ValueType::f32) return relative;
   if (c.type == ValueType::f16) {
-    const double bias = c.offset - static_cast<double>(c.air);
+    const double bias = c.offset - c.air;
     const float half = half_to_float(float_to_half(static_cast<float>(relative - bias)));
     return static_cast<float>(half + bias);
   }
@@ -25,7 +25,7 @@ float stored_as(const ChannelInfo& c, float relative) {
   const double top = c.type == ValueType::u8 ? 255 : 65535;
   const double value = static_cast<double>(c.air) + relative;
   const double code = std::clamp(std::floor((value - c.offset) / c.scale + 0.5), 0.0, top);
-  return static_cast<float>(code * c.scale + (c.offset - static_cast<double>(c.air)));
+  return static_cast<float>(code * c.scale + (c.offset - c.air));
 }
 
 class AllTypes : public testing::TestWithParam<std::tuple<ValueType, LatticeKind, float>> {};
@@ -236,9 +236,9 @@ TEST(Bcc4RoundTrip, ScatteredAirCostsNoRuns) {
   for (size_t m = 0; m < given[0].size(); ++m) {
     EXPECT_EQ(layer_to_dense(back[0][m]), layer_to_dense(given[0][m])) << "layer " << m;
     const Int3 n = given[0][m].dims();
-    const auto all = static_cast<uint64_t>(n[0]) * static_cast<uint64_t>(n[1]) * static_cast<uint64_t>(n[2]);
+    const auto all = static_cast<uint64_t>(n[0]) * n[1] * n[2];
     sites += all;
-    left_out += all - static_cast<uint64_t>(given[0][m].kept_sites());
+    left_out += all - given[0][m].kept_sites();
   }
   EXPECT_GT(left_out, sites / 100); // without this the test shows nothing
   EXPECT_EQ(reader->info().channels[0].sites_kept, sites);
@@ -276,7 +276,7 @@ TEST(Bcc4RoundTrip, LengthMayBeKnownAtTheEnd) {
   std::vector<std::byte> bytes;
   Bcc4Writer writer(create_memory_sink(bytes), start);
   for (int32_t s = 0; s < whole.slabs(); ++s) {
-    const auto first = static_cast<size_t>(s * 8);
+    const size_t first = s * 8;
     writer.write_slab(s, 0,
                       std::span(layers[0]).subspan(first, std::min<size_t>(8, layers[0].size() - first)),
                       bench.context);

@@ -90,8 +90,8 @@ inline std::vector<BrickLayer> make_layers(const VolumeInfo& info, int channel, 
             const Vec3 p = l.site_position(coset, i);
             const Sample v = formula(channel, p[0], p[1], p[2], l.is_static() ? 0 : l.layer_frame(m));
             if (!v.kept) continue;
-            const auto row = static_cast<size_t>(z * 16 + y);
-            brick->value[row * 16 + static_cast<size_t>(x)] = v.value;
+            const size_t row = z * 16 + y;
+            brick->value[row * 16 + x] = v.value;
             brick->kept[row] = static_cast<uint16_t>(brick->kept[row] | 1u << x);
             if (v.hole) {
               if (!brick->hole) brick->hole = std::make_unique<BrickMask>();
@@ -120,8 +120,8 @@ inline Bcc4Report write_to(std::unique_ptr<ByteSink> sink, const VolumeInfo& inf
   Bcc4Writer writer(std::move(sink), info, options);
   for (int32_t s = 0; s < info.slabs(); ++s)
     for (size_t c = 0; c < layers.size(); ++c) {
-      const auto first = static_cast<size_t>(s * info.slab_layers);
-      const size_t count = std::min<size_t>(static_cast<size_t>(info.slab_layers), layers[c].size() - first);
+      const size_t first = s * info.slab_layers;
+      const size_t count = std::min<size_t>(info.slab_layers, layers[c].size() - first);
       writer.write_slab(s, static_cast<int>(c), std::span(layers[c]).subspan(first, count), bench.context);
     }
   return writer.finish(bench.context);
@@ -156,9 +156,7 @@ inline std::vector<std::byte> unfinished_file() {
   Bcc4Writer writer(create_memory_sink(bytes), info);
   for (int32_t s = 0; s < 4; ++s) {
     for (int c = 0; c < 2; ++c)
-      writer.write_slab(s, c,
-                        std::span(layers[static_cast<size_t>(c)]).subspan(static_cast<size_t>(4 * s), 4),
-                        bench.context);
+      writer.write_slab(s, c, std::span(layers[c]).subspan(4 * s, 4), bench.context);
     VolumeInfo shown = first_slabs(info, s + 1);
     shown.expected_frames = 30;
     if (shown.lattice.dims[3] > 1) writer.show(shown, bench.context);
@@ -189,7 +187,7 @@ inline std::vector<std::byte> masked_file() {
   }
   for (int32_t slab = 0; slab < info.slabs(); ++slab)
     for (int c = 0; c < 2; ++c) {
-      const auto first = layers[static_cast<size_t>(c)].begin() + slab * info.slab_layers;
+      const auto first = layers[c].begin() + slab * info.slab_layers;
       const std::vector<BrickLayer> part(first, first + info.layers_of(slab));
       writer.write_slab(slab, c, part, bench.context);
     }
@@ -232,11 +230,8 @@ inline void write_levels(Bcc4Writer& writer, const VolumeInfo& info, const Formu
     const Layers layers = make_volume(one, formula);
     for (int32_t s = 0; s < one.slabs(); ++s)
       for (int c = 0; c < static_cast<int>(layers.size()); ++c)
-        writer.write_slab(
-            s, {c, level},
-            std::span(layers[static_cast<size_t>(c)])
-                .subspan(static_cast<size_t>(s * one.slab_layers), static_cast<size_t>(one.layers_of(s))),
-            bench.context);
+        writer.write_slab(s, {c, level}, std::span(layers[c]).subspan(s * one.slab_layers, one.layers_of(s)),
+                          bench.context);
   }
 }
 inline std::vector<std::byte> levels_file(const Formula& formula = ball) {

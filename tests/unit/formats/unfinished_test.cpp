@@ -40,7 +40,7 @@ TEST(Bcc4Unfinished, TheOlderStateStaysUntilTheNewOneIsWhole) {
   EXPECT_TRUE(older->root_damaged());
   EXPECT_EQ(older->info().lattice.layers(), 12);
   // It says nothing that is not there yet.
-  std::fill_n(torn.begin() + static_cast<std::ptrdiff_t>(root_offsets[1]), root_bytes, std::byte{0});
+  std::fill_n(torn.begin() + root_offsets[1], root_bytes, std::byte{0});
   torn.resize(older->bytes().file);
   EXPECT_EQ(damages(Bcc4Reader::open(open_memory_source(torn))), 0u);
 }
@@ -105,7 +105,7 @@ TEST(Bcc4Unfinished, WhatIsLeftBehindStaysSmall) {
     std::vector<std::byte> bytes;
     Bcc4Writer writer(create_memory_sink(bytes), info);
     for (int32_t s = 0; s < info.slabs(); ++s) {
-      writer.write_slab(s, 0, std::span(&layers[static_cast<size_t>(s % 2)], 1), bench.context);
+      writer.write_slab(s, 0, std::span(&layers[s % 2], 1), bench.context);
       if (shows && s > 2 && s + 1 < info.slabs()) writer.show(first_slabs(info, s + 1), bench.context);
     }
     return writer.finish(bench.context);
@@ -118,7 +118,7 @@ TEST(Bcc4Unfinished, WhatIsLeftBehindStaysSmall) {
   EXPECT_NEAR(static_cast<double>(shown.bytes.index), index, 0.01 * index);
   // Merging halves leaves behind each entry once for each doubling, where writing a page anew would for each
   // state; a state has a directory and metadata besides.
-  const auto states = static_cast<uint64_t>(info.slabs() - 4);
+  const uint64_t states = info.slabs() - 4;
   EXPECT_LT(shown.bytes.unused, 3 * plain.bytes.index + 1024 * states);
 }
 

@@ -208,9 +208,8 @@ TEST(ExactKernel, SamplesComeBackToRounding) {
     // Axes of one sample have a second site, beyond the domain.
     const Int3 sites = lattice.space.dims(0);
     Int3 n;
-    for (size_t a = 0; a < 3; ++a) n[a] = static_cast<int32_t>(dims[a]);
-    std::vector<float> grid(static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) *
-                            static_cast<size_t>(n[2]));
+    for (size_t a = 0; a < 3; ++a) n[a] = dims[a];
+    std::vector<float> grid(static_cast<size_t>(n[0]) * n[1] * n[2]);
     double worst = 0, most = 0;
     for (int32_t m = 0; m < lattice.layers(); ++m) {
       const std::vector<float> expected = layer_to_dense(samples.read_layer(0, m, {}, context.get()));
@@ -218,9 +217,9 @@ TEST(ExactKernel, SamplesComeBackToRounding) {
       sample_grid(slice, {{0, 0, 0}, {1, 1, 1}, n}, grid.data(), context.get());
       for (int i = 0; i < n[0] * n[1] * n[2]; ++i) {
         const int x = i % n[0], y = i / n[0] % n[1], z = i / (n[0] * n[1]);
-        const float got = grid[static_cast<size_t>(i)];
-        const float site = expected[static_cast<size_t>((z * sites[1] + y) * sites[0] + x)];
-        worst = std::max(worst, std::fabs(static_cast<double>(got) - static_cast<double>(site)));
+        const float got = grid[i];
+        const float site = expected[(z * sites[1] + y) * sites[0] + x];
+        worst = std::max(worst, std::fabs(static_cast<double>(got) - site));
         ASSERT_GE(got, slice.bounds[0]);
         ASSERT_LE(got, slice.bounds[1]);
       }
@@ -309,7 +308,7 @@ TEST(CcVolume, PaperIsTheGaussianOfThePaper) {
       for (int y = 3; y <= 9; ++y)
         for (int z = 3; z <= 9; ++z) sum += weight(x, y, z);
     const double expected = weight(6, 6, 6) / sum * std::max(0.0, 1 - std::fabs(p[3] - 4));
-    EXPECT_NEAR(static_cast<double>(values[n]), expected, 2e-3 * expected + 1e-6);
+    EXPECT_NEAR(values[n], expected, 2e-3 * expected + 1e-6);
   }
 }
 

@@ -81,8 +81,7 @@ TEST(RoundedBrick, EveryTargetRoundsAlikeAndReadsAnyPart) {
       rounded->read(part, plane.data(), 24);
       for (int y = 0; y < part.height; ++y)
         for (int x = 0; x < part.width; ++x)
-          ASSERT_EQ(plane[static_cast<size_t>(y * 24 + x)],
-                    expected[static_cast<size_t>(((part.plane * 16) + part.y + y) * 16 + part.x + x)]);
+          ASSERT_EQ(plane[y * 24 + x], expected[((part.plane * 16) + part.y + y) * 16 + part.x + x]);
     }
   });
 }

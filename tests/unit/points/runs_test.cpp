@@ -25,12 +25,12 @@ std::vector<std::byte> encode(const Rows& rows) {
 
 uint64_t count_sites(const Rows& rows) {
   uint64_t n = 0;
-  for (const int w : rows.width) n += static_cast<uint64_t>(w);
+  for (const int w : rows.width) n += w;
   return n;
 }
 uint64_t count_kept(const Rows& rows) {
   uint64_t n = 0;
-  for (const uint16_t b : rows.bits) n += static_cast<uint64_t>(std::popcount(b));
+  for (const uint16_t b : rows.bits) n += std::popcount(b);
   return n;
 }
 
@@ -111,7 +111,7 @@ void expect_refused(std::initializer_list<uint8_t> bytes, uint64_t sites, uint64
                     const char* text) {
   std::vector<std::byte> list;
   for (const uint8_t b : bytes) list.push_back(static_cast<std::byte>(b));
-  std::vector<int> width(static_cast<size_t>(sites / 16), 16);
+  std::vector<int> width(sites / 16, 16);
   if (sites % 16) width.push_back(static_cast<int>(sites % 16));
   try {
     static_cast<void>(decode(list, width, sites, kept));

@@ -35,8 +35,7 @@ TEST(Camera, FitShowsTheWholeSliceAndNoMore) {
   for (const bool perspective : {false, true})
     for (const auto& [width, height] : {std::pair{64, 64}, {200, 50}, {50, 200}})
       for (const double turn : {0.0, 35.0, -110.0}) {
-        const Camera camera = fit_camera(slice, perspective, turn / 2, turn, static_cast<uint32_t>(width),
-                                         static_cast<uint32_t>(height));
+        const Camera camera = fit_camera(slice, perspective, turn / 2, turn, width, height);
         const WorldCamera c = resolve_camera(camera);
         const auto centre = project(c, to_world.point(0.5 * slice.domain_end), width, height);
         EXPECT_NEAR(centre[0], 0.5 * (width - 1), 1e-9);

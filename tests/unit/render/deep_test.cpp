@@ -54,14 +54,13 @@ struct Deep {
 // Returns red, green, blue and opacity of what lies in front of z, by OpenEXR's rule for cutting a sample.
 std::array<double, 4> flatten(std::span<const float> samples, double z) {
   std::array<double, 4> sum{};
-  for (size_t n = 0; n < samples.size() && static_cast<double>(samples[n]) < z; n += DeepImage::components) {
-    const double front = static_cast<double>(samples[n]), back = static_cast<double>(samples[n + 1]);
-    const double alpha = static_cast<double>(samples[n + 2]);
+  for (size_t n = 0; n < samples.size() && samples[n] < z; n += DeepImage::components) {
+    const double front = samples[n], back = samples[n + 1];
+    const double alpha = samples[n + 2];
     const double part = back > z ? (z - front) / (back - front) : 1;
     const double cut = part < 1 ? -std::expm1(part * std::log1p(-std::min(alpha, 1 - 1e-12))) : alpha;
     const double passed = 1 - sum[3];
-    for (size_t c = 0; c < 3; ++c)
-      sum[c] += passed * static_cast<double>(samples[n + 3 + c]) * (alpha > 0 ? cut / alpha : 1);
+    for (size_t c = 0; c < 3; ++c) sum[c] += passed * samples[n + 3 + c] * (alpha > 0 ? cut / alpha : 1);
     sum[3] += passed * cut;
   }
   return sum;
@@ -84,7 +83,7 @@ class DeepPicture : public testing::Test {
       const auto samples = deep.pixel(p);
       double last = -std::numeric_limits<double>::infinity();
       for (size_t n = 0; n < samples.size(); n += DeepImage::components) {
-        const double front = static_cast<double>(samples[n]), back = static_cast<double>(samples[n + 1]);
+        const double front = samples[n], back = samples[n + 1];
         ASSERT_GE(front, last) << p;
         ASSERT_GE(back, front) << p;
         ASSERT_TRUE(back > front || front > last || n == 0) << p << ": a point on a point";
@@ -93,8 +92,7 @@ class DeepPicture : public testing::Test {
         last = back;
       }
       const auto flat = flatten(samples, std::numeric_limits<double>::infinity());
-      for (size_t c = 0; c < 4; ++c)
-        ASSERT_NEAR(flat[c], static_cast<double>(deep.flat.rgba[4 * p + c]), error) << p;
+      for (size_t c = 0; c < 4; ++c) ASSERT_NEAR(flat[c], deep.flat.rgba[4 * p + c], error) << p;
       seen += samples.empty() ? 0u : 1u;
     }
     EXPECT_GT(seen, 300u);
@@ -144,7 +142,7 @@ TEST_F(DeepPicture, PassesOneHalfAtTheDepthOfTheFlatPicture) {
     take(deep);
     int passed = 0;
     for (size_t p = 0; p < size_t{width} * height; ++p) {
-      const auto depth = static_cast<double>(deep.flat.depth[p]);
+      const double depth = deep.flat.depth[p];
       if (!std::isfinite(depth)) continue;
       ++passed;
       EXPECT_NEAR(flatten(deep.pixel(p), depth)[3], 0.5, 1e-3) << p;
@@ -168,8 +166,8 @@ TEST_F(DeepPicture, MergingStaysWithinItsToleranceAtEveryCut) {
     for (size_t p = 0; p < size_t{width} * height; ++p) {
       const auto samples = all.pixel(p);
       for (size_t n = 0; n < samples.size(); n += DeepImage::components) {
-        const auto a = flatten(samples, static_cast<double>(samples[n + 1]));
-        const auto b = flatten(merged.pixel(p), static_cast<double>(samples[n + 1]));
+        const auto a = flatten(samples, samples[n + 1]);
+        const auto b = flatten(merged.pixel(p), samples[n + 1]);
         for (size_t c = 0; c < 4; ++c) most = std::max(most, std::fabs(a[c] - b[c]));
       }
     }
@@ -201,13 +199,13 @@ TEST_F(DeepPicture, ASurfaceIsOneOpaquePoint) {
 std::array<double, 4> behind(std::span<const float> samples, double z) {
   std::array<double, 4> sum{};
   for (size_t n = 0; n < samples.size(); n += DeepImage::components) {
-    const double front = static_cast<double>(samples[n]), back = static_cast<double>(samples[n + 1]);
+    const double front = samples[n], back = samples[n + 1];
     if (back <= z) continue;
-    const double alpha = static_cast<double>(samples[n + 2]);
+    const double alpha = samples[n + 2];
     const double part = front < z ? (back - z) / (back - front) : 1;
     const double cut = part < 1 ? -std::expm1(part * std::log1p(-std::min(alpha, 1 - 1e-12))) : alpha;
     const double passed = 1 - sum[3];
-    for (size_t c = 0; c < 3; ++c) sum[c] += passed * static_cast<double>(samples[n + 3 + c]) * cut / alpha;
+    for (size_t c = 0; c < 3; ++c) sum[c] += passed * samples[n + 3 + c] * cut / alpha;
     sum[3] += passed * cut;
   }
   return sum;
@@ -283,7 +281,7 @@ TEST_F(Uncovered, EverySurfaceOfARayIsThere) {
       for (size_t n = 0; n < samples.size() && std::isinf(next); n += DeepImage::components) {
         EXPECT_EQ(samples[n], samples[n + 1]);
         EXPECT_EQ(samples[n + 2], 1);
-        if (static_cast<double>(samples[n]) > depth_of(z)) next = samples[n];
+        if (samples[n] > depth_of(z)) next = samples[n];
       }
       hits += std::isfinite(next) ? 1u : 0u;
       other += next == expected.depth[p] || std::fabs(next - expected.depth[p]) < 0.02f ? 0u : 1u;
@@ -371,8 +369,7 @@ TEST(DeepTrail, FlattensToTheFlatPicture) {
       for (size_t p = 0; p < size_t{width} * height; ++p) {
         const auto s = deep.pixel(p);
         const auto flat = flatten(s, std::numeric_limits<double>::infinity());
-        for (size_t c = 0; c < 4; ++c)
-          ASSERT_NEAR(flat[c], static_cast<double>(deep.flat.rgba[4 * p + c]), 1e-5) << p;
+        for (size_t c = 0; c < 4; ++c) ASSERT_NEAR(flat[c], deep.flat.rgba[4 * p + c], 1e-5) << p;
         if (s.empty()) continue;
         surfaces += s[s.size() - 6] == s[s.size() - 5] && s[s.size() - 4] == 1 ? 1u : 0u;
         several += s.size() > 6 ? 1u : 0u;
@@ -481,7 +478,7 @@ TEST_F(DeepPicture, IsWhatOpenExrReadsAndComposites) {
   composite.readPixels(0, height - 1);
   double most = 0;
   for (size_t n = 0; n < rgba.size(); ++n)
-    most = std::max(most, std::fabs(static_cast<double>(rgba[n]) - static_cast<double>(deep.flat.rgba[n])));
+    most = std::max(most, std::fabs(static_cast<double>(rgba[n]) - deep.flat.rgba[n]));
   EXPECT_LT(most, 1e-5);
   std::remove(path.c_str());
 }

@@ -56,7 +56,7 @@ class Ripples : public testing::TestWithParam<const char*> {
     field_at(field, points, values, gradients);
     std::vector<double> lengths;
     for (size_t n = 0; n < points.size(); ++n)
-      lengths.push_back(length(field.lit_gradient(points[n], static_cast<double>(values[n]), gradients[n])));
+      lengths.push_back(length(field.lit_gradient(points[n], values[n], gradients[n])));
     std::sort(lengths.begin(), lengths.end());
     return lengths[lengths.size() * 99 / 100];
   }
@@ -122,9 +122,9 @@ struct Luminance {
 Luminance luminance(const ImageStorage& picture) {
   double count = 0, sum = 0, squares = 0;
   for (size_t p = 0; p < picture.rgba.size(); p += 4) {
-    const auto alpha = static_cast<double>(picture.rgba[p + 3]);
+    const double alpha = picture.rgba[p + 3];
     if (alpha < 0.3) continue;
-    const double l = static_cast<double>(picture.rgba[p]) / alpha;
+    const double l = picture.rgba[p] / alpha;
     count += 1, sum += l, squares += l * l;
   }
   const double mean = sum / count;

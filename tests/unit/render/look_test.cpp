@@ -16,9 +16,8 @@ ValueCounts solid_counts(double voxels) {
   c.stored = c.source = {0, 256};
   c.voxels = voxels;
   for (int i = 0; i < 256; ++i)
-    c.bins[static_cast<size_t>(i)] =
-        static_cast<uint64_t>(7e5 * std::exp(-0.5 * std::pow((i - 30) / 5.0, 2)) +
-                              2e5 * std::exp(-0.5 * std::pow((i - 150) / 8.0, 2)));
+    c.bins[i] = static_cast<uint64_t>(7e5 * std::exp(-0.5 * std::pow((i - 30) / 5.0, 2)) +
+                                      2e5 * std::exp(-0.5 * std::pow((i - 150) / 8.0, 2)));
   return c;
 }
 

@@ -30,8 +30,7 @@ struct Small {
   Scene scene;
 
   Small(uint32_t n, int size, double pixels_per_t) : slice(noise(n)) {
-    Camera camera =
-        fit_camera(slice, false, 20, 30, static_cast<uint32_t>(size), static_cast<uint32_t>(size));
+    Camera camera = fit_camera(slice, false, 20, 30, size, size);
     camera.ortho_height = size / pixels_per_t;
     scene = make_scene(slice, ramp_function(0.3, 1, 0.1), camera);
     scene.levels = &levels;
@@ -56,7 +55,7 @@ double error_of(Small& drawn, const RenderOptions& options, int size, int factor
         for (int x = 0; x < factor; ++x)
           mean +=
               static_cast<double>(large.image.rgba.at(factor * i + x, factor * j + y)[0]) / (factor * factor);
-      const double difference = static_cast<double>(small.image.rgba.at(i, j)[0]) - mean;
+      const double difference = small.image.rgba.at(i, j)[0] - mean;
       sum += difference * difference, most = std::max(most, mean);
     }
   return std::sqrt(sum / (size * size)) / most;

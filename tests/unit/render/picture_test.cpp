@@ -102,8 +102,8 @@ TEST(Render, XrayOfASingleSiteIsTheKernelsLineIntegral) {
   Slice slice = make_slice({15, 15, 15}, [](double, double, double) { return 0; });
   const Int3 site{5, 5, 5};
   const Int3 n = slice.coset[0].dims();
-  std::vector<float> dense(static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]));
-  dense[static_cast<size_t>((site[2] * n[1] + site[1]) * n[0] + site[0])] = 3;
+  std::vector<float> dense(static_cast<size_t>(n[0]) * n[1] * n[2]);
+  dense[(site[2] * n[1] + site[1]) * n[0] + site[0]] = 3;
   slice.coset[0] = layer_from_dense(slice.lattice, 0, dense);
   slice.bounds = {0, 3 * slice.kernel.space.value(0)};
   for (const bool perspective : {false, true}) {
@@ -151,8 +151,7 @@ class AgainstReference : public testing::TestWithParam<Geometry> {
                  GetParam().anisotropic ? anisotropic() : Affine3{}, 0, LatticeKind::bcc, GetParam().scales);
   Scene scene_ =
       make_scene(slice_, ramp_function(0.3, 1, 0.35),
-                 fit_camera(slice_, GetParam().perspective, 20, 30, static_cast<uint32_t>(GetParam().width),
-                            static_cast<uint32_t>(GetParam().height)));
+                 fit_camera(slice_, GetParam().perspective, 20, 30, GetParam().width, GetParam().height));
 
   void SetUp() override {
     // Pictures of one row or column show the whole volume along their length.

@@ -70,10 +70,8 @@ TEST(Preintegrate, SegmentsHoldTheExactMeanOfTheFunction) {
     const HalfClass s = classify_half(table, entry(a), entry(b), 0.7f);
     // Partly crossed entries hold their mean everywhere: half an entry of what lies between.
     const double part = 0.5 / (511 * std::fabs(b - a));
-    EXPECT_NEAR(static_cast<double>(s.absorbed), -std::expm1(-0.7 * mean[3]), 1e-5 + 0.3 * part)
-        << a << ' ' << b;
-    for (size_t c = 0; c < 3; ++c)
-      EXPECT_NEAR(static_cast<double>(s.color[c]), mean[c] / mean[3], 1e-4 + part) << a << ' ' << b;
+    EXPECT_NEAR(s.absorbed, -std::expm1(-0.7 * mean[3]), 1e-5 + 0.3 * part) << a << ' ' << b;
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(s.color[c], mean[c] / mean[3], 1e-4 + part) << a << ' ' << b;
   }
   // Nothing is between the peaks, not even rounding.
   EXPECT_EQ(classify_half(table, entry(0.21), entry(0.36), 1).absorbed, 0);
@@ -120,7 +118,7 @@ struct Sheets {
     return closed;
   }
   SheetArgs sheet(int k) {
-    const auto at = [&](int n) { return plane[static_cast<size_t>(n + 2)].data(); };
+    const auto at = [&](int n) { return plane[n + 2].data(); };
     constexpr std::array cubic{0.5625f, 0.5625f, -0.0625f, -0.0625f};
     return {.segment = {.k = static_cast<float>(k)},
             .tile = {.width = width, .height = height, .pitch = pitch, .plane_pitch = pitch},
@@ -166,12 +164,11 @@ TEST(Preintegrate, LinearRaysHaveTheExactIntegral) {
     s.composite(*loops, 4);
     for (int y = 0; y < Sheets::height; ++y)
       for (int x = 0; x < Sheets::width; ++x) {
-        const size_t p = static_cast<size_t>(y) * Sheets::pitch + static_cast<size_t>(x);
-        const double start = static_cast<double>(s.plane[2][p]);
-        const double a = start + 0.11 * static_cast<double>(s.enter[p]),
-                     b = start + 0.11 * static_cast<double>(s.leave[p]);
-        const double depth = mean_between(f, a, b)[3] * 0.5 * static_cast<double>(s.leave[p] - s.enter[p]);
-        ASSERT_NEAR(static_cast<double>(s.out[3][p]), -std::expm1(-depth), 4e-4) << x << ' ' << y;
+        const size_t p = static_cast<size_t>(y) * Sheets::pitch + x;
+        const double start = s.plane[2][p];
+        const double a = start + 0.11 * s.enter[p], b = start + 0.11 * s.leave[p];
+        const double depth = mean_between(f, a, b)[3] * 0.5 * (s.leave[p] - s.enter[p]);
+        ASSERT_NEAR(s.out[3][p], -std::expm1(-depth), 4e-4) << x << ' ' << y;
       }
   }
 }
@@ -442,7 +439,7 @@ TEST(Preintegrate, PeaksBetweenEntriesAreDrawn) {
     o.quality = Quality::normal, o.preintegrate = choice;
     (void)draw(scene, o, out);
     double sum = 0;
-    for (size_t p = 3; p < out.rgba.size(); p += 4) sum += static_cast<double>(out.rgba[p]);
+    for (size_t p = 3; p < out.rgba.size(); p += 4) sum += out.rgba[p];
     return sum;
   };
   for (const double value : {0.5001, 0.50025, 0.5004}) {
@@ -496,10 +493,10 @@ TEST(Preintegrate, DeepPicturesFlattenToTheFlatOne) {
     for (size_t n = deep.first[p]; n < deep.first[p + 1]; ++n) {
       const float* s = deep.samples.data() + n * DeepImage::components;
       const double open = 1 - sum[3];
-      for (size_t c = 0; c < 3; ++c) sum[c] += open * static_cast<double>(s[3 + c]);
-      sum[3] += open * static_cast<double>(s[2]);
+      for (size_t c = 0; c < 3; ++c) sum[c] += open * s[3 + c];
+      sum[3] += open * s[2];
     }
-    for (size_t c = 0; c < 4; ++c) ASSERT_NEAR(sum[c], static_cast<double>(out.rgba[4 * p + c]), 1e-5) << p;
+    for (size_t c = 0; c < 4; ++c) ASSERT_NEAR(sum[c], out.rgba[4 * p + c], 1e-5) << p;
     seen += sum[3] > 0;
   }
   EXPECT_GT(seen, 200u);

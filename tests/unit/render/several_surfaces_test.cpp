@@ -57,7 +57,7 @@ double share_off(const Drawn& a, const Drawn& b) {
   for (int p = 0; p < size * size; ++p) {
     bool differs = false;
     for (int c = 0; c < 4; ++c) differs |= std::fabs(a.at(p)[c] - b.at(p)[c]) > 0.01f;
-    const auto at = static_cast<size_t>(p);
+    const size_t at = p;
     const float da = a.image.depth[at], db = b.image.depth[at];
     differs |= std::isinf(da) != std::isinf(db) || (!std::isinf(da) && std::fabs(da - db) > 0.02f);
     const float va = a.image.value[at], vb = b.image.value[at];
@@ -103,7 +103,7 @@ TEST(SeveralSurfaces, OfTwoOpaqueOnesTheNearerIsSeen) {
         both(s, {{0.3, 1, {}}, {-0.2, 1, {}}}, {}, side);
     int of_low = 0, of_high = 0;
     for (int p = 0; p < size * size; ++p) {
-      const auto at = static_cast<size_t>(p);
+      const size_t at = p;
       const bool nearer = low.image.depth[at] <= high.image.depth[at];
       const Drawn& seen = nearer ? low : high;
       ASSERT_EQ(std::memcmp(both.at(p), seen.at(p), 4 * sizeof(float)), 0) << p;
@@ -140,7 +140,7 @@ TEST(SeveralSurfaces, FollowEachOtherInDepthFromEitherSide) {
     const Drawn first(s, {{0.5, 1, red}}, o, side), second(s, {{-0.2, 1, blue}}, o, side);
     int both = 0;
     for (int p = 0; p < size * size; ++p) {
-      const auto at = static_cast<size_t>(p);
+      const size_t at = p;
       const float ball = first.image.depth[at], small = second.image.depth[at];
       if (!(d.at(p)[3] > 0.93f) || std::isinf(ball) || std::isinf(small)) continue;
       ++both;
@@ -191,15 +191,15 @@ TEST(SeveralSurfaces, DeepSamplesAreTheHits) {
         const float* const sample = deep.samples.data() + m * DeepImage::components;
         EXPECT_EQ(sample[0], sample[1]);
         EXPECT_GE(static_cast<double>(sample[0]), before);
-        before = static_cast<double>(sample[0]);
+        before = sample[0];
         behind += opaque;
         opaque |= sample[2] == 1;
         const double passed = 1 - sum[3];
-        for (size_t c = 0; c < 3; ++c) sum[c] += passed * static_cast<double>(sample[3 + c]);
-        sum[3] += passed * static_cast<double>(sample[2]);
+        for (size_t c = 0; c < 3; ++c) sum[c] += passed * sample[3 + c];
+        sum[3] += passed * sample[2];
       }
       const float* const rgba = flat.rgba.data() + 4 * p;
-      for (size_t c = 0; c < 4; ++c) EXPECT_NEAR(sum[c], static_cast<double>(rgba[c]), 1e-5);
+      for (size_t c = 0; c < 4; ++c) EXPECT_NEAR(sum[c], rgba[c], 1e-5);
       if (deep.first[p + 1] > deep.first[p]) {
         EXPECT_EQ(deep.samples[deep.first[p] * DeepImage::components], flat.depth[p]);
       }
@@ -233,11 +233,10 @@ TEST(SeveralSurfaces, SmoothEdgesAreMeansOfFinerPictures) {
         double mean = 0;
         for (int b = 0; b < factor; ++b)
           for (int a = 0; a < factor; ++a)
-            mean +=
-                static_cast<double>(large.image.rgba.at(factor * (p % size) + a, factor * (p / size) + b)[c]);
+            mean += large.image.rgba.at(factor * (p % size) + a, factor * (p / size) + b)[c];
         mean /= factor * factor;
-        before += std::pow(static_cast<double>(plain.at(p)[c]) - mean, 2);
-        after += std::pow(static_cast<double>(smooth.at(p)[c]) - mean, 2);
+        before += std::pow(plain.at(p)[c] - mean, 2);
+        after += std::pow(smooth.at(p)[c] - mean, 2);
       }
     }
     EXPECT_GT(changed, 150);

@@ -82,7 +82,7 @@ Camera camera_of(const Slice& s, bool perspective = false) {
   return fit_camera(s, perspective, 20, 30, image_edge, image_edge);
 }
 
-double square(float a, double b) { return (static_cast<double>(a) - b) * (static_cast<double>(a) - b); }
+double square(float a, double b) { return (a - b) * (a - b); }
 
 } // namespace
 
@@ -139,8 +139,7 @@ TEST(SmoothEdges, AreMeansOfFinerPictures) {
         for (int c = 0; c < 4; ++c) {
           double mean = 0;
           for (int b = 0; b < factor; ++b)
-            for (int a = 0; a < factor; ++a)
-              mean += static_cast<double>(large.image.rgba.at(factor * i + a, factor * j + b)[c]);
+            for (int a = 0; a < factor; ++a) mean += large.image.rgba.at(factor * i + a, factor * j + b)[c];
           mean /= factor * factor;
           plain += square(p.plain.image.rgba.at(i, j)[c], mean);
           smooth += square(p.smooth.image.rgba.at(i, j)[c], mean);

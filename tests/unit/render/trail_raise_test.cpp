@@ -103,8 +103,8 @@ TEST_F(TrailRaised, OpacityIsThatOfTheReference) {
   for (size_t p = 3; p < depth.size(); p += 4) {
     const double opacity = -std::expm1(-depth[p]);
     seen = std::max(seen, opacity);
-    of_raised = std::max(of_raised, std::fabs(static_cast<double>(raised[p]) - opacity));
-    of_pixels = std::max(of_pixels, std::fabs(static_cast<double>(at_pixels[p]) - opacity));
+    of_raised = std::max(of_raised, std::fabs(raised[p] - opacity));
+    of_pixels = std::max(of_pixels, std::fabs(at_pixels[p] - opacity));
   }
   EXPECT_GT(seen, 0.2);
   EXPECT_LT(of_raised, 0.01);

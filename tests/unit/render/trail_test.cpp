@@ -127,7 +127,7 @@ TEST_F(TrailPicture, MeanIsTheMeanOfSlices) {
     (void)evaluate(still(11 + 9 * (k + 0.5) / slices), points, at, {});
     for (size_t n = 0; n < points.size(); ++n) sum[n] += static_cast<double>(at[n]) / slices;
   }
-  for (size_t n = 0; n < points.size(); ++n) EXPECT_NEAR(static_cast<double>(mean[n]), sum[n], 2e-4);
+  for (size_t n = 0; n < points.size(); ++n) EXPECT_NEAR(mean[n], sum[n], 2e-4);
 }
 
 // A trail along any normal is the accumulation of classified slices of the same hyperplane, moved into the
@@ -193,7 +193,7 @@ TEST_F(TrailPicture, MeanAlongANormalIsTheMeanOfSlices) {
   }
   for (size_t n = 0; n < points.size(); ++n)
     if (std::isfinite(sum[n])) {
-      EXPECT_NEAR(static_cast<double>(mean[n]), sum[n], 0.01);
+      EXPECT_NEAR(mean[n], sum[n], 0.01);
     }
 }
 

@@ -37,15 +37,15 @@ TEST(TransferFunction, TableHoldsTheFunctionAtItsEntries) {
   const ClassTable table = make_class_table(f, -10, 10, -10, 2.0, 401);
   ASSERT_EQ(table.size(), 401);
   for (const double value : {-9.0, 0.0, 0.51, 1.0, 1.99, 2.2, 3.0, 4.0, 9.5}) {
-    const auto& e = table.entry[static_cast<size_t>(table.index(static_cast<float>(value)))];
+    const auto& e = table.entry[table.index(static_cast<float>(value))];
     const double half_entry = 0.5 * 4 / 400;
-    EXPECT_NEAR(static_cast<double>(e[0]), f.color(value)[0], half_entry) << value;
-    EXPECT_NEAR(static_cast<double>(e[2]), f.color(value)[2], half_entry) << value;
-    const double opacity = -std::expm1(static_cast<double>(-e[3]) * 2.0);
+    EXPECT_NEAR(e[0], f.color(value)[0], half_entry) << value;
+    EXPECT_NEAR(e[2], f.color(value)[2], half_entry) << value;
+    const double opacity = -std::expm1(-e[3] * 2.0);
     EXPECT_NEAR(opacity, f.opacity(value), half_entry) << value;
   }
   // Only the values that occur get entries.
-  EXPECT_NEAR(static_cast<double>(make_class_table(f, 1, 2, 1, 1, 101).low), 1, 1e-6);
+  EXPECT_NEAR(make_class_table(f, 1, 2, 1, 1, 101).low, 1, 1e-6);
   EXPECT_EQ(make_class_table(f, 5, 5, 0, 1, 101).size(), 1);
 }
 
@@ -59,7 +59,7 @@ TEST(TransferFunction, TableKnowsWhatIsVisible) {
   EXPECT_TRUE(table.visible(2.01, 3.2));
   EXPECT_TRUE(table.visible(0, 4));
   for (int i = 0; i < table.size(); ++i)
-    if (table.entry[static_cast<size_t>(i)][3] > 0) {
+    if (table.entry[i][3] > 0) {
       EXPECT_GE(i, table.first_visible);
       EXPECT_LE(i, table.last_visible);
     }

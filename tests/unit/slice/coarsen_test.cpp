@@ -109,7 +109,7 @@ TEST(Coarsen, CarriesHoles) {
       for (int i = 0; i < brick_sites; ++i) {
         const Int3 brick = layer.slot_position(s);
         const Vec3 p = fine.site(layer.coset(), {brick[0] * 16 + i % 16, 0, 0});
-        if (p[0] >= 20) (*b->hole)[static_cast<size_t>(i / 16)] |= static_cast<uint16_t>(1u << (i % 16));
+        if (p[0] >= 20) (*b->hole)[i / 16] |= static_cast<uint16_t>(1u << (i % 16));
       }
       holed.set(s, b);
     }

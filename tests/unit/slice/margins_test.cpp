@@ -52,7 +52,7 @@ class Margins : public testing::TestWithParam<LatticeKind> {
     double signal = 0, error = 0;
     for (size_t i = 0; i < points.size(); ++i) {
       const double truth = field(points[i]);
-      signal += truth * truth, error += std::pow(static_cast<double>(values[i]) - truth, 2);
+      signal += truth * truth, error += std::pow(values[i] - truth, 2);
     }
     return 10 * std::log10(signal / error);
   }

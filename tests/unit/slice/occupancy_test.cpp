@@ -28,7 +28,7 @@ TEST(Occupancy, FindsEveryPointAndItsImages) {
       for (size_t a = 0; a < 3; ++a)
         site[a] = static_cast<int>(random() % static_cast<uint32_t>(layer.dims()[a]));
       auto brick = std::make_shared<Brick>();
-      const auto row = static_cast<size_t>(site[2] % 16 * 16 + site[1] % 16);
+      const size_t row = site[2] % 16 * 16 + site[1] % 16;
       if (round % 2) {
         brick->kept[row] = static_cast<uint16_t>(1 << site[0] % 16);
       } else {

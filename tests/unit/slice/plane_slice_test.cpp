@@ -274,8 +274,7 @@ TEST_F(PlaneSlice, AxisSlicesAreTimeSlicesOfTheTurnedField) {
     for (size_t axis = 0; axis < 3; ++axis) {
       const auto straight = Lattice4::fit(kind, dims);
       std::array<size_t, 4> axes{0, 1, 2, 3};
-      std::rotate(axes.begin() + static_cast<std::ptrdiff_t>(axis),
-                  axes.begin() + static_cast<std::ptrdiff_t>(axis) + 1, axes.end());
+      std::rotate(axes.begin() + axis, axes.begin() + axis + 1, axes.end());
       Lattice4 turned = straight; // the same sites with the axis last
       for (size_t a = 0; a < 3; ++a) {
         turned.dims[a] = dims[axes[a]];

@@ -247,8 +247,7 @@ TEST(ThickMaximum, OfHolesIsAHole) {
         const Vec3 p = lattice.site_position(layer.coset(), i);
         const bool always = p[0]<8, at_first = p[0]> 16 && lattice.layer_frame(m) < 7;
         if (always || at_first)
-          (*brick->hole)[static_cast<size_t>(s / brick_edge)] |=
-              static_cast<uint16_t>(1u << (s % brick_edge));
+          (*brick->hole)[s / brick_edge] |= static_cast<uint16_t>(1u << (s % brick_edge));
       }
       layer.set(slot, std::move(brick));
     }

@@ -73,7 +73,7 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   std::vector<float> lanes(6 * static_cast<size_t>(c.sheets));
   const float metric = static_cast<float>(1 / (radius * radius));
   for (int slot = 0; slot < c.sheets; ++slot) {
-    const auto n = static_cast<size_t>(slot), size = static_cast<size_t>(c.sheets);
+    const size_t n = slot, size = c.sheets;
     lanes[n] = static_cast<float>((slot + 3) % c.sheets - c.sheets / 2 + 1);
     lanes[size + n] = c.isotropic ? 0 : 0.01f * lanes[n];
     lanes[2 * size + n] = c.isotropic ? metric : metric * (1 + 0.02f * lanes[n]);
@@ -82,7 +82,7 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
     lanes[5 * size + n] =
         lanes[2 * size + n] - lanes[3 * size + n] * lanes[3 * size + n] / (4 * lanes[4 * size + n]);
   }
-  const auto s = static_cast<size_t>(c.sheets);
+  const size_t s = c.sheets;
   const float* l = lanes.data();
   const GapLanes table{l, l + s, l + 2 * s, l + 3 * s, l + 4 * s, l + 5 * s};
 
@@ -109,8 +109,8 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   }
   args.record = records.data(), args.count = records.size();
 
-  const size_t floats = args.group_floats * static_cast<size_t>(args.groups) + 96;
-  const auto origin = static_cast<size_t>(16 + 4 * (spare * args.pitch + spare));
+  const size_t floats = args.group_floats * args.groups + 96;
+  const size_t origin = 16 + 4 * (spare * args.pitch + spare);
   const auto run = [&](void (*splat)(const SplatArgs&)) {
     std::array<AlignedArray<float>, 4> memory;
     std::array<std::vector<float>, 4> ring;
@@ -135,11 +135,9 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
       for (int g = 0; g < args.groups; ++g)
         for (int y = 0; y < args.height; ++y)
           for (int x = 0; x < args.width * 4; ++x) { // not the spare pixels
-            const size_t at = origin + static_cast<size_t>(g) * args.group_floats +
-                              static_cast<size_t>(y * args.pitch * 4 + x);
+            const size_t at = origin + g * args.group_floats + (y * args.pitch * 4 + x);
             scale = std::max(scale, std::fabs(static_cast<double>(expected[q][at])));
-            error = std::max(
-                error, std::fabs(static_cast<double>(expected[q][at]) - static_cast<double>(got[q][at])));
+            error = std::max(error, std::fabs(static_cast<double>(expected[q][at]) - got[q][at]));
           }
       EXPECT_LT(error, 4e-6 * scale) << "quantity " << q;
     }
@@ -158,10 +156,10 @@ TEST(Loops, ExtractTakesOneLaneAndClearsIt) {
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
           for (int l = 0; l < 4; ++l) {
-            const auto at = static_cast<size_t>(16 + (y * pitch + x) * 4 + l);
+            const size_t at = 16 + (y * pitch + x) * 4 + l;
             ASSERT_EQ(ring[at], l == lane ? 0 : before[at]);
             if (l == lane) {
-              ASSERT_EQ(plane[static_cast<size_t>(y * 64 + x)], before[at]);
+              ASSERT_EQ(plane[y * 64 + x], before[at]);
             }
           }
     });
@@ -205,7 +203,7 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
               for (int x = 0; x < t.width; ++x) {
                 const float* planes[] = {t.red, t.alpha, t.depth, t.value, t.time};
                 for (size_t q = 0; q < 5; ++q)
-                  out[q * 2000 + static_cast<size_t>((t.y + y) * 50 + t.x + x)] = planes[q][y * t.pitch + x];
+                  out[q * 2000 + ((t.y + y) * 50 + t.x + x)] = planes[q][y * t.pitch + x];
               }
           });
           return out;
@@ -219,7 +217,7 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
           for (size_t n = 0; n < got.size(); ++n) {
             ASSERT_EQ(std::isfinite(got[n]), std::isfinite(expected[n])) << n;
             if (!std::isfinite(got[n])) continue;
-            const double e = std::fabs(static_cast<double>(got[n]) - static_cast<double>(expected[n]));
+            const double e = std::fabs(static_cast<double>(got[n]) - expected[n]);
             sum[n / 2000] += e / 2000, most[n / 2000] = std::max(most[n / 2000], e);
           }
           // A value at the edge of a table entry may fall on either side; gradients near zero may turn.
@@ -240,8 +238,7 @@ TEST(Loops, LightThatGrazesDoesNotUnderflow) {
   table.entry = {{1, 1, 1, 1}};
   index_visible(table);
   std::vector<float> planes(16 * 11, 0.0f), value(48, 0.0f), across(48, 0.5f), along(48);
-  for (int n = 0; n < 48; ++n)
-    along[static_cast<size_t>(n)] = 0.5f * std::pow(10.0f, -static_cast<float>(n % 16) / 3);
+  for (int n = 0; n < 48; ++n) along[n] = 0.5f * std::pow(10.0f, -static_cast<float>(n % 16) / 3);
   float* p = planes.data();
   Lights lights;
   lights.lights = {Light{}, Light{{0, 1, 1}, {1, 1, 1}}};

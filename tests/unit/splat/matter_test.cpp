@@ -160,7 +160,7 @@ TEST(Matter, MixingIsTheSameInVectors) {
   }
   for (int y = 0; y < Sheet::height; ++y)
     for (int x = 0; x < Sheet::width; ++x) {
-      const auto p = static_cast<size_t>(y * Sheet::plane_pitch + x);
+      const size_t p = y * Sheet::plane_pitch + x;
       EXPECT_NEAR(out[1][p], out[0][p], 1e-6);
       EXPECT_NEAR(out[0][p], 0.5f * s.value[p] - 0.25f * s.value[p + 3] + 2 * s.value[p + 7], 1e-6);
     }

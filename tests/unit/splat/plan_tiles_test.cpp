@@ -43,8 +43,7 @@ TEST(PlanTiles, EveryPixelIsInOneTile) {
   std::vector<int> covered(size_t{512} * 512);
   for (const PlannedTile& t : p.plan.tiles)
     for (int y = t.y; y < t.y + t.height; ++y)
-      for (int x = t.x; x < t.x + t.width; ++x)
-        ++covered[static_cast<size_t>(y) * 512 + static_cast<size_t>(x)];
+      for (int x = t.x; x < t.x + t.width; ++x) ++covered[static_cast<size_t>(y) * 512 + x];
   EXPECT_EQ(std::count(covered.begin(), covered.end(), 1), 512 * 512);
 }
 

@@ -84,7 +84,7 @@ TEST(PointSizes, BallsMeetTheCellsThatArePossiblyNear) {
               for (const int n : apart) square += n == 0 ? 0 : std::pow(2 * std::abs(n) - 1, 2);
               near = near || plane * std::sqrt(square) <= distance;
             }
-            ASSERT_EQ(got[static_cast<size_t>(z)] >> (x | y << 3) & 1, near) << x << ' ' << y << ' ' << z;
+            ASSERT_EQ(got[z] >> (x | y << 3) & 1, near) << x << ' ' << y << ' ' << z;
           }
     }
 }

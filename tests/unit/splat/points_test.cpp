@@ -37,7 +37,7 @@ Slice random_slice(bool bcc, const Int3& last, double filled, unsigned seed) {
       const float v = value(random);
       dense[n] = box && (v + 3) / 6 < filled ? v : 0.0f;
     }
-    slice.coset[static_cast<size_t>(c)] = layer_from_dense(slice.lattice, c, dense);
+    slice.coset[c] = layer_from_dense(slice.lattice, c, dense);
   }
   slice.bounds = {-3, 3};
   return slice;
@@ -50,7 +50,7 @@ float site_at(const Slice& slice, const Int3& plane) {
   if (bcc && ((plane[1] & 1) != c || (plane[2] & 1) != c)) return 0;
   Int3 i;
   for (size_t a = 0; a < 3; ++a) i[a] = slice.lattice.mirror(a, c, bcc ? (plane[a] - c) / 2 : plane[a]);
-  return slice.coset[static_cast<size_t>(c)].value(i[0], i[1], i[2]);
+  return slice.coset[c].value(i[0], i[1], i[2]);
 }
 
 using Case = std::tuple<bool, Int3, double>;
@@ -77,7 +77,7 @@ TEST_P(SplatPointsOf, ASliceAreItsSitesAndTheirMirrors) {
   const auto at = [&](const Int3& p) {
     if (!inside(p)) return 0.0f;
     const int nx = slice.lattice.last[0] + 2 * m + 1, ny = slice.lattice.last[1] + 2 * m + 1;
-    return table[static_cast<size_t>(((p[2] + m) * ny + p[1] + m) * nx + p[0] + m)];
+    return table[((p[2] + m) * ny + p[1] + m) * nx + p[0] + m];
   };
   uint64_t expected = 0;
   for (int z = -m; z <= last[2] + m; ++z)
@@ -134,12 +134,11 @@ TEST_P(SplatPointsOf, ASliceAreItsSitesAndTheirMirrors) {
       for (int z = 0; z < e / 4; ++z)
         for (int y = 0; y < e / 4; ++y)
           for (int x = 0; x < e / 4; ++x) {
-            if ((n + static_cast<size_t>(x + 2 * y + z) + r) % 7 != 0) continue; // some of them
+            if ((n + (x + 2 * y + z) + r) % 7 != 0) continue; // some of them
             const int reach = SplatPoints::cell_reach[r];
             const CellRange expect = range({4 * (x - reach), 4 * (y - reach), 4 * (z - reach)},
                                            {4 * (x + reach + 1), 4 * (y + reach + 1), 4 * (z + reach + 1)});
-            const CellRange got =
-                points.cells[r][n * cells_per_brick + static_cast<size_t>(x | y << 2 | z << 4)];
+            const CellRange got = points.cells[r][n * cells_per_brick + (x | y << 2 | z << 4)];
             ASSERT_EQ(got.low, expect.low) << r << ' ' << x << ' ' << y << ' ' << z;
             ASSERT_EQ(got.high, expect.high) << r << ' ' << x << ' ' << y << ' ' << z;
           }

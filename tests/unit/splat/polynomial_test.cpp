@@ -17,14 +17,14 @@ using namespace test;
 
 double value(const KernelPolynomial& k, double u) {
   double sum = 0;
-  for (int j = k.terms - 1; j >= 0; --j) sum = sum * u + static_cast<double>(k.a[static_cast<size_t>(j)]);
+  for (int j = k.terms - 1; j >= 0; --j) sum = sum * u + k.a[j];
   return sum;
 }
 
 RadialKernel as_radial(const KernelPolynomial& k, double radius) {
   RadialKernel phi;
   phi.radius = radius, phi.terms = k.terms;
-  for (size_t j = 0; j < static_cast<size_t>(k.terms); ++j) phi.a[j] = static_cast<double>(k.a[j]);
+  for (size_t j = 0; j < static_cast<size_t>(k.terms); ++j) phi.a[j] = k.a[j];
   return phi;
 }
 

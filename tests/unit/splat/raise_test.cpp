@@ -26,8 +26,8 @@ TEST(Raise, WeightsReproduceConstantsAndAreSymmetric) {
       raise_weights(taps, 0.33, 1 - phase, mirrored.data());
       double sum = 0;
       for (int t = 0; t < taps; ++t) {
-        sum += w[static_cast<size_t>(t)];
-        EXPECT_NEAR(w[static_cast<size_t>(t)], mirrored[static_cast<size_t>(taps - 1 - t)], 1e-9);
+        sum += w[t];
+        EXPECT_NEAR(w[t], mirrored[taps - 1 - t], 1e-9);
       }
       EXPECT_NEAR(sum, 1, 1e-12);
     }
@@ -41,8 +41,8 @@ double wave_error(int taps, double density, double cycles) {
     raise_weights(taps, 0.5 / density, p / 32.0, w.data());
     std::complex<double> sum = 0;
     for (int t = 0; t < taps; ++t)
-      sum += w[static_cast<size_t>(t)] *
-             std::polar(1.0, 2 * std::numbers::pi * cycles / density * (t - (taps / 2 - 1) - p / 32.0));
+      sum +=
+          w[t] * std::polar(1.0, 2 * std::numbers::pi * cycles / density * (t - (taps / 2 - 1) - p / 32.0));
     most = std::max(most, std::abs(sum - 1.0));
   }
   return most;
@@ -88,8 +88,7 @@ TEST(Raise, LoopsAgreeOnEveryTarget) {
         raise_sheet(a);
         for (int j = a.y0; j < a.y1; ++j)
           for (int i = a.x0; i < a.x1; ++i)
-            ASSERT_NEAR(got[static_cast<size_t>(96 * j + i)], expected[static_cast<size_t>(96 * j + i)],
-                        2e-6f)
+            ASSERT_NEAR(got[96 * j + i], expected[96 * j + i], 2e-6f)
                 << taps << " taps, ratio " << ratio << ", " << i << ' ' << j;
       });
     }
@@ -114,8 +113,7 @@ TEST(Raise, BlendsAgreeOnEveryTarget) {
     for_targets([&] {
       blend_planes(a);
       for (int y = a.y0; y < a.y1; ++y)
-        for (int x = a.x0; x < a.x1; ++x)
-          ASSERT_NEAR(got[static_cast<size_t>(96 * y + x)], expected[static_cast<size_t>(96 * y + x)], 2e-6f);
+        for (int x = a.x0; x < a.x1; ++x) ASSERT_NEAR(got[96 * y + x], expected[96 * y + x], 2e-6f);
     });
   }
 }
@@ -138,8 +136,7 @@ constexpr RaiseFilter six{6, 1.49, 1.1, 1.1}, eight{8, 1.99, 1.1, 1.1, 2}, deep{
 // Returns the root of the mean square difference of two pictures.
 double difference(const ImageStorage& a, const ImageStorage& b) {
   double sum = 0;
-  for (size_t n = 0; n < a.rgba.size(); ++n)
-    sum += std::pow(static_cast<double>(a.rgba[n]) - static_cast<double>(b.rgba[n]), 2);
+  for (size_t n = 0; n < a.rgba.size(); ++n) sum += std::pow(static_cast<double>(a.rgba[n]) - b.rgba[n], 2);
   return std::sqrt(sum / static_cast<double>(a.rgba.size()));
 }
 

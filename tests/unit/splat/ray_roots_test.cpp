@@ -52,7 +52,7 @@ TEST(RayRoots, AreWhereTheFieldIsTheTargetForAnyNumber) {
   });
   const SurfaceField field(s);
   const Vec3 ray{0.5, 0.3, -0.7};
-  const float target = 0.55f - static_cast<float>(s.base);
+  const float target = 0.55f - s.base;
   const std::vector<RootPair> all = pairs_of(field, ray, target, 70);
   const auto roots = std::make_unique<RayRoots>(field.footprints, ray, target);
   for (const size_t count : {size_t{1}, size_t{7}, size_t{16}, size_t{17}, size_t{33}, size_t{70}}) {
@@ -172,13 +172,13 @@ TEST(RayLayers, AreThoseOfTheBlockThatARayPasses) {
     const double u = -0.37 + 0.53 * i + 0.011 * j, v = -0.21 + 0.017 * i + 0.33 * j;
     if (u < 0 || v < 0 || u >= blocks_u || v >= blocks_v) continue;
     const int at_u = static_cast<int>(block_edge * u), at_v = static_cast<int>(block_edge * v);
-    const uint64_t word = bits[static_cast<size_t>(at_v / block_edge * blocks_u + at_u / block_edge)];
+    const uint64_t word = bits[at_v / block_edge * blocks_u + at_u / block_edge];
     uint64_t passed = 0;
     for (int l = 0; l < block_edge; ++l)
       passed |= (word >> (16 * l + 4 * (at_v % block_edge) + at_u % block_edge) & 1) << l;
     if (passed == 0) continue;
     expected |= uint64_t{1} << r;
-    EXPECT_EQ(layers[static_cast<size_t>(r)], passed) << r;
+    EXPECT_EQ(layers[r], passed) << r;
   }
   EXPECT_EQ(any, expected);
   EXPECT_NE(expected, 0u);

@@ -71,7 +71,7 @@ TEST(Rays, RefinedCellsChangeNoPixel) {
     for (const Slice* s : {&dense, &sparse})
       for (const double iso : {0.4, 0.55}) {
         KeptSurfaceCells kept;
-        const double target = iso - static_cast<double>(s->base);
+        const double target = iso - s->base;
         const uint64_t marks = kept.find(*s, target, context.get(), 1 << 20)->count();
         EXPECT_LT(kept.find(*s, target, context.get())->count(), marks);
         for (const double turn : {0.0, 30.0, 200.0})
@@ -317,14 +317,14 @@ TEST(Rays, KeepCellsAcrossViews) {
       (void)render(scene, o, context.get(), with.image);
       EXPECT_TRUE(same_bits(anew, with)) << turn << ' ' << iso;
     }
-  const auto cells = kept.find(s, 0.5 - static_cast<double>(s.base), context.get());
+  const auto cells = kept.find(s, 0.5 - s.base, context.get());
   EXPECT_EQ(cells.use_count(), 2); // it had been kept
   const uint64_t used = context.memory.used();
   Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 77, size, size));
   scene.cells = &kept;
   ImageStorage out(size, size);
   (void)render(scene, surface_options(0.5), context.get(), out.image);
-  EXPECT_EQ(kept.find(s, 0.5 - static_cast<double>(s.base), context.get()), cells);
+  EXPECT_EQ(kept.find(s, 0.5 - s.base, context.get()), cells);
   EXPECT_EQ(context.memory.used(), used);
 }
 

@@ -112,7 +112,7 @@ std::vector<Int3> passed_cells(const Slice& s, double target, int points) {
           for (size_t a = 0; a < 3; ++a) at[a] = (c[a] + uniform(random)) * s.lattice.plane_distance();
         evaluate(s, p, value, {});
         const auto [low, high] = std::minmax_element(value.begin(), value.end());
-        if (static_cast<double>(*low) < target && static_cast<double>(*high) > target) out.push_back(c);
+        if (*low<target&& * high> target) out.push_back(c);
       }
   return out;
 }
@@ -179,9 +179,8 @@ Peak find_peak(const Slice& s, const Int3& cell) {
   }
   std::vector<float> value(p.size());
   evaluate(s, p, value, {});
-  const auto inner = value.begin() + static_cast<std::ptrdiff_t>(corners);
-  const auto corner = static_cast<double>(*std::max_element(value.begin(), inner)),
-             most = static_cast<double>(*std::max_element(inner, value.end()));
+  const auto inner = value.begin() + corners;
+  const double corner = *std::max_element(value.begin(), inner), most = *std::max_element(inner, value.end());
   return {cell, most, most - corner};
 }
 
@@ -287,8 +286,7 @@ TEST(SurfaceCells, AreRefinedInPieces) {
       const uint64_t piece = refine_rows(s, 0.4, pieces, row, most, context.get());
       EXPECT_LE(piece, most);
       uint64_t gone = 0;
-      for (size_t n = 0; n < before.size(); ++n)
-        gone += static_cast<uint64_t>(std::popcount(before[n] & ~pieces.bits[n]));
+      for (size_t n = 0; n < before.size(); ++n) gone += std::popcount(before[n] & ~pieces.bits[n]);
       EXPECT_LE(gone, piece);
       looked_at += piece;
     }

@@ -81,8 +81,7 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
         if ((value[m - 1] < iso) == (value[m] < iso)) continue;
         const double k = std::ceil(low) + static_cast<double>(m);
         const auto slope = [&](size_t at) { return dot(gradient[at], view.ray(i, j)); };
-        crossings.push_back({1.0 * i, 1.0 * j, k - 1, k, static_cast<double>(value[m - 1]),
-                             static_cast<double>(value[m]), slope(m - 1), slope(m)});
+        crossings.push_back({1.0 * i, 1.0 * j, k - 1, k, value[m - 1], value[m], slope(m - 1), slope(m)});
       }
     }
   ASSERT_GT(crossings.size(), 100u);
@@ -100,9 +99,9 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
       size_t far = 0;
       for (size_t m = 0; m < found.size(); ++m) {
         const Vec3 normal = normalized(view.lattice_to_world.inverse().transposed(gradient[m]));
-        far += std::fabs(static_cast<double>(value[m]) - iso) >
-                   off * std::fabs(dot(gradient[m], view.ray(start[m].i, start[m].j))) ||
-               length(normalized(found[m].gradient) - normal) > turned;
+        far +=
+            std::fabs(value[m] - iso) > off * std::fabs(dot(gradient[m], view.ray(start[m].i, start[m].j))) ||
+            length(normalized(found[m].gradient) - normal) > turned;
       }
       EXPECT_LE(far, found.size() / 40) << tolerance;
     }
@@ -124,8 +123,8 @@ TEST(Surface, FieldsAreThoseOfTheReference) {
       double off = 0, turned = 0;
       for (size_t n = 0; n < p.size(); ++n) {
         Vec3 exact;
-        const double v = evaluate_reference(s, p[n], &exact) - static_cast<double>(s.base);
-        off = std::max(off, std::fabs(static_cast<double>(value[n]) - v));
+        const double v = evaluate_reference(s, p[n], &exact) - s.base;
+        off = std::max(off, std::fabs(value[n] - v));
         turned = std::max(turned, length(gradient[n] - exact));
       }
       EXPECT_LT(off, 2e-6) << kernel << static_cast<int>(kind);

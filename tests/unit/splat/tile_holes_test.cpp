@@ -50,7 +50,7 @@ std::array<size_t, 3> compare(const Slice& slice, bool perspective) {
     ++sheets[static_cast<size_t>(missing)];
     for (int y = 0; y < tile.height; ++y)
       for (int x = 0; x < tile.width; ++x) {
-        const auto p = static_cast<size_t>(y * pitch + x);
+        const size_t p = y * pitch + x;
         if (!(segment_weight(s, p) > 0)) continue;
         const bool expected = slice.is_hole(view.sample(tile.x + x, tile.y + y, static_cast<double>(k)));
         const bool found = missing == Missing::some ? hole[p] != 0 : missing == Missing::all;

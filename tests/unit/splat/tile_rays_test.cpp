@@ -33,7 +33,7 @@ TEST(TileRays, AreThoseOfTheirPixels) {
         int open = 0;
         for (int y = 0; y < tile.height; ++y)
           for (int x = 0; x < pitch; ++x) {
-            const auto p = static_cast<size_t>(pitch * y + x);
+            const size_t p = pitch * y + x;
             if (x >= tile.width) {
               ASSERT_GT(out.enter[p], out.leave[p]);
               ASSERT_EQ(out.path[p], 0.0f);
@@ -43,12 +43,12 @@ TEST(TileRays, AreThoseOfTheirPixels) {
             if (std::fabs(k0 - k1) < 1e-9) continue; // along an edge: rounding decides
             ASSERT_EQ(out.enter[p] < out.leave[p], k0 < k1) << x << ' ' << y;
             const Vec3 ray = view.lattice_to_world.vector(view.ray(tile.x + x, tile.y + y));
-            ASSERT_NEAR(static_cast<double>(out.path[p]), length(ray), 1e-6);
-            ASSERT_NEAR(static_cast<double>(out.view_y[p]), -ray[1] / length(ray), 1e-6);
+            ASSERT_NEAR(out.path[p], length(ray), 1e-6);
+            ASSERT_NEAR(out.view_y[p], -ray[1] / length(ray), 1e-6);
             if (!(k0 < k1)) continue;
             ++open;
-            ASSERT_NEAR(static_cast<double>(out.enter[p]), k0, 1e-5);
-            ASSERT_NEAR(static_cast<double>(out.leave[p]), k1, 1e-5);
+            ASSERT_NEAR(out.enter[p], k0, 1e-5);
+            ASSERT_NEAR(out.leave[p], k1, 1e-5);
             ASSERT_LE(rays.low, k0 + 1e-9);
             ASSERT_GE(rays.high, k1 - 1e-9);
           }

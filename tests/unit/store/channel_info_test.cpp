@@ -16,7 +16,7 @@ TEST(ChannelInfo, DescribesTheSource) {
   const Fitted f = run_fit(o, s);
   ChannelInfo info;
   describe_channel(f.report.channels[0], info);
-  EXPECT_EQ(info.source_range, (Range{0, static_cast<double>(5.19f)}));
+  EXPECT_EQ(info.source_range, (Range{0, 5.19f}));
   ASSERT_EQ(info.frames.size(), 5u);
   for (uint32_t t = 0; t < 5; ++t) EXPECT_EQ(info.frames[t].high, static_cast<double>(s.at(19, 19, 19, t)));
   uint64_t relevant = 0;

@@ -132,11 +132,7 @@ TEST_F(Levels, HoldWhatTheirLatticeCan) {
       EXPECT_EQ(misses.outside + misses.holes, 0u);
       for (size_t i = 0; i < points.size(); ++i) {
         const double expected = c == 0 ? value(points[i][0], points[i][1]) : 70;
-        EXPECT_NEAR(static_cast<double>(out[i]), expected,
-                    c == 1   ? 0.01
-                    : l == 2 ? 2.0
-                             : 0.5)
-            << points[i][0];
+        EXPECT_NEAR(out[i], expected, c == 1 ? 0.01 : l == 2 ? 2.0 : 0.5) << points[i][0];
       }
     }
   }
@@ -216,7 +212,7 @@ TEST_F(Levels, ErrorsAreThoseOfTheLevel) {
     ASSERT_EQ(info.errors.size(), 3u);
     Bench bench(2);
     for (const MeasuredError& e : info.errors) {
-      const auto level = static_cast<int>(e.level);
+      const int level = e.level;
       SCOPED_TRACE(level);
       EXPECT_EQ(e.level, static_cast<uint32_t>(&e - info.errors.data()));
       EXPECT_EQ(e.kind, MeasuredError::stored);
@@ -233,13 +229,13 @@ TEST_F(Levels, ErrorsAreThoseOfTheLevel) {
               points.push_back({static_cast<double>(x), static_cast<double>(y), static_cast<double>(z),
                                 static_cast<double>(t)});
               const FrameBox frame = box(t);
-              source.push_back(static_cast<double>(
-                  static_cast<const float*>(frame.data)[(size_t{z} * dims[1] + y) * dims[0] + x]));
+              source.push_back(
+                  static_cast<const float*>(frame.data)[(size_t{z} * dims[1] + y) * dims[0] + x]);
             }
       std::vector<float> values(points.size());
       (void)evaluate4(field, points, values, {}, bench.context());
       ErrorSum sum;
-      for (size_t i = 0; i < values.size(); ++i) sum.add(static_cast<double>(values[i]) - source[i]);
+      for (size_t i = 0; i < values.size(); ++i) sum.add(values[i] - source[i]);
       EXPECT_EQ(e.samples, sum.count);
       EXPECT_NEAR(e.rmse, sum.rms(), 2e-3 * sum.rms());
       EXPECT_NEAR(e.largest, sum.largest, 2e-3 * sum.largest);

@@ -247,7 +247,7 @@ TEST(MeasuredBoxes, LookWhereSomethingIs) {
       for (int64_t z = b.samples.begin[2]; z < b.samples.end[2]; ++z)
         for (int64_t y = b.samples.begin[1]; y < b.samples.end[1]; ++y)
           for (int64_t x = b.samples.begin[0]; x < b.samples.end[0]; ++x) {
-            const auto v = static_cast<double>(series.at(x, y, z, 0));
+            const double v = series.at(x, y, z, 0);
             own += v != 0 ? 1 : 0, sum += v * v;
           }
       filled += b.weight * own / static_cast<double>(b.samples.samples());

@@ -76,7 +76,7 @@ double axis_snr(Opened& file, double begin, double end) {
   for (size_t i = 0; i < points.size(); ++i) {
     const Vec4& p = points[i];
     const double truth = clouds(p[0], p[1], p[2], p[3]);
-    signal += (truth - 20) * (truth - 20), error += std::pow(static_cast<double>(got[i]) - truth, 2);
+    signal += (truth - 20) * (truth - 20), error += std::pow(got[i] - truth, 2);
   }
   return 10 * std::log10(signal / error);
 }
@@ -131,10 +131,9 @@ TEST_P(PeriodicAxisWays, HasNoBeginning) {
     for (int32_t m = 0; m < lattice.layers(); m += 3) {
       const auto one = layer_to_dense(a.samples.read_layer(0, m, {}, a.bench.context())),
                  other = layer_to_dense(b.samples.read_layer(0, m, {}, b.bench.context()));
-      const size_t row = static_cast<size_t>(sites);
+      const size_t row = sites;
       for (size_t i = 0; i < one.size(); ++i)
-        ASSERT_NEAR(other[i], one[i / row * row + (i + static_cast<size_t>(by)) % row], GetParam().tolerance)
-            << m << " " << i;
+        ASSERT_NEAR(other[i], one[i / row * row + (i + by) % row], GetParam().tolerance) << m << " " << i;
     }
   }
   for (const double begin : {-2.0, 0.0, 10.0, 22.0}) {
@@ -291,7 +290,7 @@ TEST(PeriodicAxis, BoxesCoarserSlicesAndPointsGoRound) {
         const Vec3 d = at - Vec3{x, whole.domain_end[1] / 2, whole.domain_end[2] / 2};
         const double r2 = dot(d, d);
         if (r2 < whole.kernel.space.radius * whole.kernel.space.radius)
-          sum += static_cast<double>(points.coefficient[n]) * whole.kernel.space.value(r2);
+          sum += points.coefficient[n] * whole.kernel.space.value(r2);
       }
     return sum;
   };
@@ -312,8 +311,7 @@ TEST(PeriodicAxis, BoundsHoldAtTheSeam) {
     for (uint32_t y = 0; y < axis_dims[1]; ++y)
       for (const uint32_t x : {0u, 1u, 46u, 47u, 48u}) {
         const std::array<Vec4, 1> p{{{1.0 * x, 1.0 * y, 1.0 * z, 2}}};
-        const auto truth =
-            static_cast<double>(s.frame(2)[(size_t{z} * axis_dims[1] + y) * axis_dims[0] + x % axis_dims[0]]);
+        const double truth = s.frame(2)[(size_t{z} * axis_dims[1] + y) * axis_dims[0] + x % axis_dims[0]];
         ASSERT_NEAR(file.at(p)[0], truth, 0.0201) << x << " " << y << " " << z;
         const std::array<Vec3, 1> q{{{1.0 * x, 1.0 * y, 1.0 * z}}};
         std::array<float, 1> got;
@@ -330,7 +328,7 @@ TEST(PeriodicAxis, MasksGoRound) {
   const auto with_gap = [&](int64_t first, int64_t last, double shift) {
     Series s = turned_clouds(shift);
     for (size_t i = 0; i < s.values.size(); ++i) {
-      const auto x = static_cast<int64_t>(i % axis_dims[0]);
+      const int64_t x = i % axis_dims[0];
       const bool land = first <= last ? x >= first && x <= last : x >= first || x <= last;
       if (land && i / axis_dims[0] % axis_dims[1] > 9) s.values[i] = none;
     }

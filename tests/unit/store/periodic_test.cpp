@@ -190,7 +190,7 @@ double snr(Opened& file, double begin, double end, double turn = dims[3]) {
   for (size_t i = 0; i < points.size(); ++i) {
     const Vec4& p = points[i];
     const double truth = blob(p[0], p[1], p[2], p[3], turn);
-    signal += truth * truth, error += std::pow(static_cast<double>(got[i]) - truth, 2);
+    signal += truth * truth, error += std::pow(got[i] - truth, 2);
   }
   return 10 * std::log10(signal / error);
 }
@@ -239,7 +239,7 @@ TEST(PeriodicSeries, ErrorsAreMeasuredOfAllFrames) {
       const auto got = file.at(points);
       double squares = 0;
       for (size_t i = 0; i < points.size(); ++i)
-        squares += std::pow(static_cast<double>(got[i]) - static_cast<double>(s.frame(t)[i]), 2);
+        squares += std::pow(static_cast<double>(got[i]) - s.frame(t)[i], 2);
       EXPECT_NEAR(std::sqrt(squares / static_cast<double>(points.size())), measured.errors.all.rms(),
                   2e-3 * measured.errors.all.rms() + 1e-5)
           << t;

@@ -41,8 +41,7 @@ struct Writing : Bench {
   }
   Code add_layer(int64_t layer) {
     const Int3 n = Lattice4::fit(LatticeKind::d4star, series.dims).space.dims(0);
-    const std::vector<float> ones(
-        static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]), 1.0f);
+    const std::vector<float> ones(static_cast<size_t>(n[0]) * n[1] * n[2], 1.0f);
     return code_of([&] { writer().add_layer(0, layer, ones); });
   }
   Code finish() {
