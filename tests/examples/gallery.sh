@@ -7,9 +7,9 @@ gallery=$here/../../examples/gallery scratch=$2 bcc4=$3
 rm -rf "$scratch"
 mkdir -p "$scratch"/{data,out,empty}
 
-# A ball of bytes instead of the nucleon.
-awk 'BEGIN { for (z = -20; z <= 20; z++) for (y = -20; y <= 20; y++) for (x = -20; x <= 20; x++)
-  printf "%c", x * x + y * y + z * z < 144 ? 120 : 1 }' | tr '\001' '\000' > "$scratch/data/nucleon_41x41x41_u8.raw"
+# A ball of bytes, softer outside, instead of the nucleon: of one value it would be a mask.
+awk 'BEGIN { for (z = -20; z <= 20; z++) for (y = -20; y <= 20; y++) for (x = -20; x <= 20; x++) {
+  r = x * x + y * y + z * z; printf "%c", r < 144 ? int(120 - r / 3) : 1 } }' | tr '\001' '\000' > "$scratch/data/nucleon_41x41x41_u8.raw"
 [[ $(stat -c %s "$scratch/data/nucleon_41x41x41_u8.raw") == $((41 * 41 * 41)) ]]
 bash "$gallery/gallery.sh" "$bcc4" "$scratch/data" "$scratch/out" 2> "$scratch/said"
 grep -q 'engine is left out' "$scratch/said"
