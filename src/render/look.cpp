@@ -151,6 +151,14 @@ constexpr std::array<Vec3, 12> label_colors{{{0.80, 0.10, 0.08},
                                              {0.90, 0.80, 0.35},
                                              {0.35, 0.35, 0.38}}};
 
+// Returns how far a label is from what is nearest to it, another one or the background.
+double label_gap(const ValueSurvey& s, size_t i) {
+  const std::vector<double>& l = s.labels;
+  const double gap = l[i] - (i == 0 ? s.background : l[i - 1]);
+  if (i + 1 == l.size()) return gap;
+  return std::min(gap, l[i + 1] - l[i]);
+}
+
 TransferFunction label_function(const ValueSurvey& s, bool opaque) {
   TransferFunction f;
   const std::vector<double>& l = s.labels;
@@ -165,8 +173,7 @@ TransferFunction label_function(const ValueSurvey& s, bool opaque) {
   const double opacity = opaque ? 1.0 : opacity_of(label_depth);
   const bool narrow = !opaque && l.size() > 1 && l.size() <= most_windows;
   for (size_t i = 0; i < (narrow ? l.size() : 1); ++i) {
-    const double below = l[i] - (i == 0 ? s.background : l[i - 1]);
-    const double gap = i + 1 < l.size() ? std::min(below, l[i + 1] - l[i]) : below;
+    const double gap = label_gap(s, i);
     const double half = gap * (narrow ? half_narrow_window : half_window), slope = gap * half_slope;
     f.opacities.insert(f.opacities.end(), {{l[i] - half - slope, 0}, {l[i] - half + slope, opacity}});
     if (narrow && i + 1 < l.size())
