@@ -25,8 +25,11 @@ bool rounds(const Unsettled& unsettled, const WriterSettings& settings, const Se
          settings.store != BCCSPLAT_STORE_COEFFICIENTS && settings.steps.empty();
 }
 
-bool all_labels(const std::vector<bool>& labels) {
-  return std::find(labels.begin(), labels.end(), false) == labels.end();
+// What blends labels makes up others: who asks for nothing gets their grid.
+bool keeps_grid(const Unsettled& unsettled, const WriterSettings& settings, const std::vector<bool>& labels) {
+  const bool all_labels = std::find(labels.begin(), labels.end(), false) == labels.end();
+  return all_labels && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
+         has_cartesian(settings.kernel);
 }
 
 LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s,
@@ -34,9 +37,7 @@ LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, 
   LatticeWish wish;
   wish.labels = std::move(labels), wish.faces = settings.faces, wish.ends = settings.ends;
   wish.periodic = settings.periodic;
-  // What blends labels makes up others: who asks for nothing gets their grid.
-  if (all_labels(wish.labels) && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
-      has_cartesian(settings.kernel))
+  if (keeps_grid(unsettled, settings, wish.labels))
     wish.fixed =
         LatticeShape{BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings.faces, settings.ends, settings.periodic};
   if (!unsettled.auto_lattice) wish.fixed = shape_of(settings, s);
@@ -89,7 +90,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   const std::vector<bool> labels = find_labels(s, sample, air);
   if (levels && std::find(labels.begin(), labels.end(), true) != labels.end())
     plan.levels.labels = true, settings.levels = 0;
-  chosen = chosen || (still && all_labels(labels)); // BCC, which others have, would blend them
+  chosen = chosen || (still && keeps_grid(unsettled, settings, labels)); // others have BCC
   if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
   const int32_t periodic = settings.periodic;
   plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends, periodic},
