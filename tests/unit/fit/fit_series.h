@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fit/fit.h"
+#include "tests/unit/base/bench.h"
 
 namespace bccsplat::test {
 
@@ -49,14 +50,6 @@ inline Series noise(std::array<uint32_t, 4> dims, uint32_t seed) {
   return Series(dims, [&](double, double, double, double) { return uniform(random); });
 }
 
-struct Bench { // threads, memory and progress of one fit
-  explicit Bench(int threads = 1, uint64_t budget = UINT64_MAX) : tasks(threads), memory(budget) {}
-  Tasks tasks;
-  MemoryBudget memory;
-  Progress progress;
-  [[nodiscard]] Context context() { return {tasks, memory, progress}; }
-};
-
 struct Fitted {
   FitReport report;
   std::vector<BrickLayer> layers; // of channel 0
@@ -78,7 +71,7 @@ inline Fitted run_fit(FitOptions options, const Boxes& boxes, uint32_t frames, i
         if (slab != next_slab++) throw Error(Code::internal, "slabs out of order");
         result.layers.insert(result.layers.end(), layers.begin(), layers.end());
       },
-      bench.context(), std::move(masks));
+      bench.context, std::move(masks));
   for (uint32_t t = 0; t < frames; ++t) fit.add_frame(0, boxes(t));
   result.report = fit.finish();
   return result;

@@ -40,9 +40,9 @@ HalvedFrame halve(const std::vector<float>& values, std::span<const FrameBox> bo
   FrameBox whole;
   whole.data = values.data(), whole.dims = frame_dims;
   const Frame frame(boxes.empty() ? std::span(&whole, 1) : boxes, frame_dims, 0, "frame");
-  const FrameScan scan = scan_frame(frame, 0, bench.context());
+  const FrameScan scan = scan_frame(frame, 0, bench.context);
   FrameHalver halver(frame_dims, {true, true, true}, predicted, Filter::kaiser8);
-  HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, ringing, bench.context());
+  HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, ringing, bench.context);
   made.memory = {}; // of a budget that ends here
   return made;
 }
@@ -97,7 +97,7 @@ TEST(HalvedFrame, IsTheSameHoweverItIsMade) {
   EXPECT_EQ(halve(values, boxes, 2, 1.0f / 512).values, made.values);
 
   Bench bench(1);
-  const FrameScan scan = scan_frame(*made.frame, 0, bench.context());
+  const FrameScan scan = scan_frame(*made.frame, 0, bench.context);
   ASSERT_EQ(made.cells.cell.size(), scan.cells.cell.size());
   size_t air = 0;
   for (size_t i = 0; i < made.cells.cell.size(); ++i) {
@@ -166,9 +166,9 @@ TEST(HalvedFrame, AirIsFoundBeyondEndsThatTurn) {
     FrameBox whole;
     whole.data = values.data(), whole.dims = {n, n, n};
     const Frame frame(std::span(&whole, 1), whole.dims, 0, "frame");
-    const FrameScan scan = scan_frame(frame, 0, bench.context());
+    const FrameScan scan = scan_frame(frame, 0, bench.context);
     FrameHalver halver({n, n, n}, {true, true, true}, {}, Filter::kaiser8, {true, false, false});
-    HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, 1.0f / 512, bench.context());
+    HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, 1.0f / 512, bench.context);
     made.memory = {};
     return made;
   };

@@ -16,7 +16,7 @@ TEST(HolesFill, ConstantIsFilledWithItself) {
   std::mt19937 random(1);
   for (size_t i = 0; i < values.size(); ++i)
     if (random() % 5) missing[i] = 1, values[i] = NAN;
-  fill_missing(values, missing, {30, 20, 10}, bench.context());
+  fill_missing(values, missing, {30, 20, 10}, bench.context);
   for (const float v : values) EXPECT_FLOAT_EQ(v, 4.5f);
 }
 
@@ -38,7 +38,7 @@ TEST(HolesFill, StaysWithinTheKnownValuesAndCloseToASmoothField) {
         if (!missing.back())
           low = std::min(low, double(truth.back())), high = std::max(high, double(truth.back()));
       }
-  fill_missing(values, missing, n, bench.context());
+  fill_missing(values, missing, n, bench.context);
   double worst_step = 0;
   for (size_t i = 0; i < values.size(); ++i) {
     ASSERT_TRUE(missing[i] || values[i] == truth[i]);
@@ -58,8 +58,8 @@ TEST(HolesFill, ThreadsChangeNothing) {
   for (size_t i = 0; i < s.values.size(); ++i) missing.push_back(i % 7 < 5);
   std::vector<float> one = s.values, four = s.values;
   Bench a(1), b(4);
-  fill_missing(one, missing, n, a.context());
-  fill_missing(four, missing, n, b.context());
+  fill_missing(one, missing, n, a.context);
+  fill_missing(four, missing, n, b.context);
   EXPECT_EQ(one, four);
 }
 

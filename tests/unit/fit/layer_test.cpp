@@ -24,7 +24,7 @@ std::vector<SampleLayer> layers_of(const Series& s, float unit_of_values) {
       [&](int32_t, int, const SlabLayers& layers) {
         made.insert(made.end(), layers.compact().begin(), layers.compact().end());
       },
-      bench.context());
+      bench.context);
   for (uint32_t t = 0; t < s.dims[3]; ++t) fit.add_frame(0, std::vector{s.box(t)});
   (void)fit.finish();
   return made;

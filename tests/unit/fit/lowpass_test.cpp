@@ -19,7 +19,7 @@ Lattice4 lattice_for(const Series& s, const LatticeScales& scales = unscaled) {
 
 Series filtered(const Series& s, const Lattice4& lattice, int threads = 1) {
   Bench bench(threads);
-  const Context context = bench.context();
+  const Context context = bench.context;
   Lowpass lowpass(lattice, 0);
   Series out;
   out.dims = s.dims;

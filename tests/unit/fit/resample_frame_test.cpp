@@ -137,7 +137,7 @@ TEST(ResampleFrame, ScanCountsWhatIsThere) {
   const FrameBox box = s.box(0);
   for (const int threads : {1, 4}) {
     Bench bench(threads);
-    const FrameScan scan = scan_frame(Frame({&box, 1}, dims, 0.5f, ""), 0.25f, bench.context());
+    const FrameScan scan = scan_frame(Frame({&box, 1}, dims, 0.5f, ""), 0.25f, bench.context);
     uint64_t relevant = 0;
     for (const float v : s.values) relevant += std::fabs(v - 0.5f) > 0.25f;
     EXPECT_EQ(scan.relevant, relevant);
@@ -165,7 +165,7 @@ TEST(ResampleFrame, ScanFindsWhatIsNotFinite) {
   const FrameBox box = s.box(0);
   for (const int threads : {1, 3}) {
     Bench bench(threads);
-    const FrameScan scan = scan_frame(Frame({&box, 1}, {40, 20, 12}, 0, ""), 0, bench.context());
+    const FrameScan scan = scan_frame(Frame({&box, 1}, {40, 20, 12}, 0, ""), 0, bench.context);
     EXPECT_EQ(scan.nonfinite, 3u);
     EXPECT_EQ(scan.finite, s.values.size() - 3);
     EXPECT_EQ(scan.first_nonfinite, (std::array<int64_t, 3>{30, 2, 5}));
@@ -179,7 +179,7 @@ TEST(ResampleFrame, UncoveredSamplesAreAir) {
   const std::vector<float> values(8, 5.0f);
   const FrameBox box{values.data(), SourceType::f32, {4, 4, 4}, {2, 2, 2}, {}};
   Bench bench;
-  const FrameScan scan = scan_frame(Frame({&box, 1}, {64, 64, 64}, 2, ""), 0, bench.context());
+  const FrameScan scan = scan_frame(Frame({&box, 1}, {64, 64, 64}, 2, ""), 0, bench.context);
   EXPECT_EQ(scan.low, 2);
   EXPECT_EQ(scan.high, 5);
   EXPECT_EQ(scan.relevant, 8u);

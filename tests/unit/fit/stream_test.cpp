@@ -39,7 +39,7 @@ TEST(FitStream, SlabsComeInOrderForEveryChannel) {
         EXPECT_LE(given.size(), 5u);
         layers[c].insert(layers[c].end(), given.begin(), given.end());
       },
-      bench.context());
+      bench.context);
   for (uint32_t t = 0; t < 23; ++t)
     for (const int channel : {2, 0, 1}) {
       const FrameBox box = s.box(t);
@@ -63,7 +63,7 @@ TEST(FitStream, LayersComeAsSoonAsTheirFramesAreThere) {
   Bench bench;
   int32_t given = 0;
   Fit fit(
-      o, [&](int32_t, int, std::span<const BrickLayer>) { ++given; }, bench.context());
+      o, [&](int32_t, int, std::span<const BrickLayer>) { ++given; }, bench.context);
   for (uint32_t t = 0; t < 40; ++t) {
     const FrameBox box = s.box(t);
     fit.add_frame(0, {&box, 1});
@@ -83,7 +83,7 @@ TEST(FitStream, MemoryDoesNotGrowWithTheSeries) {
     o.dims[3] = 0;
     Bench bench;
     Fit fit(
-        o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+        o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context);
     for (uint32_t t = 0; t < frames; ++t) {
       const FrameBox box = s.box(t);
       fit.add_frame(0, {&box, 1});
@@ -115,7 +115,7 @@ TEST(FitStream, AVoxelOfBytesTakesFewBytes) {
       [&](int32_t, int, const SlabLayers& layers) {
         for (const SampleLayer& layer : layers.compact()) slab_bytes = std::max(slab_bytes, layer.bytes());
       },
-      bench.context());
+      bench.context);
   std::mt19937 random(5);
   std::vector<uint8_t> values(voxels);
   for (uint32_t t = 0; t < dims[3]; ++t) {
@@ -136,7 +136,7 @@ TEST(FitStream, GivesTheMemoryBack) {
     const Series s = noise({20, 20, 20, 6}, 4);
     FitOptions o = options_for(s);
     Fit fit(
-        o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+        o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context);
     const FrameBox box = s.box(0);
     fit.add_frame(0, {&box, 1});
     fit.add_frame(0, {&box, 1});
@@ -150,7 +150,7 @@ TEST(FitStream, RefusesToExceedTheBudget) {
   Bench bench(2, 1 << 20);
   FitOptions o = options_for(s);
   Fit fit(
-      o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+      o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context);
   const FrameBox box = s.box(0);
   EXPECT_EQ(code_of([&] { fit.add_frame(0, {&box, 1}); }), Code::memory_budget);
 }
@@ -160,7 +160,7 @@ TEST(FitStream, StopsWhenCancelled) {
   Bench bench;
   FitOptions o = options_for(s);
   Fit fit(
-      o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+      o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context);
   bench.progress.cancel();
   const FrameBox box = s.box(0);
   EXPECT_EQ(code_of([&] { fit.add_frame(0, {&box, 1}); }), Code::cancelled);
@@ -180,7 +180,7 @@ TEST(FitStream, DirectLayersAreKeptAsTheyAre) {
         [&](int32_t, int, std::span<const BrickLayer> given) {
           layers.insert(layers.end(), given.begin(), given.end());
         },
-        bench.context());
+        bench.context);
     std::mt19937 random(3);
     std::uniform_real_distribution<float> uniform(0, 3);
     std::vector<std::vector<float>> samples;
@@ -225,7 +225,7 @@ TEST(FitStream, DirectLayersFollowThePolicyForWhatIsNotFinite) {
     Fitted f;
     Fit fit(
         o, [&](int32_t, int, std::span<const BrickLayer> g) { f.layers.assign(g.begin(), g.end()); },
-        bench.context());
+        bench.context);
     fit.add_layer(0, samples);
     fit.add_layer(0, rest);
     f.report = fit.finish();
@@ -264,7 +264,7 @@ TEST(FitStream, RefusesWhatDoesNotFit) {
     FitOptions o = options_for(s);
     o.dims[3] = frames;
     return std::make_unique<Fit>(
-        o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+        o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context);
   };
   Bench bench;
   std::vector<float> layer(Lattice4::fit(LatticeKind::d4star, s.dims).space.sites(0), 1.0f);
@@ -288,7 +288,7 @@ TEST(FitStream, RefusesSizesBeyondReason) {
     Bench bench;
     EXPECT_EQ(code_of([&] {
                 Fit(
-                    o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+                    o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context);
               }),
               Code::limit_exceeded);
   }
@@ -297,7 +297,7 @@ TEST(FitStream, RefusesSizesBeyondReason) {
   Bench bench;
   EXPECT_EQ(code_of([&] {
               Fit(
-                  o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+                  o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context);
             }),
             Code::invalid_argument);
 }

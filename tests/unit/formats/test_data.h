@@ -13,17 +13,9 @@
 #include <vector>
 
 #include "formats/bcc4/bcc4.h"
+#include "tests/unit/base/bench.h"
 
 namespace bccsplat::test {
-
-// Threads, budget and progress for one test.
-struct Bench {
-  explicit Bench(int threads = 1, uint64_t budget = UINT64_MAX) : tasks(threads), memory(budget) {}
-  Tasks tasks;
-  MemoryBudget memory;
-  Progress progress;
-  Context context{tasks, memory, progress};
-};
 
 struct Sample {
   float value = 0; // relative to air

@@ -65,9 +65,9 @@ TEST(Fingerprint, ANewRuleHasANewNumber) {
   Bench bench(1);
   const FrameBox box = ball.box(0);
   const Frame frame(std::span(&box, 1), {40, 40, 40}, 0, "frame");
-  const FrameScan scan = scan_frame(frame, 0, bench.context());
+  const FrameScan scan = scan_frame(frame, 0, bench.context);
   FrameHalver halver({40, 40, 40}, {true, true, true}, {}, Filter::kaiser8);
-  HalvedFrame halved = halver.halve(frame, scan.cells, usual_face_levels, 1.0f / 512, bench.context());
+  HalvedFrame halved = halver.halve(frame, scan.cells, usual_face_levels, 1.0f / 512, bench.context);
   halved.memory = {};
   const auto air = std::count(halved.values.begin(), halved.values.end(), 0.0f);
   const char* const advice =

@@ -28,7 +28,7 @@ Held held_by_import(uint32_t frames) {
   std::mt19937 random(5);
   std::vector<uint8_t> values(voxels);
   {
-    VolumeWriter writer(settings, create_memory_sink(file), bench.context());
+    VolumeWriter writer(settings, create_memory_sink(file), bench.context);
     for (uint32_t t = 0; t < frames; ++t) {
       for (uint8_t& v : values) v = static_cast<uint8_t>(1 + random() % 255);
       FrameBox box;

@@ -48,7 +48,7 @@ class Levels : public testing::Test {
              int threads = 2) const {
     settings.path = file(name), settings.overwrite = true;
     Bench bench(threads);
-    VolumeWriter writer(settings, nullptr, bench.context());
+    VolumeWriter writer(settings, nullptr, bench.context);
     const auto [first, end] = writer.given_frames();
     for (auto t = static_cast<uint32_t>(first); t < std::min(end, stop); ++t)
       for (uint32_t c = 0; c < settings.channels.size(); ++c) {
@@ -94,7 +94,7 @@ TEST_F(Levels, AreTheSeriesAtTwiceTheDistance) {
     }
     EXPECT_LT(reader->level_bytes(1) * 3, reader->level_bytes(0));
     Bench bench(2);
-    for (const Bcc4Damage& d : reader->verify_all(bench.context()).damage) ADD_FAILURE() << d.message;
+    for (const Bcc4Damage& d : reader->verify_all(bench.context).damage) ADD_FAILURE() << d.message;
   }
 }
 
@@ -111,7 +111,7 @@ TEST_F(Levels, HoldWhatTheirLatticeCan) {
   settings.channels[1].name = "constant";
   std::vector<std::byte> file;
   Bench bench(2);
-  VolumeWriter writer(settings, create_memory_sink(file), bench.context());
+  VolumeWriter writer(settings, create_memory_sink(file), bench.context);
   for (uint32_t t = 0; t < 3; ++t)
     for (uint32_t c = 0; c < 2; ++c) {
       FrameBox frame;
@@ -128,7 +128,7 @@ TEST_F(Levels, HoldWhatTheirLatticeCan) {
     for (int c = 0; c < 2; ++c) {
       const Coefficients coefficients(samples, c, make_kernel(""), 0, 64 << 20);
       std::vector<float> out(points.size());
-      const EvaluateMisses misses = evaluate4(coefficients, points, out, {}, bench.context());
+      const EvaluateMisses misses = evaluate4(coefficients, points, out, {}, bench.context);
       EXPECT_EQ(misses.outside + misses.holes, 0u);
       for (size_t i = 0; i < points.size(); ++i) {
         const double expected = c == 0 ? value(points[i][0], points[i][1]) : 70;
@@ -148,7 +148,7 @@ TEST_F(Levels, NoneLeaveTheFileAsItWas) {
   Bench bench(1);
   const Bcc4Samples a(none, bench.memory), b(open("some"), bench.memory);
   for (int32_t m = 0; m < a.lattice().layers(); m += 7) {
-    const BrickLayer x = a.read_layer(0, m, {}, bench.context()), y = b.read_layer(0, m, {}, bench.context());
+    const BrickLayer x = a.read_layer(0, m, {}, bench.context), y = b.read_layer(0, m, {}, bench.context);
     for (size_t s = 0; s < x.brick_slots(); ++s) ASSERT_EQ(x.brick(s)->value, y.brick(s)->value) << m;
   }
 }
@@ -182,7 +182,7 @@ TEST_F(Levels, ResumedPartsAndAppendedTheBytesAreTheSame) {
     }
     Bench bench(1);
     for (std::string& name : names) name = file(name);
-    (void)join_parts(open_parts(names), file("joined"), true, bench.context());
+    (void)join_parts(open_parts(names), file("joined"), true, bench.context);
     EXPECT_EQ(bytes("joined"), whole) << "joined";
 
     WriterSettings shorter = settings;
@@ -233,7 +233,7 @@ TEST_F(Levels, ErrorsAreThoseOfTheLevel) {
                   static_cast<const float*>(frame.data)[(size_t{z} * dims[1] + y) * dims[0] + x]);
             }
       std::vector<float> values(points.size());
-      (void)evaluate4(field, points, values, {}, bench.context());
+      (void)evaluate4(field, points, values, {}, bench.context);
       ErrorSum sum;
       for (size_t i = 0; i < values.size(); ++i) sum.add(values[i] - source[i]);
       EXPECT_EQ(e.samples, sum.count);
@@ -256,7 +256,7 @@ TEST_F(Levels, PartsTellTheErrorsOfTheSeries) {
     write(one, "part" + std::to_string(first));
   }
   Bench bench(1);
-  (void)join_parts(open_parts(names), file("joined"), true, bench.context());
+  (void)join_parts(open_parts(names), file("joined"), true, bench.context);
   ASSERT_EQ(open("whole")->info().errors.size(), 3u);
   EXPECT_EQ(bytes("joined"), bytes("whole"));
 }
@@ -287,7 +287,7 @@ TEST_F(Levels, MasksAreToldOnce) {
   std::vector<std::byte> out;
   WriterSettings settings;
   settings.dims = {20, 21, 22, 4}, settings.levels = 2, settings.nonfinite = NonFinite::hole;
-  VolumeWriter writer(settings, create_memory_sink(out), bench.context());
+  VolumeWriter writer(settings, create_memory_sink(out), bench.context);
   std::vector<float> values(size_t{20} * 21 * 22, 5.0f);
   std::fill_n(values.begin(), 700, std::numeric_limits<float>::quiet_NaN());
   for (uint32_t t = 0; t < 4; ++t) {
@@ -301,7 +301,7 @@ TEST_F(Levels, MasksAreToldOnce) {
   reader->mask_runs(0, 2, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
   EXPECT_EQ(missing, 700u);
   for (const LevelInfo& level : reader->info().levels) EXPECT_EQ(level.channels[0].holes, 0u);
-  for (const Bcc4Damage& d : reader->verify_all(bench.context()).damage) ADD_FAILURE() << d.message;
+  for (const Bcc4Damage& d : reader->verify_all(bench.context).damage) ADD_FAILURE() << d.message;
 }
 
 TEST_F(Levels, WhatHasNoFramesIsRefused) {
@@ -309,7 +309,7 @@ TEST_F(Levels, WhatHasNoFramesIsRefused) {
   const auto refused = [&](const WriterSettings& settings, const char* text, bool layers) {
     std::vector<std::byte> out;
     try {
-      VolumeWriter writer(settings, create_memory_sink(out), bench.context());
+      VolumeWriter writer(settings, create_memory_sink(out), bench.context);
       if (layers) writer.add_layer(0, 0, std::vector<float>(8));
       ADD_FAILURE() << "was accepted";
     } catch (const Error& e) {
@@ -329,7 +329,7 @@ TEST_F(Levels, RecodingLeavesThemOut) {
   const Bcc4Samples samples(open("x"), bench.memory);
   RecodeSettings settings;
   settings.path = file("y");
-  (void)recode(samples, settings, bench.context());
+  (void)recode(samples, settings, bench.context);
   EXPECT_EQ(open("y")->info().level_count(), 1);
   EXPECT_EQ(open("y")->info().channels[0].sites_kept, open("x")->info().channels[0].sites_kept);
 }

@@ -57,7 +57,7 @@ void expect_same_field(WriterSettings settings, const Series& series) {
   (void)test::write(settings, series, bytes);
   Opened file(std::move(bytes));
   const uint32_t frame = series.dims[3] / 2;
-  const Context context = file.bench.context();
+  const Context context = file.bench.context;
   const Slice whole = time_slice(*file.coefficients, frame, {0, 0}, {}, context);
   std::set<std::array<int64_t, 3>> seen;
   for (uint32_t number = 0; number < 8; ++number)
@@ -294,7 +294,7 @@ TEST(MeasuredBoxes, WriterComparesAShare) {
     WriterSettings settings;
     settings.dims = series.dims, settings.measure = measure;
     std::vector<std::byte> bytes;
-    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
     for (uint32_t t = 0; t < 3; ++t) {
       const FrameBox box = series.box(t);
       writer.add_frame(0, t, {&box, 1});

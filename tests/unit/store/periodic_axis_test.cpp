@@ -129,8 +129,8 @@ TEST_P(PeriodicAxisWays, HasNoBeginning) {
     const int32_t sites = lattice.space.dims(0)[0], by = sites / 2;
     ASSERT_NEAR(lattice.space.plane(0, by) * lattice.space_step[0], half, 1e-9);
     for (int32_t m = 0; m < lattice.layers(); m += 3) {
-      const auto one = layer_to_dense(a.samples.read_layer(0, m, {}, a.bench.context())),
-                 other = layer_to_dense(b.samples.read_layer(0, m, {}, b.bench.context()));
+      const auto one = layer_to_dense(a.samples.read_layer(0, m, {}, a.bench.context)),
+                 other = layer_to_dense(b.samples.read_layer(0, m, {}, b.bench.context));
       const size_t row = sites;
       for (size_t i = 0; i < one.size(); ++i)
         ASSERT_NEAR(other[i], one[i / row * row + (i + by) % row], GetParam().tolerance) << m << " " << i;
@@ -196,8 +196,8 @@ TEST(PeriodicAxis, TheEndIsTheBeginning) {
       begin.push_back({0, p[1], p[2], p[3]}), end.push_back({axis_dims[0], p[1], p[2], p[3]});
     std::vector<float> x(begin.size()), y(end.size());
     std::vector<std::array<float, 4>> u(begin.size()), v(end.size());
-    (void)evaluate4(*file.coefficients, begin, x, u, file.bench.context());
-    (void)evaluate4(*file.coefficients, end, y, v, file.bench.context());
+    (void)evaluate4(*file.coefficients, begin, x, u, file.bench.context);
+    (void)evaluate4(*file.coefficients, end, y, v, file.bench.context);
     for (size_t i = 0; i < x.size(); ++i) {
       ASSERT_NEAR(x[i], y[i], 2e-4);
       for (size_t a = 0; a < 4; ++a) ASSERT_NEAR(u[i][a], v[i][a], 1e-3);
@@ -212,7 +212,7 @@ TEST(PeriodicAxis, SlicesSeeNoSeam) {
   std::vector<std::byte> bytes;
   write(round_settings(), turned_clouds(0), bytes);
   Opened file(bytes);
-  const Context context = file.bench.context();
+  const Context context = file.bench.context;
   const std::array<Hyperplane, 7> planes{
       Hyperplane(0, 0, 0, 1, -2.3),         Hyperplane(1, 0, 0, 0, -47.6), Hyperplane(1, 0, 0, 0, -0.2),
       Hyperplane(0, 1, 0, 0, -9.3),         Hyperplane(0, 0, 1, 0, -8),    Hyperplane(0.3, 0.3, 0.2, 0.6, -8),
@@ -254,7 +254,7 @@ TEST(PeriodicAxis, BoxesCoarserSlicesAndPointsGoRound) {
   std::vector<std::byte> bytes;
   write(round_settings(), turned_clouds(0), bytes);
   Opened file(bytes);
-  const Context context = file.bench.context();
+  const Context context = file.bench.context;
   const Hyperplane now(0, 0, 0, 1, -2.3);
   const Slice whole = hyperslice(*file.coefficients, now, {}, {}, context);
   for (const double from : {0.0, 40.0}) {
@@ -306,7 +306,7 @@ TEST(PeriodicAxis, BoundsHoldAtTheSeam) {
   write(settings, s, bytes);
   Opened file(bytes);
   ASSERT_TRUE(file.corrections);
-  const Slice slice = time_slice(*file.coefficients, 2, {0, 0}, {}, file.bench.context());
+  const Slice slice = time_slice(*file.coefficients, 2, {0, 0}, {}, file.bench.context);
   for (uint32_t z = 0; z < axis_dims[2]; ++z)
     for (uint32_t y = 0; y < axis_dims[1]; ++y)
       for (const uint32_t x : {0u, 1u, 46u, 47u, 48u}) {
@@ -315,7 +315,7 @@ TEST(PeriodicAxis, BoundsHoldAtTheSeam) {
         ASSERT_NEAR(file.at(p)[0], truth, 0.0201) << x << " " << y << " " << z;
         const std::array<Vec3, 1> q{{{1.0 * x, 1.0 * y, 1.0 * z}}};
         std::array<float, 1> got;
-        (void)sample_points(slice, q, got, {}, file.bench.context());
+        (void)sample_points(slice, q, got, {}, file.bench.context);
         ASSERT_NEAR(got[0], truth, 0.0201) << x << " " << y << " " << z;
       }
 }
@@ -340,7 +340,7 @@ TEST(PeriodicAxis, MasksGoRound) {
   write(settings, with_gap(21, 26, half), bytes);
   Opened b(bytes);
   expect_sound(a);
-  const Slice slice = time_slice(*a.coefficients, 2, {0, 0}, {}, a.bench.context());
+  const Slice slice = time_slice(*a.coefficients, 2, {0, 0}, {}, a.bench.context);
   ASSERT_TRUE(slice.mask);
   for (double x = 42; x < 54; x += 0.17)
     for (const double y : {6.0, 8.9, 12.0}) {
@@ -374,7 +374,7 @@ TEST(PeriodicAxis, LevelsFieldsAndSingleFramesGoRound) {
   for (const uint32_t frames : {1u, 6u}) {
     settings.dims[3] = frames;
     Bench bench(2);
-    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
     writer.add_field(0, [](std::span<const double> points, std::span<float> values) {
       for (size_t i = 0; i < values.size(); ++i)
         values[i] = static_cast<float>(
@@ -426,18 +426,18 @@ TEST(PeriodicAxis, RecodingKeepsIt) {
   RecodeSettings settings;
   settings.path = testing::TempDir() + "periodic_axis.bcc4", settings.overwrite = true;
   settings.coefficients = true, settings.kernel = "default";
-  (void)recode(was.samples, settings, was.bench.context());
+  (void)recode(was.samples, settings, was.bench.context);
   const auto reader = Bcc4Reader::open(open_file_source(settings.path));
   EXPECT_EQ(reader->info().lattice, was.lattice());
   const Bcc4Samples samples(reader, was.bench.memory, 64 << 20, RelativeTo::base);
   const Coefficients coefficients(samples, 0, make_kernel("default"), 0, 64 << 20);
   const std::vector<Vec4> points = points_across(-2, 2, 500);
   std::vector<float> got(points.size());
-  (void)evaluate4(coefficients, points, got, {}, was.bench.context());
+  (void)evaluate4(coefficients, points, got, {}, was.bench.context);
   const auto expected = was.at(points);
   for (size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(got[i], expected[i], 0.3);
   settings.coefficients = false, settings.format = 2;
-  EXPECT_THROW((void)recode(was.samples, settings, was.bench.context()), Error);
+  EXPECT_THROW((void)recode(was.samples, settings, was.bench.context), Error);
   std::remove(settings.path.c_str());
 }
 
@@ -448,7 +448,7 @@ TEST(PeriodicAxis, WhatCannotBeIsRefused) {
     Bench bench;
     std::vector<std::byte> bytes;
     try {
-      const VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+      const VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
     } catch (const Error& e) {
       return e.code();
     }

@@ -71,8 +71,8 @@ void expect_turned(Opened& a, Opened& b, double tolerance) {
   const int32_t by = static_cast<int32_t>(std::lround(half_frames / a.lattice().time_step));
   ASSERT_NEAR(by * a.lattice().time_step, half_frames, 1e-9);
   for (int32_t m = 0; m < layers; ++m) {
-    const auto late = layer_to_dense(a.samples.read_layer(0, (m + by) % layers, {}, a.bench.context())),
-               early = layer_to_dense(b.samples.read_layer(0, m, {}, b.bench.context()));
+    const auto late = layer_to_dense(a.samples.read_layer(0, (m + by) % layers, {}, a.bench.context)),
+               early = layer_to_dense(b.samples.read_layer(0, m, {}, b.bench.context));
     EXPECT_EQ(late, early) << m;
   }
   const std::vector<Vec4> points = points_in(0, dims[3], 4000);
@@ -164,7 +164,7 @@ TEST(PeriodicSeries, MayBeShort) {
       settings.dims = s.dims, settings.lowpass = lowpass, settings.measure = Measure::all;
       std::vector<std::byte> bytes;
       Bench bench(2);
-      VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+      VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
       for (uint32_t t = 0; t < frames; ++t) {
         const FrameBox box = s.box(t);
         writer.add_frame(0, t, {&box, 1});
@@ -222,7 +222,7 @@ TEST(PeriodicSeries, ErrorsAreMeasuredOfAllFrames) {
     const Series s = turned_blob(0);
     std::vector<std::byte> bytes;
     Bench bench(2);
-    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
     for (uint32_t t = 0; t < dims[3]; ++t) {
       const FrameBox box = s.box(t);
       writer.add_frame(0, t, {&box, 1});
@@ -255,7 +255,7 @@ TEST(PeriodicSeries, SlicesSeeNoEnd) {
   Opened a(bytes);
   write(settings, turned_blob(half_frames), bytes);
   Opened b(bytes);
-  const Context context = a.bench.context();
+  const Context context = a.bench.context;
   const auto values = [&](const Slice& slice, const std::vector<Vec3>& at) {
     std::vector<float> got(at.size());
     EXPECT_EQ(sample_points(slice, at, got, {}, context).outside, 0u);
@@ -333,10 +333,10 @@ TEST(PeriodicSeries, MasksAndBoundsGoRound) {
   EXPECT_FALSE(std::isnan(got[1]));
   EXPECT_TRUE(std::isnan(got[2]));
   EXPECT_FALSE(std::isnan(got[3]));
-  const Slice late = time_slice(*a.coefficients, 15.6, {0, 0}, {}, a.bench.context());
+  const Slice late = time_slice(*a.coefficients, 15.6, {0, 0}, {}, a.bench.context);
   ASSERT_TRUE(late.mask);
   EXPECT_TRUE(late.mask->missing({18, 9, 9}));
-  EXPECT_FALSE(time_slice(*a.coefficients, 15.4, {0, 0}, {}, a.bench.context()).mask);
+  EXPECT_FALSE(time_slice(*a.coefficients, 15.4, {0, 0}, {}, a.bench.context).mask);
 }
 
 TEST(PeriodicSeries, LayersAndFieldsGoRound) {
@@ -346,7 +346,7 @@ TEST(PeriodicSeries, LayersAndFieldsGoRound) {
     settings.coefficients = coefficients;
     std::vector<std::byte> bytes;
     Bench bench(2);
-    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
     writer.add_field(0, [](std::span<const double> points, std::span<float> values) {
       for (size_t i = 0; i < values.size(); ++i)
         values[i] =
@@ -370,18 +370,18 @@ TEST(PeriodicSeries, RecodingKeepsTheTurn) {
   Opened was(bytes);
   RecodeSettings settings;
   settings.path = path, settings.overwrite = true, settings.coefficients = true, settings.kernel = "default";
-  (void)recode(was.samples, settings, was.bench.context());
+  (void)recode(was.samples, settings, was.bench.context);
   const auto reader = Bcc4Reader::open(open_file_source(path));
   EXPECT_EQ(reader->info().lattice, was.lattice());
   const Bcc4Samples samples(reader, was.bench.memory, 64 << 20, RelativeTo::base);
   const Coefficients coefficients(samples, 0, make_kernel("default"), 0, 64 << 20);
   const std::vector<Vec4> points = points_in(14, 16, 500);
   std::vector<float> got(points.size());
-  (void)evaluate4(coefficients, points, got, {}, was.bench.context());
+  (void)evaluate4(coefficients, points, got, {}, was.bench.context);
   const auto expected = was.at(points);
   for (size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(got[i], expected[i], 0.3);
   settings.coefficients = false, settings.format = 2;
-  EXPECT_THROW((void)recode(was.samples, settings, was.bench.context()), Error);
+  EXPECT_THROW((void)recode(was.samples, settings, was.bench.context), Error);
   std::filesystem::remove(path);
 }
 
@@ -401,7 +401,7 @@ TEST(PeriodicSeries, MayBeResumed) {
     WriterSettings settings = noisy_settings();
     settings.path = (folder / "p.bcc4").string(), settings.continuity = continuity;
     Bench bench(2);
-    VolumeWriter writer(settings, nullptr, bench.context());
+    VolumeWriter writer(settings, nullptr, bench.context);
     for (uint32_t t = 0; t < frames; ++t) {
       const FrameBox box = s.box(t);
       writer.add_frame(0, t, {&box, 1});
@@ -417,8 +417,8 @@ TEST(PeriodicSeries, MayBeResumed) {
   EXPECT_EQ(resumed->bytes().file, whole.reader->bytes().file);
   const Bcc4Samples samples(resumed, whole.bench.memory, 64 << 20, RelativeTo::base);
   for (int32_t m = 0; m < whole.lattice().layers(); ++m)
-    EXPECT_EQ(layer_to_dense(samples.read_layer(0, m, {}, whole.bench.context())),
-              layer_to_dense(whole.samples.read_layer(0, m, {}, whole.bench.context())));
+    EXPECT_EQ(layer_to_dense(samples.read_layer(0, m, {}, whole.bench.context)),
+              layer_to_dense(whole.samples.read_layer(0, m, {}, whole.bench.context)));
   std::filesystem::remove_all(folder);
 }
 
@@ -429,7 +429,7 @@ TEST(PeriodicSeries, WhatCannotBeIsRefused) {
     Bench bench;
     std::vector<std::byte> bytes;
     try {
-      const VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+      const VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
     } catch (const Error& e) {
       return e.code();
     }

@@ -27,7 +27,7 @@ struct Case {
 std::vector<std::byte> written(const Series& series, const WriterSettings& settings, int threads) {
   Bench bench(threads);
   std::vector<std::byte> bytes;
-  VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+  VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
   for (uint32_t t = 0; t < series.dims[3]; ++t) {
     const FrameBox box = series.box(t);
     writer.add_frame(0, t, {&box, 1});
@@ -98,7 +98,7 @@ class CoefficientsOfSeveralTargets : public testing::Test {
     test::for_targets([&] {
       if (at++ != number % targets_) return;
       Bench bench(2);
-      VolumeWriter writer(settings, nullptr, bench.context());
+      VolumeWriter writer(settings, nullptr, bench.context);
       const auto [first, end] = writer.given_frames();
       for (auto t = static_cast<uint32_t>(first); t < end; ++t) {
         const FrameBox box = series_.box(t);
@@ -138,7 +138,7 @@ TEST_F(CoefficientsOfSeveralTargets, PartsJoined) {
       }
       Bench bench(1);
       for (std::string& name : names) name = file(name);
-      (void)join_parts(open_parts(names), file("joined"), true, bench.context());
+      (void)join_parts(open_parts(names), file("joined"), true, bench.context);
       EXPECT_EQ(bytes("joined"), bytes("whole"));
     }
   }

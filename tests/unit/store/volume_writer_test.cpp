@@ -29,7 +29,7 @@ struct Writing : Bench {
 
   // The writer of a stream into `bytes`.
   VolumeWriter& writer() {
-    if (!made) made = std::make_unique<VolumeWriter>(settings, create_memory_sink(bytes), context());
+    if (!made) made = std::make_unique<VolumeWriter>(settings, create_memory_sink(bytes), context);
     return *made;
   }
   Code create() {

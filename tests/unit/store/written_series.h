@@ -23,7 +23,7 @@ namespace bccsplat::test {
 inline WriteReport write(const WriterSettings& settings, const Series& series,
                          std::vector<std::byte>& bytes) {
   Bench bench(2);
-  VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
+  VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
   for (uint32_t t = 0; t < settings.dims[3]; ++t) {
     const FrameBox box = series.box(t);
     writer.add_frame(0, t, {&box, 1});
@@ -49,7 +49,7 @@ struct Opened {
   [[nodiscard]] const Lattice4& lattice() const { return samples.lattice(); }
   [[nodiscard]] std::vector<float> at(std::span<const Vec4> points) {
     std::vector<float> values(points.size());
-    (void)evaluate4(*coefficients, points, values, {}, bench.context());
+    (void)evaluate4(*coefficients, points, values, {}, bench.context);
     return values;
   }
 
@@ -64,7 +64,7 @@ struct Opened {
 
 inline void expect_sound(const Opened& file) {
   Bench bench(2);
-  for (const Bcc4Damage& d : file.reader->verify_all(bench.context()).damage) ADD_FAILURE() << d.message;
+  for (const Bcc4Damage& d : file.reader->verify_all(bench.context).damage) ADD_FAILURE() << d.message;
 }
 
 } // namespace bccsplat::test
