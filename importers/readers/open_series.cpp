@@ -88,14 +88,12 @@ const std::vector<Format>& formats() {
 
 // What begins like none of the formats is raw, unless its name or its first bytes promise something else.
 void check_raw(const std::string& path, std::string_view start) {
-  const std::string name = lower(path);
   if (start.starts_with("NanoVDB"))
     fail_input(path, ": a NanoVDB file, which no reader knows; convert it with nanovdb_convert to OpenVDB");
-  if (start.starts_with("BCC4") || name.ends_with(".bcc4")) fail_input(path, ": is a .bcc4 file already");
-  for (const Format& format : formats())
-    for (const char* extension : format.extensions)
-      if (name.ends_with(extension))
-        fail_input(path, ": does not begin as a ", extension, " file does: damaged or misnamed");
+  if (start.starts_with("BCC4") || lower(path).ends_with(".bcc4"))
+    fail_input(path, ": is a .bcc4 file already");
+  if (const std::string format = format_of_name(path); !format.empty())
+    fail_input(path, ": does not begin as a file of ", format, " does: damaged or misnamed");
 }
 
 } // namespace
@@ -114,6 +112,14 @@ std::unique_ptr<FrameReader> open_series(const ReaderOptions& options) {
   }
   check_raw(path, start);
   return open_raw(sequence, options);
+}
+
+std::string format_of_name(const std::string& path) {
+  const std::string name = lower(path);
+  for (const Format& format : formats())
+    for (const char* extension : format.extensions)
+      if (name.ends_with(extension)) return format.name;
+  return {};
 }
 
 std::vector<ReaderInfo> reader_list() {

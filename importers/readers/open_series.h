@@ -15,6 +15,10 @@ namespace bcc4 {
 // raw and needs --dims and --dtype.
 [[nodiscard]] std::unique_ptr<FrameReader> open_series(const ReaderOptions& options);
 
+// Returns the name of the format whose files end as this path does, empty where none does. Raw files end in
+// anything.
+[[nodiscard]] std::string format_of_name(const std::string& path);
+
 struct ReaderInfo {
   const char* name;
   bool present; // false: this build left it out

@@ -114,6 +114,11 @@ std::string byte_text(double bytes) {
   return concat(short_number(bytes, unit == 0 ? 15 : 3), " ", units[unit]);
 }
 
+int digits_apart(double magnitude, double difference, int least) {
+  const double digits = std::ceil(std::log10(std::abs(magnitude / difference))) + 2;
+  return std::isfinite(digits) && digits > least ? static_cast<int>(std::min(digits, 17.0)) : least;
+}
+
 std::string short_number(double value, int digits) {
   char buffer[64];
   std::string text(

@@ -361,6 +361,31 @@ class Import(ToolTest):
         self.refused(2, '--times gives 2 times for 6 frames', 'import', *good, '--times', '0,1', *out, output='x.bcc4')
         self.refused(3, 'times must rise', 'import', *good, '--times', '0,1,2,2,3,4', *out, output='x.bcc4')
 
+        self.refused(2, 'auto, d4star, bcc or cc', 'import', *good, '--lattice', 'd4', *out, output='x.bcc4')
+        for name, of in (('x.nrrd', 'a file of nrrd'), ('x.nii.gz', 'a file of nifti'), ('-', 'has to have a name')):
+            self.refused(2, of, 'import', *good, '-o', name, output=name)
+        self.refused(2, 'NIfTI, MetaImage, NetCDF', 'import', 'a.raw', *out, output='x.bcc4')
+
+    def test_what_floats_cannot_hold_is_said(self):
+        def far(x, y, z, t):
+            return 1e9 + math.sin(.7 * x)
+
+        out, err = self.bcc4('import', *self.raw('far.raw', DIMS, far, 'f64'), '-o', 'far.bcc4')
+        self.assertIn('are stored as 32-bit floats, which is off by up to', err)
+        self.assertIn('subtract', err)
+        self.assertIn('no PSNR of a constant', out)
+        self.assertRegex(out, r'worst: .*: 1000000000, source (999999999|1000000000)\.\d+\n')
+        for f, dtype, text in ((bump, 'f64', ''), (lambda x, y, z, t: 2**24 + x, 'i32', 'exact up to 16777216'),
+                               (lambda x, y, z, t: x + y, 'i32', '')):
+            _, err = self.bcc4('import', *self.raw('a.raw', DIMS, f, dtype), '-o', 'a.bcc4', '--quiet', '--overwrite')
+            self.assertEqual('32-bit floats' in err, bool(text), err)
+            self.assertIn(text, err)
+
+    def test_a_constant_has_no_alternatives(self):
+        out, _ = self.bcc4('import', *self.raw('a.raw', (24, 24, 24, 8), lambda x, y, z, t: 7), '-o', 'a.bcc4')
+        self.assertIn('exact of the sampled range', out)
+        self.assertNotIn('instead of', out)
+
     def test_an_existing_file_stays_unless_told(self):
         args = self.raw('a.raw', DIMS, bump)
         self.write('a.bcc4', b'precious')

@@ -211,8 +211,11 @@ class LatticeTest(ToolTest):
         def mask(x, y, z, t):
             return 255 if math.hypot(x - 11 - .3 * t, y - 10, z - 9) < 8 else 0
 
-        for f, labels in ((organ, True), (mask, True), (smooth, False)):
-            args = self.raw('a.raw', (22, 20, 18, 12), f, 'u8')
+        def halves(x, y, z, t):
+            return mask(x, y, z, t) / 510
+
+        for f, labels, dtype in ((organ, True, 'u8'), (mask, True, 'u8'), (mask, True, 'f32'), (smooth, False, 'u8'), (halves, True, 'f32')):
+            args = self.raw('a.raw', (22, 20, 18, 12), f, dtype)
             report = self.imported(args)
             self.assertEqual(report['plan']['choice']['labels'], [labels], f.__name__)
             self.assertEqual(self.json('info', 'v.bcc4')['lattice'] == 'cc' and report['error']['channels'][0]['max_abs'] < .01, labels)
@@ -225,7 +228,7 @@ class LatticeTest(ToolTest):
                 info = self.json('info', 'v.bcc4')
                 self.assertEqual((info['lattice'], info['planes_outside']['before'], info['layers']), ('cc', [2, 0, 2], layers + 4))
             # A still volume, too.
-            report = self.imported(self.raw('a.raw', (22, 20, 18, 1), f, 'u8'))
+            report = self.imported(self.raw('a.raw', (22, 20, 18, 1), f, dtype))
             self.assertEqual(self.json('info', 'v.bcc4')['lattice'] == 'cc' and report['error']['channels'][0]['max_abs'] < .01, labels)
         # On a lattice that was asked for they are as precise as the source's, too.
         for more in (['--density', .5], ['--lattice', 'd4star']):

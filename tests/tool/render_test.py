@@ -284,6 +284,9 @@ class Render(ToolTest):
         self.bcc4('render', 'v.bcc4', '--time', 2, '-o', 'i.png', '--size', '40x40', '--quiet', '--no-shading', '--smooth-edges', 'off',
                   '--iso', f'{low}:1:#ff8000')
         self.assertEqual({pixel[:3] for row in read_png(self.path('i.png')) for pixel in row if pixel[3]}, {(255, 128, 0)})
+        args = ['render', 'v.bcc4', '--time', 2, '-o', 'i.png', '--size', '40x40', '--quiet', '--iso']
+        self.assertRegex(self.bcc4(*args, f'{low},999')[1], r'warning: --iso 999: the values are \d')
+        self.assertEqual(self.bcc4(*args, low)[1], '')
         for wrong in (f'{low}:2', 'x', f'{low}:1:red', ','.join(['1'] * 17)):
             self.refused(2, '--iso', 'render', 'v.bcc4', '--time', 2, '--iso', wrong, '-o', 'x.png', output='x.png')
         self.refused(2, 'opaque', 'render', 'v.bcc4', '--time', 2, '--iso', f'{low}:.5', '--trail', '1f', '-o', 'x.png', output='x.png')

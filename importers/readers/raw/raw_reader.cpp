@@ -87,12 +87,12 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
   for (const SequenceFile& f : sequence.files)
     (void)file_size(f.path); // a missing file is the first thing to say
   if (!options.dims || !options.dtype)
-    fail_usage(
-        first,
-        ": begins like none of the known formats (NRRD, OpenVDB, VTK ImageData, NIfTI); to read it as ",
-        "raw values give ", options.dims ? "" : "--dims NX,NY,NZ[,NT]",
-        options.dims || options.dtype ? "" : " and ",
-        options.dtype ? "" : "--dtype u8|u16|i16|i32|f16|f32|f64");
+    fail_usage(first,
+               ": begins like none of the known formats (NRRD, OpenVDB, VTK ImageData, NIfTI, MetaImage, "
+               "NetCDF); to read it as ",
+               "raw values give ", options.dims ? "" : "--dims NX,NY,NZ[,NT]",
+               options.dims || options.dtype ? "" : " and ",
+               options.dtype ? "" : "--dtype u8|u16|i16|i32|f16|f32|f64");
 
   auto dims = *options.dims;
   const uint64_t files = sequence.files.size();

@@ -7,6 +7,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
+#include <set>
 
 #include "readers/text.h"
 
@@ -18,6 +20,7 @@ constexpr uint64_t kProbes = 1 << 16; // pairs looked at: more make opening a fi
 // noise, higher ones miss a wrong order in data with little structure.
 constexpr double kSmootherSwapped = 1.25, kSmootherTurned = 2;
 constexpr double kAbsurdStep = 1e30; // sum of steps: floats of the other byte order are as large
+constexpr size_t kMostLabels = 256;  // of so few values the steps are as they happen to be numbered
 
 double value_at(const Bytes& bytes, Type type, uint64_t i, bool swapped) {
   std::byte element[8];
@@ -43,6 +46,19 @@ double relative_step(const Bytes& bytes, Type type, uint64_t stride, bool swappe
   }
   if (!std::isfinite(step) || !std::isfinite(deviation) || step > kAbsurdStep) return HUGE_VAL;
   return deviation > 0 ? step / deviation : 0;
+}
+
+// Returns whether the values looked at are labels, or all one: no byte order makes these smooth.
+bool are_labels(const Bytes& bytes, Type type) {
+  std::set<uint64_t> patterns;
+  const size_t size = type_size(type);
+  const uint64_t count = bytes.size() / size, skip = std::max<uint64_t>(1, count / kProbes);
+  for (uint64_t i = 0; i < count && patterns.size() <= kMostLabels; i += skip) {
+    uint64_t pattern = 0;
+    std::memcpy(&pattern, bytes.data() + i * size, size);
+    patterns.insert(pattern);
+  }
+  return patterns.size() <= kMostLabels;
 }
 
 // Returns whether all values are whole multiples of what the other byte order reads as small numbers.
@@ -87,7 +103,8 @@ std::vector<std::string> find_suspicions(const Bytes& bytes, Type type, const st
   std::vector<std::string> out;
   if (type_size(type) > 1) {
     const double given = relative_step(bytes, type, 1, false), swapped = relative_step(bytes, type, 1, true);
-    if (swapped < given / kSmootherSwapped || only_high_bytes(bytes, type))
+    const bool smoother = swapped < given / kSmootherSwapped && !are_labels(bytes, type);
+    if (smoother || only_high_bytes(bytes, type))
       out.push_back("the values jump about as declared and are smooth with the bytes of each value reversed: "
                     "is --endian right?");
   }

@@ -13,6 +13,7 @@
 #include "tool/import/import_arguments.h"
 #include "tool/import/plan.h"
 #include "tool/import/plan_file.h"
+#include "tool/import/precision.h"
 #include "tool/import/sources.h"
 #include "tool/import/summary.h"
 #include "tool/json.h"
@@ -44,6 +45,11 @@ std::unique_ptr<FrameReader> open_input(const ImportArguments& a) {
         fail_usage("--air ", *a.settings.air, ": outside its active voxels grid \"", c.name,
                    "\" has its background, ", c.air);
   return reader;
+}
+
+void warn_of_precision(FrameReader& reader) {
+  for (const std::string& warning : precision_warnings(reader))
+    std::fprintf(stderr, "bcc4: warning: %s\n", warning.c_str());
 }
 
 void refuse_sources_as_output(const ImportArguments& a, const SeriesDescription& s) {
@@ -159,7 +165,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const std::unique_ptr<FrameReader> reader = open_input(a);
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
-  if (!planned) a.settings.levels = read_levels(a, s.dims);
+  if (!planned) a.settings.levels = read_levels(a, s.dims), warn_of_precision(*reader);
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
 
   a.settings.own_air =

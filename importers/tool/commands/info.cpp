@@ -144,16 +144,17 @@ template<class... Parts> void line(const char* key, const Parts&... parts) {
 void print_histogram(const bccsplat_channel_info& c) {
   uint64_t bars[16]{}, highest = 1;
   for (size_t b = 0; b < 256; ++b) highest = std::max(highest, bars[b / 16] += c.histogram[b]);
+  const double magnitude = std::max(std::abs(c.kept_range[0]), std::abs(c.kept_range[1]));
+  const int digits = digits_apart(magnitude, (c.kept_range[1] - c.kept_range[0]) / 16, 5);
   for (size_t b = 0; b < 16; ++b) {
     const double low = c.kept_range[0] + (c.kept_range[1] - c.kept_range[0]) * static_cast<double>(b) / 16;
     const double length = 50 * std::sqrt(static_cast<double>(bars[b]) / static_cast<double>(highest));
-    std::printf("  %12s  %-50s %llu\n", short_number(low, 5).c_str(),
+    std::printf("  %12s  %-50s %llu\n", short_number(low, digits).c_str(),
                 std::string(static_cast<size_t>(length), '#').c_str(),
                 static_cast<unsigned long long>(bars[b]));
   }
 }
 
-// Of the lattice along x, y, z and t.
 // Planes of the lattice outside the first and the last sample, where there are some.
 std::string outside_text(const bccsplat_volume_info& v) {
   std::string text;

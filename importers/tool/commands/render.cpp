@@ -210,6 +210,14 @@ void tell_look(const RenderArguments& a, const bccsplat_look& look) {
   std::fprintf(stderr, "bcc4: %s: %s\n", a.file.c_str(), words.c_str());
 }
 
+// A surface that is nowhere leaves the picture empty.
+void warn_of_no_surface(const RenderArguments& a, const bccsplat_channel_info& c) {
+  for (const bccsplat_iso_surface& s : a.iso)
+    if (s.value < c.range[0] || s.value > c.range[1])
+      std::fprintf(stderr, "bcc4: warning: --iso %s: the values are %s to %s\n", concat(s.value).c_str(),
+                   concat(c.range[0]).c_str(), concat(c.range[1]).c_str());
+}
+
 // A series of which no moment was chosen shows its first frame, in a film, on a sheet or in numbered pictures
 // all of them, after a word on that.
 void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera) {
@@ -321,6 +329,7 @@ Exit run_render(RenderArguments a) {
       make_look(volume, channel, a.look, a.iso.size() > 1 ? BCCSPLAT_MODE_COMPOSITE : a.mode);
   tell_look(a, look);
   const bccsplat_channel_info info = channel_info(volume, channel);
+  warn_of_no_surface(a, info);
   const auto output = picture_output(a, device, {camera.size[0], camera.size[1]}, pictures.size());
   const bccsplat_render_options options = render_options(a, look);
   Scene scene{.a = a,

@@ -140,12 +140,13 @@ void print_comparison(const std::string& name, const Comparison& c) {
     std::printf("  as export rounds them to %s: max %s, RMSE %s, %s\n", type_name(c.export_type),
                 short_number(c.exported.max).c_str(), short_number(c.exported.rmse()).c_str(),
                 psnr_text(c.exported, peak).c_str());
+  const int digits = digits_apart(c.worst.expected, c.worst.got - c.worst.expected, 6);
   if (c.all.count > 0)
     std::printf(
         "  worst: frame %llu, voxel (%llu, %llu, %llu): %s, source %s\n",
         static_cast<unsigned long long>(c.worst.frame), static_cast<unsigned long long>(c.worst.voxel[0]),
         static_cast<unsigned long long>(c.worst.voxel[1]), static_cast<unsigned long long>(c.worst.voxel[2]),
-        short_number(c.worst.got, 6).c_str(), short_number(c.worst.expected, 6).c_str());
+        short_number(c.worst.got, digits).c_str(), short_number(c.worst.expected, digits).c_str());
   if (c.holes_expected > 0 || c.holes_got > 0)
     std::printf("  missing data: %llu source samples are not finite, %llu others are missing in the file\n",
                 static_cast<unsigned long long>(c.holes_expected),

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "readers/open_series.h"
 #include "tool/cli.h"
 #include "tool/import/level_choice.h"
 #include "tool/import/writer_choices.h"
@@ -36,8 +37,9 @@ void read_scale(const std::string& text, const std::string& time_scale, WriterSe
 
 // --lattice and --density. A lattice by name has the distances that are given, or 1.
 void read_lattice(const ImportArguments& a, WriterSettings& settings) {
-  if (!a.lattice.empty() && a.lattice != "auto")
-    settings.lattice = option_choice("--lattice", a.lattice, kLatticeChoices);
+  Choices<int32_t> choices{{"auto", BCCSPLAT_LATTICE_DEFAULT}};
+  choices.insert(choices.end(), kLatticeChoices.begin(), kLatticeChoices.end());
+  if (!a.lattice.empty()) settings.lattice = option_choice("--lattice", a.lattice, choices);
   if (!a.density) return;
   if (!(*a.density > 0 && *a.density <= 4)) fail_usage("--density ", *a.density, ": more than 0, at most 4");
   if (!a.scale.empty() || !a.time_scale.empty())
@@ -163,6 +165,10 @@ void add_import_options(Command import, ImportArguments& a) {
 void check_outputs(const ImportArguments& a) {
   if (!a.dry_run) {
     require_option(a.output, "-o", "-o out.bcc4");
+    if (a.output == "-") fail_usage("-o -: a .bcc4 file is not written in one go and has to have a name");
+    if (const std::string format = format_of_name(a.output); !format.empty())
+      fail_usage("-o ", a.output, ": import writes .bcc4 files, and this is the name of a file of ", format,
+                 "; export writes others");
     refuse_existing(a.output, a.settings.overwrite || a.resume.append);
     require_writable_folder(a.output);
     if (!a.part.empty() && a.plan.empty())

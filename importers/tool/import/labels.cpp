@@ -51,9 +51,12 @@ Neighbours compare_neighbours(const SampleStretch& s, size_t channel, const std:
   return n;
 }
 
-bool is_labels(const SeriesSample& sample, size_t channel, double air) {
+// has_steps: a source of integers, scaled or not.
+bool is_labels(const SeriesSample& sample, size_t channel, double air, bool has_steps) {
   const std::vector<float> values = values_of(sample, channel);
-  if (values.size() < 2) return false;
+  const bool whole =
+      std::all_of(values.begin(), values.end(), [](float v) { return v == std::nearbyint(v); });
+  if (values.size() < 2 || !(has_steps || whole || values.size() == 2)) return false;
   Neighbours n;
   for (const SampleStretch& s : sample.stretches) {
     stop_if_interrupted();
@@ -70,7 +73,7 @@ std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSampl
                               const std::vector<double>& air) {
   std::vector<bool> labels;
   for (size_t c = 0; c < series.channels.size(); ++c)
-    labels.push_back(source_step(series.channels[c]) > 0 && is_labels(sample, c, air[c]));
+    labels.push_back(is_labels(sample, c, air[c], source_step(series.channels[c]) > 0));
   return labels;
 }
 

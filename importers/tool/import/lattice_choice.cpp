@@ -153,6 +153,7 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
     lines.push_back("far from the source, which has detail as fine as its samples: --lattice cc keeps "
                     "them all, --psnr or --abs the error you say");
   std::string others, labels;
+  bool alike = std::isinf(choice.chosen().trial->psnr); // a constant: all others keep it, too
   for (size_t c = 0; c < choice.labels.size(); ++c)
     if (choice.labels[c]) labels += concat(labels.empty() ? "" : ", ", series.channels[c].name);
   if (!labels.empty())
@@ -162,14 +163,15 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
                                                                  : "; --lattice cc does not blend them"));
   for (size_t i = 0; i < choice.candidates.size(); ++i) {
     const LatticeCandidate& c = choice.candidates[i];
-    if (i != choice.best && c.trial)
-      others += concat(shape_text(c.shape, series.dims), " ", dB(c.trial->psnr), "; ");
+    if (i == choice.best || !c.trial) continue;
+    alike = alike && std::isinf(c.trial->psnr);
+    others += concat(shape_text(c.shape, series.dims), " ", dB(c.trial->psnr), "; ");
   }
   if (!choice.rounded.coding.steps.empty())
     lines.push_back(concat("lossy: ", steps_text(choice.rounded.coding, series), ", which leaves ",
                            dB(choice.rounded.psnr),
                            "; --exact keeps the source's precision, --psnr or --abs the error you say"));
-  if (choice.candidates.size() > 1)
+  if (choice.candidates.size() > 1 && !alike)
     lines.push_back(
         concat("instead of ", others, "every second frame, blended ", dB(choice.half_the_frames)));
   return lines;

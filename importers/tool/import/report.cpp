@@ -10,6 +10,7 @@ namespace {
 
 std::string psnr_text(double psnr, double peak) {
   if (std::isinf(psnr) && psnr > 0) return "exact";
+  if (!(peak > 0)) return "no PSNR of a constant";
   return concat("PSNR ", short_number(psnr, 4), " dB (peak ", short_number(peak), ")");
 }
 

@@ -66,10 +66,11 @@ void print_errors(const SeriesDescription& s, const ImportResult& import) {
       inside.rmse = e.non_air_rmse, inside.psnr = e.non_air_psnr;
       std::printf("    outside air: %s\n", error_text(inside).c_str());
     }
+    const int digits = digits_apart(e.expected, e.got - e.expected, 6);
     std::printf("    worst: frame %llu, voxel (%llu, %llu, %llu): %s, source %s\n",
                 static_cast<unsigned long long>(e.frame), static_cast<unsigned long long>(e.voxel[0]),
                 static_cast<unsigned long long>(e.voxel[1]), static_cast<unsigned long long>(e.voxel[2]),
-                short_number(e.got, 6).c_str(), short_number(e.expected, 6).c_str());
+                short_number(e.got, digits).c_str(), short_number(e.expected, digits).c_str());
     if (e.corrected > 0)
       std::printf("    %llu samples corrected (%s), without it max %s\n",
                   static_cast<unsigned long long>(e.corrected),
@@ -133,7 +134,8 @@ void print_summary(const SeriesDescription& s, const ImportResult& import, doubl
   if (r.nonfinite > 0)
     std::printf("  %llu source values were not finite\n", static_cast<unsigned long long>(r.nonfinite));
   if (r.clamped > 0)
-    std::printf("  %llu values clamped to the range of the stored type\n",
+    std::printf("  %llu values, of the source or by the filter beside edges, clamped to the range of the "
+                "stored type\n",
                 static_cast<unsigned long long>(r.clamped));
   print_errors(s, import);
   std::printf("  %s s, %s MB/s, peak memory %s\n", short_number(seconds, 3).c_str(),

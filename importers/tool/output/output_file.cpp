@@ -63,7 +63,7 @@ OutputFile::~OutputFile() {
 
 void OutputFile::fail_writing() const {
   const int reason = errno;
-  fail(reason == ENOSPC || reason == EDQUOT ? Exit::no_resources : Exit::bad_input, path_,
+  fail(reason == ENOSPC || reason == EDQUOT || reason == EFBIG ? Exit::no_resources : Exit::bad_input, path_,
        ": cannot be written (", reason ? std::strerror(reason) : "unknown reason", ")");
 }
 

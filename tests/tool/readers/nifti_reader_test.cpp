@@ -116,7 +116,8 @@ TEST(NiftiReader, RefusesDamage) {
   Nifti1 offset;
   offset.put<float>(108, -1);
   EXPECT_REFUSED(refused(offset.file()), Exit::bad_input, "vox_offset");
-  EXPECT_REFUSED(refused(Nifti1().file().substr(0, 200)), Exit::bad_input, "does not begin as a .nii");
+  EXPECT_REFUSED(refused(Nifti1().file().substr(0, 200)), Exit::bad_input,
+                 "does not begin as a file of nifti");
 }
 
 // A NIfTI-2 header of u8 and 8 bytes of data.

@@ -306,6 +306,17 @@ TEST(RawReader, WarnsOfAWrongByteOrderHoweverRoughTheDataAre) {
                   .empty());
 }
 
+TEST(RawReader, WarnsOfNoByteOrderOfLabels) {
+  Scratch s;
+  // Smooth with the bytes reversed, by the numbers that the regions happen to have.
+  const auto regions = [](int x, int y, int z) {
+    return (x / 6 + 4 * (y / 8) + 12 * (z / 12)) * 256 + x / 6;
+  };
+  EXPECT_TRUE(warnings_of(s, cube<uint16_t>(regions), Type::u16, false).empty());
+  EXPECT_TRUE(warnings_of(s, cube<uint16_t>(regions), Type::u16, true).empty());
+  EXPECT_TRUE(warnings_of(s, cube<float>([](int, int, int) { return NAN; }), Type::f32, false).empty());
+}
+
 TEST(RawReader, LooksAtTheFirstOfSeveralArrays) {
   Scratch s;
   const std::string smooth = cube<uint16_t>([](int x, int y, int z) { return 900 + 40 * x + 7 * y * z; });

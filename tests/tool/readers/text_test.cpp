@@ -25,5 +25,14 @@ TEST(Text, WritesNumbersAsPeopleDo) {
     EXPECT_EQ(parse_number<double>(concat(v)), v);
 }
 
+TEST(Text, DigitsTellValuesApart) {
+  EXPECT_EQ(digits_apart(1, 0.5, 6), 6);
+  EXPECT_EQ(digits_apart(1e6, 0.0625, 6), 10);
+  EXPECT_EQ(digits_apart(-1e9, 1, 6), 11);
+  EXPECT_EQ(digits_apart(1, 1e-300, 6), 17);
+  for (const double value : {0.0, 7.0}) EXPECT_EQ(digits_apart(value, 0, 5), 5);
+  EXPECT_EQ(digits_apart(0, 3, 5), 5);
+}
+
 } // namespace
 } // namespace bcc4::test
