@@ -56,6 +56,12 @@ struct Background {
   Range slope; // all of the slope beside the peak
 };
 
+// Beside exact air there is one value only, be it ever so common.
+bool is_mask(const ValueCounts& c) {
+  return c.air_sites > 0 &&
+         std::count_if(c.bins.begin(), c.bins.end(), [](uint64_t n) { return n > 0; }) == 1;
+}
+
 // A mode among the stored samples that air alone did not make: noise beside exact air counts, air does not
 // hide it.
 Background find_background(const Histogram& h, const ValueCounts& c) {
@@ -68,7 +74,8 @@ Background find_background(const Histogram& h, const ValueCounts& c) {
   };
   const double spread = std::max(robust(1 - outliers) - robust(outliers), 1.0), total = h.total();
   const std::vector<double> all = smoothed(h.all, 1);
-  const size_t peak = std::max_element(all.begin(), all.end()) - all.begin();
+  const size_t highest = std::max_element(all.begin(), all.end()) - all.begin();
+  const size_t peak = is_mask(c) ? h.bin(c.air) : highest;
   const double left = half_width(all, peak, -1), right = half_width(all, peak, 1);
   const double full = std::min(left, 2 * right) + std::min(right, 2 * left);
   const double reach = mode_over_width * std::max(full, 1.0) * h.width(),

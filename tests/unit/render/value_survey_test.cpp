@@ -92,6 +92,19 @@ TEST(ValueSurvey, NoiseBesideExactAirIsEmptyToo) {
   EXPECT_GE(s.empty.high, 8); // where the tail has fallen to an eighth
 }
 
+TEST(ValueSurvey, AMaskIsWhatIsNotAirHoweverMuchThatIs) {
+  for (const double value : {1.0, -1.0}) {
+    Counts c(std::min(value, 0.0), std::max(value, 0.0));
+    c.stored = {value, value};
+    c.bins[0] = 780'000, c.air_sites = 220'000;
+    const ValueSurvey s = survey_values(c);
+    EXPECT_EQ(s.kind, ValueKind::solid);
+    EXPECT_EQ(s.background, 0);
+    EXPECT_TRUE(value > 0 ? s.above && !s.below : s.below && !s.above);
+    EXPECT_NEAR(s.boundary, value / 2, 0.05);
+  }
+}
+
 TEST(ValueSurvey, SignedValuesAreShownOnBothSides) {
   const ValueSurvey s = survey_values(Counts(-9, 18).normal(9e5, 0, 1).normal(5e4, 0, 5));
   EXPECT_EQ(s.kind, ValueKind::both_signs);
