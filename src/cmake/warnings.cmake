@@ -10,6 +10,10 @@ target_compile_options(bccsplat_flags INTERFACE
 if(BCCSPLAT_SANITIZE)
   target_compile_options(bccsplat_flags INTERFACE
     -fsanitize=${BCCSPLAT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  if(BCCSPLAT_SANITIZE MATCHES undefined)
+    # A third of the time of compiling: what is behind a bad pointer, the address sanitizer sees where it is used.
+    target_compile_options(bccsplat_flags INTERFACE -fno-sanitize=null,object-size,vptr)
+  endif()
   if(BCCSPLAT_SANITIZE MATCHES float-)
     # Divisions by zero have a meaning where they are wanted: said everywhere, an error where UBSAN_OPTIONS=halt_on_error=1.
     target_compile_options(bccsplat_flags INTERFACE -fsanitize-recover=float-divide-by-zero,float-cast-overflow)
