@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Shares the file's counts among bins over the range of the source, and measures the peaks of such bins.
 #include "render/value_histogram.h"
 
 #include <cmath>
@@ -15,7 +16,26 @@ double Histogram::mass(double low, double high) const {
   return sum;
 }
 
+namespace {
+
 constexpr int working_bins = 256;
+
+// Shares samples that lie evenly between two values among the bins there: no bin is left out between two, or
+// has the samples of two, and makes a valley or a peak.
+void add_evenly(Histogram& h, const Range& values, double samples) {
+  const size_t first = h.bin(values.low), last = h.bin(values.high);
+  if (first == last || !(values.high > values.low)) {
+    h.all[first] += samples;
+    return;
+  }
+  for (size_t i = first; i <= last; ++i) {
+    const double low = i == first ? values.low : h.value(static_cast<double>(i) - 0.5);
+    const double high = i == last ? values.high : h.value(static_cast<double>(i) + 0.5);
+    h.all[i] += samples * std::max(high - low, 0.0) / (values.high - values.low);
+  }
+}
+
+} // namespace
 
 Histogram working_histogram(const ValueCounts& c) {
   Histogram h;
@@ -31,7 +51,9 @@ Histogram working_histogram(const ValueCounts& c) {
   const double step =
       wide(c.stored) ? (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size()) : 0;
   for (size_t i = 0; i < c.bins.size(); ++i)
-    h.all[h.bin(c.stored.low + (static_cast<double>(i) + 0.5) * step)] += static_cast<double>(c.bins[i]);
+    add_evenly(
+        h, {c.stored.low + static_cast<double>(i) * step, c.stored.low + static_cast<double>(i + 1) * step},
+        static_cast<double>(c.bins[i]));
   h.stored = h.all;
   h.all[h.bin(c.air)] += static_cast<double>(c.air_sites);
   return h;

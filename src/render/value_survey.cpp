@@ -139,14 +139,17 @@ Pile find_pile(const Histogram& h, double from, int step) {
   return {};
 }
 
-// The standard deviation that the narrower side of a pile has; 0 where bins are too wide to tell.
-double pile_noise(const Histogram& h, double top) {
+// The standard deviation that the narrower side of a pile has; 0 where bins are too wide to tell, and where
+// the pile is not half as high before its boundary: so flat a pile is of values that vary, and ends where
+// these do.
+double pile_noise(const Histogram& h, double top, double boundary) {
   constexpr size_t around = 4; // the pile was found by a longer mean
   const std::vector<double> s = smoothed(h.all, 1);
   const size_t near = h.bin(top), from = near - std::min(near, around),
                to = std::min(near + around + 1, s.size());
   const size_t peak = std::max_element(s.begin() + from, s.begin() + to) - s.begin();
-  const double half = std::min(half_width(s, peak, -1), half_width(s, peak, 1));
+  const double left = half_width(s, peak, -1), right = half_width(s, peak, 1), half = std::min(left, right);
+  if ((boundary < top ? left : right) * h.width() > std::fabs(top - boundary)) return 0;
   return std::max(half - single_bin, 0.0) * h.width() * sigma_per_half_width;
 }
 
@@ -273,7 +276,7 @@ ValueSurvey survey_object(const Histogram& h, const ValueCounts& c, const Backgr
   if (!pile.found && s.above) s.boundary = otsu_threshold(h.all, h.range, b.value);
   if (sign * (s.boundary - edge) <= 0) s.boundary = 0.5 * (edge + s.object);
   if (!pile.found) return s;
-  s.noise = pile_noise(h, pile.top);
+  s.noise = pile_noise(h, pile.top, s.boundary);
   // Between the peaks there is room for more of the slope.
   const auto distance = [&](double v) { return std::fabs(v - s.background); };
   const auto clear = [&](double noise, double slope) {
