@@ -72,18 +72,23 @@ TEST(Occupancy, SkippingChangesNothing) {
     };
     return ball(8 + 0.5 * p[3], 14, 12) + ball(28, 3, 24 - 0.5 * p[3]);
   });
-  for (const Hyperplane& h : {Hyperplane{0.7, 0.1, 0.2, 0.6, -20}, Hyperplane{0.5, 0.5, 0.5, 0.5, -28}})
-    for (const Thickness& thickness :
-         {Thickness{}, Thickness{5, ThicknessKind::mean}, Thickness{5, ThicknessKind::sum},
-          Thickness{5, ThicknessKind::maximum}}) {
-      HypersliceOptions o;
-      o.thickness = thickness;
-      const Coefficients c(samples, 0, make_kernel("default"), 0, 1u << 30);
-      const Coefficients small(samples, 0, make_kernel("default"), 0, 1u << 16);
-      const Slice a = hyperslice(c, h, o, {}, context.get()), b = hyperslice(small, h, o, {}, context.get());
-      EXPECT_GT(a.points(), 100);
-      for (size_t k = 0; k < 2; ++k) EXPECT_EQ(layer_to_dense(a.coset[k]), layer_to_dense(b.coset[k]));
-    }
+  const struct {
+    Hyperplane plane;
+    Thickness thickness;
+  } cuts[] = {{{0.7, 0.1, 0.2, 0.6, -20}, {}},
+              {{0.7, 0.1, 0.2, 0.6, -20}, {5, ThicknessKind::mean}},
+              {{0.5, 0.5, 0.5, 0.5, -28}, {5, ThicknessKind::sum}},
+              {{0.5, 0.5, 0.5, 0.5, -28}, {5, ThicknessKind::maximum}}};
+  for (const auto& cut : cuts) {
+    HypersliceOptions o;
+    o.thickness = cut.thickness;
+    const Coefficients c(samples, 0, make_kernel("default"), 0, 1u << 30);
+    const Coefficients small(samples, 0, make_kernel("default"), 0, 1u << 16);
+    const Slice a = hyperslice(c, cut.plane, o, {}, context.get());
+    const Slice b = hyperslice(small, cut.plane, o, {}, context.get());
+    EXPECT_GT(a.points(), 100);
+    for (size_t k = 0; k < 2; ++k) EXPECT_EQ(layer_to_dense(a.coset[k]), layer_to_dense(b.coset[k]));
+  }
 }
 
 } // namespace
