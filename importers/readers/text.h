@@ -66,8 +66,7 @@ template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::str
 // Returns `value` with `digits` significant digits, and all digits before the point.
 [[nodiscard]] std::string short_number(double value, int digits = 4);
 // Returns the significant digits, `least` to 17, that tell values of this magnitude apart which differ by so
-// much.
-// `least` where they do not.
+// much; `least` where they do not differ.
 [[nodiscard]] int digits_apart(double magnitude, double difference, int least);
 
 } // namespace bcc4
