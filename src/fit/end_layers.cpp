@@ -6,6 +6,7 @@
 #include <map>
 
 #include "fit/against_mirrors.h"
+#include "fit/packed_block.h"
 
 namespace bccsplat {
 namespace {
@@ -27,12 +28,6 @@ FilterTable summed(const FilterTable& parts, const std::vector<float>& factors) 
   return sum;
 }
 
-float value_of(const SiteBlock* block, size_t site, float unit) {
-  if (!block) return 0;
-  return block->packed ? unit * static_cast<const PackedSites*>(block)->value[site]
-                       : static_cast<const FloatSites*>(block)->value[site];
-}
-
 } // namespace
 
 FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, Filter filter,
@@ -50,7 +45,7 @@ FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, 
   return factors.size() == 1 ? parts : summed(parts, factors);
 }
 
-uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lattice3& lattice, float unit,
+uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lattice3& lattice,
                          double widening) {
   if (frames.size() < 3) return usual_noise_level;
   NoiseTrial trial(frames.size(), widening);
@@ -63,9 +58,11 @@ uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lat
     for (int32_t y = 0; y < n[1]; y += step)
       for (int32_t x = 0; x < n[0]; x += step) {
         const size_t slot = shape.slot(x / brick_edge, y / brick_edge, z / brick_edge);
-        const size_t site = (z % brick_edge * brick_edge + y % brick_edge) * brick_edge + x % brick_edge;
-        for (size_t k = 0; k < row.size(); ++k)
-          row[k] = value_of(frames[k]->block[0][slot].get(), site, unit);
+        const int site = (z % brick_edge * brick_edge + y % brick_edge) * brick_edge + x % brick_edge;
+        for (size_t k = 0; k < row.size(); ++k) {
+          const SiteBlock* block = frames[k]->block[0][slot].get();
+          row[k] = block ? value_of(*block, site) : 0;
+        }
         trial.add(row);
       }
   return trial.best(as_good);

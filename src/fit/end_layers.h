@@ -25,9 +25,9 @@ namespace bccsplat {
                                       double widening);
 
 // Returns which of the end_noises predicts a frame best of those behind it, at some of the sites. frames:
-// from the end inwards. unit: of packed values.
+// from the end inwards.
 [[nodiscard]] uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lattice3& lattice,
-                                       float unit, double widening);
+                                       double widening);
 
 // Numbers of end_noises for the first and the last end of the series of one channel, each chosen when a layer
 // needs it.

@@ -71,7 +71,7 @@ uint8_t Fit::State::end_level(Channel& c, bool last, int64_t n) const {
   if (level) return *level;
   std::vector<const FrameSites*> frames;
   for (int64_t k = 0; k < std::min(n, ends.used()); ++k) frames.push_back(&c.frame(last ? n - 1 - k : k));
-  level = choose_end_level(frames, lattice.space, c.options.unit, time_widening(lattice));
+  level = choose_end_level(frames, lattice.space, time_widening(lattice));
   return *level;
 }
 

@@ -19,35 +19,17 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 
-// Sixteen sites of a block as numbers: packed ones are whole numbers of the unit.
-template<class D> hn::Vec<D> LoadSites(D d, const float* at) { return hn::Load(d, at); }
-template<class D> hn::Vec<D> LoadSites(D d, const int16_t* at) {
-  const hn::Rebind<int16_t, D> narrow;
-  return hn::ConvertTo(d, hn::PromoteTo(hn::RebindToSigned<D>(), hn::Load(narrow, at)));
-}
-
-// out = unit * (center + sum over k of weight[k] * (block[k] - center)), for the first `planes` planes and
-// `rows` rows of each. A unit is a power of two, so that nothing is rounded by it.
-template<class Number>
-void CombineBlocks(const Number* HWY_RESTRICT center, const Number* const* blocks, const float* weights,
-                   size_t count, float unit, size_t planes, size_t rows, float* HWY_RESTRICT out) {
+// out = center + sum over k of weight[k] * (plane[k] - center), for the first `rows` rows of a plane.
+void Combine(const float* HWY_RESTRICT center, const float* const* planes, const float* weights, size_t count,
+             size_t rows, float* HWY_RESTRICT out) {
   const hn::CappedTag<float, 16> d;
-  for (size_t z = 0; z < planes; ++z)
-    for (size_t i = z * 256; i < z * 256 + rows * 16; i += hn::Lanes(d)) {
-      const auto base = LoadSites(d, center + i);
-      auto sum = hn::Zero(d); // of small numbers when little changes
-      for (size_t k = 0; k < count; ++k)
-        sum = hn::Add(hn::Mul(hn::Set(d, weights[k]), hn::Sub(LoadSites(d, blocks[k] + i), base)), sum);
-      hn::Store(hn::Mul(hn::Add(base, sum), hn::Set(d, unit)), d, out + i);
-    }
-}
-void Combine(const float* HWY_RESTRICT center, const float* const* blocks, const float* weights, size_t count,
-             float unit, size_t planes, size_t rows, float* HWY_RESTRICT out) {
-  CombineBlocks(center, blocks, weights, count, unit, planes, rows, out);
-}
-void CombinePacked(const int16_t* HWY_RESTRICT center, const int16_t* const* blocks, const float* weights,
-                   size_t count, float unit, size_t planes, size_t rows, float* HWY_RESTRICT out) {
-  CombineBlocks(center, blocks, weights, count, unit, planes, rows, out);
+  for (size_t i = 0; i < rows * 16; i += hn::Lanes(d)) {
+    const auto base = hn::Load(d, center + i);
+    auto sum = hn::Zero(d); // of small numbers when little changes
+    for (size_t k = 0; k < count; ++k)
+      sum = hn::Add(hn::Mul(hn::Set(d, weights[k]), hn::Sub(hn::Load(d, planes[k] + i), base)), sum);
+    hn::Store(hn::Add(base, sum), d, out + i);
+  }
 }
 
 // |made - stored| of the first `columns` of the first `rows` of `planes`: sixteen sums of squares and largest
@@ -72,68 +54,47 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace bccsplat {
 HWY_EXPORT(Combine);
-HWY_EXPORT(CombinePacked);
 HWY_EXPORT(Compare);
 
 namespace {
 const BrickMask no_source{};
 
-const SiteValues air_values{};
-alignas(64) const std::array<int16_t, brick_sites> packed_air{};
+struct alignas(64) PlaneValues : std::array<float, brick_rows> {};
+const PlaneValues air_plane{};
 
 // One brick in the frames of a layer's taps; null: air.
 struct BrickTaps {
   const SiteBlock* center = nullptr;
   std::vector<const SiteBlock*> blocks; // and how much their differences from it count
   std::vector<float> weights;
-
-  [[nodiscard]] bool all_packed() const {
-    const auto packed = [](const SiteBlock* b) { return !b || b->packed; };
-    return packed(center) && std::all_of(blocks.begin(), blocks.end(), packed);
-  }
 };
 
 // Room for the values of one brick.
 struct BrickRoom {
   SiteValues sum;
-  std::vector<std::unique_ptr<SiteValues>> unpacked; // where packed blocks meet others
+  std::vector<PlaneValues> unpacked; // a plane of the center, and of each block
   std::vector<uint32_t> codes;
 };
 
-const float* floats_of(const SiteBlock* block, float unit, SiteValues& room) {
-  return block ? unpack(*block, unit, room) : air_values.data();
-}
-
-const int16_t* packed_of(const SiteBlock* block) {
-  return block ? static_cast<const PackedSites*>(block)->value.data() : packed_air.data();
-}
-
-const float* combine(const BrickTaps& taps, const Int3& size, float unit, BrickRoom& room) {
-  if (taps.blocks.empty()) return floats_of(taps.center, unit, room.sum);
-  const size_t planes = size[2], rows = size[1];
+void combine(const BrickTaps& taps, const Int3& size, BrickRoom& room) {
   const size_t count = taps.blocks.size();
-  if (taps.all_packed()) {
-    std::vector<const int16_t*> blocks;
-    for (const SiteBlock* b : taps.blocks) blocks.push_back(packed_of(b));
-    HWY_DYNAMIC_DISPATCH(CombinePacked)
-    (packed_of(taps.center), blocks.data(), taps.weights.data(), count, unit, planes, rows, room.sum.data());
-    return room.sum.data();
+  room.unpacked.resize(std::max(room.unpacked.size(), count + 1));
+  std::vector<const float*> planes(count);
+  for (int z = 0; z < size[2]; ++z) {
+    const auto plane = [&](const SiteBlock* block, size_t k) {
+      return block ? plane_of(*block, z, room.unpacked[k].data()) : air_plane.data();
+    };
+    for (size_t k = 0; k < count; ++k) planes[k] = plane(taps.blocks[k], k);
+    HWY_DYNAMIC_DISPATCH(Combine)
+    (plane(taps.center, count), planes.data(), taps.weights.data(), count, static_cast<size_t>(size[1]),
+     room.sum.data() + z * brick_rows);
   }
-  while (room.unpacked.size() <= count) room.unpacked.push_back(std::make_unique<SiteValues>());
-  std::vector<const float*> blocks;
-  for (const SiteBlock* b : taps.blocks) blocks.push_back(floats_of(b, unit, *room.unpacked[blocks.size()]));
-  const float* center = floats_of(taps.center, unit, *room.unpacked[count]);
-  HWY_DYNAMIC_DISPATCH(Combine)
-  (center, blocks.data(), taps.weights.data(), count, 1, planes, rows, room.sum.data());
-  return room.sum.data();
 }
 
-// Makes these sites of a brick air; returns the values, in `room` where they have changed.
-const float* without(const BrickMask& sites, const float* values, SiteValues& room) {
-  if (values != room.data()) std::copy_n(values, room.size(), room.data());
-  for (size_t i = 0; i < room.size(); ++i)
-    if (sites[i / brick_edge] >> (i % brick_edge) & 1) room[i] = 0;
-  return room.data();
+// Makes these sites of a brick air.
+void clear_sites(const BrickMask& sites, SiteValues& values) {
+  for (size_t i = 0; i < values.size(); ++i)
+    if (sites[i / brick_edge] >> (i % brick_edge) & 1) values[i] = 0;
 }
 
 // Counts the samples of a brick, those that fill holes excepted.
@@ -227,18 +188,17 @@ SiteEvidence LayerMaker::evidence_of(const Frames& frames, size_t slot, BrickMas
   return evidence;
 }
 
-std::shared_ptr<const RoundedBrick> LayerMaker::round_unstored(const Brick& brick) const {
-  // At most a 16th of the step of samples: what coefficients are made of then errs by 0.02 dB more than
-  // samples of that step do, where 16 bits hold nothing finer.
-  constexpr float units = 4;
-  return is_float(quantiser_.type) && unit_ > 0 ? RoundedBrick::round(brick, units * unit_) : nullptr;
+std::shared_ptr<const PackedBrick> LayerMaker::pack_unstored(const Brick& brick) const {
+  if (!is_float(quantiser_.type) || unit_ == 0) return nullptr;
+  return PackedBrick::pack(brick, unit_, coarsest_unit(unit_));
 }
 
 SampleBrick LayerMaker::make_brick(const Frames& frames, size_t slot, const Int3& size, bool beyond,
                                    Room& room, CodingError& coding) const {
   frames.find_taps(slot, room.taps);
-  const float* values = combine(room.taps, size, unit_, room.values);
-  if (BrickMask deep; frames.deep_sites(slot, deep)) values = without(deep, values, room.values.sum);
+  combine(room.taps, size, room.values);
+  if (BrickMask deep; frames.deep_sites(slot, deep)) clear_sites(deep, room.values.sum);
+  const float* values = room.values.sum.data();
   BrickMask near{};
   const SiteEvidence evidence = evidence_of(frames, slot, near);
   auto brick = std::make_shared_for_overwrite<Brick>();
@@ -252,7 +212,7 @@ SampleBrick LayerMaker::make_brick(const Frames& frames, size_t slot, const Int3
   count_samples(*brick, codes.get(), frames.masked() ? frames.holes(slot) : nullptr, room.counts.samples,
                 room.values.codes);
   if (codes) return {nullptr, std::move(codes)};
-  if (auto rounded = round_unstored(*brick)) return {nullptr, std::move(rounded)};
+  if (auto packed = pack_unstored(*brick)) return {nullptr, std::move(packed)};
   return {std::move(brick), nullptr};
 }
 

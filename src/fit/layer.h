@@ -13,7 +13,7 @@
 #include "fit/relevance.h"
 #include "fit/site_block.h"
 #include "formats/bcc4/coding/codes.h"
-#include "points/rounded_brick.h"
+#include "points/packed_brick.h"
 #include "points/sample_layer.h"
 
 namespace bccsplat {
@@ -37,7 +37,7 @@ struct LayerTap {
 class LayerMaker {
  public:
   // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach. unit: of
-  // the blocks in packed form. step: of the histogram.
+  // packing_unit, for what is made of floats. step: of the histogram.
   LayerMaker(const Quantiser& quantiser, float threshold, float ringing, float unit, double step)
       : LayerMaker(quantiser, Relevance(quantiser, threshold), ringing, unit, step) {}
 
@@ -47,8 +47,8 @@ class LayerMaker {
   // Values are those of taps[nearest] plus the weighted differences of the others from it, so that what does
   // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1. beyond: a layer that no
   // reader shows, before the first frame or after the last one; its clamped sites and coding errors are not
-  // counted. Bricks of integers of one or two bytes are codes, those of floats that have a unit are rounded
-  // to 16 bits.
+  // counted. Bricks of integers of one or two bytes are codes, those of floats that have a unit whole
+  // numbers where they fit.
   [[nodiscard]] SampleLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
                                  size_t nearest, bool beyond, const Context& context);
   [[nodiscard]] SiteCounts counts() const;
@@ -66,8 +66,8 @@ class LayerMaker {
   // Makes one brick, of `size` sites inside the domain; empty: all of it is air.
   [[nodiscard]] SampleBrick make_brick(const Frames& frames, size_t slot, const Int3& size, bool beyond,
                                        Room& room, CodingError& coding) const;
-  // Floats in 16 bits, where coefficients are made of them whose source comes in steps; else null.
-  [[nodiscard]] std::shared_ptr<const RoundedBrick> round_unstored(const Brick& brick) const;
+  // Floats as whole numbers, where coefficients are made of them whose source comes in steps; else null.
+  [[nodiscard]] std::shared_ptr<const PackedBrick> pack_unstored(const Brick& brick) const;
   // Returns which sites of a brick are holes, near the source's samples, or within reach of ringing.
   [[nodiscard]] SiteEvidence evidence_of(const Frames& frames, size_t slot, BrickMask& near) const;
   [[nodiscard]] std::unique_ptr<SiteCounts> take_counts();

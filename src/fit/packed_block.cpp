@@ -1,59 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Floats to whole numbers of a power of two, and back without loss.
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "fit/packed_block.cpp"
-#include <hwy/foreach_target.h>
-// Highway's target list must come before anything it guards.
-#include <hwy/highway.h>
+#include "fit/packed_block.h"
 
 #include <cmath>
 
-#include "fit/packed_block.h"
 #include "points/brick.h"
 
-HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
-namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 
-// to = from / unit, rounded to nearest, ties to even, for the first `planes` planes and `rows` rows of each.
-// Returns whether all of it fits.
-bool PackValues(const float* HWY_RESTRICT from, float per_unit, size_t planes, size_t rows,
-                int16_t* HWY_RESTRICT to) {
-  const hn::CappedTag<float, 16> d;
-  const hn::Rebind<int16_t, decltype(d)> narrow;
-  const auto scale = hn::Set(d, per_unit), limit = hn::Set(d, 32767.0f);
-  auto largest = hn::Zero(d);
-  for (size_t z = 0; z < planes; ++z)
-    for (size_t i = z * brick_rows; i < z * brick_rows + rows * brick_edge; i += hn::Lanes(d)) {
-      const auto units = hn::Mul(hn::Load(d, from + i), scale);
-      largest = hn::Max(largest, hn::Abs(units));
-      const auto inside = hn::Min(hn::Max(units, hn::Neg(limit)), limit);
-      hn::Store(hn::DemoteTo(narrow, hn::NearestInt(inside)), narrow, to + i);
-    }
-  return hn::GetLane(hn::MaxOfLanes(d, largest)) <= 32767.0f;
-}
-
-void UnpackValues(const int16_t* HWY_RESTRICT from, float unit, float* HWY_RESTRICT to) {
-  const hn::CappedTag<float, 16> d;
-  const hn::RebindToSigned<decltype(d)> whole;
-  const hn::Rebind<int16_t, decltype(d)> narrow;
-  for (size_t i = 0; i < brick_sites; i += hn::Lanes(d)) {
-    const auto units = hn::ConvertTo(d, hn::PromoteTo(whole, hn::Load(narrow, from + i)));
-    hn::Store(hn::Mul(units, hn::Set(d, unit)), d, to + i);
-  }
+template<class Block>
+SiteBlockPtr packed_as(const NumberForm& form, const FloatSites& from, BlockPool<Block>& pool) {
+  auto made = pool.take();
+  made->source = from.source, made->near = from.near;
+  made->largest = from.largest;
+  made->form = form;
+  made->number = made->room.data();
+  write_numbers(form, from.value.data(), made->number);
+  return made;
 }
 
 } // namespace
-} // namespace HWY_NAMESPACE
-} // namespace bccsplat
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace bccsplat {
-HWY_EXPORT(PackValues);
-HWY_EXPORT(UnpackValues);
 
 float packing_unit(const Quantiser& quantiser) {
   if (is_float(quantiser.type)) return 0;
@@ -63,21 +29,28 @@ float packing_unit(const Quantiser& quantiser) {
 
 SiteBlockPtr pack(FloatSitesPtr block, const Int3& size, float unit, SiteBlockPool& pool) {
   if (unit == 0) return block;
-  auto packed = pool.packed.take();
-  const bool fits =
-      HWY_DYNAMIC_DISPATCH(PackValues)(block->value.data(), 1 / unit, size[2], size[1], packed->value.data());
-  if (!fits) return block;
-  packed->source = block->source, packed->near = block->near;
-  packed->largest = block->largest;
-  return packed;
+  const NumberForm form = number_form(block->value.data(), size, unit, coarsest_unit(unit));
+  if (form.bits == 0) return block;
+  return form.bits == 12 ? packed_as(form, *block, pool.shorter) : packed_as(form, *block, pool.longer);
 }
 
-const float* unpack(const SiteBlock& block, float unit, SiteValues& room) {
-  if (!block.packed) return static_cast<const FloatSites&>(block).value.data();
-  const auto& values = static_cast<const PackedSites&>(block).value;
-  HWY_DYNAMIC_DISPATCH(UnpackValues)(values.data(), unit, room.data());
-  return room.data();
+const float* plane_of(const SiteBlock& block, int z, float* room) {
+  if (!block.packed) return static_cast<const FloatSites&>(block).value.data() + z * brick_rows;
+  const auto& packed = static_cast<const PackedSites&>(block);
+  read_numbers(packed.form, packed.number, {.plane = z}, room, brick_edge);
+  return room;
+}
+
+float value_of(const SiteBlock& block, int site) {
+  if (!block.packed) return static_cast<const FloatSites&>(block).value[site];
+  const auto& packed = static_cast<const PackedSites&>(block);
+  const int row = site / brick_edge;
+  std::array<float, brick_edge> values;
+  read_numbers(
+      packed.form, packed.number,
+      {.plane = row / brick_edge, .x = site % brick_edge, .y = row % brick_edge, .width = 1, .height = 1},
+      values.data(), brick_edge);
+  return values[0];
 }
 
 } // namespace bccsplat
-#endif

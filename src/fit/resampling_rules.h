@@ -5,6 +5,6 @@ namespace bccsplat {
 
 // Raised whenever the same source with the same options becomes other samples, or air elsewhere: an import
 // that another version began is then not resumed, and parts of different versions are not joined.
-inline constexpr int resampling_rules = 3;
+inline constexpr int resampling_rules = 4;
 
 } // namespace bccsplat

@@ -10,6 +10,7 @@
 
 #include "base/memory.h"
 #include "points/brick.h"
+#include "points/whole_numbers.h"
 
 namespace bccsplat {
 
@@ -24,9 +25,13 @@ struct SiteBlock {
 struct FloatSites : SiteBlock {
   alignas(64) std::array<float, brick_sites> value;
 };
-// The same in whole numbers of a unit, for half the memory.
+// The same as whole numbers, for less than half the memory.
 struct PackedSites : SiteBlock {
-  alignas(64) std::array<int16_t, brick_sites> value;
+  NumberForm form;
+  uint8_t* number; // of the block itself
+};
+template<int bits> struct NumberSites : PackedSites {
+  alignas(64) std::array<uint8_t, number_bytes(bits)> room;
 };
 using SiteBlockPtr = std::shared_ptr<const SiteBlock>;
 using FloatSitesPtr = std::shared_ptr<FloatSites>;
@@ -71,7 +76,7 @@ template<class Block> class BlockPool {
       ++made_;
       held.keep();
     }
-    block->packed = std::is_same_v<Block, PackedSites>;
+    block->packed = std::is_base_of_v<PackedSites, Block>;
     return {block.release(), [this](Block* b) { give_back(std::unique_ptr<Block>(b)); }};
   }
 
@@ -88,9 +93,10 @@ template<class Block> class BlockPool {
 };
 
 struct SiteBlockPool {
-  explicit SiteBlockPool(MemoryBudget& memory) : floats(memory), packed(memory) {}
+  explicit SiteBlockPool(MemoryBudget& memory) : floats(memory), shorter(memory), longer(memory) {}
   BlockPool<FloatSites> floats;
-  BlockPool<PackedSites> packed;
+  BlockPool<NumberSites<12>> shorter;
+  BlockPool<NumberSites<16>> longer;
 };
 
 } // namespace bccsplat

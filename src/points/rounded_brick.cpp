@@ -81,9 +81,7 @@ std::shared_ptr<const RoundedBrick> RoundedBrick::round(const Brick& brick, floa
   made->step_ = step;
   HWY_DYNAMIC_DISPATCH(RoundValues)(brick.value.data(), 1 / step, made->number_.data());
   std::fill_n(made->number_.begin() + brick_sites, beside, int16_t{0});
-  if (std::any_of(brick.kept.begin(), brick.kept.end(), [](uint16_t row) { return row != 0xffff; }))
-    made->kept_ = std::make_unique<const BrickMask>(brick.kept);
-  if (brick.hole) made->hole_ = std::make_unique<const BrickMask>(*brick.hole);
+  made->masks_ = BrickMasks(brick);
   return made;
 }
 
@@ -93,9 +91,7 @@ void RoundedBrick::read(const PlanePart& part, float* to, std::ptrdiff_t stride)
    to, stride);
 }
 
-uint64_t RoundedBrick::bytes() const {
-  return sizeof *this + (kept_ ? sizeof(BrickMask) : 0) + (hole_ ? sizeof(BrickMask) : 0);
-}
+uint64_t RoundedBrick::bytes() const { return sizeof *this + masks_.bytes(); }
 
 } // namespace bccsplat
 #endif

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A brick of coefficients, or of samples that they are made of, as whole numbers of 16 bits: half of what
-// values take.
+// A brick of coefficients as whole numbers of 16 bits: half of what values take.
 //
 // The step is a power of two, so that every value is exact in single precision, and depends on nothing but
 // the brick: whoever makes it, alone or with others, rounds alike.
@@ -8,7 +7,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 
 #include "points/sample_layer.h"
 
@@ -25,8 +23,8 @@ class RoundedBrick final : public CodedBrick {
   [[nodiscard]] static std::shared_ptr<const RoundedBrick> round(const Brick& brick, float coarsest);
 
   void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const override;
-  [[nodiscard]] const BrickMask* kept() const override { return kept_.get(); }
-  [[nodiscard]] const BrickMask* hole() const override { return hole_.get(); }
+  [[nodiscard]] const BrickMask* kept() const override { return masks_.kept.get(); }
+  [[nodiscard]] const BrickMask* hole() const override { return masks_.hole.get(); }
   [[nodiscard]] uint64_t bytes() const override;
   [[nodiscard]] float step() const { return step_; }
 
@@ -35,8 +33,7 @@ class RoundedBrick final : public CodedBrick {
 
   alignas(64) std::array<int16_t, brick_sites + beside> number_;
   float step_ = 1;
-  std::unique_ptr<const BrickMask> kept_; // null: all sites
-  std::unique_ptr<const BrickMask> hole_;
+  BrickMasks masks_;
 };
 
 } // namespace bccsplat

@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "points/sample_layer.h"
 
+#include <algorithm>
+
 namespace bccsplat {
+
+BrickMasks::BrickMasks(const Brick& brick) {
+  if (std::any_of(brick.kept.begin(), brick.kept.end(), [](uint16_t row) { return row != 0xffff; }))
+    kept = std::make_unique<const BrickMask>(brick.kept);
+  if (brick.hole) hole = std::make_unique<const BrickMask>(*brick.hole);
+}
 
 uint64_t SampleBrick::bytes() const {
   if (codes) return codes->bytes();

@@ -18,6 +18,16 @@ struct PlanePart {
   int plane = 0, x = 0, y = 0, width = brick_edge, height = brick_edge;
 };
 
+// Which sites of a brick are kept and which are holes, beside its codes.
+struct BrickMasks {
+  std::unique_ptr<const BrickMask> kept; // null: all sites
+  std::unique_ptr<const BrickMask> hole; // null: no holes
+
+  BrickMasks() = default;
+  explicit BrickMasks(const Brick& brick);
+  [[nodiscard]] uint64_t bytes() const { return (kept ? sizeof *kept : 0) + (hole ? sizeof *hole : 0); }
+};
+
 // A brick whose sites are held as codes.
 class CodedBrick {
  public:

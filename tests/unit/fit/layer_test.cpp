@@ -37,25 +37,32 @@ Series bytes() {
   return s;
 }
 
-TEST(LayersOfFloats, TakeTwoBytesASiteWhereTheirSourceComesInSteps) {
-  const Series s = bytes();
-  const std::vector<SampleLayer> rounded = layers_of(s, unit), floats = layers_of(s, 0);
-  ASSERT_EQ(rounded.size(), floats.size());
+// Differences are those of frames in whole numbers, then of samples, each by half a step.
+void expect_in_bits(const Series& s, int bits, float step) {
+  const std::vector<SampleLayer> packed = layers_of(s, unit), floats = layers_of(s, 0);
+  ASSERT_EQ(packed.size(), floats.size());
   std::array<float, brick_sites> room;
-  for (size_t m = 0; m < rounded.size(); ++m) {
-    EXPECT_LT(rounded[m].bytes(), 0.56 * static_cast<double>(floats[m].bytes()));
-    for (size_t slot = 0; slot < rounded[m].brick_slots(); ++slot) {
-      const SampleBrick &was = floats[m].brick(slot), &now = rounded[m].brick(slot);
+  for (size_t m = 0; m < packed.size(); ++m) {
+    EXPECT_LT(packed[m].bytes(), (bits / 32.0 + 0.06) * static_cast<double>(floats[m].bytes()));
+    for (size_t slot = 0; slot < packed[m].brick_slots(); ++slot) {
+      const SampleBrick &was = floats[m].brick(slot), &now = packed[m].brick(slot);
       ASSERT_EQ(static_cast<bool>(was), static_cast<bool>(now));
       if (!was) continue;
       ASSERT_TRUE(was.values);
       ASSERT_TRUE(now.codes);
       const float* const values = now.all(room);
-      for (size_t i = 0; i < brick_sites; ++i)
-        ASSERT_NEAR(values[i], was.values->value[i], 1.5f * unit) << "frames in units, then half of it";
+      for (size_t i = 0; i < brick_sites; ++i) ASSERT_NEAR(values[i], was.values->value[i], 1.5f * step);
     }
   }
 }
+
+TEST(LayersOfFloats, TakeTwelveBitsASiteWhereTheirSourceComesInSteps) {
+  Series s = bytes();
+  for (float& v : s.values) v = std::round(0.4f * v);
+  expect_in_bits(s, 12, 4 * unit);
+}
+
+TEST(LayersOfFloats, TakeSixteenBitsWhereTwelveHoldNoSuchSteps) { expect_in_bits(bytes(), 16, 4 * unit); }
 
 TEST(LayersOfFloats, StayFloatsWhereSixteenBitsHoldNoSuchSteps) {
   Series s = bytes();

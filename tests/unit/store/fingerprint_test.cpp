@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/halved_frame.h"
+#include "fit/packed_block.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat {
@@ -72,7 +73,8 @@ TEST(Fingerprint, ANewRuleHasANewNumber) {
   const auto air = std::count(halved.values.begin(), halved.values.end(), 0.0f);
   const char* const advice =
       "The rules have changed: raise resampling_rules, and write it and the new counts here.";
-  EXPECT_EQ(resampling_rules, 3) << advice;
+  EXPECT_EQ(resampling_rules, 4) << advice;
+  EXPECT_EQ(coarsest_unit(1), 4) << advice;
   EXPECT_EQ(kept, 4599u) << advice;
   EXPECT_EQ(air, 7928) << advice;
 }
