@@ -88,12 +88,17 @@ bool goes_on(Writer& writer, const Picture& picture, int y) {
   return !writer.error;
 }
 
+// Of zlib. Its default, 6, takes 1.5 to 2.2 times as long for 0 to 2 % fewer bytes
+// (tests/bench/notes/render-speed.md).
+constexpr int compression_level = 4;
+
 // Makes all calls that may jump back to setjmp: no object with a destructor lives here. row: of bytes.
 bool write_rows(png_structp png, png_infop info, Writer& writer, const Picture& picture, unsigned char* row) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width), static_cast<png_uint_32>(picture.height),
                8, picture.channels() == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_compression_level(png, compression_level);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_write_info(png, info);
   for (int y = 0; y < picture.height; ++y) {
