@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "readers/data_files.h"
 #include "readers/error.h"
@@ -215,7 +216,7 @@ NrrdHeader read_nrrd_header(const std::string& path) {
       parser.field(name, value);
       continue;
     }
-    h.attached = false;
+    if (!std::exchange(h.attached, false)) lines.refuse("its data file is named twice");
     const auto words = split(value);
     if (words.empty()) lines.refuse("no data file named");
     if (words[0] == "LIST") {

@@ -81,6 +81,16 @@ TEST(NrrdReader, RefusesDataOutsideItsFolder) {
                  Exit::bad_input, "own folder");
 }
 
+// A header of a few lines must not name more files than memory has room for.
+TEST(NrrdReader, RefusesMoreDataFilesThanAnyoneHas) {
+  Scratch s;
+  EXPECT_REFUSED(
+      refusal(inputs({s.file("e.nhdr", header("raw", "data file: i%d 1 9 1\ndata file: j%d 1 9 1\n"))})),
+      Exit::bad_input, "twice");
+  EXPECT_REFUSED(refusal(inputs({s.file("f.nhdr", header("raw", "data file: i%d 0 1000000 1\n"))})),
+                 Exit::bad_input, "a million");
+}
+
 // The same series with the list axis first and last, as Slicer wrote them at different times.
 TEST(NrrdReader, FindsTheListAxisByKindWhereverItStands) {
   Scratch s;
