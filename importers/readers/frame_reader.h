@@ -19,6 +19,7 @@ using Bytes = std::vector<std::byte>;
 struct SampleBox {
   std::array<uint64_t, 3> begin{}, dims{};
   [[nodiscard]] uint64_t samples() const { return dims[0] * dims[1] * dims[2]; }
+  bool operator==(const SampleBox&) const = default;
 };
 
 // A box with its values: sample (i, j, k) of it is at data + i sx + j sy + k sz bytes, in native byte order.

@@ -259,6 +259,21 @@ class Render(ToolTest):
         self.refused(2, 'pattern', 'render', 'v.bcc4', '--time', 2, '--turntable', 4, '-o', 'x.png', output='x.png')
         self.refused(2, 'exclude', 'render', 'v.bcc4', '--sweep', '0:1,2', '--turntable', 2, '-o', 'x.%d.png')
 
+    def test_turntables_cut_once(self):
+        self.volume(DIMS, bump, '--quiet', '--levels', 1, '--overwrite')
+        for more in ((), ('--iso', 40), ('--iso', 40, '--camera', 'persp'), ('--trail', '1.5f'), ('--zoom', 6)):
+            self.bcc4('render', 'v.bcc4', '--time', 2, '--turntable', 3, '-o', 't.%d.png', '--size', '40x40', '--stats', 's.json',
+                      *more)
+            for i in range(3):
+                with open(self.path(f't.{i}.png'), 'rb') as f:
+                    alone = self.picture('--time', 2, '--rotate-y', 30 + 120 * i, *more, size='40x40')
+                    self.assertEqual(f.read(), alone, (more, i))
+            with open(self.path('s.json')) as f:
+                slicing = [frame['ms']['slice'] for frame in json.load(f)['frames']]
+            self.assertGreater(slicing[0], 0)
+            if more != ('--zoom', 6): # else each picture sees other samples
+                self.assertEqual(slicing[1:], [0, 0], more)
+
     def test_frames_go_by_while_the_camera_turns(self):
         self.bcc4('render', 'v.bcc4', '--frames', '0-2', '--turntable', 8, '-o', 'b.%d.png', '--size', '16x16')
         self.assertEqual(sorted(n for n in os.listdir(self.folder) if n.startswith('b.')), [f'b.{i}.png' for i in range(3)])

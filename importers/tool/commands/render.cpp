@@ -78,7 +78,7 @@ bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_
   o.sheet_step = a.step.value_or(0);
   o.reference = a.reference;
   o.deep_tolerance = a.deep_tolerance.value_or(0);
-  o.disable_skips = BCCSPLAT_SKIP_UNCHANGED; // --repeat times whole pictures
+  if (a.repeat > 1) o.disable_skips = BCCSPLAT_SKIP_UNCHANGED; // whole pictures are timed
   o.cancel_token = interrupt_token();
   return o;
 }
@@ -95,10 +95,9 @@ std::array<double, 2> trail_interval(const TrailInterval& t, bool index, const V
   return {frame(t.from), frame(t.to)};
 }
 
-// Returns the trail's interval; both 0: there is none.
-std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments& a, const Volume& volume,
-                                const Cut& where, const std::optional<TransferFunction>& function) {
-  if (!a.trail) return {0, 0};
+// interval: both 0: there is none.
+void set_trail(const Renderer& renderer, const RenderArguments& a, const std::array<double, 2>& interval,
+               const std::optional<TransferFunction>& function) {
   auto trail = sized<bccsplat_trail>();
   trail.content = a.trail_content;
   trail.combine = a.trail_mode;
@@ -106,7 +105,6 @@ std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments&
   trail.samples = a.trail_samples.value_or(0);
   const std::vector<double> colors = trail_colors(trail.intervals);
   if (trail.intervals > 1) trail.colors = colors.data();
-  const auto interval = trail_interval(*a.trail, a.which.index || a.frames, volume, where);
   std::copy(interval.begin(), interval.end(), trail.interval);
   bccsplat_transfer_function f{};
   if (function) {
@@ -115,18 +113,17 @@ std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments&
   }
   const bool none = trail.interval[0] == 0 && trail.interval[1] == 0;
   check(bccsplat_renderer_set_trail(renderer.get(), none ? nullptr : &trail), "--trail");
-  return interval;
 }
 
 struct Scene {
   const RenderArguments& a;
   const Device& device;
   const Volume& volume;
-  uint32_t channel;
   CameraChoice camera;
-  bccsplat_render_options options;
+  PictureCutter cutter;
   Renderer renderer;
   std::optional<TransferFunction> trail_function;
+  std::array<double, 2> trail; // the interval that is set
   double open_ms;
   PictureOutput& output;
   double least_background;              // of an X-ray
@@ -149,14 +146,17 @@ struct Scene {
   RenderTimes draw(const Picture& picture, size_t number) {
     RenderTimes times;
     times.open_ms = open_ms;
-    const PictureCut cut =
-        cut_for_picture(volume, picture.where, channel, !a.which.level, options,
-                        {camera.size[0], camera.size[1]}, [&](const Slice& s) { return view(s, picture); });
+    const PictureCut cut = cutter.cut(picture.where, [&](const Slice& s) { return view(s, picture); });
     times.slice = cut.info;
     times.kernel = times.slice.kernel;
     check(bccsplat_renderer_set_slice(renderer.get(), cut.slice.get()), "");
     check(bccsplat_renderer_set_camera(renderer.get(), &cut.camera), a.camera);
-    const auto trail = set_trail(renderer, a, volume, picture.where, trail_function);
+    if (a.trail) {
+      // Set anew it would be made anew.
+      const auto interval = trail_interval(*a.trail, a.which.index || a.frames, volume, picture.where);
+      if (interval != trail) set_trail(renderer, a, interval, trail_function);
+      trail = interval;
+    }
     uint32_t planes = BCCSPLAT_FRAME_RGBA;
     if (a.deep)
       planes |= BCCSPLAT_FRAME_DEEP;
@@ -335,11 +335,11 @@ Exit run_render(RenderArguments a) {
   Scene scene{.a = a,
               .device = device,
               .volume = volume,
-              .channel = channel,
               .camera = camera,
-              .options = options,
+              .cutter = {volume, channel, !a.which.level, options, {camera.size[0], camera.size[1]}},
               .renderer = create_renderer(device, options),
               .trail_function = std::nullopt,
+              .trail = {0, 0},
               .open_ms = open_ms,
               .output = *output,
               .least_background = least_background(look, info.air),

@@ -26,18 +26,33 @@ std::optional<SampleBox> seen_region(const bccsplat_picture_needs& needs, const 
 
 } // namespace
 
-PictureCut cut_for_picture(const Volume& volume, const Cut& where, uint32_t channel, bool choose,
-                           const bccsplat_render_options& options, const PictureSize& size,
-                           const std::function<bccsplat_camera(const Slice&)>& camera) {
-  const bccsplat_volume_info v = volume_info(volume);
+Slice PictureCutter::slice_at(const Cut& cut, bccsplat_slice_info& info) {
+  for (const Kept& k : kept_) {
+    if (k.cut != cut) continue;
+    bccsplat_slice_retain(k.slice.get());
+    info = slice_info(k.slice), info.bytes_read = 0, info.milliseconds = 0;
+    return Slice(k.slice.get());
+  }
+  constexpr size_t most = 2;
+  if (kept_.size() == most) kept_.pop_back(); // before the next one takes memory
+  Slice made = cut_slice(volume_, cut, channel_);
+  info = slice_info(made);
+  bccsplat_slice_retain(made.get());
+  kept_.push_back({cut, Slice(made.get())});
+  return made;
+}
+
+PictureCut PictureCutter::cut(const Cut& where, const std::function<bccsplat_camera(const Slice&)>& camera) {
+  const bccsplat_volume_info v = volume_info(volume_);
   const bool merged = where.is_time_slice && where.method != BCCSPLAT_METHOD_EXTRACTED;
   Cut cut = where;
-  if (choose && merged) cut.level = v.level_count;
-  PictureCut out{cut_slice(volume, cut, channel), {}, {}, {}};
-  out.camera = camera(out.slice), out.info = out.domain = slice_info(out.slice);
-  if (!choose || !merged || v.level_count == 0) return out;
+  if (choose_ && merged) cut.level = v.level_count;
+  if (!kept_.empty() && kept_.front().cut != cut) kept_.clear();
+  PictureCut out{};
+  out.slice = slice_at(cut, out.info), out.domain = out.info, out.camera = camera(out.slice);
+  if (!choose_ || !merged || v.level_count == 0) return out;
   auto needs = sized<bccsplat_picture_needs>();
-  check(bccsplat_slice_get_picture_needs(out.slice.get(), &out.camera, size.width, size.height, &options,
+  check(bccsplat_slice_get_picture_needs(out.slice.get(), &out.camera, size_.width, size_.height, &options_,
                                          &needs),
         "picture");
   const bool simple = where.method == BCCSPLAT_METHOD_DEFAULT && where.lattice == BCCSPLAT_LATTICE_DEFAULT &&
@@ -46,7 +61,7 @@ PictureCut cut_for_picture(const Volume& volume, const Cut& where, uint32_t chan
   if (needs.level == cut.level && !cut.region) return out;
   cut.level = needs.level;
   const bccsplat_slice_info told = out.info;
-  out.slice = cut_slice(volume, cut, channel), out.info = slice_info(out.slice);
+  out.slice = slice_at(cut, out.info);
   out.info.bytes_read += told.bytes_read, out.info.milliseconds += told.milliseconds;
   return out;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "tool/view/slice_choice.h"
 
@@ -19,11 +20,33 @@ struct PictureSize {
   uint32_t width = 0, height = 0;
 };
 
-// The camera of a picture is made for any slice of it. choose: whether to ask what the picture needs, of
-// files with coarser levels; else it is cut as told.
-[[nodiscard]] PictureCut cut_for_picture(const Volume& volume, const Cut& where, uint32_t channel,
-                                         bool choose, const bccsplat_render_options& options,
-                                         const PictureSize& size,
-                                         const std::function<bccsplat_camera(const Slice&)>& camera);
+// Cuts for one picture after the other. Those of a turntable look at the same slice, which is cut once: what
+// it took is told of the first picture.
+class PictureCutter {
+ public:
+  // The volume must outlive it. choose: whether to ask what a picture needs, of files with coarser levels;
+  // else it is cut as told.
+  PictureCutter(const Volume& volume, uint32_t channel, bool choose, const bccsplat_render_options& options,
+                const PictureSize& size)
+      : volume_(volume), channel_(channel), choose_(choose), options_(options), size_(size) {}
+
+  // The camera is made for any slice of the picture.
+  [[nodiscard]] PictureCut cut(const Cut& where, const std::function<bccsplat_camera(const Slice&)>& camera);
+
+ private:
+  struct Kept {
+    Cut cut;
+    Slice slice;
+  };
+  // Returns the slice, and in `info` what it is and took.
+  Slice slice_at(const Cut& cut, bccsplat_slice_info& info);
+
+  const Volume& volume_;
+  uint32_t channel_;
+  bool choose_;
+  bccsplat_render_options options_;
+  PictureSize size_;
+  std::vector<Kept> kept_; // of the last picture: what told its level, and what was drawn
+};
 
 } // namespace bcc4

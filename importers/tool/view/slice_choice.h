@@ -43,6 +43,8 @@ struct Cut {
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
   std::optional<SampleBox> region;
   uint32_t level = 0;
+
+  bool operator==(const Cut&) const = default;
 };
 // A file of one frame needs neither option. The sweep is not looked at.
 [[nodiscard]] Cut resolve_cut(const Volume& volume, const SliceChoiceArguments& arguments);
