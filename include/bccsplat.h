@@ -1746,8 +1746,9 @@ typedef struct bccsplat_render_stats {
   /* Summed over threads. */
   double cpu_ms;
   /* Of the slice, mirror images beyond the ends of the domain included. One opaque isosurface of a
-   * time slice in an orthographic view is drawn by rays where its lattice, kernel and field allow:
-   * then these are the sites without mirror images, and all other counts of points and bricks 0. */
+   * time slice is drawn by rays where its lattice, kernel, field and view allow (64 pixels may not
+   * span half a turn or nearly so): then these are the sites without mirror images, and all other
+   * counts of points and bricks 0. */
   uint64_t points_total;
   /* In bricks that neither their range of values nor their place left out. */
   uint64_t points_after_cull;

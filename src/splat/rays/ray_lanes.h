@@ -16,33 +16,51 @@ namespace bccsplat {
 inline constexpr int piece_edge = 8; // pixels of a piece of a picture
 inline constexpr size_t piece_rays = size_t{piece_edge} * piece_edge;
 
-// What the parallel rays of a piece are within, sheets; enter > leave where a ray misses it.
-struct PieceIntervals {
-  alignas(64) std::array<double, piece_rays> enter, leave;
+// The rays of a piece, pixel (i, j) of it at 8 j + i. They run along axis w of u, v, w.
+struct PieceRays {
+  using Doubles = std::array<double, piece_rays>;
+  alignas(64) Doubles enter, leave; // sheets that a ray is in the box between; enter > leave: it misses it
+  alignas(64) Doubles first, per_plane; // the sheet at w = 0, and sheets from plane to plane
+  struct Across {
+    // Blocks per block of w, and the smallest coordinate in the slab from w = 0 on, blocks.
+    alignas(64) Doubles slope, low;
+  } u, v;
 };
-struct IntervalArgs {
-  Vec3 at{}, ex{}, ey{}; // the first ray on sheet 0, and what the next pixels add
-  Vec3 ez{};             // per sheet
-  Vec3 begin{}, end{};   // of the box
+struct PieceArgs {
+  Vec3 at{}, at_i{}, at_j{};    // the first ray on sheet 0, and what the next pixels add, lattice units
+  Vec3 ray{}, ray_i{}, ray_j{}; // the same of a sheet
+  double front = 0;             // the sheet number that rays begin at
+  Vec3 begin{}, end{};          // of the box
+  std::array<size_t, 3> axes{}; // u, v, w
+  double plane = 1;             // lattice units
 };
-// Returns a bit for each ray that meets the box: pixel (i, j) of the piece at 8 j + i.
-[[nodiscard]] uint64_t find_intervals(const IntervalArgs& args, PieceIntervals& intervals);
+// Returns a bit for each ray that meets the box. No ray is perpendicular to w.
+[[nodiscard]] uint64_t find_rays(const PieceArgs& args, PieceRays& rays);
 
-// Blocks of a slab, and where the rays of a piece pass them: the smallest coordinates in the slab, blocks.
+// Which cells of a block rays with about the same slope may pass along u or v, by their smallest coordinate
+// in the slab, in eighths of a cell from across - 1 blocks before the block on.
+struct PassMasks {
+  static constexpr int parts = 8; // of a cell
+  static constexpr size_t places = block_edge * parts;
+  static constexpr int most_across = 4;
+  int across = 2; // blocks that a ray may pass
+  std::array<uint64_t, most_across * places> words{};
+};
+
+// Blocks of a slab.
 struct SlabArgs {
-  static constexpr int parts = 8; // of a cell, that masks are for
-  using Masks = std::array<uint64_t, 2 * block_edge * parts>;
   const uint64_t* bits = nullptr; // of the first block
+  int place = 0;                  // of the slab along w
   struct Axis {
     int blocks = 0;
-    size_t stride = 0;            // words
-    const Masks* masks = nullptr; // by how far a ray is from the block before it
-    double first = 0, per_i = 0, per_j = 0;
+    size_t stride = 0; // words
+    const PassMasks* masks = nullptr;
   } u, v;
   std::array<uint64_t, block_edge> layer{}; // the bits of each layer of cells
 };
 // Writes the layers that each ray passes a bit in, and returns a bit for each ray that has any.
-[[nodiscard]] uint64_t find_layers(const SlabArgs& args, std::span<uint64_t, piece_rays> layers);
+[[nodiscard]] uint64_t find_layers(const SlabArgs& args, const PieceRays& rays,
+                                   std::span<uint64_t, piece_rays> layers);
 
 // Samples along rays, in order, and behind the last one room for a vector.
 struct PairArgs {
@@ -50,10 +68,10 @@ struct PairArgs {
   size_t count = 0;
   const float* value = nullptr;
   const std::array<float, 4>* gradient = nullptr;
-  std::array<float, 3> ray{}; // of a sheet
-  float target = 0;           // values on its two sides: below it or not
-  float* slope = nullptr;     // of each sample, per sheet: made here
-  uint64_t* found = nullptr;  // a bit for each sample
+  const std::array<float, 4>* ray = nullptr; // of a sheet
+  float target = 0;                          // values on its two sides: below it or not
+  float* slope = nullptr;                    // of each sample, per sheet: made here
+  uint64_t* found = nullptr;                 // a bit for each sample
 };
 // Marks samples where the next one is on the other side, or the field comes closer, goes away at the next,
 // and the tangents meet beyond the target.

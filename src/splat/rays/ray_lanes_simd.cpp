@@ -40,27 +40,40 @@ template<class Tag, class Mask> HWY_INLINE uint64_t BitsOf(Tag tag, Mask mask) {
   return bits & ((uint64_t{1} << hn::MaxLanes(tag)) - 1);
 }
 
-uint64_t FindIntervals(const IntervalArgs& args, PieceIntervals& out) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
+uint64_t FindRays(const PieceArgs& args, PieceRays& out) {
+  constexpr double infinity = std::numeric_limits<double>::infinity(), margin = 1e-6; // blocks
+  const D zero = hn::Zero(d), none = hn::Set(d, -infinity);
+  const double per_block = 1 / (args.plane * block_edge);
+  const auto [u, v, w] = args.axes;
   uint64_t meet = 0;
   for (size_t n = 0; n < piece_rays; n += rays) {
     const D i = hn::Load(d, lane_numbers.data() + n % piece_edge);
     const auto j = static_cast<double>(n / piece_edge);
-    D enter = hn::Set(d, -infinity), leave = hn::Set(d, infinity);
+    D at[3], ray[3];
+    D enter = hn::Set(d, args.front), leave = hn::Set(d, infinity);
     for (size_t a = 0; a < 3; ++a) {
-      const D at = hn::MulAdd(i, hn::Set(d, args.ex[a]), hn::Set(d, args.at[a] + j * args.ey[a]));
-      const D before = hn::Sub(hn::Set(d, args.begin[a]), at), behind = hn::Sub(hn::Set(d, args.end[a]), at);
-      if (args.ez[a] == 0) {
-        const auto outside = hn::Or(hn::Gt(before, hn::Zero(d)), hn::Lt(behind, hn::Zero(d)));
-        leave = hn::IfThenElse(outside, hn::Set(d, -infinity), leave);
-        continue;
-      }
-      const D per_unit = hn::Set(d, 1 / args.ez[a]);
+      at[a] = hn::MulAdd(i, hn::Set(d, args.at_i[a]), hn::Set(d, args.at[a] + j * args.at_j[a]));
+      ray[a] = hn::MulAdd(i, hn::Set(d, args.ray_i[a]), hn::Set(d, args.ray[a] + j * args.ray_j[a]));
+      const D before = hn::Sub(hn::Set(d, args.begin[a]), at[a]),
+              behind = hn::Sub(hn::Set(d, args.end[a]), at[a]);
+      const auto along = hn::Ne(ray[a], zero), outside = hn::Or(hn::Gt(before, zero), hn::Lt(behind, zero));
+      const D per_unit = hn::Div(hn::Set(d, 1.0), ray[a]);
       const D k0 = hn::Mul(before, per_unit), k1 = hn::Mul(behind, per_unit);
-      enter = hn::Max(enter, hn::Min(k0, k1)), leave = hn::Min(leave, hn::Max(k0, k1));
+      enter = hn::IfThenElse(along, hn::Max(enter, hn::Min(k0, k1)), enter);
+      leave = hn::IfThenElse(along, hn::Min(leave, hn::Max(k0, k1)), hn::IfThenElse(outside, none, leave));
     }
     hn::Store(enter, d, out.enter.data() + n), hn::Store(leave, d, out.leave.data() + n);
     meet |= BitsOf(d, hn::Lt(enter, leave)) << n;
+    const D per_unit = hn::Div(hn::Set(d, 1.0), ray[w]);
+    hn::Store(hn::Neg(hn::Mul(at[w], per_unit)), d, out.first.data() + n);
+    hn::Store(hn::Mul(hn::Set(d, args.plane), per_unit), d, out.per_plane.data() + n);
+    const auto across = [&](size_t a, PieceRays::Across& to) HWY_ATTR {
+      const D slope = hn::Mul(ray[a], per_unit);
+      const D low = hn::Mul(hn::NegMulAdd(slope, at[w], at[a]), hn::Set(d, per_block));
+      hn::Store(slope, d, to.slope.data() + n);
+      hn::Store(hn::Sub(hn::Add(low, hn::Min(slope, zero)), hn::Set(d, margin)), d, to.low.data() + n);
+    };
+    across(u, out.u), across(v, out.v);
   }
   return meet;
 }
@@ -73,41 +86,42 @@ HWY_INLINE hn::Vec<Indices> IndexOf(D x) {
 }
 
 // Along one axis: the words' offset of the block that rays are in at their smallest coordinate, and of it and
-// the next one the cells that they may pass; none of a block that is not there.
-struct Passed {
+// the next ones the cells that they may pass; none of a block that is not there.
+template<int across> struct Passed {
   D offset;
-  W here, next;
+  W cells[across];
 };
-HWY_INLINE Passed PassAxis(const SlabArgs::Axis& axis, D i, double j) {
-  const D at = hn::MulAdd(i, hn::Set(d, axis.per_i), hn::Set(d, axis.first + j * axis.per_j));
+template<int across>
+HWY_INLINE Passed<across> PassAxis(const SlabArgs& args, const SlabArgs::Axis& axis,
+                                   const PieceRays::Across& rays_across, size_t n) {
+  const D at = hn::MulAdd(hn::Load(d, rays_across.slope.data() + n), hn::Set(d, 1.0 * args.place),
+                          hn::Load(d, rays_across.low.data() + n));
   // Beyond the ends nothing is passed, wherever that is.
-  const D x = hn::Min(hn::Max(at, hn::Set(d, -2.0)), hn::Set(d, axis.blocks + 1.0));
+  const D x = hn::Min(hn::Max(at, hn::Set(d, -1.0 * across)), hn::Set(d, axis.blocks + 1.0));
   const D block = hn::Floor(x);
-  constexpr double places = block_edge * SlabArgs::parts;
+  constexpr auto places = static_cast<double>(PassMasks::places);
   const D within = hn::Mul(hn::Sub(x, block), hn::Set(d, places));
   const auto place = IndexOf(hn::Min(hn::Floor(within), hn::Set(d, places - 1)));
-  const uint64_t* const masks = axis.masks->data();
-  const auto there = [&](D first, D last) HWY_ATTR {
-    return hn::RebindMask(dw, hn::And(hn::Ge(block, first), hn::Le(block, last)));
-  };
-  const D last = hn::Set(d, axis.blocks - 1.0), one = hn::Set(d, 1.0);
-  Passed p;
+  Passed<across> p;
   p.offset = hn::Mul(block, hn::Set(d, static_cast<double>(axis.stride)));
-  p.here = hn::IfThenElseZero(there(hn::Zero(d), last),
-                              hn::GatherIndex(dw, masks + static_cast<size_t>(places), place));
-  p.next = hn::IfThenElseZero(there(hn::Neg(one), hn::Sub(last, one)), hn::GatherIndex(dw, masks, place));
+  for (int b = 0; b < across; ++b) {
+    p.cells[b] = hn::Zero(dw);
+    if (b >= axis.masks->across) continue;
+    const auto there = hn::RebindMask(
+        dw, hn::And(hn::Ge(block, hn::Set(d, -1.0 * b)), hn::Lt(block, hn::Set(d, axis.blocks - 1.0 * b))));
+    const uint64_t* const masks = axis.masks->words.data() + (axis.masks->across - 1 - b) * PassMasks::places;
+    p.cells[b] = hn::IfThenElseZero(there, hn::GatherIndex(dw, masks, place));
+  }
   return p;
 }
 
-uint64_t FindLayers(const SlabArgs& args, std::span<uint64_t, piece_rays> layers) {
+template<int across>
+uint64_t FindLayersOf(const SlabArgs& args, const PieceRays& piece, std::span<uint64_t, piece_rays> layers) {
   const W none = hn::Zero(dw);
-  const D stride_u = hn::Set(d, static_cast<double>(args.u.stride)),
-          stride_v = hn::Set(d, static_cast<double>(args.v.stride));
   uint64_t any = 0;
   for (size_t n = 0; n < piece_rays; n += rays) {
-    const D i = hn::Load(d, lane_numbers.data() + n % piece_edge);
-    const auto j = static_cast<double>(n / piece_edge);
-    const Passed u = PassAxis(args.u, i, j), v = PassAxis(args.v, i, j);
+    const Passed<across> u = PassAxis<across>(args, args.u, piece.u, n),
+                         v = PassAxis<across>(args, args.v, piece.v, n);
     W found = none;
     const auto add = [&](D offset, W cells) HWY_ATTR {
       const auto some = hn::Ne(cells, none);
@@ -116,10 +130,11 @@ uint64_t FindLayers(const SlabArgs& args, std::span<uint64_t, piece_rays> layers
       found = hn::Or(found, hn::And(cells, hn::GatherIndex(dw, args.bits, IndexOf(at))));
     };
     const D here = hn::Add(u.offset, v.offset);
-    add(here, hn::And(u.here, v.here));
-    add(hn::Add(here, stride_u), hn::And(u.next, v.here));
-    add(hn::Add(here, stride_v), hn::And(u.here, v.next));
-    add(hn::Add(here, hn::Add(stride_u, stride_v)), hn::And(u.next, v.next));
+    for (int b = 0; b < across; ++b)
+      for (int c = 0; c < across; ++c) {
+        const auto words = static_cast<double>(b * args.v.stride + c * args.u.stride);
+        add(hn::Add(here, hn::Set(d, words)), hn::And(u.cells[c], v.cells[b]));
+      }
     const auto some = hn::Ne(found, none);
     if (hn::AllFalse(dw, some)) continue;
     any |= BitsOf(dw, some) << n;
@@ -133,14 +148,20 @@ uint64_t FindLayers(const SlabArgs& args, std::span<uint64_t, piece_rays> layers
   return any;
 }
 
+uint64_t FindLayers(const SlabArgs& args, const PieceRays& piece, std::span<uint64_t, piece_rays> layers) {
+  return std::max(args.u.masks->across, args.v.masks->across) > 2
+             ? FindLayersOf<PassMasks::most_across>(args, piece, layers)
+             : FindLayersOf<2>(args, piece, layers);
+}
+
 void FindPairs(const PairArgs& args) {
   const hn::CappedTag<float, PairArgs::room> df;
   using F = hn::Vec<decltype(df)>;
   constexpr size_t lanes = hn::MaxLanes(df);
-  const F x = hn::Set(df, args.ray[0]), y = hn::Set(df, args.ray[1]), z = hn::Set(df, args.ray[2]);
   for (size_t n = 0; n < args.count; n += lanes) {
-    F gx, gy, gz, rest;
+    F gx, gy, gz, x, y, z, rest;
     hn::LoadInterleaved4(df, args.gradient[n].data(), gx, gy, gz, rest);
+    hn::LoadInterleaved4(df, args.ray[n].data(), x, y, z, rest);
     hn::StoreU(hn::MulAdd(gx, x, hn::MulAdd(gy, y, hn::Mul(gz, z))), df, args.slope + n);
   }
   const F target = hn::Set(df, args.target), zero = hn::Zero(df);
@@ -168,15 +189,15 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace bccsplat {
-HWY_EXPORT(FindIntervals);
+HWY_EXPORT(FindRays);
 HWY_EXPORT(FindLayers);
 HWY_EXPORT(FindPairs);
 
-uint64_t find_intervals(const IntervalArgs& args, PieceIntervals& intervals) {
-  return HWY_DYNAMIC_DISPATCH(FindIntervals)(args, intervals);
+uint64_t find_rays(const PieceArgs& args, PieceRays& rays) {
+  return HWY_DYNAMIC_DISPATCH(FindRays)(args, rays);
 }
-uint64_t find_layers(const SlabArgs& args, std::span<uint64_t, piece_rays> layers) {
-  return HWY_DYNAMIC_DISPATCH(FindLayers)(args, layers);
+uint64_t find_layers(const SlabArgs& args, const PieceRays& rays, std::span<uint64_t, piece_rays> layers) {
+  return HWY_DYNAMIC_DISPATCH(FindLayers)(args, rays, layers);
 }
 void find_pairs(const PairArgs& args) { HWY_DYNAMIC_DISPATCH(FindPairs)(args); }
 

@@ -10,8 +10,8 @@ constexpr int most_steps = 3;
 
 } // namespace
 
-RayRoots::RayRoots(const FootprintPlan& field, const Vec3& ray, float target) : field_(field), ray_(ray) {
-  for (size_t a = 0; a < 3; ++a) args_.ray[a] = static_cast<float>(ray[a]);
+RayRoots::RayRoots(const FootprintPlan& field, float target) : field_(field) {
+  args_.ray = steps_.data();
   args_.target = target;
   // The root gets the gradient of the field's last sample: no further from it than where sheets draw, so that
   // finer sheets make the light better, too.
@@ -24,7 +24,7 @@ void RayRoots::add(const RootPair& pair) {
     to.x[n] = x, to.value[n] = from.value, to.slope[n] = from.slope;
   };
   set(lanes_.low, 0, pair.low), set(lanes_.high, 1, pair.high);
-  rays_[n] = {pair.origin, pair.sheet, pair.number};
+  rays_[n] = {pair.origin, pair.ray, pair.sheet, pair.number};
 }
 
 std::span<const RayRoot> RayRoots::find() {
@@ -33,9 +33,10 @@ std::span<const RayRoot> RayRoots::find() {
   guess_roots(args_, lanes_);
   for (int step = 0; count_ > 0; ++step) {
     for (size_t n = 0; n < count_; ++n) {
-      const Vec3& at = rays_[n].origin;
+      const Vec3 &at = rays_[n].origin, &ray = rays_[n].ray;
       const double k = rays_[n].sheet + static_cast<double>(lanes_.next[n]);
-      places_[n] = {at[0] + k * ray_[0], at[1] + k * ray_[1], at[2] + k * ray_[2], 0};
+      for (size_t a = 0; a < 3; ++a)
+        places_[n][a] = at[a] + k * ray[a], steps_[n][a] = static_cast<float>(ray[a]);
     }
     sum_footprints(field_, std::span(places_).first(count_), values_.data(), gradients_.data());
     args_.count = count_;
@@ -52,7 +53,7 @@ void RayRoots::take_roots(bool last) {
     if (last || (lanes_.near[n / 64] >> n % 64 & 1) != 0) {
       RayRoot& root = roots_[found_++];
       root.k = ray.sheet + static_cast<double>(lanes_.next[n]);
-      for (size_t a = 0; a < 3; ++a) root.position[a] = ray.origin[a] + root.k * ray_[a];
+      for (size_t a = 0; a < 3; ++a) root.position[a] = ray.origin[a] + root.k * ray.ray[a];
       const Vec4& p = places_[n];
       root.sample.position = {p[0], p[1], p[2]}, root.sample.value = values_[n];
       for (size_t a = 0; a < 3; ++a) root.sample.gradient[a] = gradients_[n][a];

@@ -19,8 +19,8 @@ struct RootEnd {
 
 // A ray that passes the target, and between which samples: their values differ in sign.
 struct RootPair {
-  Vec3 origin{}; // of the ray, sheet 0
-  int sheet = 0; // of the first sample
+  Vec3 origin{}, ray{}; // sheet 0 of it, and one sheet, lattice units
+  int sheet = 0;        // of the first sample
   RootEnd low, high;
   uint32_t number = 0; // by which the caller knows the ray
 };
@@ -52,7 +52,7 @@ struct RootLanes {
 
 struct RootArgs {
   size_t count = 0;
-  std::array<float, 3> ray{}; // lattice units of a sheet
+  const std::array<float, 4>* ray = nullptr; // lattice units of a sheet
   float target = 0;
   float tolerance = 0; // sheets from a sample to the root
 };
@@ -67,8 +67,8 @@ void bracket_roots(const RootArgs& args, std::span<const float> values,
 class RayRoots {
  public:
   static constexpr size_t room = RootLanes::room;
-  // ray: of a sheet. target: as a float that values are less than where they are below it.
-  RayRoots(const FootprintPlan& field, const Vec3& ray, float target);
+  // target: as a float that values are less than where they are below it.
+  RayRoots(const FootprintPlan& field, float target);
 
   void clear() { count_ = 0; }
   // At most `room`.
@@ -82,17 +82,17 @@ class RayRoots {
   void take_roots(bool last);
 
   const FootprintPlan& field_;
-  Vec3 ray_;
   RootArgs args_;
   size_t count_ = 0, found_ = 0;
   struct Ray {
-    Vec3 origin;
+    Vec3 origin, ray;
     int sheet;
     uint32_t number;
   };
   RootLanes lanes_{};
   std::array<Ray, room> rays_;
   std::array<Vec4, room> places_;
+  std::array<std::array<float, 4>, room> steps_{}; // rays, as the lanes take them
   std::array<float, room> values_;
   std::array<std::array<float, 4>, room> gradients_{};
   std::array<RayRoot, room> roots_;

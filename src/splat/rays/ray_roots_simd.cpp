@@ -84,12 +84,12 @@ void GuessRoots(const RootArgs& args, RootLanes& to) {
 void BracketRoots(const RootArgs& args, const float* values, const std::array<float, 4>* gradients,
                   RootLanes& to) {
   const F zero = hn::Zero(d), tolerance = Of(args.tolerance);
-  const F ray_x = Of(args.ray[0]), ray_y = Of(args.ray[1]), ray_z = Of(args.ray[2]);
   uint64_t word = 0;
   for (size_t n = 0; n < args.count; n += lanes) {
     const End low = LoadEnd(to.low, n), high = LoadEnd(to.high, n);
-    F gx, gy, gz, rest;
+    F gx, gy, gz, ray_x, ray_y, ray_z, rest;
     hn::LoadInterleaved4(d, gradients[n].data(), gx, gy, gz, rest);
+    hn::LoadInterleaved4(d, args.ray[n].data(), ray_x, ray_y, ray_z, rest);
     const End middle{hn::Load(d, to.next.data() + n), hn::Sub(hn::LoadU(d, values + n), Of(args.target)),
                      hn::MulAdd(gx, ray_x, hn::MulAdd(gy, ray_y, hn::Mul(gz, ray_z)))};
     const M below = hn::Lt(low.value, zero), behind = hn::Not(hn::Xor(hn::Lt(middle.value, zero), below));

@@ -33,33 +33,37 @@ float side_of(double target) {
 }
 
 // Samples of a slab that there is room for.
-size_t rooms(const RayWay& way) {
+size_t rooms(size_t most_sheets) {
   constexpr size_t rays = size_t{RaySearch::square} * RaySearch::square;
-  return rays * way.most_sheets() + PairArgs::room + together;
+  return rays * most_sheets + PairArgs::room + together;
 }
 
 } // namespace
 
 RaySearch::RaySearch(const RayField& of)
-    : f_(of), view_(*of.view), way_(*of.way), side_(side_of(of.target)),
-      roots_(of.field->footprints, of.view->ez, side_), to_lattice_(of.view->lattice_to_world.inverse()) {
-  const size_t room = rooms(way_);
-  samples_.resize(room), places_.resize(room), values_.resize(room), slopes_.resize(room);
+    : f_(of), view_(*of.view), side_(side_of(of.target)), roots_(of.field->footprints, side_),
+      to_lattice_(of.view->lattice_to_world.inverse()) {
+  const size_t room = rooms(of.most_sheets);
+  samples_.resize(room), places_.resize(room), steps_.resize(room), values_.resize(room),
+      slopes_.resize(room);
   gradients_.resize(room), found_.resize(room / 64 + 1);
 }
 
-uint64_t RaySearch::buffers(const RayWay& way) {
-  constexpr uint64_t sample = sizeof(int) + sizeof(Vec4) + 2 * sizeof(float) + sizeof(std::array<float, 4>);
+uint64_t RaySearch::buffers(size_t most_sheets) {
+  constexpr uint64_t sample =
+      sizeof(int) + sizeof(Vec4) + 2 * sizeof(float) + 2 * sizeof(std::array<float, 4>);
   constexpr uint64_t ray =
       sizeof(Part) + sizeof(uint32_t) + 2 * sizeof(RayHit) + 2 * sizeof(Vec3) + sizeof(double);
-  return rooms(way) * sample + rooms(way) / 8 + pixels * ray;
+  return rooms(most_sheets) * sample + rooms(most_sheets) / 8 + pixels * ray;
 }
 
-std::span<const RayHit> RaySearch::find(int x, int y, int width, int height, Progress& progress) {
+std::span<const RayHit> RaySearch::find(const RayWay& way, int x, int y, int width, int height,
+                                        Progress& progress) {
   hits_.clear(), unlit_.clear();
+  way_ = &way;
   x_ = x, y_ = y;
   begin(width, height);
-  for (size_t word = 0; word < way_.words(); ++word) {
+  for (size_t word = 0; word < way_->words(); ++word) {
     const auto left = [&](int from) { // slabs that pieces with open rays need
       uint64_t slabs = 0;
       for (const Piece& p : piece_)
@@ -84,9 +88,9 @@ void RaySearch::begin(int width, int height) {
     for (int i = 0; i < square; i += piece_edge, ++p) {
       Piece& piece = piece_[p];
       piece.open = 0;
-      if (i >= width || j >= height || !way_.any(x_ + i, y_ + j)) continue;
-      piece.slabs = way_.slabs(x_ + i, y_ + j);
-      piece.open = way_.find_intervals(x_ + i, y_ + j, piece.inside);
+      if (i >= width || j >= height || !way_->any(x_ + i, y_ + j)) continue;
+      piece.slabs = way_->slabs(x_ + i, y_ + j);
+      piece.open = way_->find_rays(x_ + i, y_ + j, piece.way);
       // Of the last pieces, the rays that are in the picture.
       constexpr uint64_t row = 0xff;
       for (int n = 0; n < piece_edge; ++n) {
@@ -105,7 +109,7 @@ void RaySearch::draw_slab(size_t word, int bit) {
     const Piece& piece = piece_[p];
     if (piece.open == 0 || (piece.slabs[word] >> bit & 1) == 0) continue;
     const auto first = static_cast<uint32_t>(p * piece_rays);
-    uint64_t asking = piece.open & way_.find_layers(column(first), row(first), slab, layers);
+    uint64_t asking = piece.open & way_->find_layers(piece.way, slab, layers);
     for (; asking != 0; asking &= asking - 1) {
       const uint32_t n = std::countr_zero(asking);
       ask(first + n, slab, layers[n]);
@@ -116,13 +120,15 @@ void RaySearch::draw_slab(size_t word, int bit) {
 
 // Notes the sheets that the ray's layers lie between and that it has not looked at yet.
 void RaySearch::ask(uint32_t r, int slab, uint64_t layers) {
-  const Vec3 at = view_.sample(column(r), row(r), 0), ez = view_.ez;
-  const PieceIntervals& inside = piece_[r / piece_rays].inside;
-  const double enter = inside.enter[r % piece_rays], leave = inside.leave[r % piece_rays];
+  const Vec3 at = view_.sample(column(r), row(r), 0), ray = view_.ray(column(r), row(r));
+  const std::array<float, 4> step{static_cast<float>(ray[0]), static_cast<float>(ray[1]),
+                                  static_cast<float>(ray[2]), 0};
+  const PieceRays& rays = piece_[r / piece_rays].way.rays;
+  const double enter = rays.enter[r % piece_rays], leave = rays.leave[r % piece_rays];
   const uint32_t first = count_;
   uint32_t count = first;
   int next = last_[r].k + 1;
-  way_.each_run(at, slab, layers, [&](double from, double to) {
+  way_->each_run(rays, r % piece_rays, slab, layers, [&](double from, double to) {
     from = std::max(from, enter), to = std::min(to, leave);
     if (to < from) return;
     const int low = std::max(below(from), next), high = -below(-to);
@@ -130,8 +136,8 @@ void RaySearch::ask(uint32_t r, int slab, uint64_t layers) {
       for (uint32_t n = 0; n < together; ++n) { // those behind the last one are written over
         const int sheet = k + static_cast<int>(n);
         const uint32_t to_n = count + (k - low) + n;
-        samples_[to_n] = sheet;
-        places_[to_n] = {at[0] + sheet * ez[0], at[1] + sheet * ez[1], at[2] + sheet * ez[2], 0};
+        samples_[to_n] = sheet, steps_[to_n] = step;
+        places_[to_n] = {at[0] + sheet * ray[0], at[1] + sheet * ray[1], at[2] + sheet * ray[2], 0};
       }
     next = std::max(next, high + 1);
     count += std::max(high - low + 1, 0);
@@ -144,9 +150,8 @@ void RaySearch::search() {
   if (count_ == 0) return;
   counts_.samples += count_;
   sum_footprints(f_.field->footprints, std::span(places_).first(count_), values_.data(), gradients_.data());
-  PairArgs pairs{count_, values_.data(), gradients_.data(), {}, side_, slopes_.data(), found_.data()};
-  for (size_t a = 0; a < 3; ++a) pairs.ray[a] = static_cast<float>(view_.ez[a]);
-  find_pairs(pairs);
+  find_pairs(
+      {count_, values_.data(), gradients_.data(), steps_.data(), side_, slopes_.data(), found_.data()});
   scanned_.resize(parts_.size());
   for (uint32_t p = 0; p < scanned_.size(); ++p) scanned_[p] = p;
   while (!scanned_.empty()) {
@@ -189,7 +194,8 @@ bool RaySearch::note(const Station& before, const Station& here, uint32_t p) {
   const uint32_t r = parts_[p].ray;
   if ((d0 < 0) != (d1 < 0)) {
     const auto end = [&](const Station& s) { return RootEnd{s.value - side_, s.slope}; };
-    roots_.add({view_.sample(column(r), row(r), 0), before.k, end(before), end(here), p});
+    const int i = column(r), j = row(r);
+    roots_.add({view_.sample(i, j, 0), view_.ray(i, j), before.k, end(before), end(here), p});
     return true;
   }
   const double side = std::copysign(1.0, -d0), s0 = side * before.slope, s1 = side * here.slope;
@@ -210,8 +216,9 @@ bool RaySearch::note(const Station& before, const Station& here, uint32_t p) {
 bool RaySearch::hit(uint32_t p, double k) {
   const uint32_t r = parts_[p].ray;
   Piece& piece = piece_[r / piece_rays];
-  if (k < piece.inside.enter[r % piece_rays] - outside_tolerance ||
-      k > piece.inside.leave[r % piece_rays] + outside_tolerance) {
+  const PieceRays& rays = piece.way.rays;
+  if (k < rays.enter[r % piece_rays] - outside_tolerance ||
+      k > rays.leave[r % piece_rays] + outside_tolerance) {
     scanned_.push_back(p);
     return false;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the parallel rays of a square of pixels meet an opaque isosurface first.
+// Where the rays of a square of pixels meet an opaque isosurface first.
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@ namespace bccsplat {
 struct RayField {
   const SurfaceField* field = nullptr;
   const SheetView* view = nullptr;
-  const RayWay* way = nullptr;
-  double target = 0; // relative to the base
+  double target = 0;      // relative to the base
+  size_t most_sheets = 0; // of any ray in a slab
 };
 
 struct RayHit {
@@ -43,11 +43,12 @@ class RaySearch {
 
   explicit RaySearch(const RayField& of);
   // Bytes that it takes beside its own size; what the few crossings of a slab need is not counted.
-  [[nodiscard]] static uint64_t buffers(const RayWay& way);
+  [[nodiscard]] static uint64_t buffers(size_t most_sheets);
 
-  // Returns the first hits of the rays through width x height pixels from (x, y) on, at most a square, in any
-  // order; they are good until the next call. Throws cancelled.
-  [[nodiscard]] std::span<const RayHit> find(int x, int y, int width, int height, Progress& progress);
+  // Returns the first hits of the rays through width x height pixels from (x, y) on, at most a square, that
+  // go this way, in any order; they are good until the next call. Throws cancelled.
+  [[nodiscard]] std::span<const RayHit> find(const RayWay& way, int x, int y, int width, int height,
+                                             Progress& progress);
   [[nodiscard]] const RayCounts& counts() const { return counts_; } // of all calls
 
  private:
@@ -88,20 +89,21 @@ class RaySearch {
 
   const RayField& f_;
   const SheetView& view_;
-  const RayWay& way_;
+  const RayWay* way_ = nullptr;
   float side_; // the least float that is not below the target
   RayCounts counts_;
   int x_ = 0, y_ = 0;
   struct Piece {
     uint64_t open = 0; // rays
     std::span<const uint64_t> slabs;
-    PieceIntervals inside;
+    PieceWay way;
   };
   std::array<Piece, size_t{pieces} * pieces> piece_;
   std::array<Station, pixels> last_;
   uint32_t count_ = 0;       // of the samples of a slab
   std::vector<int> samples_; // sheets
   std::vector<Vec4> places_;
+  std::vector<std::array<float, 4>> steps_; // lattice units of a sheet along the ray
   std::vector<float> values_, slopes_;
   std::vector<std::array<float, 4>> gradients_;
   std::vector<uint64_t> found_; // samples between which and the next there is something to look for

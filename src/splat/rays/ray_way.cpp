@@ -1,43 +1,85 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ray passes a slab of blocks within at most two blocks along either axis across. Which cells of a block it
-// may pass follows from where it is at the slab's one side: masks by that place, one for each axis across, of
-// all rays that are there in an eighth of a cell. The blocks' pictures tell which slabs a square of pixels
-// may need at all.
+// A ray passes a slab of blocks within a few blocks along either axis across, two where it is no more than 45
+// degrees from the axis of the slabs. Which cells of a block it may pass follows from where it is at the
+// slab's one side: masks by that place, one for each axis across, of all rays that are there in an eighth of
+// a cell. In perspective slopes differ from pixel to pixel, and masks are for all slopes of a short range.
+// The blocks' pictures tell which slabs a square of pixels may need at all.
 #include "splat/rays/ray_way.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace bccsplat {
 namespace {
 
+constexpr double slope_pitch = 1.0 / 64;
+constexpr double slope_rounding = 1e-9;
+
 // The whole number below x, which is no further than this below 0.
 constexpr int below_zero = 1 << 16;
 int floor_of(double x) { return static_cast<int>(x + below_zero) - below_zero; }
 
+// Where the picture of a cube of blocks is, pixels.
+struct PixelBox {
+  double i0, i1, j0, j1;
+};
+
+// half: of the cubes' edge.
+class BlockPictures {
+ public:
+  // Where voxels are no cubes rays are aslant to the sheets, and a column drifts with depth.
+  BlockPictures(const SheetView& view, double half)
+      : perspective_(view.perspective), eye_(view.eye), depth_((1 / view.step) * view.normal),
+        x_(view.gx - dot(view.gx, view.ez) * depth_), y_(view.gy - dot(view.gy, view.ez) * depth_),
+        half_(half), reach_{reach(x_), reach(y_)}, reach_depth_(reach(depth_)) {}
+
+  [[nodiscard]] PixelBox find(const Vec3& middle) const {
+    const Vec3 p = middle - eye_;
+    double i = dot(x_, p), j = dot(y_, p);
+    if (!perspective_) return {i - reach_[0], i + reach_[0], j - reach_[1], j + reach_[1]};
+    // (x.(p + d)) / (depth.(p + d)) - i = (x.d - i depth.d) / (depth.(p + d))
+    const double z = dot(depth_, p), nearest = z - reach_depth_;
+    constexpr double far = std::numeric_limits<double>::infinity();
+    if (z + reach_depth_ < 0) return {far, -far, far, -far};
+    if (!(nearest > 0)) return {-far, far, -far, far};
+    i /= z, j /= z;
+    const double di = margin + reach(x_ - i * depth_) / nearest,
+                 dj = margin + reach(y_ - j * depth_) / nearest;
+    return {i - di, i + di, j - dj, j + dj};
+  }
+
+ private:
+  static constexpr double margin = 0.01; // pixels
+  [[nodiscard]] double reach(const Vec3& v) const {
+    return half_ * (std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2])) + (perspective_ ? 0 : margin);
+  }
+  bool perspective_;
+  Vec3 eye_, depth_, x_, y_;
+  double half_;
+  std::array<double, 2> reach_;
+  double reach_depth_;
+};
+
 } // namespace
 
-RayWay::RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const Context& context)
-    : cells_(cells), view_(view), box_(drawn_box(slice)), planes_(1 / slice.lattice.plane_distance()) {
-  size_t along = 0;
-  for (size_t a = 1; a < 3; ++a)
-    if (std::fabs(view.ez[a]) > std::fabs(view.ez[along])) along = a;
-  axes_ = {along == 0 ? size_t{1} : size_t{0}, along == 2 ? size_t{1} : size_t{2}, along};
+RayWay::RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const RayAxis& axis,
+               const Context& context)
+    : cells_(cells), view_(view), box_(drawn_box(slice)), plane_(slice.lattice.plane_distance()),
+      direction_(axis.direction) {
+  const size_t along = axis.along;
+  axes_ = {axis.across[0].axis, axis.across[1].axis, along};
   const std::array<size_t, 3> stride{1, static_cast<size_t>(cells.blocks[0]),
                                      static_cast<size_t>(cells.blocks[0]) * cells.blocks[1]};
   for (size_t n = 0; n < 3; ++n) blocks_[n] = cells.blocks[axes_[n]], stride_[n] = stride[axes_[n]];
   for (size_t bit = 0; bit < 64; ++bit) layer_[bit >> (2 * along) & 3] |= uint64_t{1} << bit;
-  const double plane = slice.lattice.plane_distance();
-  const double ahead = view.ez[along];
-  slope_u_ = view.ez[axes_[0]] / ahead, slope_v_ = view.ez[axes_[1]] / ahead;
-  per_plane_ = plane / ahead;
-  direction_ = ahead > 0 ? 1 : -1;
-  make_masks(slope_u_, axes_[0], mask_u_);
-  make_masks(slope_v_, axes_[1], mask_v_);
+  most_sheets_ = static_cast<size_t>(block_edge * plane_ / axis.least) + 3;
+  make_masks(axis.across[0], context, masks_u_);
+  make_masks(axis.across[1], context, masks_v_);
   make_runs();
-  find_slabs(slice, view, context);
+  find_slabs(view, context);
 }
 
 void RayWay::make_runs() {
@@ -55,29 +97,53 @@ void RayWay::make_runs() {
   }
 }
 
-// Entry n: rays whose smallest coordinate in the slab is between n and n + 1 parts, less a block.
-void RayWay::make_masks(double slope, size_t across, Masks& masks) const {
-  constexpr double margin = 1e-6;
-  const double s = std::fabs(slope);
-  const auto coordinate = [](size_t bit, size_t axis) { return static_cast<int>(bit >> (2 * axis) & 3); };
-  for (size_t n = 0; n < masks.size(); ++n) {
-    masks[n] = 0;
-    const double from = static_cast<double>(n) / parts - block_edge;
-    for (size_t bit = 0; bit < 64; ++bit) {
-      const int layer = coordinate(bit, axes_[2]), cell = coordinate(bit, across);
-      const int step = slope >= 0 ? layer : block_edge - 1 - layer;
-      if (cell >= static_cast<int>(std::floor(from + s * step - margin)) &&
-          cell <= static_cast<int>(std::floor(from + 1.0 / parts + s * (step + 1) + margin)))
-        masks[n] |= uint64_t{1} << bit;
+// A cell is passed where the smallest coordinate, more by the way to its layer, is in it.
+void RayWay::make_masks(const RayAxis::Across& across, const Context& context, Masks& masks) {
+  constexpr double margin = 1e-6; // cells
+  constexpr int parts = PassMasks::parts;
+  // The bits of the cells with this layer and this place across.
+  std::array<std::array<uint64_t, block_edge>, block_edge> cells{};
+  for (size_t bit = 0; bit < 64; ++bit)
+    cells[bit >> (2 * axes_[2]) & 3][bit >> (2 * across.axis) & 3] |= uint64_t{1} << bit;
+  const double range = across.high - across.low, pitch = std::min(slope_pitch, range);
+  const size_t count = pitch > 0 ? static_cast<size_t>(range / pitch) + 1 : 1;
+  masks_memory_.emplace_back(context.memory, count * sizeof(PassMasks), "the way of rays");
+  masks.low = across.low, masks.per_pitch = pitch > 0 ? 1 / pitch : 0;
+  masks.of_pitch.resize(count);
+  for (size_t q = 0; q < count; ++q) {
+    PassMasks& to = masks.of_pitch[q];
+    const double low = across.low + static_cast<double>(q) * pitch - slope_rounding,
+                 high = std::min(low + pitch + across.of_piece, across.high) + slope_rounding;
+    const double up = std::max(high, 0.0), down = std::max(-low, 0.0);
+    const double least_up = std::max(low, 0.0), least_down = std::max(-high, 0.0);
+    to.across = std::max(2, 1 + static_cast<int>(std::ceil(std::max(up, down) - 2 * slope_rounding)));
+    for (size_t n = 0; n < to.across * PassMasks::places; ++n) {
+      const double from = static_cast<double>(n) / parts - (to.across - 1) * block_edge;
+      for (int layer = 0; layer < block_edge; ++layer) {
+        const int behind = block_edge - 1 - layer;
+        const double least = least_up * layer + least_down * behind,
+                     most = std::max(up * (layer + 1), down * (behind + 1));
+        const int first = std::max(floor_of(from + least - margin), 0),
+                  last = std::min(floor_of(from + 1.0 / parts + most + margin), block_edge - 1);
+        for (int cell = first; cell <= last; ++cell) to.words[n] |= cells[layer][cell];
+      }
     }
   }
 }
 
+const PassMasks* RayWay::Masks::of(const PieceRays::Doubles& slope) const {
+  constexpr size_t edge = piece_edge;
+  const double least = std::min(std::min(slope[0], slope[edge - 1]),
+                                std::min(slope[piece_rays - edge], slope[piece_rays - 1]));
+  const auto n = static_cast<size_t>(std::max((least - low) * per_pitch, 0.0));
+  return &of_pitch[std::min(n, of_pitch.size() - 1)];
+}
+
 // Of each square of pixels, the slabs that hold a block whose picture touches the square.
-void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context& context) {
+void RayWay::find_slabs(const SheetView& view, const Context& context) {
   constexpr int most_squares = 512; // along either side
   while (std::max(view.width, view.height) >> shift_ >= most_squares) ++shift_;
-  const double plane = slice.lattice.plane_distance(), half = 0.5 * block_edge * plane;
+  const double step = block_edge * plane_;
   squares_ = ((view.width - 1) >> shift_) + 1;
   const int rows = ((view.height - 1) >> shift_) + 1;
   words_ = (blocks_[2] + 63) / 64;
@@ -86,14 +152,9 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
   memory_ = Reservation(context.memory, words * sizeof(uint64_t) + count, "the way of rays");
   any_.assign(count, 0);
   slabs_.assign(words, 0);
-  // Where voxels are no cubes rays are aslant to the sheets, and a column drifts with depth.
-  const Vec3 depth = (1 / view.step) * view.normal;
-  const Vec3 gx = view.gx - dot(view.gx, view.ez) * depth, gy = view.gy - dot(view.gy, view.ez) * depth;
-  constexpr double margin = 0.01; // pixels
-  double reach_x = margin, reach_y = margin;
-  for (size_t a = 0; a < 3; ++a) reach_x += half * std::fabs(gx[a]), reach_y += half * std::fabs(gy[a]);
+  const BlockPictures pictures(view, step / 2);
   const auto [u, v, w] = axes_;
-  const double step = 2 * half, per_square = 1.0 / (1 << shift_);
+  const double per_square = 1.0 / (1 << shift_);
   // The number of a square, from the one before the picture to the one behind it.
   const auto square = [&](double pixel, int squares) {
     return floor_of(std::clamp(pixel * per_square, -1.0, static_cast<double>(squares)));
@@ -101,19 +162,17 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
   Vec3 p;
   for (int z = 0; z < blocks_[2]; ++z) {
     context.progress.check();
+    const int order = along(z);
+    const size_t word = order / 64;
     for (int y = 0; y < blocks_[1]; ++y) {
-      p[u] = half, p[v] = half + step * y, p[w] = half + step * z;
-      const double x0 = dot(gx, p - view.eye), y0 = dot(gy, p - view.eye);
-      const int order = along(z);
-      const size_t word = order / 64;
       const uint64_t* const row = &cells_.bits[at(0, y, z)];
       for (int x = 0; x < blocks_[0]; ++x) {
         if (row[static_cast<size_t>(x) * stride_[0]] == 0) continue;
-        const double i = x0 + x * step * gx[u], j = y0 + x * step * gy[u];
-        const int i0 = std::max(square(i - reach_x, squares_), 0),
-                  i1 = std::min(square(i + reach_x, squares_), squares_ - 1),
-                  j0 = std::max(square(j - reach_y, rows), 0),
-                  j1 = std::min(square(j + reach_y, rows), rows - 1);
+        p[u] = step * (x + 0.5), p[v] = step * (y + 0.5), p[w] = step * (z + 0.5);
+        const PixelBox box = pictures.find(p);
+        const int i0 = std::max(square(box.i0, squares_), 0),
+                  i1 = std::min(square(box.i1, squares_), squares_ - 1),
+                  j0 = std::max(square(box.j0, rows), 0), j1 = std::min(square(box.j1, rows), rows - 1);
         for (int t = j0; t <= j1; ++t)
           for (int s = i0; s <= i1; ++s) {
             const size_t n = static_cast<size_t>(t) * squares_ + s;
@@ -125,25 +184,26 @@ void RayWay::find_slabs(const Slice& slice, const SheetView& view, const Context
   }
 }
 
-uint64_t RayWay::find_intervals(int i, int j, PieceIntervals& intervals) const {
-  return bccsplat::find_intervals({view_.sample(i, j, 0), view_.ex, view_.ey, view_.ez, box_.begin, box_.end},
-                                  intervals);
+uint64_t RayWay::find_rays(int i, int j, PieceWay& piece) const {
+  const double scale = view_.scale(0);
+  const Vec3 turn_i = view_.perspective ? view_.ex : Vec3{}, turn_j = view_.perspective ? view_.ey : Vec3{};
+  const uint64_t meet = bccsplat::find_rays(
+      {view_.sample(i, j, 0), scale * view_.ex, scale * view_.ey, view_.ray(i, j), turn_i, turn_j,
+       view_.perspective ? -view_.depth : -std::numeric_limits<double>::infinity(), box_.begin, box_.end,
+       axes_, plane_},
+      piece.rays);
+  piece.u = masks_u_.of(piece.rays.u.slope), piece.v = masks_v_.of(piece.rays.v.slope);
+  return meet;
 }
 
-uint64_t RayWay::find_layers(int i, int j, int slab, std::span<uint64_t, piece_rays> layers) const {
-  constexpr double margin = 1e-6; // blocks
-  const double per_block = planes_ / block_edge;
+uint64_t RayWay::find_layers(const PieceWay& piece, int slab, std::span<uint64_t, piece_rays> layers) const {
   const int place = along(slab);
-  const Vec3 at = view_.sample(i, j, 0);
-  const auto axis = [&](size_t n, double slope, const Masks& masks) {
-    const auto across = [&](const Vec3& v) { return (v[axes_[n]] - slope * v[axes_[2]]) * per_block; };
-    return SlabArgs::Axis{blocks_[n],       stride_[n],
-                          &masks,           across(at) + slope * place + std::min(0.0, slope) - margin,
-                          across(view_.ex), across(view_.ey)};
-  };
-  const SlabArgs args{&cells_.bits[this->at(0, 0, place)], axis(0, slope_u_, mask_u_),
-                      axis(1, slope_v_, mask_v_), layer_};
-  return bccsplat::find_layers(args, layers);
+  return bccsplat::find_layers({&cells_.bits[at(0, 0, place)],
+                                place,
+                                {blocks_[0], stride_[0], piece.u},
+                                {blocks_[1], stride_[1], piece.v},
+                                layer_},
+                               piece.rays, layers);
 }
 
 } // namespace bccsplat

@@ -13,12 +13,13 @@
 
 #include "splat/rays/cell_bound.h"
 #include "splat/rays/surface_cells.h"
-#include "splat/shade/parallel_light.h"
+#include "splat/shade/view_light.h"
 
 namespace bccsplat {
 namespace {
 
-constexpr int tile_edge = 2 * RaySearch::square; // pixels
+constexpr int tile_edge = ray_tile_edge;
+static_assert(tile_edge % RaySearch::square == 0);
 // Sheet numbers that rays count by stay well below 2^24.
 constexpr int64_t most_sheets = 1 << 23;
 
@@ -73,24 +74,24 @@ struct TileMemory {
   RaySearch search;
   TilePlanes planes;
   TileMemory(const RayField& rays, const SplatOptions& options, const Context& context)
-      : memory(context.memory, sizeof *this + RaySearch::buffers(*rays.way), "a tile of rays"), search(rays),
-        planes(options) {}
+      : memory(context.memory, sizeof *this + RaySearch::buffers(rays.most_sheets), "a tile of rays"),
+        search(rays), planes(options) {}
 };
 
 class Picture {
  public:
   Picture(const SplatScene& scene, const SplatOptions& options, const RayField& rays)
-      : options_(options), rays_(rays), light_(*scene.lights, to_viewer(*scene.view, 0, 0)),
+      : options_(options), rays_(rays), view_(*scene.view), light_(*scene.lights, to_viewer(view_, 0, 0)),
         time_(*scene.slice), value_(static_cast<float>(options.surfaces.front().value)),
         color_(surface_color(options.surfaces.front(), *scene.table)) {}
 
-  void draw_tile(RaySearch& search, TilePlanes& planes, Progress& progress) const {
+  void draw_tile(const RayWay& way, RaySearch& search, TilePlanes& planes, Progress& progress) const {
     const TilePixels& t = planes.tile;
     constexpr int square = RaySearch::square;
     for (int y = 0; y < t.height; y += square)
       for (int x = 0; x < t.width; x += square) {
         const int width = std::min(square, t.width - x), height = std::min(square, t.height - y);
-        for (const RayHit& hit : search.find(t.x + x, t.y + y, width, height, progress))
+        for (const RayHit& hit : search.find(way, t.x + x, t.y + y, width, height, progress))
           set_pixel(hit, planes);
       }
   }
@@ -99,14 +100,17 @@ class Picture {
   void set_pixel(const RayHit& hit, TilePlanes& planes) const {
     const TilePixels& t = planes.tile;
     Shading lit{{1, 1, 1}, {}};
-    if (options_.shading) lit = light_.shade(hit.point.gradient, rays_.target);
+    if (options_.shading)
+      lit = view_.perspective ? light_.shade(hit.point.gradient, rays_.target, to_viewer(view_, hit.i, hit.j))
+                              : light_.shade(hit.point.gradient, rays_.target);
     planes.set(static_cast<size_t>(hit.j - t.y) * t.pitch + (hit.i - t.x), lit_color(color_, lit),
                static_cast<float>(hit.point.k), value_, static_cast<float>(time_.at(hit.point.position)));
   }
 
   const SplatOptions& options_;
   const RayField& rays_;
-  ParallelLight light_;
+  const SheetView& view_;
+  ViewLight light_;
   TimeField time_;
   float value_;
   std::array<float, 4> color_;
@@ -132,11 +136,10 @@ double ms_since(std::chrono::steady_clock::time_point from) {
 bool rays_cover(const Slice& slice, const SheetView& view, const SplatOptions& options) {
   if (!options.rays || options.reference_loops || options.mode != RenderMode::isosurface) return false;
   if (options.with_deep || options.surfaces.size() != 1 || options.surfaces.front().opacity < 1) return false;
-  if (view.perspective || !slice.is_time_slice() || !slice.lattice.bcc || slice.lattice.any_periodic())
-    return false;
+  if (!slice.is_time_slice() || !slice.lattice.bcc || slice.lattice.any_periodic()) return false;
   if (slice.kernel.normalised || !cell_bound(slice.kernel)) return false;
   if (slice.has_holes || slice.mask || slice.corrections || !slice.clip.empty()) return false;
-  if (!covers_domain(slice)) return false;
+  if (!covers_domain(slice) || !find_ray_axes(view)) return false;
   const auto [first, last] = sheet_range(slice, view);
   return first > -most_sheets && last < most_sheets;
 }
@@ -151,10 +154,14 @@ SplatStats draw_rays(const SplatScene& scene, const SplatOptions& options, const
   stats.sheets = std::max(last - first + 1, int64_t{0});
   const double target = options.surfaces.front().value - slice.base;
   const auto cells = find_cells(scene, options, target, context);
-  const RayWay way(*cells, slice, view, context);
+  const RayAxes axes = find_ray_axes(view).value();
+  std::vector<RayWay> ways;
+  size_t most_sheets = 0;
+  for (const RayAxis& axis : axes.axes)
+    most_sheets = std::max(most_sheets, ways.emplace_back(*cells, slice, view, axis, context).most_sheets());
   const SurfaceField field(slice, options.without_ripple && options.shading ? lattice_sums(slice, scene.sums)
                                                                             : nullptr);
-  const RayField rays{&field, &view, &way, target};
+  const RayField rays{&field, &view, target, most_sheets};
   const Picture picture(scene, options, rays);
   stats.ms_shade = ms_since(begin);
 
@@ -175,7 +182,7 @@ SplatStats draw_rays(const SplatScene& scene, const SplatOptions& options, const
     if (!memory) memory = std::make_unique<TileMemory>(rays, options, context);
     const int x = static_cast<int>(n % columns) * tile_edge, y = static_cast<int>(n / columns) * tile_edge;
     memory->planes.begin(x, y, std::min(tile_edge, view.width - x), std::min(tile_edge, view.height - y));
-    picture.draw_tile(memory->search, memory->planes, context.progress);
+    picture.draw_tile(ways[axes.of_tile[n]], memory->search, memory->planes, context.progress);
     emit(memory->planes.tile);
     double fraction;
     {

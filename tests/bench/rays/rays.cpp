@@ -36,8 +36,8 @@ struct Drawn {
   KeptSurfaceCells cells;
   std::unique_ptr<ImageStorage> truth;
 
-  Drawn(const FieldScene& of, int edge) : field(of), size(edge) {
-    const Camera camera = scene_camera(field, size, 0);
+  Drawn(const FieldScene& of, int edge, bool perspective) : field(of), size(edge) {
+    const Camera camera = scene_camera(field, size, 0, perspective);
     sampled = sample_scene(field, LatticeKind::bcc, "default");
     scene = splat_scene(field, sampled, camera);
     scene.sums = &sums, scene.cells = &cells;
@@ -83,9 +83,10 @@ RayCounts count_samples(Drawn& d, const RenderOptions& options) {
   return counts;
 }
 
-void add_scene(const FieldScene& field, int size, int rounds, std::vector<Row>& times,
+void add_scene(const FieldScene& field, bool perspective, int size, int rounds, std::vector<Row>& times,
                std::vector<Row>& others) {
-  Drawn d(field, size);
+  Drawn d(field, size, perspective);
+  const Field view = word("view", perspective ? "perspective" : "orthographic");
   for (const Quality quality : {Quality::draft, Quality::normal}) {
     RenderOptions by_rays = d.options(quality, true), by_sheets = d.options(quality, false);
     MarchOptions m = d.march_options;
@@ -96,7 +97,7 @@ void add_scene(const FieldScene& field, int size, int rounds, std::vector<Row>& 
                              first_picture(d, by_rays)};
     settle(methods[2], size);
     const auto ms = least_ms(methods, size, rounds);
-    times.push_back({word("scene", field.name), word("quality", quality_name(quality)),
+    times.push_back({word("scene", field.name), view, word("quality", quality_name(quality)),
                      figure("marcher ms", ms[0], 1), figure("sheets ms", ms[1], 1),
                      figure("rays ms", ms[2], 1), figure("sheets / rays", ms[1] / ms[2], 2),
                      figure("marcher / rays", ms[0] / ms[2], 2),
@@ -110,7 +111,7 @@ void add_scene(const FieldScene& field, int size, int rounds, std::vector<Row>& 
     const RayCounts counts = count_samples(d, by_rays);
     const auto cells = d.cells.find(*d.scene.slice, field.iso_value - d.scene.slice->base, d.one.get());
     others.push_back(
-        {word("scene", field.name), word("quality", quality_name(quality)),
+        {word("scene", field.name), view, word("quality", quality_name(quality)),
          figure("marcher dB", d.db(methods[0]), 1), figure("sheets dB", d.db(methods[1]), 1),
          figure("rays dB", d.db(methods[2]), 1),
          figure("rays against sheets dB", image_error(some.image, sheets.image).psnr(), 1),
@@ -137,7 +138,7 @@ int run_rays_suite(std::span<const std::string> args, const Report& report) {
   report.table("bounds of a field between the corners of a cell, 0.71 T, or of its parts", bounds);
   const int n = report.quick ? 40 : 128, size = report.quick ? 160 : 512, rounds = report.quick ? 1 : 7;
   for (const FieldScene& field : {marschner_lobb_scene(n), bessel_scene(n), smoke_scene(2 * n)})
-    add_scene(field, size, rounds, times, others);
+    for (const bool perspective : {false, true}) add_scene(field, perspective, size, rounds, times, others);
   report.table(concat("isosurfaces, shaded, ", size, "^2, CPU ms of one thread, in turn, least of ", rounds),
                times);
   report.table("the same: errors, pixels that differ from a search of all cells, memory", others);

@@ -41,7 +41,7 @@ std::vector<RootPair> pairs_of(const SurfaceField& field, const Vec3& ray, float
     const auto end = [&](const Sampled& s) {
       return RootEnd{s.value - target, static_cast<float>(dot(s.gradient, ray))};
     };
-    pairs.push_back({low - 5.0 * ray, 5, end(a), end(b), static_cast<uint32_t>(pairs.size())});
+    pairs.push_back({low - 5.0 * ray, ray, 5, end(a), end(b), static_cast<uint32_t>(pairs.size())});
   }
   return pairs;
 }
@@ -54,7 +54,7 @@ TEST(RayRoots, AreWhereTheFieldIsTheTargetForAnyNumber) {
   const Vec3 ray{0.5, 0.3, -0.7};
   const float target = 0.55f - s.base;
   const std::vector<RootPair> all = pairs_of(field, ray, target, 70);
-  const auto roots = std::make_unique<RayRoots>(field.footprints, ray, target);
+  const auto roots = std::make_unique<RayRoots>(field.footprints, target);
   for (const size_t count : {size_t{1}, size_t{7}, size_t{16}, size_t{17}, size_t{33}, size_t{70}}) {
     roots->clear();
     EXPECT_TRUE(roots->empty());
@@ -83,7 +83,8 @@ TEST(RayRoots, AreWhereTheFieldIsTheTargetForAnyNumber) {
 
 // Roots of straight lines, each asked for a little before or behind it: those within the tolerance are taken.
 TEST(RayRoots, AreTakenWhereTheLastSampleIsNear) {
-  RootArgs args{.count = 0, .ray = {0, 0, 1}, .target = 0.25f, .tolerance = 0.02f};
+  const std::vector<std::array<float, 4>> rays(RootLanes::room, {0, 0, 1, 9});
+  RootArgs args{.count = 0, .ray = rays.data(), .target = 0.25f, .tolerance = 0.02f};
   const auto lanes = std::make_unique<RootLanes>();
   std::vector<float> values(RootLanes::room);
   const std::vector<std::array<float, 4>> gradients(RootLanes::room, {3, 5, 1, 7});
@@ -115,17 +116,19 @@ TEST(RayPairs, AreThoseThatPassTheTargetOrTurnTowardsIt) {
   for (const size_t count : {1, 2, 15, 16, 17, 48, 63, 64, 65, 127, 129, 200}) {
     const size_t room = count + PairArgs::room;
     std::vector<float> value(room), slope(room);
-    std::vector<std::array<float, 4>> gradient(room);
+    std::vector<std::array<float, 4>> gradient(room), ray(room);
     for (float& v : value) v = 2 + 0.5f * any(random);
     for (std::array<float, 4>& g : gradient) g = {any(random), any(random), any(random), any(random)};
+    for (std::array<float, 4>& r : ray) r = {0.5f + any(random), any(random) - 1.5f, 2 + any(random), 5};
     std::vector<uint64_t> found(room / 64 + 1, ~uint64_t{0});
-    const PairArgs args{count, value.data(), gradient.data(), {0.5f, -1.5f, 2},
-                        1.75f, slope.data(), found.data()};
+    const PairArgs args{count, value.data(), gradient.data(), ray.data(), 1.75f, slope.data(), found.data()};
     find_pairs(args);
     size_t crossings = 0, turns = 0;
     for (size_t n = 0; n < count; ++n) {
       const auto along = [&](size_t of) {
-        return 0.5 * gradient[of][0] - 1.5 * gradient[of][1] + 2.0 * gradient[of][2];
+        double sum = 0;
+        for (size_t a = 0; a < 3; ++a) sum += 1.0 * ray[of][a] * gradient[of][a];
+        return sum;
       };
       EXPECT_NEAR(slope[n], along(n), 1e-5) << n << " of " << count;
       if (n + 1 == count) break; // the last one has no next
@@ -151,25 +154,29 @@ TEST(RayLayers, AreThoseOfTheBlockThatARayPasses) {
   std::mt19937_64 random(11);
   std::array<uint64_t, blocks_u * blocks_v> bits;
   for (uint64_t& word : bits) word = random() & random();
-  SlabArgs::Masks mask_u{}, mask_v{};
-  for (size_t n = 0; n < mask_u.size(); ++n)
+  PassMasks mask_u, mask_v;
+  for (size_t n = 0; n < 2 * PassMasks::places; ++n)
     for (uint64_t bit = 0; bit < 64; ++bit) {
-      const int cell = static_cast<int>(n) / SlabArgs::parts - block_edge;
-      if (static_cast<int>(bit & 3) == cell) mask_u[n] |= uint64_t{1} << bit;
-      if (static_cast<int>(bit >> 2 & 3) == cell) mask_v[n] |= uint64_t{1} << bit;
+      const int cell = static_cast<int>(n) / PassMasks::parts - block_edge;
+      if (static_cast<int>(bit & 3) == cell) mask_u.words[n] |= uint64_t{1} << bit;
+      if (static_cast<int>(bit >> 2 & 3) == cell) mask_v.words[n] |= uint64_t{1} << bit;
     }
   SlabArgs args;
   args.bits = bits.data();
   for (size_t bit = 0; bit < 64; ++bit) args.layer[bit >> 4] |= uint64_t{1} << bit;
   // Part of the rays lie before the first block or behind the last one.
-  args.u = {blocks_u, 1, &mask_u, -0.37, 0.53, 0.011};
-  args.v = {blocks_v, blocks_u, &mask_v, -0.21, 0.017, 0.33};
+  args.u = {blocks_u, 1, &mask_u}, args.v = {blocks_v, blocks_u, &mask_v};
+  const auto rays = std::make_unique<PieceRays>();
+  rays->u.slope.fill(0), rays->v.slope.fill(0);
+  for (size_t r = 0; r < piece_rays; ++r) {
+    const auto i = static_cast<double>(r % piece_edge), j = static_cast<double>(r / piece_edge);
+    rays->u.low[r] = -0.37 + 0.53 * i + 0.011 * j, rays->v.low[r] = -0.21 + 0.017 * i + 0.33 * j;
+  }
   std::array<uint64_t, piece_rays> layers{};
-  const uint64_t any = find_layers(args, layers);
+  const uint64_t any = find_layers(args, *rays, layers);
   uint64_t expected = 0;
   for (int r = 0; r < static_cast<int>(piece_rays); ++r) {
-    const int i = r % piece_edge, j = r / piece_edge;
-    const double u = -0.37 + 0.53 * i + 0.011 * j, v = -0.21 + 0.017 * i + 0.33 * j;
+    const double u = rays->u.low[r], v = rays->v.low[r];
     if (u < 0 || v < 0 || u >= blocks_u || v >= blocks_v) continue;
     const int at_u = static_cast<int>(block_edge * u), at_v = static_cast<int>(block_edge * v);
     const uint64_t word = bits[at_v / block_edge * blocks_u + at_u / block_edge];
