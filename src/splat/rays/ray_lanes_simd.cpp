@@ -44,7 +44,7 @@ uint64_t FindRays(const PieceArgs& args, PieceRays& out) {
   constexpr double infinity = std::numeric_limits<double>::infinity(), margin = 1e-6; // blocks
   const D zero = hn::Zero(d), none = hn::Set(d, -infinity);
   const double per_block = 1 / (args.plane * block_edge);
-  const auto [u, v, w] = args.axes;
+  const size_t u = args.axes[0], v = args.axes[1], w = args.axes[2];
   uint64_t meet = 0;
   for (size_t n = 0; n < piece_rays; n += rays) {
     const D i = hn::Load(d, lane_numbers.data() + n % piece_edge);

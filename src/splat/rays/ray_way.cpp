@@ -67,10 +67,10 @@ class BlockPictures {
 
 RayWay::RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const RayAxis& axis,
                const Context& context)
-    : cells_(cells), view_(view), box_(drawn_box(slice)), plane_(slice.lattice.plane_distance()),
+    : cells_(cells), view_(view), box_(drawn_box(slice)),
+      plane_(slice.lattice.plane_distance()), axes_{axis.across[0].axis, axis.across[1].axis, axis.along},
       direction_(axis.direction) {
   const size_t along = axis.along;
-  axes_ = {axis.across[0].axis, axis.across[1].axis, along};
   const std::array<size_t, 3> stride{1, static_cast<size_t>(cells.blocks[0]),
                                      static_cast<size_t>(cells.blocks[0]) * cells.blocks[1]};
   for (size_t n = 0; n < 3; ++n) blocks_[n] = cells.blocks[axes_[n]], stride_[n] = stride[axes_[n]];
