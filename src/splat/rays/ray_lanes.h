@@ -52,8 +52,8 @@ struct SlabArgs {
   const uint64_t* bits = nullptr; // of the first block
   int place = 0;                  // of the slab along w
   struct Axis {
-    int blocks = 0;
-    size_t stride = 0; // words
+    int begin = 0, end = 0; // blocks that are looked at
+    size_t stride = 0;      // words
     const PassMasks* masks = nullptr;
   } u, v;
   std::array<uint64_t, block_edge> layer{}; // the bits of each layer of cells

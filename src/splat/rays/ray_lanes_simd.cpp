@@ -97,7 +97,7 @@ HWY_INLINE Passed<across> PassAxis(const SlabArgs& args, const SlabArgs::Axis& a
   const D at = hn::MulAdd(hn::Load(d, rays_across.slope.data() + n), hn::Set(d, 1.0 * args.place),
                           hn::Load(d, rays_across.low.data() + n));
   // Beyond the ends nothing is passed, wherever that is.
-  const D x = hn::Min(hn::Max(at, hn::Set(d, -1.0 * across)), hn::Set(d, axis.blocks + 1.0));
+  const D x = hn::Min(hn::Max(at, hn::Set(d, 1.0 * (axis.begin - across))), hn::Set(d, axis.end + 1.0));
   const D block = hn::Floor(x);
   constexpr auto places = static_cast<double>(PassMasks::places);
   const D within = hn::Mul(hn::Sub(x, block), hn::Set(d, places));
@@ -107,8 +107,8 @@ HWY_INLINE Passed<across> PassAxis(const SlabArgs& args, const SlabArgs::Axis& a
   for (int b = 0; b < across; ++b) {
     p.cells[b] = hn::Zero(dw);
     if (b >= axis.masks->across) continue;
-    const auto there = hn::RebindMask(
-        dw, hn::And(hn::Ge(block, hn::Set(d, -1.0 * b)), hn::Lt(block, hn::Set(d, axis.blocks - 1.0 * b))));
+    const auto there = hn::RebindMask(dw, hn::And(hn::Ge(block, hn::Set(d, 1.0 * (axis.begin - b))),
+                                                  hn::Lt(block, hn::Set(d, 1.0 * (axis.end - b)))));
     const uint64_t* const masks = axis.masks->words.data() + (axis.masks->across - 1 - b) * PassMasks::places;
     p.cells[b] = hn::IfThenElseZero(there, hn::GatherIndex(dw, masks, place));
   }
@@ -118,6 +118,9 @@ HWY_INLINE Passed<across> PassAxis(const SlabArgs& args, const SlabArgs::Axis& a
 template<int across>
 uint64_t FindLayersOf(const SlabArgs& args, const PieceRays& piece, std::span<uint64_t, piece_rays> layers) {
   const W none = hn::Zero(dw);
+  // Rays that pass no cell of a block read another one that is looked at.
+  const D first =
+      hn::Set(d, static_cast<double>(args.u.begin * args.u.stride + args.v.begin * args.v.stride));
   uint64_t any = 0;
   for (size_t n = 0; n < piece_rays; n += rays) {
     const Passed<across> u = PassAxis<across>(args, args.u, piece.u, n),
@@ -126,7 +129,7 @@ uint64_t FindLayersOf(const SlabArgs& args, const PieceRays& piece, std::span<ui
     const auto add = [&](D offset, W cells) HWY_ATTR {
       const auto some = hn::Ne(cells, none);
       if (hn::AllFalse(dw, some)) return;
-      const D at = hn::IfThenElseZero(hn::RebindMask(d, some), offset);
+      const D at = hn::IfThenElse(hn::RebindMask(d, some), offset, first);
       found = hn::Or(found, hn::And(cells, hn::GatherIndex(dw, args.bits, IndexOf(at))));
     };
     const D here = hn::Add(u.offset, v.offset);

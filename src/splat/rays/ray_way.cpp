@@ -22,16 +22,11 @@ constexpr double slope_rounding = 1e-9;
 constexpr int below_zero = 1 << 16;
 int floor_of(double x) { return static_cast<int>(x + below_zero) - below_zero; }
 
-// Where the picture of a cube of blocks is, pixels.
-struct PixelBox {
-  double i0, i1, j0, j1;
-};
-
-// half: of the cubes' edge.
+// half: of the boxes' edges.
 class BlockPictures {
  public:
   // Where voxels are no cubes rays are aslant to the sheets, and a column drifts with depth.
-  BlockPictures(const SheetView& view, double half)
+  BlockPictures(const SheetView& view, const Vec3& half)
       : perspective_(view.perspective), eye_(view.eye), depth_((1 / view.step) * view.normal),
         x_(view.gx - dot(view.gx, view.ez) * depth_), y_(view.gy - dot(view.gy, view.ez) * depth_),
         half_(half), reach_{reach(x_), reach(y_)}, reach_depth_(reach(depth_)) {}
@@ -54,11 +49,11 @@ class BlockPictures {
  private:
   static constexpr double margin = 0.01; // pixels
   [[nodiscard]] double reach(const Vec3& v) const {
-    return half_ * (std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2])) + (perspective_ ? 0 : margin);
+    return half_[0] * std::fabs(v[0]) + half_[1] * std::fabs(v[1]) + half_[2] * std::fabs(v[2]) +
+           (perspective_ ? 0 : margin);
   }
   bool perspective_;
-  Vec3 eye_, depth_, x_, y_;
-  double half_;
+  Vec3 eye_, depth_, x_, y_, half_;
   std::array<double, 2> reach_;
   double reach_depth_;
 };
@@ -66,8 +61,8 @@ class BlockPictures {
 } // namespace
 
 RayWay::RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const RayAxis& axis,
-               const Context& context)
-    : cells_(cells), view_(view), box_(drawn_box(slice)),
+               const Context& context, CellMarker* marker)
+    : cells_(cells), marker_(marker), view_(view), box_(drawn_box(slice)),
       plane_(slice.lattice.plane_distance()), axes_{axis.across[0].axis, axis.across[1].axis, axis.along},
       direction_(axis.direction) {
   const size_t along = axis.along;
@@ -145,43 +140,69 @@ void RayWay::find_slabs(const SheetView& view, const Context& context) {
   while (std::max(view.width, view.height) >> shift_ >= most_squares) ++shift_;
   const double step = block_edge * plane_;
   squares_ = ((view.width - 1) >> shift_) + 1;
-  const int rows = ((view.height - 1) >> shift_) + 1;
+  rows_ = ((view.height - 1) >> shift_) + 1;
   words_ = (blocks_[2] + 63) / 64;
-  const size_t count = static_cast<size_t>(squares_) * rows;
+  const size_t count = static_cast<size_t>(squares_) * rows_;
   const size_t words = count * words_;
   memory_ = Reservation(context.memory, words * sizeof(uint64_t) + count, "the way of rays");
   any_.assign(count, 0);
   slabs_.assign(words, 0);
-  const BlockPictures pictures(view, step / 2);
+  const BlockPictures pictures(view, {step / 2, step / 2, step / 2});
   const auto [u, v, w] = axes_;
-  const double per_square = 1.0 / (1 << shift_);
-  // The number of a square, from the one before the picture to the one behind it.
-  const auto square = [&](double pixel, int squares) {
-    return floor_of(std::clamp(pixel * per_square, -1.0, static_cast<double>(squares)));
-  };
   Vec3 p;
   for (int z = 0; z < blocks_[2]; ++z) {
     context.progress.check();
-    const int order = along(z);
-    const size_t word = order / 64;
     for (int y = 0; y < blocks_[1]; ++y) {
       const uint64_t* const row = &cells_.bits[at(0, y, z)];
       for (int x = 0; x < blocks_[0]; ++x) {
         if (row[static_cast<size_t>(x) * stride_[0]] == 0) continue;
         p[u] = step * (x + 0.5), p[v] = step * (y + 0.5), p[w] = step * (z + 0.5);
-        const PixelBox box = pictures.find(p);
-        const int i0 = std::max(square(box.i0, squares_), 0),
-                  i1 = std::min(square(box.i1, squares_), squares_ - 1),
-                  j0 = std::max(square(box.j0, rows), 0), j1 = std::min(square(box.j1, rows), rows - 1);
-        for (int t = j0; t <= j1; ++t)
-          for (int s = i0; s <= i1; ++s) {
-            const size_t n = static_cast<size_t>(t) * squares_ + s;
-            any_[n] = 1;
-            slabs_[n * words_ + word] |= uint64_t{1} << (order % 64);
-          }
+        add_slabs(pictures.find(p), z, z);
       }
     }
   }
+  if (marker_) add_waiting(view, context);
+}
+
+// Those of stretches that are yet to be marked.
+void RayWay::add_waiting(const SheetView& view, const Context& context) {
+  const std::array<int, 3> edge{stretch_blocks, column_blocks, column_blocks};
+  const double step = block_edge * plane_;
+  Vec3 size;
+  for (size_t a = 0; a < 3; ++a) size[a] = step * edge[a];
+  const BlockPictures pictures(view, 0.5 * size);
+  const size_t w = axes_[2];
+  Int3 n;
+  for (n[2] = 0; n[2] < cells_.stretches[2]; ++n[2]) {
+    context.progress.check();
+    for (n[1] = 0; n[1] < cells_.stretches[1]; ++n[1])
+      for (n[0] = 0; n[0] < cells_.stretches[0]; ++n[0]) {
+        if (cells_.state[cells_.stretch_at(n)] != SurfaceCells::waiting) continue;
+        const Vec3 middle{size[0] * (n[0] + 0.5), size[1] * (n[1] + 0.5), size[2] * (n[2] + 0.5)};
+        const int first = n[w] * edge[w];
+        add_slabs(pictures.find(middle), first, std::min(first + edge[w], blocks_[2]) - 1);
+      }
+  }
+}
+
+void RayWay::add_slabs(const PixelBox& picture, int first, int last) {
+  const double per_square = 1.0 / (1 << shift_);
+  // The number of a square, from the one before the picture to the one behind it.
+  const auto square = [&](double pixel, int squares) {
+    return floor_of(std::clamp(pixel * per_square, -1.0, static_cast<double>(squares)));
+  };
+  const int i0 = std::max(square(picture.i0, squares_), 0),
+            i1 = std::min(square(picture.i1, squares_), squares_ - 1),
+            j0 = std::max(square(picture.j0, rows_), 0), j1 = std::min(square(picture.j1, rows_), rows_ - 1);
+  for (int t = j0; t <= j1; ++t)
+    for (int s = i0; s <= i1; ++s) {
+      const size_t n = static_cast<size_t>(t) * squares_ + s;
+      any_[n] = 1;
+      for (int slab = first; slab <= last; ++slab) {
+        const int order = along(slab);
+        slabs_[n * words_ + order / 64] |= uint64_t{1} << (order % 64);
+      }
+    }
 }
 
 uint64_t RayWay::find_rays(int i, int j, PieceWay& piece) const {
@@ -196,14 +217,37 @@ uint64_t RayWay::find_rays(int i, int j, PieceWay& piece) const {
   return meet;
 }
 
+// The blocks along an axis across that the rays of a piece pass in a slab, by those of its corners: further
+// on along the ray is further on along the axis, or further back, for all.
+std::array<int, 2> RayWay::blocks_across(const PieceRays::Across& across, size_t n, int place) const {
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (const size_t corner : {size_t{0}, size_t{piece_edge} - 1, piece_rays - piece_edge, piece_rays - 1}) {
+    const double slope = across.slope[corner], low = across.low[corner] + slope * place;
+    least = std::min(least, low), most = std::max(most, low + std::fabs(slope));
+  }
+  constexpr double margin = 4e-6;
+  const double end = blocks_[n];
+  return {static_cast<int>(std::clamp(std::floor(least - margin), 0.0, end)),
+          static_cast<int>(std::clamp(std::floor(most + margin) + 1, 0.0, end))};
+}
+
 uint64_t RayWay::find_layers(const PieceWay& piece, int slab, std::span<uint64_t, piece_rays> layers) const {
   const int place = along(slab);
-  return bccsplat::find_layers({&cells_.bits[at(0, 0, place)],
-                                place,
-                                {blocks_[0], stride_[0], piece.u},
-                                {blocks_[1], stride_[1], piece.v},
-                                layer_},
-                               piece.rays, layers);
+  SlabArgs args{&cells_.bits[at(0, 0, place)],
+                place,
+                {0, blocks_[0], stride_[0], piece.u},
+                {0, blocks_[1], stride_[1], piece.v},
+                layer_};
+  if (marker_) {
+    const auto u = blocks_across(piece.rays.u, 0, place), v = blocks_across(piece.rays.v, 1, place);
+    if (u[0] >= u[1] || v[0] >= v[1]) return 0;
+    Int3 begin, end;
+    begin[axes_[0]] = args.u.begin = u[0], end[axes_[0]] = args.u.end = u[1];
+    begin[axes_[1]] = args.v.begin = v[0], end[axes_[1]] = args.v.end = v[1];
+    begin[axes_[2]] = place, end[axes_[2]] = place + 1;
+    if (!marker_->need(begin, end)) return 0;
+  }
+  return bccsplat::find_layers(args, piece.rays, layers);
 }
 
 } // namespace bccsplat

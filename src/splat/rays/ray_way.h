@@ -8,12 +8,18 @@
 #include <span>
 #include <vector>
 
+#include "splat/rays/cell_marker.h"
 #include "splat/rays/ray_axes.h"
 #include "splat/rays/ray_lanes.h"
 #include "splat/rays/surface_cells.h"
 #include "splat/view/view.h"
 
 namespace bccsplat {
+
+// Where the picture of some cells is, pixels.
+struct PixelBox {
+  double i0 = 0, i1 = 0, j0 = 0, j1 = 0;
+};
 
 // The rays of a piece, and which cells they may pass in a block.
 struct PieceWay {
@@ -25,9 +31,10 @@ struct PieceWay {
 // the other, whole layers of cells at a time. Slabs are numbered along the rays.
 class RayWay {
  public:
-  // axis: of all rays that it is asked about.
+  // axis: of all rays that it is asked about. marker: of cells that wait to be marked, as layers are asked
+  // for.
   RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const RayAxis& axis,
-         const Context& context);
+         const Context& context, CellMarker* marker = nullptr);
 
   // False where nothing can be met in the square of pixels around it.
   [[nodiscard]] bool any(int i, int j) const { return any_[square_at(i, j)] != 0; }
@@ -68,6 +75,9 @@ class RayWay {
   void make_runs();
   void make_masks(const RayAxis::Across& across, const Context& context, Masks& masks);
   void find_slabs(const SheetView& view, const Context& context);
+  void add_slabs(const PixelBox& picture, int first, int last);
+  void add_waiting(const SheetView& view, const Context& context);
+  [[nodiscard]] std::array<int, 2> blocks_across(const PieceRays::Across& across, size_t n, int place) const;
   [[nodiscard]] size_t square_at(int i, int j) const {
     return static_cast<size_t>(j >> shift_) * squares_ + (i >> shift_);
   }
@@ -77,6 +87,7 @@ class RayWay {
   [[nodiscard]] int along(int slab) const { return direction_ > 0 ? slab : blocks_[2] - 1 - slab; }
 
   const SurfaceCells& cells_;
+  CellMarker* marker_;
   const SheetView& view_;
   DrawnBox box_;
   double plane_;                             // lattice units
@@ -86,8 +97,8 @@ class RayWay {
   std::array<uint64_t, block_edge> layer_{}; // the bits of a layer of cells along w
   int direction_ = 1;
   size_t most_sheets_ = 0;
-  int shift_ = 3;               // squares have 2^shift pixels a side
-  int squares_ = 0, words_ = 0; // squares in a row; words of a square's slabs
+  int shift_ = 3;                          // squares have 2^shift pixels a side
+  int squares_ = 0, rows_ = 0, words_ = 0; // squares in a row, and rows of them; words of a square's slabs
   Reservation memory_;
   std::vector<Reservation> masks_memory_;
   std::vector<uint64_t> slabs_;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "splat/rays/cell_bound.h"
@@ -116,15 +117,15 @@ class Picture {
   std::array<float, 4> color_;
 };
 
-std::shared_ptr<const SurfaceCells> find_cells(const SplatScene& scene, const SplatOptions& options,
-                                               double target, const Context& context) {
+std::shared_ptr<SurfaceCells> find_cells(const SplatScene& scene, const SplatOptions& options, double target,
+                                         const Context& context) {
   const Slice& slice = *scene.slice;
   if (options.disable_skips & skip_transfer_function)
-    return std::make_shared<const SurfaceCells>(mark_all_cells(slice, context));
+    return std::make_shared<SurfaceCells>(mark_all_cells(slice, context));
+  const uint64_t rays = static_cast<uint64_t>(scene.view->width) * scene.view->height;
   if (scene.cells && !(options.disable_skips & skip_unchanged))
-    return scene.cells->find(slice, target, context,
-                             static_cast<uint64_t>(scene.view->width) * scene.view->height);
-  return std::make_shared<const SurfaceCells>(mark_cells(slice, target, context));
+    return scene.cells->find(slice, target, context, rays);
+  return std::make_shared<SurfaceCells>(cells_for_rays(slice, target, rays, context));
 }
 
 double ms_since(std::chrono::steady_clock::time_point from) {
@@ -155,10 +156,14 @@ SplatStats draw_rays(const SplatScene& scene, const SplatOptions& options, const
   const double target = options.surfaces.front().value - slice.base;
   const auto cells = find_cells(scene, options, target, context);
   const RayAxes axes = find_ray_axes(view).value();
+  std::optional<CellMarker> marker;
+  if (!cells->state.empty()) marker.emplace(slice, target, *cells, context);
   std::vector<RayWay> ways;
   size_t most_sheets = 0;
   for (const RayAxis& axis : axes.axes)
-    most_sheets = std::max(most_sheets, ways.emplace_back(*cells, slice, view, axis, context).most_sheets());
+    most_sheets = std::max(
+        most_sheets,
+        ways.emplace_back(*cells, slice, view, axis, context, marker ? &*marker : nullptr).most_sheets());
   const SurfaceField field(slice, options.without_ripple && options.shading ? lattice_sums(slice, scene.sums)
                                                                             : nullptr);
   const RayField rays{&field, &view, target, most_sheets};

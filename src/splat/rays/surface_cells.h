@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -20,7 +21,17 @@ struct SurfaceCells {
   Int3 cells{}, blocks{};
   std::vector<uint64_t> bits; // of a block
   Reservation memory;
+  // Where cells are marked when rays come to them (cell_marker.h), the state of each stretch of a column, 8 x
+  // 4 x 4 blocks; else empty, and all are marked.
+  enum State : uint8_t { marked_some, waiting, empty };
+  Int3 stretches{};
+  std::vector<std::atomic<uint8_t>> state;
 
+  [[nodiscard]] size_t stretch_at(const Int3& at) const {
+    return (static_cast<size_t>(at[2]) * stretches[1] + at[1]) * stretches[0] + at[0];
+  }
+  // Whether a stretch has a mark.
+  [[nodiscard]] bool any_marked(const Int3& stretch) const;
   [[nodiscard]] size_t at(const Int3& block) const {
     return (static_cast<size_t>(block[2]) * blocks[1] + block[1]) * blocks[0] + block[0];
   }
@@ -36,6 +47,9 @@ struct SurfaceCells {
 // (cell_bound.h); where all coefficients in reach are 0 nothing is marked, for the field does not pass there.
 // Throws memory_budget, cancelled.
 [[nodiscard]] SurfaceCells mark_cells(const Slice& slice, double target, const Context& context);
+// The same, or, where that is much for so many rays, with all cells waiting to be marked.
+[[nodiscard]] SurfaceCells cells_for_rays(const Slice& slice, double target, uint64_t rays,
+                                          const Context& context);
 // Takes the marks off cells where a finer look at each proves that the field is not `target` there: twice the
 // time of marking, a fourth of the samples less. Cut short by an error, it has done a part.
 void refine_cells(const Slice& slice, double target, SurfaceCells& cells, const Context& context);
@@ -53,8 +67,8 @@ class KeptSurfaceCells {
  public:
   // The slices of earlier calls must be alive, or forget() have been called. rays: of the picture, by which
   // later ones refine as many rows of cells as takes a small part of what a picture takes.
-  [[nodiscard]] std::shared_ptr<const SurfaceCells> find(const Slice& slice, double target,
-                                                         const Context& context, uint64_t rays = 0);
+  [[nodiscard]] std::shared_ptr<SurfaceCells> find(const Slice& slice, double target, const Context& context,
+                                                   uint64_t rays = 0);
   void forget() { kept_ = {}; }
 
  private:
@@ -62,8 +76,9 @@ class KeptSurfaceCells {
     const Slice* slice = nullptr;
     double target = 0;
     std::shared_ptr<SurfaceCells> cells;
-    uint64_t rays = 0; // that no row has been refined for yet
-    uint64_t row = 0;  // the next one to refine
+    uint64_t rays = 0;    // that no row has been refined for yet
+    uint64_t row = 0;     // the next one to refine
+    uint64_t waiting = 0; // stretches, when refining began with the first row
   };
   std::array<Kept, 2> kept_; // the latest first
 };

@@ -165,7 +165,7 @@ TEST(RayLayers, AreThoseOfTheBlockThatARayPasses) {
   args.bits = bits.data();
   for (size_t bit = 0; bit < 64; ++bit) args.layer[bit >> 4] |= uint64_t{1} << bit;
   // Part of the rays lie before the first block or behind the last one.
-  args.u = {blocks_u, 1, &mask_u}, args.v = {blocks_v, blocks_u, &mask_v};
+  args.u = {0, blocks_u, 1, &mask_u}, args.v = {0, blocks_v, blocks_u, &mask_v};
   const auto rays = std::make_unique<PieceRays>();
   rays->u.slope.fill(0), rays->v.slope.fill(0);
   for (size_t r = 0; r < piece_rays; ++r) {

@@ -126,6 +126,50 @@ TEST(Rays, WideViewsFromWithinAreThoseOfASearch) {
       }
 }
 
+// Small pictures of larger fields: cells are marked when rays come to them, and only these.
+TEST(Rays, CellsMarkedOnTheWayChangeNoPixel) {
+  const Slice dense = make_slice({100, 70, 60}, [](double x, double y, double z) {
+    return 0.6 + 0.15 * (std::sin(0.8 * x) + std::sin(0.7 * y) + std::sin(0.75 * z));
+  });
+  const Slice sparse = make_slice({90, 60, 64}, [](double x, double y, double z) {
+    return std::max(0.0, 1 - std::hypot(x - 60, y - 30, z - 32) / 27);
+  });
+  TestContext context(3);
+  constexpr int size = 32;
+  for (const Slice* s : {&dense, &sparse}) {
+    KeptSurfaceCells kept;
+    const double target = 0.4 - s->base;
+    const auto waiting = [&] {
+      const auto cells = kept.find(*s, target, context.get());
+      return std::count(cells->state.begin(), cells->state.end(), SurfaceCells::waiting);
+    };
+    std::vector<std::ptrdiff_t> left; // after each picture
+    for (const bool perspective : {false, true})
+      for (const auto& [x, y, way] :
+           {std::tuple{20.0, 30.0, 0.0}, std::tuple{20.0, 32.0, 0.0}, std::tuple{0.0, 0.0, 0.6},
+            std::tuple{90.0, 0.0, 0.0}, std::tuple{-30.0, 100.0, 0.8}, std::tuple{200.0, 75.0, 0.3}}) {
+        Camera camera = fit_camera(*s, perspective, x, y, size, size);
+        camera.position = camera.position + way * (camera.target - camera.position);
+        if (way > 0) camera.fovy_degrees = 70;
+        Scene scene = make_scene(*s, ramp_function(0, 1, 0.5), camera);
+        RenderOptions o = surface_options(0.4, 0.5);
+        ImageStorage anew(size, size, true, true, true), with(size, size, true, true, true),
+            all(size, size, true, true, true);
+        (void)draw(scene, o, anew, 3);
+        scene.cells = &kept;
+        (void)render(scene, o, context.get(), with.image);
+        o.disable_skips = skip_transfer_function;
+        (void)draw(scene, o, all, 3);
+        EXPECT_TRUE(same_bits(anew, all)) << perspective << ' ' << x << ' ' << y;
+        EXPECT_TRUE(same_bits(with, all)) << perspective << ' ' << x << ' ' << y;
+        EXPECT_GT(covered(all), 10u);
+        left.push_back(waiting());
+      }
+    EXPECT_TRUE(std::is_sorted(left.rbegin(), left.rend()));
+    EXPECT_TRUE(left.front() > 0 || s == &sparse);
+  }
+}
+
 // Near enough that a cell is larger than a tile of pixels.
 TEST(Rays, CloseUpsAreThoseOfASearch) {
   const Slice s = make_slice({30, 26, 33}, marschner_lobb(30, 5));

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "splat/rays/cell_bound.h"
+#include "splat/rays/cell_marker.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"
 
@@ -325,6 +326,70 @@ TEST(SurfaceCells, AreRefinedAsTheyAreUsed) {
   EXPECT_GE(pictures, 9);
   EXPECT_LE(pictures, 12);
   EXPECT_TRUE(cells->bits == refined.bits);
+}
+
+// Stretch by stretch, in any order, they are those marked at once; none that nobody comes to is.
+TEST(SurfaceCells, WaitUntilTheyAreNeeded) {
+  for (const char* kernel : kernels) {
+    const Slice ball = make_slice(
+        {120, 40, 60},
+        [](double x, double y, double z) {
+          return std::max(0.0, 1 - std::hypot(x - 70, y - 20, z - 30) / 12);
+        },
+        kernel);
+    const Slice waves = make_slice({70, 44, 40}, marschner_lobb(44, 5), kernel);
+    for (const Slice* s : {&ball, &waves}) {
+      TestContext context(2);
+      const SurfaceCells whole = mark_cells(*s, 0.4, context.get());
+      SurfaceCells cells = unmarked_cells(*s, context.get());
+      CellMarker marker(*s, 0.4, cells, context.get());
+      const uint64_t blocks = marker.let_all_wait();
+      EXPECT_GT(blocks, 0u);
+      EXPECT_EQ(cells.count(), 0u);
+      std::mt19937 random(5);
+      std::vector<Int3> order;
+      Int3 n;
+      for (n[2] = 0; n[2] < cells.blocks[2]; ++n[2])
+        for (n[1] = 0; n[1] < cells.blocks[1]; ++n[1])
+          for (n[0] = 0; n[0] < cells.blocks[0]; ++n[0]) order.push_back(n);
+      std::shuffle(order.begin(), order.end(), random);
+      size_t empty = 0;
+      for (const Int3& block : order) {
+        const bool any = marker.need(block, {block[0] + 1, block[1] + 1, block[2] + 1});
+        EXPECT_TRUE(any || whole.bits[whole.at(block)] == 0);
+        empty += any ? 0 : 1;
+        EXPECT_EQ(cells.bits[cells.at(block)], whole.bits[whole.at(block)]);
+      }
+      EXPECT_GT(empty, s == &ball ? order.size() / 2 : 0);
+      EXPECT_EQ(std::count(cells.state.begin(), cells.state.end(), SurfaceCells::waiting), 0);
+    }
+  }
+  // Few rays have them wait, many do not.
+  TestContext context(2);
+  const Slice s = noise({50, 40, 36}, "default", 5);
+  const auto waits = [&](uint64_t rays) {
+    return !cells_for_rays(s, 0.1, rays, context.get()).state.empty();
+  };
+  EXPECT_TRUE(waits(100));
+  EXPECT_FALSE(waits(100000));
+  EXPECT_FALSE(waits(0));
+}
+
+// What rays come to later is looked at again, too.
+TEST(SurfaceCells, AreRefinedWhereverRaysCome) {
+  const Slice s = make_slice({70, 44, 40}, marschner_lobb(44, 5));
+  TestContext context(2);
+  KeptSurfaceCells kept;
+  const auto cells = kept.find(s, 0.4, context.get(), 1);
+  ASSERT_FALSE(cells->state.empty());
+  CellMarker marker(s, 0.4, *cells, context.get());
+  const Int3 middle{cells->blocks[0] / 2, cells->blocks[1], cells->blocks[2]};
+  for (const Int3& end : {middle, cells->blocks}) {
+    EXPECT_TRUE(marker.need({}, end));
+    const uint64_t marks = cells->count();
+    for (int picture = 0; picture < 3; ++picture) (void)kept.find(s, 0.4, context.get(), uint64_t{1} << 24);
+    EXPECT_LT(100 * cells->count(), 97 * marks);
+  }
 }
 
 TEST(SurfaceCells, AreKeptForTwoSurfaces) {
