@@ -79,4 +79,31 @@ AnalyticField puffs(double n, double t) {
   };
 }
 
+AnalyticField waves() {
+  struct Wave {
+    Vec3 k;
+    double phase;
+  };
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<Wave> all;
+  while (all.size() < 12) {
+    const Vec3 direction{uniform(random), uniform(random), uniform(random)};
+    if (length(direction) > 1 || length(direction) < 0.1) continue;
+    const double wavelength = 34 + 26 * uniform(random);
+    all.push_back({2 * pi / wavelength * normalized(direction), 3 * uniform(random)});
+  }
+  return [=](const Vec3& p, Vec3* gradient) {
+    const double each = 0.5 / static_cast<double>(all.size());
+    double sum = 0.5;
+    if (gradient) *gradient = {};
+    for (const Wave& w : all) {
+      const double at = dot(w.k, p) + w.phase;
+      sum += each * std::sin(at);
+      if (gradient) *gradient = *gradient + (each * std::cos(at)) * w.k;
+    }
+    return sum;
+  };
+}
+
 } // namespace bccsplat::bench

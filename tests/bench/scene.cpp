@@ -29,6 +29,8 @@ FieldScene smoke_scene(int samples) {
   return {"smoke", samples, puffs(samples, 0), ramp(0.05, 0.8, 0.3), 0.35};
 }
 
+FieldScene waves_scene(int samples) { return {"waves", samples, waves(), ramp(0.3, 1, 0.3), 0.6}; }
+
 SampledScene sample_scene(const FieldScene& scene, LatticeKind kind, const std::string& kernel) {
   BenchContext context(2);
   const uint32_t n = scene.samples;
@@ -62,7 +64,7 @@ Scene splat_scene(const FieldScene& scene, const SampledScene& sampled, const Ca
 }
 
 Camera strided_camera(const Camera& camera, int size, int stride) {
-  if (stride == 1) return camera;
+  if (stride % 2 != 0) return camera; // the middle of a block is that of a pixel
   const WorldCamera world = resolve_camera(camera);
   const Vec3 shift = 0.5 * camera.ortho_height / size * (world.right - world.up);
   Camera out = camera;

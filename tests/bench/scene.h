@@ -32,6 +32,7 @@ struct FieldScene {
 [[nodiscard]] FieldScene marschner_lobb_scene(int samples);
 [[nodiscard]] FieldScene bessel_scene(int samples); // band limited to 0.8 of Nyquist
 [[nodiscard]] FieldScene smoke_scene(int samples);  // sparse
+[[nodiscard]] FieldScene waves_scene(int samples);  // surfaces everywhere
 
 // Sampled on BCC (71 % of the samples of the Cartesian grid) or on that grid, prefiltered for the kernel.
 struct SampledScene {
@@ -47,10 +48,10 @@ struct SampledScene {
 [[nodiscard]] Scene splat_scene(const FieldScene& scene, const SampledScene& sampled, const Camera& camera);
 
 // Sees the pixels (stride i + stride / 2, ...) of what the camera sees, as a picture of their own: from the
-// centre of a block of pixels to the pixel after it. Orthographic.
+// centre of a block of pixels to the pixel after it. In perspective the stride is odd.
 [[nodiscard]] Camera strided_camera(const Camera& camera, int size, int stride);
 
-// Pixels (stride i + stride / 2, ...) of the picture, orthographic, integrated in double. `own`: the field
+// Pixels (stride i + stride / 2, ...) of the picture, in perspective of an odd stride, integrated in double. `own`: the field
 // that the samples stand for; else the analytic one. step: T.
 [[nodiscard]] std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledScene& sampled,
                                                        const Camera& camera, const RenderOptions& options,
