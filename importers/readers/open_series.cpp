@@ -16,9 +16,13 @@
 #include "readers/sequence.h"
 #include "readers/vti/vti_reader.h"
 #if BCCSPLAT_WITH_NETCDF
+#include <netcdf_meta.h>
+
 #include "readers/netcdf/netcdf_reader.h"
 #endif
 #if BCCSPLAT_WITH_OPENVDB
+#include <openvdb/version.h>
+
 #include "readers/vdb/vdb_reader.h"
 #endif
 
@@ -29,13 +33,18 @@ constexpr size_t kStartBytes = 352; // of a file, to recognise it by: a NIfTI-1 
 
 using Open = std::unique_ptr<FrameReader>(const Sequence& sequence, const ReaderOptions& options);
 
-#if !BCCSPLAT_WITH_NETCDF
+// Versions are those of the headers: to ask a library it has to be loaded.
+#if BCCSPLAT_WITH_NETCDF
+constexpr const char* netcdf_version = NC_VERSION;
+#else
 constexpr Open* open_netcdf = nullptr;
-std::string netcdf_version() { return "BCCSPLAT_WITH_NETCDF is off"; }
+constexpr const char* netcdf_version = "BCCSPLAT_WITH_NETCDF is off";
 #endif
-#if !BCCSPLAT_WITH_OPENVDB
+#if BCCSPLAT_WITH_OPENVDB
+constexpr const char* openvdb_version = OPENVDB_LIBRARY_VERSION_STRING;
+#else
 constexpr Open* open_vdb = nullptr;
-std::string openvdb_version() { return "BCCSPLAT_WITH_OPENVDB is off"; }
+constexpr const char* openvdb_version = "BCCSPLAT_WITH_OPENVDB is off";
 #endif
 
 struct Format {
@@ -74,13 +83,13 @@ const std::vector<Format>& formats() {
        {".nc"},
        is_netcdf,
        open_netcdf,
-       netcdf_version(),
+       netcdf_version,
        "a NetCDF or HDF5 file, but this bcc4 was built without NetCDF (BCCSPLAT_WITH_NETCDF)"},
       {"openvdb",
        {".vdb"},
        is_vdb,
        open_vdb,
-       openvdb_version(),
+       openvdb_version,
        "an OpenVDB file, but this bcc4 was built without OpenVDB (BCCSPLAT_WITH_OPENVDB)"},
   };
   return table;

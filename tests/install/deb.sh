@@ -2,6 +2,7 @@
 # deb.sh BUILD SCRATCH: makes the Debian packages, looks at what is in them and what they depend on, and runs the tool
 # and the library from an unpacked set of all of them. Exits with 77 without dpkg.
 set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
 build=${1:?usage: deb.sh BUILD SCRATCH} scratch=${2:?}
 command -v dpkg-deb >/dev/null && command -v dpkg-shlibdeps >/dev/null ||
   { echo "skipped: no dpkg-dev" && exit 77; }
@@ -42,7 +43,16 @@ library=$(find "$scratch/root" -name 'libbccsplat.so.0.*')
 if ldd "$library" | grep 'not found'; then exit 1; fi
 if readelf -d "$library" | grep -E 'RPATH|RUNPATH'; then exit 1; fi
 if readelf -S "$library" | grep -q '\.symtab'; then echo "not stripped" && exit 1; fi
-if [[ -x $scratch/root/usr/bin/bcc4 ]]; then "$scratch/root/usr/bin/bcc4" --version; fi
+if [[ -x $scratch/root/usr/bin/bcc4 ]]; then
+  "$scratch/root/usr/bin/bcc4" --version
+  bash "$here/reads.sh" "$scratch/root/usr/bin/bcc4" "$scratch/reads"
+  # What the tool opens when a file needs it is a dependency, too.
+  for reader in openvdb netcdf; do
+    if grep -q "^BCCSPLAT_WITH_${reader^^}:BOOL=ON" "$build/CMakeCache.txt"; then
+      field bccsplat-tools Depends | grep "lib$reader"
+    fi
+  done
+fi
 if command -v lintian >/dev/null; then
   # What a package outside Debian need not have: changelog, copyright and manual page.
   lintian --allow-root --fail-on error --suppress-tags \

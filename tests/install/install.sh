@@ -39,6 +39,7 @@ fi
 
 if [[ -x $scratch/moved/bin/bcc4 ]]; then
   "$scratch/moved/bin/bcc4" --version
+  bash "$here/reads.sh" "$scratch/moved/bin/bcc4" "$scratch/reads"
 fi
 for python in python3 /usr/bin/python3; do
   if command -v $python >/dev/null && $python -c 'import numpy' 2>/dev/null; then

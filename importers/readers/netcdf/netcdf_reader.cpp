@@ -313,9 +313,4 @@ std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence, const ReaderO
   return planned_series(std::move(reader), std::move(plan), options);
 }
 
-std::string netcdf_version() {
-  const std::string text = nc_inq_libvers();
-  return text.substr(0, text.find(' '));
-}
-
 } // namespace bcc4

@@ -19,7 +19,4 @@ namespace bcc4 {
 [[nodiscard]] std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence,
                                                        const ReaderOptions& options);
 
-// Returns the version of the library, such as "4.9.0".
-[[nodiscard]] std::string netcdf_version();
-
 } // namespace bcc4

@@ -262,8 +262,6 @@ void VdbBounds::unite(const VdbBounds& other) {
   }
 }
 
-std::string openvdb_version() { return openvdb::getLibraryVersionString(); }
-
 VdbFile::VdbFile(const std::string& path) : archive_(std::make_unique<Archive>(path)) {}
 VdbFile::~VdbFile() = default;
 

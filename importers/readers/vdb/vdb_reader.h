@@ -15,7 +15,4 @@ namespace bcc4 {
 // Inactive voxels are background (air); level sets keep the sign inside. Each --grid is a channel.
 [[nodiscard]] std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOptions& options);
 
-// Returns the version of the library, such as "10.0.1".
-[[nodiscard]] std::string openvdb_version();
-
 } // namespace bcc4

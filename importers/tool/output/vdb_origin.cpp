@@ -21,7 +21,7 @@ VdbOutput vdb_like_source(const Volume& volume, uint32_t channel) {
   const bccsplat_channel_info info = channel_info(volume, channel);
   VdbOutput o;
   o.grid = attribute(volume, concat("openvdb.name.", info.name)).value_or(info.name);
-  o.grid_class = attribute(volume, concat("openvdb.class.", info.name)).value_or(o.grid_class);
+  o.grid_class = lower(trim(attribute(volume, concat("openvdb.class.", info.name)).value_or(o.grid_class)));
   o.air = static_cast<float>(info.air);
   const auto [low, high] = std::minmax({info.range[0], info.range[1]});
   o.range = {std::min(static_cast<float>(low), o.air), std::max(static_cast<float>(high), o.air)};

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A dense box of values -> an OpenVDB grid. Only the vdb files know OpenVDB.
+// A dense box of values -> an OpenVDB file.
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -10,8 +13,8 @@
 namespace bcc4 {
 
 struct VdbOutput {
-  std::string grid; // its name
-  std::string grid_class = "fog volume";
+  std::string grid;                      // its name
+  std::string grid_class = "fog volume"; // in small letters
   std::array<uint64_t, 3> dims{};
   Affine affine{}; // index -> world
   float air = 0;   // the background; of level sets that outside
@@ -22,8 +25,12 @@ struct VdbOutput {
   bool overwrite = false;
 };
 
+[[nodiscard]] inline bool is_level_set(const VdbOutput& output) { return output.grid_class == "level set"; }
 // Returns how far the value is from the background, for a level set from either of them; NaN is not.
-[[nodiscard]] float distance_from_air(const VdbOutput& output, float value);
+[[nodiscard]] inline float distance_from_air(const VdbOutput& output, float value) {
+  if (std::isnan(value)) return 0;
+  return is_level_set(output) ? output.air - std::fabs(value) : std::fabs(value - output.air);
+}
 // The least distance at which no more than `count` of the values of a frame are active, but for equal ones.
 [[nodiscard]] float least_distance(const VdbOutput& output, std::span<const float> values, uint64_t count);
 

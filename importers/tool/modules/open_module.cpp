@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// The functions of the modules as the tool calls them: the first call finds and opens the module.
+#include <dlfcn.h>
+
+#include <filesystem>
+
+#include "readers/error.h"
+#include "tool/modules/module.h"
+#if BCCSPLAT_WITH_NETCDF
+#include "readers/netcdf/netcdf_reader.h"
+#endif
+#if BCCSPLAT_WITH_OPENVDB
+#include "readers/vdb/vdb_reader.h"
+#include "tool/output/vdb_writer.h"
+#endif
+
+namespace bcc4 {
+namespace {
+
+// Modules are beside the program, as in the build folder, or where they are installed. They stay open.
+const Module& open_module(const std::string& file, const char* library) {
+  const auto folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  auto path = folder / file;
+  if (!std::filesystem::exists(path)) path = (folder / BCC4_MODULE_FOLDER / file).lexically_normal();
+  void* const module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!module)
+    fail_input("this bcc4 was built with ", library, ", but its module ", path.string(),
+               " cannot be opened: ", dlerror());
+  const void* const entry = dlsym(module, BCC4_MODULE_ENTRY);
+  if (!entry) fail_input("the module ", path.string(), " is of another build than this bcc4");
+  return *static_cast<const Module*>(entry);
+}
+
+} // namespace
+
+#if BCCSPLAT_WITH_NETCDF
+std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence, const ReaderOptions& options) {
+  static const Module& module = open_module("bcc4_netcdf.so", "NetCDF");
+  return module.open(sequence, options);
+}
+#endif
+
+#if BCCSPLAT_WITH_OPENVDB
+static const Module& openvdb_module() {
+  static const Module& module = open_module("bcc4_openvdb.so", "OpenVDB");
+  return module;
+}
+
+std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOptions& options) {
+  return openvdb_module().open(sequence, options);
+}
+
+void write_vdb_grid(std::ostream& stream, const std::string& path, const VdbOutput& output,
+                    std::span<const float> values) {
+  openvdb_module().write_grid(stream, path, output, values);
+}
+#endif
+
+} // namespace bcc4

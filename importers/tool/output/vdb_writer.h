@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes an OpenVDB grid into a stream; the one file of the tool that knows OpenVDB.
+#pragma once
+
+#include <iosfwd>
+#include <span>
+#include <string>
+
+#include "tool/output/vdb_output.h"
+
+namespace bcc4 {
+
+// Values are x fastest; `path` is for errors. Of a full disk the stream tells.
+void write_vdb_grid(std::ostream& stream, const std::string& path, const VdbOutput& output,
+                    std::span<const float> values);
+
+} // namespace bcc4
