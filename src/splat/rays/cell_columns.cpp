@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Rows of coefficients are copied from bricks; stretches are as long as these. What is read of a stretch reaches
+// into those beside it.
 #include "splat/rays/cell_columns.h"
 
 #include <algorithm>

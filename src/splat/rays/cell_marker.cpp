@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The bounds that marks follow from are those of cell_bound.h. A stretch that waits is marked by the thread that
+// comes first, under a lock; its state says so to the others, which read the marks without one.
 #include "splat/rays/cell_marker.h"
 
 #include <algorithm>
