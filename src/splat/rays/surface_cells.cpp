@@ -163,6 +163,7 @@ std::shared_ptr<SurfaceCells> KeptSurfaceCells::find(const Slice& slice, double 
     const uint64_t waiting = waiting_of(*kept.cells);
     if (kept.row == row_count(*kept.cells) && waiting < kept.waiting) kept.row = 0;
     if (kept.row == 0) kept.waiting = waiting;
+    if (waiting == 0) kept.cells->state.clear();
     kept.rays -=
         rays_per_mark * refine_rows(slice, target, *kept.cells, kept.row, kept.rays / rays_per_mark, context);
   }
