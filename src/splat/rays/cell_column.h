@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/aligned.h"
@@ -60,14 +61,17 @@ struct ColumnArgs {
   ColumnSites* sites = nullptr;
   const CornerStencils* stencils = nullptr;
   float target = 0;
-  float of_range = 0, of_middle = 0; // half of CellBound's, rounding of floats included
-  float site_sum = 1;                // the largest sum of weights
-  int height = 0, depth = 0;         // cells along y and z
-  const uint8_t* present = nullptr;  // stretches that have a brick in reach
-  uint64_t* bits = nullptr;          // of the first block
-  int blocks = 0;                    // along x
-  std::ptrdiff_t row = 0, layer = 0; // words
+  float of_range = 0, of_middle = 0;  // half of CellBound's, rounding of floats included
+  float site_sum = 1;                 // the largest sum of weights
+  int height = 0, depth = 0;          // cells along y and z
+  const uint8_t* stretches = nullptr; // those to mark, with one more that is none
+  uint64_t* bits = nullptr;           // of the first block
+  int blocks = 0;                     // along x
+  std::ptrdiff_t row = 0, layer = 0;  // words
 };
-void mark_column(const ColumnArgs& args); // best target of this machine
+// Both by the best target of this machine.
+// Of stretches that have a brick in reach, and one more, leaves those that may hold the value.
+void find_stretches(const ColumnArgs& args, std::span<uint8_t> stretches);
+void mark_column(const ColumnArgs& args);
 
 } // namespace bccsplat

@@ -135,9 +135,12 @@ void SumTaps(const float* sites, const std::vector<CornerTap>& taps, Stretch& t)
 
 // The first corner of one lane.
 float FirstCorner(const float* sites, const std::vector<CornerTap>& taps) {
-  float sum = 0;
-  for (const CornerTap& tap : taps) sum += tap.weight[0] * sites[tap.site[0]];
-  return sum;
+  float even = 0, odd = 0; // so that no sum waits for the last one
+  for (size_t n = 0; n < taps.size(); n += 2) {
+    even += taps[n].weight[0] * sites[taps[n].site[0]];
+    odd += taps[n + 1].weight[0] * sites[taps[n + 1].site[0]];
+  }
+  return even + odd;
 }
 
 // Makes a row of corners, numbers of half planes from the column's beginning on.
@@ -241,14 +244,16 @@ bool MayHold(const ColumnArgs& a, float low, float high) {
   return size > 0 && low - slack <= a.target && high + slack >= a.target;
 }
 
-// The stretches whose coefficients in reach may hold the value, and one more that is none.
-std::vector<uint8_t> FindStretches(const ColumnArgs& a) {
+// Leaves those stretches whose coefficients in reach may hold the value.
+void FindStretches(const ColumnArgs& a, std::span<uint8_t> stretches) {
   const ColumnSites& s = *a.sites;
   const size_t count = s.stretches;
   const std::ptrdiff_t n = hn::Lanes(d);
   std::vector<float> low(count + 2, 0.0f), high(count + 2, 0.0f); // of the stretch before
   for (size_t part = 0; part <= count; ++part) {
-    if (!a.present[part] && (part == 0 || !a.present[part - 1])) continue;
+    const bool before = part > 0 && stretches[part - 1] != 0,
+               behind = part < count && stretches[part + 1] != 0;
+    if (stretches[part] == 0 && !before && !behind) continue;
     V least = hn::Zero(d), most = hn::Zero(d);
     const float* row = s.value.data() + s.at(0, 0, 0) + static_cast<std::ptrdiff_t>(part) * stretch_lanes;
     for (int r = 0; r < 2 * column_sites * column_sites; ++r, row += s.pitch)
@@ -259,20 +264,20 @@ std::vector<uint8_t> FindStretches(const ColumnArgs& a) {
     low[part + 1] = hn::GetLane(hn::MinOfLanes(d, least)),
                high[part + 1] = hn::GetLane(hn::MaxOfLanes(d, most));
   }
-  std::vector<uint8_t> may(count + 1, 0);
   for (size_t m = 0; m < count; ++m)
-    may[m] = a.present[m] && MayHold(a, std::min({low[m], low[m + 1], low[m + 2]}),
-                                     std::max({high[m], high[m + 1], high[m + 2]}));
-  return may;
+    if (stretches[m] != 0)
+      stretches[m] = MayHold(a, std::min({low[m], low[m + 1], low[m + 2]}),
+                             std::max({high[m], high[m + 1], high[m + 2]}));
 }
 
 void MarkColumn(const ColumnArgs& a) {
   const ColumnSites& s = *a.sites;
-  const std::vector<uint8_t> may = FindStretches(a);
+  const uint8_t* const may = a.stretches;
   // Ranges are asked for a lane beyond each stretch.
-  for (size_t m = 0; m < may.size(); ++m)
-    if (may[m] != 0 || (m > 0 && may[m - 1] != 0)) Widen(s, static_cast<std::ptrdiff_t>(m) * stretch_lanes);
-  Stretch t{};
+  for (int m = 0; m <= s.stretches; ++m)
+    if (may[m] != 0 || (m > 0 && may[m - 1] != 0)) Widen(s, std::ptrdiff_t{m} * stretch_lanes);
+  Stretch t;
+  std::memset(t.known, 0, sizeof t.known);
   bool fresh = true;
   // From the last on: a stretch needs the first corners of the one behind it.
   for (int stretch = s.stretches; stretch-- > 0;) {
@@ -300,8 +305,12 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace bccsplat {
+HWY_EXPORT(FindStretches);
 HWY_EXPORT(MarkColumn);
 
+void find_stretches(const ColumnArgs& args, std::span<uint8_t> stretches) {
+  HWY_DYNAMIC_DISPATCH(FindStretches)(args, stretches);
+}
 void mark_column(const ColumnArgs& args) { HWY_DYNAMIC_DISPATCH(MarkColumn)(args); }
 
 void ColumnSites::prepare(int stretch_count) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of coefficients are copied from bricks; stretches are as long as these. What is read of a stretch reaches
-// into those beside it.
+// Rows of coefficients are copied from bricks; stretches are as long as these. What is read of a stretch
+// reaches into those beside it.
 #include "splat/rays/cell_columns.h"
 
 #include <algorithm>
@@ -71,33 +71,34 @@ void CellColumns::find_present(const Rows& rows, std::vector<uint8_t>& present) 
   spread(present);
 }
 
-void CellColumns::find_present(int y, int z, std::vector<uint8_t>& present) const {
-  find_present(rows_of(y, z), present);
-}
-
 bool CellColumns::fill(int y, int z, int first, int last, Memory& memory) const {
   const Rows rows = rows_of(y, z);
-  std::vector<uint8_t>& present = memory.present;
+  std::vector<uint8_t>& present = memory.stretches;
   find_present(rows, present);
   std::fill(present.begin(), present.begin() + first, uint8_t{0});
-  if (last + 1 < shape_.stretches) std::fill(present.begin() + last + 1, present.end(), uint8_t{0});
+  std::fill(present.begin() + last + 1, present.end(), uint8_t{0});
   if (std::find(present.begin(), present.end(), 1) == present.end()) return false;
   std::vector<uint8_t> filled = present;
   spread(filled);
+  const auto begin = std::find(filled.begin(), filled.end(), 1),
+             end = std::find(filled.rbegin(), filled.rend(), 1).base();
+  const std::span<const uint8_t> part(begin, end);
   for (size_t c = 0; c < 2; ++c)
     for (int w = 0; w < column_sites; ++w)
       for (int v = 0; v < column_sites; ++v)
-        read_row(c, rows[c][0][v], rows[c][1][w], memory.sites.value.data() + memory.sites.at(c, v, w),
-                 filled);
+        read_row(c, rows[c][0][v], rows[c][1][w], memory.sites.value.data() + memory.sites.at(c, v, w), part,
+                 begin - filled.begin());
   return true;
 }
 
-void CellColumns::read_row(size_t c, int j, int k, float* to, const std::vector<uint8_t>& filled) const {
+void CellColumns::read_row(size_t c, int j, int k, float* to, std::span<const uint8_t> filled,
+                           size_t first) const {
   const BrickLayer& layer = slice_.coset[c];
   const size_t slot = layer.slot(0, j / brick_edge, k / brick_edge),
                from = (k % brick_edge * brick_edge + j % brick_edge) * brick_edge;
-  for (size_t b = 0; b < layer.row_slots(); ++b) {
-    if (filled[b] == 0) continue;
+  const size_t end = std::min(first + filled.size(), layer.row_slots());
+  for (size_t b = first; b < end; ++b) {
+    if (filled[b - first] == 0) continue;
     float* const part = to + static_cast<std::ptrdiff_t>(b) * brick_edge;
     if (const Brick* const brick = layer.brick(slot + b))
       std::memcpy(part, brick->value.data() + from, brick_edge * sizeof(float));

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "base/context.h"
@@ -31,7 +32,7 @@ class CellColumns {
   struct Memory {
     Reservation memory;
     ColumnSites sites;
-    std::vector<uint8_t> present; // stretches that have a brick in reach, of those asked for
+    std::vector<uint8_t> stretches; // that have a brick in reach, of those asked for, and two that have none
   };
   // Calls body(memory) with the coefficients of the column at (y, z) in reach of stretches first .. last,
   // unless these have none.
@@ -40,15 +41,13 @@ class CellColumns {
     if (fill(y, z, first, last, *memory)) body(*memory);
     give(std::move(memory));
   }
-  // Marks the stretches of a column that have a brick in reach.
-  void find_present(int y, int z, std::vector<uint8_t>& present) const;
 
  private:
   using Rows = std::array<std::array<std::array<int, column_sites>, 2>, 2>; // sites, by coset and axis
   [[nodiscard]] Rows rows_of(int y, int z) const;
   void find_present(const Rows& rows, std::vector<uint8_t>& present) const;
   bool fill(int y, int z, int first, int last, Memory& memory) const;
-  void read_row(size_t c, int j, int k, float* to, const std::vector<uint8_t>& filled) const;
+  void read_row(size_t c, int j, int k, float* to, std::span<const uint8_t> filled, size_t first) const;
   [[nodiscard]] std::unique_ptr<Memory> take();
   void give(std::unique_ptr<Memory> memory);
 

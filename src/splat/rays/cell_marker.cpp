@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bounds that marks follow from are those of cell_bound.h. A stretch that waits is marked by the thread that
-// comes first, under a lock; its state says so to the others, which read the marks without one.
+// The bounds that marks follow from are those of cell_bound.h. A stretch that waits is marked by the thread
+// that comes first, under a lock; its state says so to the others, which read the marks without one.
 #include "splat/rays/cell_marker.h"
 
 #include <algorithm>
@@ -104,40 +104,60 @@ CellMarker::CellMarker(const Slice& slice, double target, SurfaceCells& cells, c
   args_.row = cells.blocks[0], args_.layer = args_.row * cells.blocks[1];
 }
 
-void CellMarker::mark(int y, int z, int first, int last) {
-  columns_.read(y, z, first, last, [&](CellColumns::Memory& memory) {
-    ColumnArgs column = args_;
-    column.sites = &memory.sites, column.present = memory.present.data();
-    column.height = std::min(column_edge, cells_.cells[1] - y * column_edge);
-    column.depth = std::min(column_edge, cells_.cells[2] - z * column_edge);
-    column.bits = column_bits(cells_, y, z);
-    mark_column(column);
+ColumnArgs CellMarker::column_args(CellColumns::Memory& memory, int y, int z) {
+  ColumnArgs column = args_;
+  column.sites = &memory.sites, column.stretches = memory.stretches.data();
+  column.height = std::min(column_edge, cells_.cells[1] - y * column_edge);
+  column.depth = std::min(column_edge, cells_.cells[2] - z * column_edge);
+  column.bits = column_bits(cells_, y, z);
+  return column;
+}
+
+// Calls body(y, z) for the columns 0, step, ..., y fastest.
+template<class Body> void CellMarker::each_column(uint64_t step, const Body& body) {
+  const Int3 count = columns_.count();
+  const auto columns = static_cast<uint64_t>(count[1]) * count[2];
+  context_.tasks.parallel_for((columns + step - 1) / step, [&](uint64_t n) {
+    context_.progress.check();
+    const auto column = static_cast<int>(n * step);
+    body(column % count[1], column / count[1]);
   });
 }
 
 void CellMarker::mark_all() {
-  const Int3 count = columns_.count();
-  context_.tasks.parallel_for(static_cast<uint64_t>(count[1]) * count[2], [&](uint64_t n) {
-    context_.progress.check();
-    mark(static_cast<int>(n) % count[1], static_cast<int>(n) / count[1], 0, count[0] - 1);
+  each_column(1, [&](int y, int z) {
+    columns_.read(y, z, 0, columns_.count()[0] - 1, [&](CellColumns::Memory& memory) {
+      const ColumnArgs column = column_args(memory, y, z);
+      find_stretches(column, memory.stretches);
+      mark_column(column);
+    });
   });
 }
 
-uint64_t CellMarker::let_all_wait() {
+uint64_t CellMarker::blocks_to_mark() {
+  constexpr uint64_t step = 7;
+  std::atomic<uint64_t> stretches{0};
+  each_column(step, [&](int y, int z) {
+    columns_.read(y, z, 0, columns_.count()[0] - 1, [&](CellColumns::Memory& memory) {
+      find_stretches(column_args(memory, y, z), memory.stretches);
+      stretches += std::count(memory.stretches.begin(), memory.stretches.end(), 1);
+    });
+  });
+  return step * stretches * stretch_blocks * column_blocks * column_blocks;
+}
+
+void CellMarker::let_wait() {
   const Int3 count = columns_.count();
-  const auto columns = static_cast<size_t>(count[1]) * count[2];
   cells_.stretches = count;
-  cells_.state = std::vector<std::atomic<uint8_t>>(columns * count[0]);
-  std::vector<uint8_t> present;
-  uint64_t waiting = 0;
-  for (size_t n = 0; n < columns; ++n) {
-    columns_.find_present(static_cast<int>(n) % count[1], static_cast<int>(n) / count[1], present);
-    for (int s = 0; s < count[0]; ++s) {
-      cells_.state[n * count[0] + s] = present[s] != 0 ? SurfaceCells::waiting : SurfaceCells::empty;
-      waiting += present[s];
-    }
-  }
-  return waiting * stretch_blocks * column_blocks * column_blocks;
+  cells_.state = std::vector<std::atomic<uint8_t>>(static_cast<size_t>(count[0]) * count[1] * count[2]);
+  std::fill(cells_.state.begin(), cells_.state.end(), SurfaceCells::empty);
+  each_column(1, [&](int y, int z) {
+    columns_.read(y, z, 0, count[0] - 1, [&](CellColumns::Memory& memory) {
+      find_stretches(column_args(memory, y, z), memory.stretches);
+      for (int s = 0; s < count[0]; ++s)
+        if (memory.stretches[s] != 0) cells_.state[cells_.stretch_at({s, y, z})] = SurfaceCells::waiting;
+    });
+  });
 }
 
 bool CellMarker::need(const Int3& begin, const Int3& end) {
@@ -157,7 +177,8 @@ void CellMarker::mark_waiting(const Int3& at, std::atomic<uint8_t>& state) {
   const std::scoped_lock lock(marking_[cells_.stretch_at(at) % marking_.size()]);
   if (state.load(std::memory_order_relaxed) != SurfaceCells::waiting) return;
   context_.progress.check();
-  mark(at[1], at[2], at[0], at[0]);
+  columns_.read(at[1], at[2], at[0], at[0],
+                [&](CellColumns::Memory& memory) { mark_column(column_args(memory, at[1], at[2])); });
   state.store(cells_.any_marked(at) ? SurfaceCells::marked_some : SurfaceCells::empty,
               std::memory_order_release);
 }
@@ -173,10 +194,10 @@ SurfaceCells cells_for_rays(const Slice& slice, double target, uint64_t rays, co
   constexpr uint64_t blocks_of_ray = 2;
   SurfaceCells cells = unmarked_cells(slice, context);
   CellMarker marker(slice, target, cells, context);
-  if (rays == 0 || marker.let_all_wait() <= blocks_of_ray * rays) {
-    cells.state.clear();
+  if (rays > 0 && marker.blocks_to_mark() > blocks_of_ray * rays)
+    marker.let_wait();
+  else
     marker.mark_all();
-  }
   return cells;
 }
 

@@ -23,14 +23,17 @@ class CellMarker {
   CellMarker(const Slice& slice, double target, SurfaceCells& cells, const Context& context);
 
   void mark_all();
-  // Has every stretch wait that has coefficients; returns how many blocks these have.
-  uint64_t let_all_wait();
-  // Marks the stretches of the blocks begin .. end - 1 that wait, of cells that had all wait; returns false
+  // Returns about how many blocks there are in stretches that may hold the target, by a part of the columns.
+  [[nodiscard]] uint64_t blocks_to_mark();
+  // Has all these stretches wait.
+  void let_wait();
+  // Marks the stretches of the blocks begin .. end - 1 that wait, where let_wait() was; returns false
   // where none of the stretches has a mark. For several threads at a time.
   [[nodiscard]] bool need(const Int3& begin, const Int3& end);
 
  private:
-  void mark(int y, int z, int first, int last);
+  template<class Body> void each_column(uint64_t step, const Body& body);
+  [[nodiscard]] ColumnArgs column_args(CellColumns::Memory& memory, int y, int z);
   void mark_waiting(const Int3& at, std::atomic<uint8_t>& state);
 
   SurfaceCells& cells_;

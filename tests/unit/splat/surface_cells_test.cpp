@@ -343,8 +343,7 @@ TEST(SurfaceCells, WaitUntilTheyAreNeeded) {
       const SurfaceCells whole = mark_cells(*s, 0.4, context.get());
       SurfaceCells cells = unmarked_cells(*s, context.get());
       CellMarker marker(*s, 0.4, cells, context.get());
-      const uint64_t blocks = marker.let_all_wait();
-      EXPECT_GT(blocks, 0u);
+      marker.let_wait();
       EXPECT_EQ(cells.count(), 0u);
       std::mt19937 random(5);
       std::vector<Int3> order;
