@@ -126,6 +126,34 @@ TEST(Rays, WideViewsFromWithinAreThoseOfASearch) {
       }
 }
 
+// A strip of four tiles, for the thread sanitizer: threads mark cells that the others read.
+TEST(Rays, ThreadsMarkCells) {
+  const Slice s = make_slice({44, 40, 36}, [](double x, double y, double z) {
+    return 0.6 + 0.15 * (std::sin(0.8 * x) + std::sin(0.7 * y) + std::sin(0.75 * z));
+  });
+  constexpr int width = 256, height = 4;
+  static_assert(width >= 4 * ray_tile_edge);
+  for (const bool perspective : {false, true}) {
+    Camera camera = fit_camera(s, perspective, 20, 30, width, height);
+    constexpr double nearer = 0.6 * height / width;
+    camera.ortho_height *= nearer, camera.fovy_degrees *= nearer;
+    Scene scene = make_scene(s, ramp_function(0, 1, 0.5), camera);
+    KeptSurfaceCells kept;
+    scene.cells = &kept;
+    RenderOptions o = surface_options(0.4, 0.5);
+    ImageStorage with(width, height, true, true, true), all(width, height, true, true, true);
+    TestContext context(4);
+    (void)render(scene, o, context.get(), with.image);
+    const auto cells = kept.find(s, 0.4 - s.base, context.get());
+    EXPECT_TRUE(std::count(cells->state.begin(), cells->state.end(), SurfaceCells::waiting) > 0);
+    o.disable_skips = skip_transfer_function;
+    (void)draw(scene, o, all, 1);
+    EXPECT_TRUE(same_bits(with, all)) << perspective;
+    for (const int i : {width / 8, width / 2, width * 7 / 8}) // all tiles meet the surface
+      EXPECT_TRUE(std::isfinite(with.depth[i])) << perspective << ' ' << i;
+  }
+}
+
 // Small pictures of larger fields: cells are marked when rays come to them, and only these.
 TEST(Rays, CellsMarkedOnTheWayChangeNoPixel) {
   const Slice dense = make_slice({100, 70, 60}, [](double x, double y, double z) {
