@@ -77,4 +77,24 @@ class Reservation {
   uint64_t bytes_ = 0;
 };
 
+// Bytes that several threads add to, held from a budget until they are handed on together.
+class SharedReservation {
+ public:
+  explicit SharedReservation(MemoryBudget& budget) : budget_(budget) {}
+  SharedReservation(const SharedReservation&) = delete;
+  SharedReservation& operator=(const SharedReservation&) = delete;
+  ~SharedReservation() { budget_.release(bytes_.load(std::memory_order_relaxed)); }
+  void add(uint64_t bytes, std::string_view what) {
+    Reservation(budget_, bytes, what).keep();
+    bytes_.fetch_add(bytes, std::memory_order_relaxed);
+  }
+  [[nodiscard]] Reservation take() {
+    return Reservation::adopt(budget_, bytes_.exchange(0, std::memory_order_relaxed));
+  }
+
+ private:
+  MemoryBudget& budget_;
+  std::atomic<uint64_t> bytes_{0};
+};
+
 } // namespace bccsplat

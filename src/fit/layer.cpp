@@ -230,9 +230,10 @@ void LayerMaker::give_back(std::unique_ptr<SiteCounts> counts) {
   counts_.push_back(std::move(counts));
 }
 
-SampleLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
-                             size_t nearest, bool beyond, const Context& context) {
+MadeLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps, size_t nearest,
+                           bool beyond, const Context& context) {
   SampleLayer layer(lattice, coset);
+  SharedReservation memory(context.memory);
   const Frames frames{taps, nearest, static_cast<size_t>(coset)};
   const std::vector<size_t> slots = frames.used_slots(layer.brick_slots());
   std::vector<CodingError> coding(slots.size());
@@ -241,21 +242,24 @@ SampleLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const
     context.progress.check();
     auto counts = take_counts();
     Room room{{}, {}, *counts};
+    uint64_t bytes = 0;
     for (size_t s = g * group; s < std::min(slots.size(), (g + 1) * group); ++s) {
       const Int3 position = layer.slot_position(slots[s]);
       Int3 size;
       for (size_t a = 0; a < 3; ++a)
         size[a] = std::min(brick_edge, layer.dims()[a] - position[a] * brick_edge);
-      if (SampleBrick brick = make_brick(frames, slots[s], size, beyond, room, coding[s]))
-        layer.set(slots[s], std::move(brick));
+      SampleBrick brick = make_brick(frames, slots[s], size, beyond, room, coding[s]);
+      bytes += brick.bytes();
+      if (brick) layer.set(slots[s], std::move(brick));
     }
+    memory.add(bytes, "a slab of layers"); // which bricks are codes is known when they are there
     give_back(std::move(counts));
   });
   for (const CodingError& e : coding) {
     coding_.squares += e.squares;
     coding_.largest = std::max(coding_.largest, e.largest);
   }
-  return layer;
+  return {std::move(layer), memory.take()};
 }
 
 uint64_t LayerMaker::clamped() const {

@@ -34,6 +34,11 @@ struct LayerTap {
   float weight = 0;
 };
 
+struct MadeLayer {
+  SampleLayer layer;
+  Reservation memory; // of its bricks
+};
+
 class LayerMaker {
  public:
   // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach. unit: of
@@ -49,8 +54,8 @@ class LayerMaker {
   // reader shows, before the first frame or after the last one; its clamped sites and coding errors are not
   // counted. Bricks of integers of one or two bytes are codes, those of floats that have a unit whole
   // numbers where they fit.
-  [[nodiscard]] SampleLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
-                                 size_t nearest, bool beyond, const Context& context);
+  [[nodiscard]] MadeLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
+                               size_t nearest, bool beyond, const Context& context);
   [[nodiscard]] SiteCounts counts() const;
   [[nodiscard]] uint64_t clamped() const; // of counts().sites, without summing the rest
   // Summed layer by layer, the same for any number of threads.

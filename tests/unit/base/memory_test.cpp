@@ -45,6 +45,30 @@ TEST(MemoryBudget, ReservationsReturnTheirBytesOnce) {
   EXPECT_EQ(budget.used(), 0u);
 }
 
+TEST(MemoryBudget, ThreadsAddToOneReservation) {
+  MemoryBudget budget(1000);
+  Reservation held;
+  {
+    SharedReservation shared(budget);
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 4; ++t)
+      threads.emplace_back([&shared] {
+        for (int i = 0; i < 50; ++i) shared.add(3, "bricks");
+      });
+    threads.clear();
+    EXPECT_EQ(budget.used(), 600u);
+    held = shared.take();
+  }
+  EXPECT_EQ(held.bytes(), 600u);
+  EXPECT_EQ(budget.used(), 600u);
+  {
+    SharedReservation shared(budget);
+    shared.add(300, "bricks");
+    EXPECT_THROW(shared.add(300, "bricks"), Error);
+  } // what was not taken is given back
+  EXPECT_EQ(budget.used(), 600u);
+}
+
 TEST(MemoryBudget, ThreadsTogetherNeverPassTheLimit) {
   MemoryBudget budget(10);
   std::vector<std::jthread> threads;
