@@ -22,23 +22,20 @@ class CoefficientSlabs {
   void set_lattice(const Lattice4& lattice);
 
   // The next layers of samples of a channel, `first` and up, of which none is held elsewhere for long. Slabs
-  // of coefficients are made as soon as they can be, for they take less than the samples that they are made
-  // of, and stored when a slab of samples is complete: the order of a file's slabs is that of whole slabs.
+  // of coefficients are made and stored as soon as they can be.
   void add_layers(int channel, int32_t first, const SlabLayers& samples, const Context& context,
                   const FitSink& store);
-  // Stores what is left of a channel.
-  void finish(int channel, const Context& context, const FitSink& store);
+  // Makes and stores the slabs of a channel that depend on nothing still to come: at the end of its data all
+  // that are left.
+  void store_ready(int channel, const Context& context, const FitSink& store);
 
  private:
   struct Channel {
     CoefficientLayers maker;
     bool begun = false;
-    std::vector<CoefficientSlab> slabs; // made and not stored
   };
-  void make(Channel& c, const Context& context) const;
-  void store_made(int channel, const FitSink& store);
 
-  int32_t layers_, slab_layers_;
+  int32_t slab_layers_;
   bool periodic_;
   std::vector<std::unique_ptr<Channel>> channels_;
 };

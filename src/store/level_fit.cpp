@@ -37,7 +37,7 @@ void LevelFit::shorten(uint32_t frames) {
 
 void LevelFit::finish_channel(int channel) {
   fit_.finish_channel(channel);
-  if (coefficients_) coefficients_->finish(channel, context_, store_);
+  if (coefficients_) coefficients_->store_ready(channel, context_, store_);
 }
 
 FitChannelReport level_counts(const FitChannelReport& report) {

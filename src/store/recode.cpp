@@ -162,7 +162,8 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
       context.progress.report(0.99 * (first + 1) / all);
       context.progress.check();
     }
-  for (int c = 0; slabs && c < static_cast<int>(info.channels.size()); ++c) slabs->finish(c, context, store);
+  for (int c = 0; slabs && c < static_cast<int>(info.channels.size()); ++c)
+    slabs->store_ready(c, context, store);
   WriteReport report;
   report.frames = info.lattice.dims[3];
   for (size_t c = 0; c < clamped.size(); ++c) writer.info().channels[c].clamped += clamped[c];
