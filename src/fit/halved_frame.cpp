@@ -361,11 +361,8 @@ HalvedFrame FrameHalver::halve(const Frame& frame, const CellRanges& cells, cons
   HalvedFrame out;
   const uint64_t samples = checked_product(
       {static_cast<uint64_t>(n[0]), static_cast<uint64_t>(n[1]), static_cast<uint64_t>(n[2])});
-  out.memory = std::move(spare_memory_);
-  if (out.memory.bytes() == 0)
-    out.memory = Reservation(context.memory, checked_mul(samples, sizeof(float)) + samples / 64,
-                             "a frame that coarser levels are made of");
-  out.values = std::move(spare_);
+  out.memory = Reservation(context.memory, checked_mul(samples, sizeof(float)) + samples / 64,
+                           "a frame that coarser levels are made of");
   out.values.resize(samples);
   out.cells = CellRanges(n);
   const Job job{tables, frame, cells, ringing, pivot_of(cells), out};

@@ -45,8 +45,6 @@ class FrameHalver {
   // however the frame is divided into boxes; what is air costs next to nothing.
   [[nodiscard]] HalvedFrame halve(const Frame& frame, const CellRanges& cells, const FaceLevels& faces,
                                   float ringing, const Context& context);
-  // Takes back what a frame's samples were held in, for the next one.
-  void reuse(HalvedFrame frame) { spare_ = std::move(frame.values), spare_memory_ = std::move(frame.memory); }
 
   // The filters along the axes.
   struct Tables {
@@ -79,8 +77,6 @@ class FrameHalver {
   Filter filter_;
   Lattice4 grid_; // of the halved samples
   std::map<FaceLevels, Tables> tables_;
-  std::vector<float> spare_;
-  Reservation spare_memory_;
 };
 
 } // namespace bccsplat

@@ -47,10 +47,6 @@ LevelFrames::Images::Images(LevelFrames& frames, const PreparedFrame& source, fl
   }
 }
 
-LevelFrames::Images::~Images() {
-  for (size_t i = 0; i < halved_.size(); ++i) frames_.halvers_[i].reuse(std::move(halved_[i]));
-}
-
 FrameImage LevelFrames::Images::at(int level) const {
   const size_t used = frames_.used_[level];
   if (used == 0) return {source_.frame, source_.scan.cells, source_.faces};

@@ -23,7 +23,7 @@ class LevelFrames {
    public:
     Images(const Images&) = delete;
     Images& operator=(const Images&) = delete;
-    ~Images();
+    ~Images() = default;
     [[nodiscard]] FrameImage at(int level) const;
 
    private:

@@ -2,6 +2,7 @@
 // The ways into a writer: frames, layers, or a field of the host.
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "fit/box_overlap.h"
 #include "formats/bcc4/sample_step.h"
@@ -74,8 +75,13 @@ void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const Fram
       measuring_.with_level(level->level(),
                             [&](RoundTrip& r) { r.add_frame(index, static_cast<uint32_t>(frame), boxes); });
     const PreparedFrame prepared = fit().prepare_frame(index, boxes, scan);
-    const LevelFrames::Images images = level_frames_->make(prepared, fit_options_.channels[channel].ringing);
-    for (const auto& level : fits_) level->fit().add_frame(index, prepared, images.at(level->level()));
+    if (fits_.size() > 1) { // what coarser levels are made of goes before level 0 takes its memory
+      const LevelFrames::Images images =
+          level_frames_->make(prepared, fit_options_.channels[channel].ringing);
+      for (const auto& level : std::span(fits_).first(fits_.size() - 1))
+        level->fit().add_frame(index, prepared, images.at(level->level()));
+    }
+    fit().add_frame(index, prepared, {prepared.frame, scan.cells, prepared.faces});
     ++added_[channel];
     show_if_due();
     const auto [first, end] = given_frames();
