@@ -23,7 +23,8 @@ using AnalyticField = std::function<double(const Vec3& p, Vec3* gradient)>;
 // [0, n-1]^3 inside, twice differentiable. Values 0 .. about 1.
 [[nodiscard]] AnalyticField puffs(double n, double t);
 
-// A sum of sines in 12 directions, 8 to 60 index units long: as much everywhere, in [0, 1] and mostly near 1/2.
+// A sum of sines in 12 directions, 8 to 60 index units long: as much everywhere, in [0, 1] and mostly near
+// 1/2.
 [[nodiscard]] AnalyticField waves();
 
 } // namespace bccsplat::bench

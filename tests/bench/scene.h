@@ -51,8 +51,8 @@ struct SampledScene {
 // centre of a block of pixels to the pixel after it. In perspective the stride is odd.
 [[nodiscard]] Camera strided_camera(const Camera& camera, int size, int stride);
 
-// Pixels (stride i + stride / 2, ...) of the picture, in perspective of an odd stride, integrated in double. `own`: the field
-// that the samples stand for; else the analytic one. step: T.
+// Pixels (stride i + stride / 2, ...) of the picture, in perspective of an odd stride, integrated in double.
+// `own`: the field that the samples stand for; else the analytic one. step: T.
 [[nodiscard]] std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledScene& sampled,
                                                        const Camera& camera, const RenderOptions& options,
                                                        int size, int stride, bool own = false,
