@@ -402,10 +402,11 @@ class Import(ToolTest):
     def test_memory_does_not_grow_with_the_frames(self):
         n, frame = 40, bytes((x * 7 + y * 13 + z * 29) % 251 for z in range(40) for y in range(40) for x in range(40))
         peaks = []
-        for frames in (40, 160):
+        for frames in (40, 640):
             self.write('a.raw', frame * frames)
             peaks.append(self.json('import', 'a.raw', '--dims', f'{n},{n},{n},{frames}', '--dtype', 'u8', '-o', 'a.bcc4', '--overwrite')['peak_memory'])
-        self.assertLess(peaks[1], 1.1 * peaks[0])
+        # 600 frames more are 38 MB, their samples as codes 16; what allocators hold beside differs by 5 from run to run.
+        self.assertLess(peaks[1], peaks[0] + 10e6)
 
     def test_a_full_disk_is_said(self):
         if not os.path.isdir('/dev/shm') or os.geteuid() != 0:

@@ -52,7 +52,7 @@ class CellColumns {
   void give(std::unique_ptr<Memory> memory);
 
   const Slice& slice_;
-  const Context& context_;
+  Context context_;
   ColumnSites shape_; // without memory
   Int3 count_{};
   std::array<std::vector<std::array<int, 2>>, 2> ends_; // by coset: sites beyond the ends, and their mirrors

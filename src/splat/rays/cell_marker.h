@@ -37,7 +37,7 @@ class CellMarker {
   void mark_waiting(const Int3& at, std::atomic<uint8_t>& state);
 
   SurfaceCells& cells_;
-  const Context& context_;
+  Context context_;
   CellColumns columns_;
   CornerStencils stencils_;
   ColumnArgs args_;
