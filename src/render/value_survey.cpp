@@ -2,7 +2,8 @@
 // Tells air and noise from what is to be seen. The background is the peak that most samples are in, where
 // there is one; noise ends where the slope beside that peak does (the triangle method of Zack, Rogers and
 // Latt 1977), and not before three standard deviations of its narrower side. Values that pile up beyond a
-// valley are a solid object, whose boundary is midway between the two peaks.
+// valley are a solid object, whose boundary is midway between the two peaks, or behind a hump of haze that is
+// there.
 #include "render/value_survey.h"
 
 #include <algorithm>
@@ -33,6 +34,10 @@ constexpr double least_side = 0.1, least_side_range = 0.25;
 // A pile is this much higher than the valley before it, and above its counting noise.
 constexpr double pile_over_valley = 1.5, pile_sigmas = 4, least_pile = 0.1;
 constexpr double least_of_all = 1e-4; // of all samples, in the bin of a pile
+// Haze is a hump between background and pile: this much higher than what is least common before it and behind
+// it, and no less than this share of the pile. It ends where values are as rare as behind it, nearly.
+constexpr double hump_over_before = 1.1, hump_over_behind = 1.5, least_hump = 0.2, rare = 1.1;
+constexpr double haze_of_all = 1e-3;  // of all samples, in its most common bin
 constexpr double widest_labels = 255; // those of 8 bits
 // A level set: how much farther one end may be from 0 than the other, and the share of the samples at an end.
 constexpr double lopsided = 0.1, least_cut_off = 0.002;
@@ -137,6 +142,32 @@ Pile find_pile(const Histogram& h, double from, int step) {
   for (const size_t t : tops)
     if (s[t] > least_pile * highest) return {true, h.value(static_cast<double>(t))};
   return {};
+}
+
+// Returns `boundary`, or where it is before a hump of haze or in it, the value behind the hump from which a
+// surface has nothing but the pile inside. The noise of the background ends at `edge`.
+double boundary_behind_haze(const Histogram& h, double edge, const Pile& pile, double boundary) {
+  const std::vector<double> s = smoothed(h.all, 1);
+  const std::ptrdiff_t first = h.bin(edge), middle = h.bin(boundary), top = h.bin(pile.top);
+  const std::ptrdiff_t step = first < top ? 1 : -1;
+  if ((middle - first) * step <= 0 || (top - middle) * step <= 1) return boundary;
+  std::ptrdiff_t behind = middle;
+  for (std::ptrdiff_t i = middle; i != top; i += step)
+    if (s[i] < s[behind]) behind = i;
+  std::ptrdiff_t before = first, least = first, hump = first;
+  for (std::ptrdiff_t i = first; i != behind; i += step) {
+    if (s[i] < s[least]) least = i;
+    // The hump is what rises most, as a ratio, from what came before.
+    if (s[i] * s[before] > s[hump] * s[least]) hump = i, before = least;
+  }
+  if (s[hump] < hump_over_before * s[before] || s[hump] < hump_over_behind * s[behind] ||
+      s[hump] < least_hump * s[top] || s[hump] < haze_of_all * h.total())
+    return boundary;
+  // A hump that is over before the boundary does not matter.
+  if ((middle - hump) * step > 0 && s[middle] * hump_over_behind < s[hump]) return boundary;
+  std::ptrdiff_t end = hump;
+  while (end != behind && s[end] > rare * s[behind]) end += step;
+  return (end - middle) * step > 0 ? h.value(static_cast<double>(end)) : boundary;
 }
 
 // The standard deviation that the narrower side of a pile has; 0 where bins are too wide to tell, and where
@@ -276,6 +307,7 @@ ValueSurvey survey_object(const Histogram& h, const ValueCounts& c, const Backgr
   if (!pile.found && s.above) s.boundary = otsu_threshold(h.all, h.range, b.value);
   if (sign * (s.boundary - edge) <= 0) s.boundary = 0.5 * (edge + s.object);
   if (!pile.found) return s;
+  s.boundary = boundary_behind_haze(h, edge, pile, s.boundary);
   s.noise = pile_noise(h, pile.top, s.boundary);
   // Between the peaks there is room for more of the slope.
   const auto distance = [&](double v) { return std::fabs(v - s.background); };

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace bccsplat {
@@ -208,6 +209,29 @@ TEST(ValueSurvey, BrightBackgroundsAreEmptyAbove) {
   EXPECT_TRUE(s.below && !s.above);
   EXPECT_LT(s.empty.low, 230 - 10);
   EXPECT_NEAR(s.boundary, 160, 4);
+}
+
+TEST(ValueSurvey, ABoundaryIsBehindAHumpOfHaze) {
+  // Air whose slope reaches far, haze about half way to the object, and the object.
+  const auto with_haze = [](double haze, double at, bool upside_down) {
+    Counts c(0, 255);
+    c.tail(1.5e6, 0, 12).normal(haze, at, 7).normal(2e5, 100, 5);
+    c.air_sites = 5'000'000;
+    if (upside_down) std::reverse(c.bins.begin(), c.bins.end()), c.air = 255;
+    return survey_values(c);
+  };
+  for (const bool upside_down : {false, true}) {
+    const auto value = [&](const ValueSurvey& s) { return upside_down ? 255 - s.boundary : s.boundary; };
+    const ValueSurvey clear = with_haze(0, 52, upside_down), hazy = with_haze(1e5, 52, upside_down);
+    ASSERT_EQ(clear.kind, ValueKind::solid);
+    ASSERT_EQ(hazy.kind, ValueKind::solid);
+    EXPECT_NEAR(value(clear), 50, 3);
+    EXPECT_GT(value(hazy), 52 + 10);
+    EXPECT_LT(value(hazy), 100 - 10);
+    // What is rare beside the object is no haze, nor is what is over half way.
+    EXPECT_NEAR(value(with_haze(2e3, 52, upside_down)), 50, 3);
+    EXPECT_NEAR(value(with_haze(2e5, 36, upside_down)), 50, 3);
+  }
 }
 
 TEST(ValueSurvey, OtsuDividesTwoPeaksBetweenThem) {
