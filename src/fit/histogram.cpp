@@ -57,15 +57,37 @@ inline float SampleHistogram::counted(float relative) const {
   return static_cast<float>(std::floor(relative / step_ + 0.5) * step_);
 }
 
+// counted() of a row; false where whole steps are too many for an int.
+inline bool SampleHistogram::count_row(const float* row, float* to) const {
+  constexpr double most = 1 << 30;
+  if (step_ == 0) {
+    std::copy_n(row, brick_edge, to);
+    return true;
+  }
+  double steps[brick_edge];
+  bool fit = true;
+  for (size_t x = 0; x < brick_edge; ++x) {
+    steps[x] = row[x] / step_ + 0.5;
+    fit &= std::fabs(steps[x]) < most;
+  }
+  if (!fit) return false;
+  for (size_t x = 0; x < brick_edge; ++x) {
+    const auto whole = static_cast<double>(static_cast<int32_t>(steps[x]));
+    to[x] = static_cast<float>((whole - (whole > steps[x] ? 1.0 : 0.0)) * step_);
+  }
+  return true;
+}
+
 void SampleHistogram::add(const Brick& brick) {
+  float values[brick_edge];
+  uint32_t keys[brick_edge];
   for (size_t r = 0; r < brick_rows; ++r) {
     const float* row = brick.value.data() + r * brick_edge;
     uint32_t bits = brick.kept[r];
     if (brick.hole) bits &= ~uint32_t{(*brick.hole)[r]};
-    if (bits == 0xffff && step_ == 0) {
-      uint32_t keys[brick_edge];
-      for (size_t x = 0; x < brick_edge; ++x) keys[x] = ordered_key(row[x]);
-      for (size_t x = 0; x < brick_edge; ++x) count_value(row[x], keys[x]);
+    if (bits == 0xffff && count_row(row, values)) {
+      for (size_t x = 0; x < brick_edge; ++x) keys[x] = ordered_key(values[x]);
+      for (size_t x = 0; x < brick_edge; ++x) count_value(values[x], keys[x]);
       count_ += brick_edge;
       continue;
     }

@@ -51,6 +51,7 @@ class SampleHistogram {
   [[nodiscard]] std::vector<uint64_t>& octave(size_t o);
   void count_value(float relative, uint32_t key);
   [[nodiscard]] float counted(float relative) const;
+  [[nodiscard]] bool count_row(const float* row, float* to) const;
 
   Quantiser quantiser_;
   double step_ = 0;

@@ -21,6 +21,8 @@ constexpr size_t longest_gap = 4;
 // The mean error of prediction, in steps, from which a doubled step pays
 // (tests/bench/notes/coefficient-codes.md).
 constexpr double least_error = 0.6;
+// The sites that weights are fitted to for that: of a mean error fewer tell enough.
+constexpr uint32_t shift_sample = 1536;
 
 // Keeps holes, sites that are not air, and the gaps between them that are short.
 class Keeper {
@@ -125,7 +127,7 @@ class Rounder {
   const auto [low, high] = std::minmax_element(sites.codes.begin(), sites.codes.end());
   const ChunkCodes codes = codes_of_chunk(i32_codes, *low, *high, 0);
   for (uint32_t& code : sites.codes) code = codes.of_ordered(code);
-  const FittedWeights fitted = fit_weights(sites, codes);
+  const FittedWeights fitted = fit_weights(sites, codes, shift_sample);
   double sum = 0;
   for (const uint32_t folded : predict(sites, codes, Predictor::fitted, fitted.unchained))
     sum += folded / 2 + (folded & 1);

@@ -17,9 +17,6 @@
 namespace bccsplat {
 namespace {
 
-// Sites that are looked at, more or less: a larger sample did not make chunks smaller.
-constexpr uint32_t sample_sites = 6144;
-
 // The normal equations of one class.
 struct Fit {
   size_t rows = 0;
@@ -111,8 +108,9 @@ class Choose {
   uint32_t most_, per_, hash_ = 0;
 };
 
-template<class Samples> FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
-  Choose choose(std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample_sites));
+template<class Samples>
+FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes, uint32_t sample) {
+  Choose choose(std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample));
   using D = typename Samples::Cell;
   std::array<std::unique_ptr<Samples>, classes> samples;
   const unsigned present = classes_present(sites.shape);
@@ -150,9 +148,9 @@ template<class Samples> FittedWeights fit_weights_of(const ChunkSites& sites, co
 
 } // namespace
 
-FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes) {
-  if (codes.bytes() <= 2) return fit_weights_of<NarrowSamples>(sites, codes);
-  return fit_weights_of<WideSamples>(sites, codes);
+FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes, uint32_t sample) {
+  if (codes.bytes() <= 2) return fit_weights_of<NarrowSamples>(sites, codes, sample);
+  return fit_weights_of<WideSamples>(sites, codes, sample);
 }
 
 } // namespace bccsplat

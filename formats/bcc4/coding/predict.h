@@ -45,7 +45,9 @@ struct FittedWeights {
 };
 // The weights of the other predictors, and of a class that has too few sites to fit any.
 [[nodiscard]] Weights constant_weights(Predictor predictor, int c);
-[[nodiscard]] FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes);
+// sample: how many sites are looked at, more or less; more than that did not make chunks smaller.
+[[nodiscard]] FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes,
+                                        uint32_t sample = 6144);
 // What `predict` returns for both of them, in less time.
 struct FittedResiduals {
   std::vector<uint32_t> chained, unchained;

@@ -44,6 +44,34 @@ TEST(QuantizeHistogram, PercentilesOfFloatsAreCloseWhateverTheirScale) {
   }
 }
 
+// Rows of which all sites count go side by side, others one by one.
+TEST(QuantizeHistogram, WholeRowsCountAsTheirSites) {
+  std::mt19937 random(7);
+  for (const double step : {0.0, 0.25, 1.0, 3.0, 1e-9}) {
+    SampleHistogram together(quantiser_of_source(SourceType::f32, 0), step), apart = together;
+    for (const float reach : {3.0f, 300.0f, 3e9f, 3e-12f}) {
+      std::uniform_real_distribution<float> even(-reach, reach);
+      std::vector<float> values(brick_sites);
+      for (float& v : values) v = even(random);
+      // Half steps, and what is just beside them.
+      for (size_t i = 0; i < 64; ++i)
+        values[7 * i] = static_cast<float>(step * (static_cast<double>(i) - 31.5));
+      for (size_t i = 0; i < 64; ++i) values[5 * i + 1] = std::nextafter(values[7 * i], i % 2 ? 1e9f : -1e9f);
+      values[40] = -0.0f;
+      const Brick whole = brick_of(values);
+      together.add(whole);
+      Brick even_sites = brick_of(values), odd_sites = brick_of(values);
+      for (uint16_t& row : even_sites.kept) row = 0x5555;
+      for (uint16_t& row : odd_sites.kept) row = 0xaaaa;
+      apart.add(even_sites), apart.add(odd_sites);
+    }
+    ByteWriter a, b;
+    together.write(a), apart.write(b);
+    EXPECT_EQ(a.release(), b.release()) << step;
+    EXPECT_EQ(together.range(), apart.range());
+  }
+}
+
 TEST(QuantizeHistogram, CodesCountAsTheirValues) {
   std::mt19937 random(6);
   for (const ValueType type : {ValueType::u8, ValueType::u16})
