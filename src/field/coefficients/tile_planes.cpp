@@ -204,9 +204,12 @@ void TilePlanes::load(const SampleLayer& layer, size_t ring, int z) {
       }
   fill_only(box, plan_.ring(ring), z);
   float* const to = at(ring, z);
+  // Codes of a short run are written beyond its end (CodedBrick::read), where the next runs write 0 again, be
+  // they outside the box.
+  constexpr int beyond = brick_edge;
   for (const Run& y : along_y)
     for (const Run& x : along_x)
-      if (box.meets({x.to, x.to + x.count, y.to, y.to + y.count}))
+      if (box.meets({x.to - beyond, x.to + x.count, y.to, y.to + y.count}))
         load_run(brick_of(x, y), {plane % brick_edge, x.site, y.site, x.count, y.count},
                  to + y.to * size_.stride + x.to);
 }

@@ -7,6 +7,7 @@
 #include <atomic>
 
 #include "kernel/cc_kernel.h"
+#include "points/packed_brick.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 #include "tests/support/targets.h"
@@ -222,6 +223,66 @@ TEST(Coefficients, AreTheSameForAnyTilesThreadsAndCompany) {
     for (size_t i = 0; i < wanted.size(); ++i)
       EXPECT_EQ(layer_to_dense(*made[i]), layer_to_dense(*alone.layer(wanted[i], one.get()))) << wanted[i];
   }
+}
+
+// Hands over samples as whole numbers, as integers of a file are held.
+struct Packing final : SampleSource {
+  const MemorySamples& inner;
+  explicit Packing(const MemorySamples& s) : inner(s) {}
+  const Lattice4& lattice() const override { return inner.lattice(); }
+  int channels() const override { return 1; }
+  float air(int c) const override { return inner.air(c); }
+  const std::string& coefficient_kernel() const override { return inner.coefficient_kernel(); }
+  BrickLayer read_layer(int c, int32_t m, const BrickBox& region, const Context& context) const override {
+    return inner.read_layer(c, m, region, context);
+  }
+  void read_samples(int c, std::span<const int32_t> layers, const BrickBox& region, const Context& context,
+                    const TakeLayer<SampleLayer>& take) const override {
+    for (const int32_t m : layers) {
+      const BrickLayer values = read_layer(c, m, region, context);
+      SampleLayer packed(values);
+      for (size_t slot = 0; slot < values.brick_slots(); ++slot)
+        if (const Brick* brick = values.brick(slot)) {
+          auto codes = PackedBrick::pack(*brick, 1.0f / 64, 1.0f / 64);
+          ASSERT_TRUE(codes);
+          packed.set(slot, {nullptr, std::move(codes)});
+        }
+      take(m, std::move(packed));
+    }
+  }
+};
+
+// Codes are read a vector at a time, beyond the ends of what is asked for: bricks beside air, in tiles whose
+// margins end in them.
+TEST(Coefficients, OfCodesAreThoseOfValues) {
+  for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc})
+    for (const auto& [dims, air] : {std::pair{std::array<uint32_t, 4>{150, 60, 100, 9}, 3},
+                                    std::pair{std::array<uint32_t, 4>{150, 60, 100, 9}, 1},
+                                    std::pair{std::array<uint32_t, 4>{75, 70, 40, 3}, 2},
+                                    std::pair{std::array<uint32_t, 4>{50, 50, 50, 1}, 2}}) {
+      const auto lattice = Lattice4::fit(kind, dims);
+      std::mt19937 random(dims[0] + air);
+      std::vector<std::vector<BrickLayer>> channels(1);
+      for (int32_t m = 0; m < lattice.layers(); ++m) {
+        const int c = lattice.coset(m);
+        std::vector<float> dense(static_cast<size_t>(lattice.space.sites(c)));
+        for (float& v : dense) v = static_cast<float>(random() % 30);
+        channels[0].push_back(layer_from_dense(lattice.space, c, dense));
+        for (size_t s = 0; s < channels[0].back().brick_slots(); ++s)
+          if (random() % 4 < static_cast<uint32_t>(air)) channels[0].back().set(s, nullptr);
+      }
+      const MemorySamples values(lattice, {0}, std::move(channels));
+      const Packing codes(values);
+      for (const int threads : {1, 2, 16}) {
+        TestContext context(threads);
+        const Coefficients expected(values, 0, make_kernel("default"), 0, large_cache),
+            found(codes, 0, make_kernel("default"), 0, large_cache);
+        for (int32_t m = 0; m < lattice.layers(); ++m)
+          ASSERT_EQ(layer_to_dense(*found.layer(m, context.get())),
+                    layer_to_dense(*expected.layer(m, context.get())))
+              << threads << " threads, layer " << m;
+      }
+    }
 }
 
 TEST(Coefficients, TakeOverTheHolesOfSamples) {
