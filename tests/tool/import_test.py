@@ -184,6 +184,7 @@ class Import(ToolTest):
             self.assertGreater(len(inside), 3000)
             self.assertLess(math.sqrt(sum((a - b) ** 2 for a, b in inside) / len(inside)), 2, name)
         self.assertGreater(min(psnr.values()), 42)
+        self.refused(2, '--step -1', 'recode', 'coefficients.bcc4', '-o', 'r.bcc4', '--step', -1, output='r.bcc4')
         self.bcc4('recode', 'coefficients.bcc4', '-o', 'r.bcc4', '--store', 'samples', '--quiet')
         self.assertEqual(self.json('info', 'r.bcc4')['scales'], self.json('info', 'samples.bcc4')['scales'])
         self.assertAlmostEqual(self.json('verify', 'r.bcc4', '--against', 'a.raw')['psnr'], psnr['samples'], delta=1)
@@ -205,6 +206,15 @@ class Import(ToolTest):
         for more in (['--scale', 1.2], ['--time-scale', .9], ['--kernel', 'default']):
             self.bcc4('import', *args, '--lattice', 'cc', *more, '-o', 'n.bcc4', '--overwrite', '--quiet')
             self.assertEqual(self.json('info', 'n.bcc4')['kernel'], 'radial20+b3')
+
+    def test_a_source_of_another_format_is_read_as_it_says(self):
+        """What was told of raw values at import says nothing of what they were exported to."""
+        self.bcc4('import', *self.raw('a.raw', (9, 8, 7, 6), bump), '--frames', '1-4', '--exact', '-o', 'v.bcc4', '--quiet')
+        self.bcc4('export', 'v.bcc4', '--all', '-o', 'e.nrrd', '--quiet')
+        exported = self.json('verify', 'v.bcc4', '--against', 'e.nrrd')
+        self.assertEqual(exported['samples_compared'], 9 * 8 * 7 * 4)
+        self.assertLess(exported['max_abs'], self.json('verify', 'v.bcc4', '--against', 'a.raw')['max_abs'] + 1e-6)
+        self.refused(2, '--dims describes raw files', 'verify', 'v.bcc4', '--against', 'e.nrrd', '--dims', '9,8,7,4')
 
     def test_lattice_scale_quantize_and_threshold_are_honoured(self):
         args = self.raw('a.raw', (16, 16, 16, 16), bump)

@@ -211,10 +211,22 @@ class LatticeTest(ToolTest):
         def mask(x, y, z, t):
             return 255 if math.hypot(x - 11 - .3 * t, y - 10, z - 9) < 8 else 0
 
+        def shells(x, y, z, t):
+            r = math.hypot(x - 11 - .3 * t, y - 10, z - 9)
+            return 0 if r > 9 else 3 if r > 7 else 7 if r > 4 else 12
+
+        def layers(x, y, z, t): # mostly in each other
+            r = math.hypot(x - 11 - .3 * t, y - 10, z - 9)
+            return 0 if r > 9 else 1 if r > 7 and z < 12 else 2 if r > 4 else 3
+
+        def steps(x, y, z, t):
+            return 4 * (smooth(x, y, z, t) // 4)
+
         def halves(x, y, z, t):
             return mask(x, y, z, t) / 510
 
-        for f, labels, dtype in ((organ, True, 'u8'), (mask, True, 'u8'), (mask, True, 'f32'), (smooth, False, 'u8'), (halves, True, 'f32')):
+        for f, labels, dtype in ((organ, True, 'u8'), (mask, True, 'u8'), (mask, True, 'f32'), (smooth, False, 'u8'), (halves, True, 'f32'),
+                                 (shells, True, 'u8'), (layers, True, 'u8'), (steps, False, 'u8')):
             args = self.raw('a.raw', (22, 20, 18, 12), f, dtype)
             report = self.imported(args)
             self.assertEqual(report['plan']['choice']['labels'], [labels], f.__name__)

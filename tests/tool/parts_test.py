@@ -218,6 +218,24 @@ class Parts(ToolTest):
         self.write('a.raw', self.read('a.raw') + bytes(4))
         self.refused(3, 'bytes', *run, '--part', '1/2', output='x.bcc4')
 
+    def test_looking_at_a_part(self):
+        """Whoever looks at a part is told, and shown a frame that it has."""
+        args = self.raw('a.raw', DIMS, blob)
+        self.plan(args)
+        part = self.part('20-33')
+        words = 'a part of a series, frames 20 to 33'
+        small = ['--size', '24x20']
+        _, said = self.bcc4('render', part, '-o', 'p.png', *small)
+        self.assertIn(words, said)
+        self.assertIn('the first of 14 frames is drawn; they run 20 to 33', said)
+        self.bcc4('render', part, '-o', 'q.png', '--index', '--time', 20, *small)
+        self.assertEqual(self.read('p.png'), self.read('q.png'))
+        self.bcc4('render', part, '-o', 'f.%02d.png', *small)
+        self.assertEqual(sorted(n for n in os.listdir(self.folder) if n[:2] == 'f.'), [f'f.{k}.png' for k in range(20, 34)])
+        self.assertIn(words, self.bcc4('slice', part, '--time', 25, '-o', 's.nrrd')[1])
+        self.assertIn(words, self.bcc4('export', part, '--time', 25, '-o', 'e.nrrd')[1])
+        self.assertEqual(self.bcc4('slice', part, '--time', 25, '-o', 't.nrrd', '--quiet')[1], '')
+
     def test_real_series(self):
         path = os.path.join(DATA, 'viscous_fingers_run01_64x64x64x99_u16.nrrd')
         if not os.path.exists(path):

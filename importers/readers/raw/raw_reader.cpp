@@ -92,7 +92,7 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
                "NetCDF); to read it as ",
                "raw values give ", options.dims ? "" : "--dims NX,NY,NZ[,NT]",
                options.dims || options.dtype ? "" : " and ",
-               options.dtype ? "" : "--dtype u8|u16|i16|i32|f16|f32|f64");
+               options.dtype ? "" : "--dtype u8|i8|u16|i16|u32|i32|f16|f32|f64");
 
   auto dims = *options.dims;
   const uint64_t files = sequence.files.size();

@@ -92,6 +92,7 @@ Exit run_export(ExportArguments& a) {
   if (a.all && (a.which.time || a.which.index)) fail_usage("--all and --time exclude each other");
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const Volume volume = a.salvage ? open_salvaged(device, a) : open_volume(device, a.file, a.kernel);
+  if (!a.common.quiet) warn_of_part(volume, a.file);
   Exporter exporter(volume, find_channel(volume, a.channel), a.options);
   const bccsplat_volume_info v = volume_info(volume);
   if (!a.all && !a.which.time && v.dims[3] > 1) fail_usage("--time T or --all is missing");

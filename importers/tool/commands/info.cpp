@@ -11,6 +11,7 @@
 #include "tool/commands/commands.h"
 #include "tool/handles.h"
 #include "tool/json.h"
+#include "tool/view/time_slice.h"
 
 namespace bcc4 {
 namespace {
@@ -218,9 +219,10 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          " sites, ", level.bytes, " bytes",
          level.relative_rmse > 0 ? concat(", ", psnr_text(1, level.relative_rmse)) : "");
   }
-  line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
+  line("times", time_text(v.time_first), " to ", time_text(v.time_last), unit, ", ", v.dims[3],
        v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven",
-       v.time_periodic ? concat(", periodic: ", v.time_end, unit, " is the first frame again") : "");
+       v.time_periodic ? concat(", periodic: ", time_text(v.time_end), unit, " is the first frame again")
+                       : "");
   if (v.frames_expected > 0)
     line("unfinished", v.dims[3], " of ", v.frames_expected, " frames can be looked at");
   if (v.part_end > 0)

@@ -28,6 +28,7 @@ Exit run_recode(const RecodeArguments& a) {
   if (a.file.empty())
     fail_usage("FILE is missing, such as bcc4 recode in.bcc4 -o out.bcc4 --store coefficients");
   require_option(a.output, "-o", "-o out.bcc4");
+  if (!(a.step >= 0)) fail_usage("--step ", a.step, ": a positive number is expected");
   refuse_existing(a.output, a.overwrite);
   refuse_source_as_output(a.output, a.file);
   const Device device = create_device(a.common.threads, a.common.max_memory);

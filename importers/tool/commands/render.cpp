@@ -225,16 +225,17 @@ void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera)
   const bccsplat_volume_info v = volume_info(volume);
   if (v.dims[3] == 1 || w.time || w.index || w.plane || w.point || w.basis || w.sweep || a.frames) return;
   const bool all = (makes_one_file(a) || has_frame_pattern(a.output)) && !a.turntable && !moving_camera;
-  constexpr int time_digits = 12; // sums of steps are off by the last ones
+  const uint64_t frames = v.part_end > 0 ? v.part_end - v.part_first : v.dims[3]; // there are
+  const auto first = static_cast<double>(v.part_first), last = first + static_cast<double>(frames - 1);
   if (all)
-    a.frames = {0, static_cast<double>(v.dims[3] - 1), 1};
+    a.frames = {first, last, 1};
   else
-    a.which.time = 0, a.which.index = true;
+    a.which.time = first, a.which.index = true;
   std::fprintf(stderr, "bcc4: %s: no %s given: %s %llu frames %s drawn; they run %s to %s%s%s\n",
                a.file.c_str(), all ? "--frames" : "--time", all ? "all" : "the first of",
-               static_cast<unsigned long long>(v.dims[3]), all ? "are" : "is",
-               short_number(v.time_first, time_digits).c_str(),
-               short_number(v.time_last, time_digits).c_str(), *v.time_unit ? " " : "", v.time_unit);
+               static_cast<unsigned long long>(frames), all ? "are" : "is",
+               time_text(cut_at_index(volume, first).time).c_str(),
+               time_text(cut_at_index(volume, last).time).c_str(), *v.time_unit ? " " : "", v.time_unit);
 }
 
 // Kernel exact has every sample of a Cartesian file and ripples between them, which light shows: only the
@@ -319,6 +320,7 @@ Exit run_render(RenderArguments a) {
   const double open_ms = milliseconds_since(start);
   const uint32_t channel = find_channel(volume, a.channel);
   const size_t cameras = camera.file ? camera.file->cameras.size() : 1;
+  if (!a.common.quiet) warn_of_part(volume, a.file);
   choose_moment(volume, a, cameras > 1);
   const std::vector<Picture> pictures = picture_sequence(volume, a, cameras);
   refuse_outputs(a, pictures);

@@ -188,6 +188,7 @@ Exit run_slice(const SliceArguments& a) {
 #endif
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const Volume volume = open_volume(device, a.file, a.kernel);
+  if (!a.common.quiet) warn_of_part(volume, a.file);
   const uint32_t channel = find_channel(volume, a.channel);
   const std::vector<Cut> cuts = sweep(volume, a.which);
   const std::vector<std::string> names = sweep_names(a.output, cuts.size());

@@ -20,11 +20,23 @@ struct VerifyArguments {
   CommonOptions common;
 };
 
+// Reads the source as it was read at import, or, where that makes no sense of a file of another format, as
+// the file itself says.
+std::unique_ptr<FrameReader> open_as_imported(const Volume& volume, const ReaderArguments& given) {
+  ReaderArguments recalled = given;
+  recall_reader_options(volume, recalled);
+  try {
+    return open_series(recalled.options);
+  } catch (const Error& e) {
+    if (e.exit() != Exit::usage) throw;
+  }
+  return open_series(given.options);
+}
+
 // Refuses a source that is not the one the file was made from, by what its description tells.
 std::unique_ptr<FrameReader> open_source(const Volume& volume, VerifyArguments& a) {
-  recall_reader_options(volume, a.reader);
   a.reader.options.max_memory = a.common.max_memory / 4;
-  std::unique_ptr<FrameReader> reader = open_series(a.reader.options);
+  std::unique_ptr<FrameReader> reader = open_as_imported(volume, a.reader);
   const SeriesDescription& s = reader->description();
   const bccsplat_volume_info v = volume_info(volume);
   if (!std::equal(s.dims.begin(), s.dims.end(), v.dims) || s.channels.size() != v.channel_count)

@@ -13,8 +13,11 @@ namespace {
 
 constexpr size_t kMostLabels = 64; // smooth fields of bytes have more values
 // Of neighbours that are not both air, so many are alike: noise has fewer. Of those that are not, so many
-// differ by more than a value in between: gradations hardly ever do.
-constexpr double kAlike = 0.5, kJumps = 0.125;
+// differ by more than a value in between: gradations hardly ever do, those of few values least of all.
+constexpr double kAlike = 0.5, kJumps = 0.125, kJumpsOfFew = 0.03;
+constexpr size_t kFew = 16;
+// Classes may lie in each other like shells; a gradation of few values would be in even steps then.
+constexpr float kUneven = 1.5;
 
 // The values of a channel, rising; empty: too many.
 std::vector<float> values_of(const SeriesSample& sample, size_t channel) {
@@ -25,6 +28,15 @@ std::vector<float> values_of(const SeriesSample& sample, size_t channel) {
       if (values.size() > kMostLabels) return {};
     }
   return {values.begin(), values.end()};
+}
+
+bool in_even_steps(const std::vector<float>& values) {
+  float least = INFINITY, most = 0;
+  for (size_t i = 1; i < values.size(); ++i) {
+    least = std::min(least, values[i] - values[i - 1]);
+    most = std::max(most, values[i] - values[i - 1]);
+  }
+  return most < kUneven * least;
 }
 
 // Neighbours along x.
@@ -64,7 +76,9 @@ bool is_labels(const SeriesSample& sample, size_t channel, double air, bool has_
     n.all += of_box.all, n.alike += of_box.alike, n.jumps += of_box.jumps;
   }
   if (n.alike < kAlike * n.all || n.alike == n.all) return false;
-  return values.size() == 2 || n.jumps > kJumps * (n.all - n.alike); // of two there is nothing in between
+  if (values.size() == 2) return true; // there is nothing in between
+  const bool few = values.size() <= kFew;
+  return (few && !in_even_steps(values)) || n.jumps > (few ? kJumpsOfFew : kJumps) * (n.all - n.alike);
 }
 
 } // namespace

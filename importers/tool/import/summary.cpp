@@ -49,8 +49,8 @@ double compared_part(const SeriesDescription& s, const ImportResult& import, siz
 
 void print_errors(const SeriesDescription& s, const ImportResult& import) {
   const bccsplat_writer_report& r = import.report;
-  std::printf("  coding error (stored sites): max %s, RMSE %s\n", short_number(r.coding_max).c_str(),
-              short_number(r.coding_rmse).c_str());
+  std::printf("  coding error at the sites, by rounding and as air: max %s, RMSE %s\n",
+              short_number(r.coding_max).c_str(), short_number(r.coding_rmse).c_str());
   for (size_t c = 0; c < import.errors.series.size(); ++c) {
     const bccsplat_error_report& e = import.errors.series[c];
     const double part = compared_part(s, import, c);

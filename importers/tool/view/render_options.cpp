@@ -20,7 +20,8 @@ std::array<uint32_t, 2> parse_product(const std::string& option, const std::stri
   const auto parts = split(text, "x");
   const auto w = parts.size() == 2 ? parse_number<uint32_t>(parts[0]) : std::nullopt;
   const auto h = parts.size() == 2 ? parse_number<uint32_t>(parts[1]) : std::nullopt;
-  if (!w || !h || *w < 1 || *h < 1 || *w > most || *h > most) fail_usage(option, " ", text, ": ", expected);
+  if (!w || !h || *w < 1 || *h < 1 || *w > most || *h > most)
+    fail_usage(option, " ", text, ": ", expected, ", of 1 to ", most);
   return {*w, *h};
 }
 

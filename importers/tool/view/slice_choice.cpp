@@ -105,6 +105,10 @@ Cut resolve_plane(const Volume& volume, const SliceChoiceArguments& a) {
     cut.is_time_slice = (*a.plane)[0] == 0 && (*a.plane)[1] == 0 && (*a.plane)[2] == 0;
     std::copy(a.plane->begin(), a.plane->end(), cut.plane);
     if (cut.is_time_slice && (*a.plane)[3] == 0) fail_usage("--plane: a, b, c and d must not all be 0");
+    if (!cut.is_time_slice && volume_info(volume).dims[3] == 1)
+      fail_usage(
+          "--plane: hyperplanes cut through time, which one frame does not have; --roi takes a box of it, "
+          "or a plane such as 0-255,0-255,50");
     if (cut.is_time_slice)
       return cut_at_index(volume, frame_index(volume, -(*a.plane)[4] / (*a.plane)[3], true));
     return cut;

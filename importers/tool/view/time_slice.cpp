@@ -2,6 +2,7 @@
 #include "tool/view/time_slice.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <vector>
 
 #include "tool/interrupt.h"
@@ -13,6 +14,19 @@ constexpr uint64_t kValuesAtOnce = uint64_t{1} << 24; // sampled at a time
 
 } // namespace
 
+std::string time_text(double time) { return short_number(time, 12); }
+
+void warn_of_part(const Volume& volume, const std::string& path) {
+  const bccsplat_volume_info v = volume_info(volume);
+  if (v.part_end == 0) return;
+  std::fprintf(
+      stderr,
+      "bcc4: warning: %s: a part of a series, frames %llu to %llu: others, and moments near its ends, "
+      "lack what other parts hold; bcc4 concat joins them\n",
+      path.c_str(), static_cast<unsigned long long>(v.part_first),
+      static_cast<unsigned long long>(v.part_end - 1));
+}
+
 double frame_index(const Volume& volume, double time, bool index) {
   const bccsplat_volume_info info = volume_info(volume);
   if (index) {
@@ -23,8 +37,9 @@ double frame_index(const Volume& volume, double time, bool index) {
   double frame = 0;
   const bccsplat_status status = bccsplat_volume_time_to_index(volume.get(), time, &frame);
   if (status == BCCSPLAT_ERROR_OUT_OF_DOMAIN || status == BCCSPLAT_ERROR_INVALID_ARGUMENT)
-    fail_usage("--time ", time, ": the series runs from ", info.time_first, " to ", info.time_end,
-               *info.time_unit ? concat(" ", info.time_unit) : "", " (--index takes frame numbers)");
+    fail_usage("--time ", time, ": the series runs from ", time_text(info.time_first), " to ",
+               time_text(info.time_end), *info.time_unit ? concat(" ", info.time_unit) : "",
+               " (--index takes frame numbers)");
   check(status, "--time");
   return frame;
 }

@@ -13,6 +13,12 @@
 
 namespace bcc4 {
 
+// In as many digits as times have: sums of steps are off by the last ones.
+[[nodiscard]] std::string time_text(double time);
+
+// Tells whoever looks at a part of a series that it is one.
+void warn_of_part(const Volume& volume, const std::string& path);
+
 // Frame index of "--time T" (in the file's unit), or T itself with --index. Says what times there are when T
 // is none.
 [[nodiscard]] double frame_index(const Volume& volume, double time, bool index);
