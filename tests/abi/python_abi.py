@@ -108,6 +108,7 @@ def module(header):
     yield ""
     yield "from ctypes import (CFUNCTYPE, POINTER, Array, Structure, c_char_p, c_double, c_float, c_int32, c_int64,"
     yield "                    c_uint32, c_uint64, c_void_p, sizeof)"
+    yield "from difflib import get_close_matches"
     yield "from typing import Any"
     yield ""
     for name, value in header.defines + header.constants:
@@ -116,12 +117,28 @@ def module(header):
     for name, result, arguments in header.callbacks:
         yield from wrapped(f"{name} = CFUNCTYPE(", [result, *arguments], ")")
     yield "\n"
+    yield "def constant(kind: str, name: str) -> int:"
+    yield '    """A constant of the header by its name without the prefix: constant("LATTICE", "d4star")."""'
+    yield '    names = [n.removeprefix(kind + "_") for n in globals() if n.startswith(kind + "_")]'
+    yield "    if name.upper() not in names:"
+    yield "        raise ValueError(f\"{kind.lower()} {name!r} is none of: {', '.join(names).lower()}\")"
+    yield '    return int(globals()[kind + "_" + name.upper()])'
+    yield "\n"
     yield "class Struct(Structure):"
-    yield '    """A cleared struct that knows its size; field values may be given by name."""'
+    yield '    """A cleared struct that knows its size; field values may be given by name, constants by the name of theirs:'
+    yield '    slab="mean" is SLAB_MEAN."""'
     yield ""
     yield "    struct_size: int"
     yield ""
     yield "    def __init__(self, **values: Any) -> None:"
+    yield "        fields = [field[0] for field in self._fields_]"
+    yield "        for name, value in values.items():"
+    yield "            if name not in fields:"
+    yield "                near = get_close_matches(name, fields, 1)"
+    yield "                raise TypeError(f\"{type(self).__name__} has no {name!r}\""
+    yield "                                + (f\": did you mean {near[0]!r}?\" if near else \"\"))"
+    yield "            if isinstance(value, str):"
+    yield "                values[name] = constant(name.upper(), value)"
     yield "        super().__init__(struct_size=sizeof(self), **values)"
     for name, fields in header.structs:
         sized = fields[0][0] == "struct_size"

@@ -153,6 +153,10 @@ def files(device, folder):
     raises(ZeroDivisionError, None, write, device, path, overwrite=True, progress=lambda fraction: 1 / 0)
     assert open(path, "rb").read() == content  # neither attempt touched it
     raises(ValueError, None, Writer, device, path, (1, 1, 1), lattice="fcc", text="d4star")
+    # Options by the names of the header, and these only; constants by theirs.
+    raises(TypeError, None, Writer, device, path, (1, 1, 1), abs_eror=1e-3, text="did you mean 'abs_error'?")
+    raises(ValueError, None, Writer, device, path, (1, 1, 1), measure="much", text="all")
+    assert abi.WriterOptions(measure="all", faces="mirror", partial="keep").measure == abi.MEASURE_ALL
 
     def read_at(offset, buffer):
         buffer[:] = content[offset:offset + len(buffer)]
@@ -166,6 +170,9 @@ def files(device, folder):
     assert np.abs(values[0] - blob(*points.T)).max() < 0.02
     out = np.zeros(100, np.float32)
     assert volumes[0].evaluate(points, out=out) is out and np.array_equal(out, values[0])
+    for call in (volumes[0].evaluate, volumes[0].evaluate_with_gradients):
+        raises(ValueError, None, call, np.zeros((3000, 3)), text="[..., 4], not (3000, 3)")
+        raises(ValueError, None, call, 4.0)
     again, slopes = volumes[0].evaluate_with_gradients(points)
     assert np.array_equal(again, out)
     inner, step = points.clip(0.1, 4.9), np.array([1e-3, 0, 0, 0])
@@ -212,6 +219,8 @@ def slices(volume):
     box = cut.sample_grid()
     assert box.shape == (17, 19, 21) and cut.info().kernel == volume.info().kernel
     points = np.array([(10, 9, 8), (3, 4, 5), (13.5, 8, 7)])
+    for call in (cut.evaluate, cut.evaluate_with_gradients):
+        raises(ValueError, None, call, np.zeros((5, 4)), text="[..., 3], not (5, 4)")
     values, slopes = cut.evaluate_with_gradients(points)
     assert np.array_equal(values, cut.evaluate(points)) and slopes.shape == (3, 3)
     assert np.allclose(box[[8, 5], [9, 4], [10, 3]], values[:2], atol=1e-6)
@@ -233,6 +242,8 @@ def slices(volume):
     assert abs(turned.evaluate([(0, 0, 0)])[0] - values[0]) < 0.01
     assert np.allclose(turned.info().origin, (10, 9, 8, 2.5))
     raises(ValueError, None, volume.slice)
+    raises(TypeError, None, volume.slice, frame=3, levle=1, text="did you mean 'level'?")
+    assert np.array_equal(volume.slice(frame=2, slab="mean").sample_grid(), volume.slice(frame=2).sample_grid())
     raises(Error, Status.OUT_OF_DOMAIN, volume.slice, frame=17)
     return cut
 
@@ -273,6 +284,7 @@ def pictures(device, volume, cut, folder):
     renderer.render(frame)
     assert 0 < renderer.stats().points_after_cull <= renderer.stats().points_total
     raises(ValueError, None, renderer.set_options, mode="minimum")
+    raises(TypeError, None, renderer.set_options, sheetstep=0.1, text="did you mean 'sheet_step'?")
     renderer.set_options(progress=lambda fraction: True)
     raises(Cancelled, Status.CANCELLED, renderer.render, frame)
     renderer.cancel()  # nothing under way: no effect

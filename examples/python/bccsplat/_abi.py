@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ctypes import (CFUNCTYPE, POINTER, Array, Structure, c_char_p, c_double, c_float, c_int32, c_int64,
                     c_uint32, c_uint64, c_void_p, sizeof)
+from difflib import get_close_matches
 from typing import Any
 
 VERSION_MAJOR = 0
@@ -172,12 +173,29 @@ bccsplat_flush_fn = CFUNCTYPE(c_int32, c_void_p)
 bccsplat_field_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_void_p, c_void_p)
 
 
+def constant(kind: str, name: str) -> int:
+    """A constant of the header by its name without the prefix: constant("LATTICE", "d4star")."""
+    names = [n.removeprefix(kind + "_") for n in globals() if n.startswith(kind + "_")]
+    if name.upper() not in names:
+        raise ValueError(f"{kind.lower()} {name!r} is none of: {', '.join(names).lower()}")
+    return int(globals()[kind + "_" + name.upper()])
+
+
 class Struct(Structure):
-    """A cleared struct that knows its size; field values may be given by name."""
+    """A cleared struct that knows its size; field values may be given by name, constants by the name of theirs:
+    slab="mean" is SLAB_MEAN."""
 
     struct_size: int
 
     def __init__(self, **values: Any) -> None:
+        fields = [field[0] for field in self._fields_]
+        for name, value in values.items():
+            if name not in fields:
+                near = get_close_matches(name, fields, 1)
+                raise TypeError(f"{type(self).__name__} has no {name!r}"
+                                + (f": did you mean {near[0]!r}?" if near else ""))
+            if isinstance(value, str):
+                values[name] = constant(name.upper(), value)
         super().__init__(struct_size=sizeof(self), **values)
 
 

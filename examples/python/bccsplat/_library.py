@@ -103,15 +103,10 @@ class Watch:
 
 
 def choose(kind: str, value: int | str | None) -> int:
-    """A constant of the header by its name without the prefix: choose("LATTICE", "d4star")."""
+    """A constant by number or name; None: 0, the default."""
     if value is None:
         return 0
-    if isinstance(value, int):
-        return value
-    names = [name.removeprefix(kind + "_") for name in vars(_abi) if name.startswith(kind + "_")]
-    if value.upper() not in names:
-        raise ValueError("%s %r is none of: %s" % (kind.lower(), value, ", ".join(names).lower()))
-    return int(getattr(_abi, kind + "_" + value.upper()))
+    return value if isinstance(value, int) else _abi.constant(kind, value)
 
 
 def encode(text: str | None) -> bytes | None:

@@ -26,6 +26,13 @@ def _floats(out: Array | None, shape: tuple[int, ...]) -> Array:
     return out
 
 
+def _points(points: Any, coordinates: int) -> Array:
+    at = np.ascontiguousarray(points, np.float64)
+    if at.ndim == 0 or at.shape[-1] != coordinates:
+        raise ValueError("points must have shape [..., %d], not %r" % (coordinates, at.shape))
+    return at
+
+
 class Volume(Child):
     """An open .bcc4. `source`: a path, the bytes of a file (borrowed, not copied), or (size, read_at) or
     (size, read_at, merge_gap), of which read_at returns None for bytes that are not there yet: WouldBlock."""
@@ -128,14 +135,14 @@ class Volume(Child):
     def evaluate(self, points: Any, channel: int = 0, out: Array | None = None) -> Array:
         """Values at points [..., 4] of index space (x, y, z, t). Outside the domain or in a hole: Error, and NaN in
         `out`."""
-        at = np.ascontiguousarray(points, np.float64)
+        at = _points(points, 4)
         values = _floats(out, at.shape[:-1])
         call("volume_evaluate_channel", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data, None)
         return values
 
     def evaluate_with_gradients(self, points: Any, channel: int = 0) -> tuple[Array, Array]:
         """Values, and their slopes [..., 4] along x, y, z, t per index unit."""
-        at = np.ascontiguousarray(points, np.float64)
+        at = _points(points, 4)
         values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
         call("volume_evaluate_channel", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data,
              slopes.ctypes.data)
@@ -255,13 +262,13 @@ class Slice(Child):
 
     def evaluate(self, points: Any, out: Array | None = None) -> Array:
         """Values at points [..., 3] of slice space; failures as of Volume.evaluate."""
-        at = np.ascontiguousarray(points, np.float64)
+        at = _points(points, 3)
         values = _floats(out, at.shape[:-1])
         call("slice_evaluate", self.pointer, values.size, at.ctypes.data, values.ctypes.data, None)
         return values
 
     def evaluate_with_gradients(self, points: Any) -> tuple[Array, Array]:
-        at = np.ascontiguousarray(points, np.float64)
+        at = _points(points, 3)
         values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
         call("slice_evaluate", self.pointer, values.size, at.ctypes.data, values.ctypes.data, slopes.ctypes.data)
         return values, slopes
