@@ -1192,8 +1192,8 @@ enum {
  * they were made for: of values and gradients, slices, pictures, trails. Time slices have them
  * exactly. Other slices are mended at points 1 index unit apart, from the first corner of their box
  * on, to within a 32nd of the bound of what the volume's field is there: x, y and z slices through
- * source samples so keep the bound. EXTRACTED slices, other kernels and the coarser slices that
- * small pictures are drawn from (SKIP_FINE_DETAIL) have none.
+ * source samples err by at most 33/32 of the bound there. EXTRACTED slices, other kernels and the
+ * coarser slices that small pictures are drawn from (SKIP_FINE_DETAIL) have none.
  *
  * How a slice is made. DEFAULT is MERGED where that can be, else RESAMPLED.
  *   MERGED     t, x, y or z = constant: the layers or planes of sites in reach, weighted; the slice
