@@ -26,6 +26,9 @@ namespace {
 constexpr double read_end = 0.1, make_end = 0.4, sample_end = 0.97;
 // A slice of more planes along an axis is a mistake in its spacing.
 constexpr double most_planes = 1e6;
+// Planes beyond each end of the box around the domain: where faces of the domain bound the box, mirrors right
+// at them would bend the field, which the volume's own planes there go on with.
+constexpr int planes_outside = 2;
 // Samples that are read at once may take one part in so many of the coefficient cache; the rest is for the
 // coefficients made of them.
 constexpr uint64_t held_part = 4;
@@ -137,7 +140,8 @@ std::vector<HalfSpace> domain_faces(const Lattice4& lattice, const Slice& slice,
   std::vector<HalfSpace> faces;
   const auto add = [&](const Vec3& n, double offset) {
     double lowest = offset;
-    for (size_t k = 0; k < 3; ++k) lowest += std::min(0.0, n[k] * slice.domain_end[k]);
+    for (size_t k = 0; k < 3; ++k)
+      lowest += std::min(n[k] * slice.domain_begin[k], n[k] * slice.domain_end[k]);
     if (lowest < -1e-6) faces.push_back({n, offset});
   };
   for (size_t i = 0; i < 4; ++i) {
@@ -245,8 +249,8 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
   return layer;
 }
 
-// Returns the target lattice as a static volume, mirrored at the ends of the bounding box and stretched to
-// fit.
+// Returns the target lattice as a static volume, stretched to fit the bounding box, and mirrored a little
+// beyond its ends.
 Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes,
                         const PlaneExtent& extent) {
   const Vec3 spacing = spacings(lattice, options, axes);
@@ -260,8 +264,9 @@ Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, co
     const double planes = std::ceil(size / distance - 1e-9);
     if (!(planes < most_planes))
       fail(Code::limit_exceeded, "slice: more than 1e6 planes along an axis; raise the spacing");
-    target.space.last[a] = std::max(1, static_cast<int32_t>(planes));
-    target.space_step[a] = size > 0 ? size / target.space.last[a] : distance;
+    const int32_t inside = std::max(1, static_cast<int32_t>(planes));
+    target.space_step[a] = size > 0 ? size / inside : distance;
+    target.space.last[a] = inside + 2 * planes_outside;
     target.dims[a] = static_cast<uint32_t>(target.space.last[a]) + 1; // planes; only 1 or more matters here
   }
   return target;
@@ -295,8 +300,10 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
   for (size_t a = 0; a < 3; ++a) {
     slice.lattice_to_slice.linear[a] = {};
     slice.lattice_to_slice.linear[a][a] = unit[a];
-    slice.lattice_to_slice.offset[a] = extent.low[a];
-    slice.domain_end[a] = extent.empty ? -1 : (extent.high[a] - extent.low[a]) / unit[a];
+    slice.domain_begin[a] = extent.empty ? 0 : planes_outside * slice.lattice.plane_distance();
+    slice.domain_end[a] =
+        extent.empty ? -1 : slice.domain_begin[a] + (extent.high[a] - extent.low[a]) / unit[a];
+    slice.lattice_to_slice.offset[a] = extent.low[a] - unit[a] * slice.domain_begin[a];
   }
   for (int c = 0; c < slice.lattice.cosets(); ++c) slice.coset[c] = BrickLayer(slice.lattice, c);
   slice.base = coefficients.base(), slice.air = coefficients.air();

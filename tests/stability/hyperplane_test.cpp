@@ -84,5 +84,57 @@ TEST(StabilityHyperplane, TheLengthOfTheNormalDoesNotMatter) {
   }
 }
 
+// A wave that goes on beyond all faces and ends: slices resampled in any direction are about as near to it
+// there as inside.
+TEST(StabilityHyperplane, FacesAndEndsAreAsExactAsTheInside) {
+  const Device device = make_device();
+  const auto wave = [](double x, double y, double z, double t) {
+    return 0.5 + 0.5 * std::sin(0.6 * x + 0.4 * y + 0.5 * z + 0.5 * t);
+  };
+  const Series s{.nx = 30, .ny = 28, .nz = 26, .nt = 16, .field = wave};
+  auto options = options_of(s);
+  options.faces = BCCSPLAT_FACES_PREDICT, options.ends = BCCSPLAT_ENDS_PREDICT;
+  const Stored stored = store(device, s, options);
+  for (const std::array<double, 5>& p : {std::array{0.0, 0.0, 0.0, 1.0, -7.3},
+                                         {1.0, 0.0, 0.0, 0.0, -12.4},
+                                         {0.0, 0.2, 1.0, 0.0, -13.0},
+                                         {1.0, 1.0, 0.0, 0.0, -30.0},
+                                         {1.0, 1.0, 1.0, 1.0, -45.0}}) {
+    auto h = sized<bccsplat_hyperplane>();
+    h.a = p[0], h.b = p[1], h.c = p[2], h.d = p[3], h.e = p[4];
+    auto o = sized<bccsplat_slice_options>();
+    o.method = BCCSPLAT_METHOD_RESAMPLED;
+    bccsplat_slice* created = nullptr;
+    ASSERT_OK(bccsplat_slice_create(stored.volume.get(), &h, &o, &created));
+    const Slice slice(created);
+    auto info = sized<bccsplat_slice_info>();
+    ASSERT_OK(bccsplat_slice_get_info(slice.get(), &info));
+    const std::vector<float> values = grid_of(slice);
+    const std::array<double, 4> last{s.nx - 1.0, s.ny - 1.0, s.nz - 1.0, s.nt - 1.0};
+    double inside = 0, near = 0;
+    size_t seen = 0;
+    for (size_t n = 0; n < values.size(); ++n) {
+      if (std::isnan(values[n])) continue;
+      const std::array<uint64_t, 3> at{n % info.dims[0], n / info.dims[0] % info.dims[1],
+                                       n / info.dims[0] / info.dims[1]};
+      std::array<double, 4> q;
+      double beyond = std::numeric_limits<double>::infinity(); // to the nearest face or end
+      for (size_t c = 0; c < 4; ++c) {
+        q[c] = info.origin[c];
+        for (size_t k = 0; k < 3; ++k)
+          q[c] += (info.extent[k][0] + static_cast<double>(at[k])) * info.basis[k][c];
+        beyond = std::min({beyond, q[c], last[c] - q[c]});
+      }
+      double& worst = beyond < 3 ? near : inside;
+      worst = std::max(worst, std::fabs(values[n] - wave(q[0], q[1], q[2], q[3])));
+      ++seen;
+    }
+    EXPECT_GT(seen, 1000u);
+    EXPECT_GT(inside, 0);
+    EXPECT_LT(near, 0.016) << p[0] << ' ' << p[1] << ' ' << p[2] << ' ' << p[3];
+    EXPECT_LT(near, 4 * inside + 0.002) << p[0] << ' ' << p[1] << ' ' << p[2] << ' ' << p[3];
+  }
+}
+
 } // namespace
 } // namespace host

@@ -219,9 +219,10 @@ TEST_F(PlaneSlice, ConstantFieldIsConstant) {
   std::vector<float> v(30 * 30 * 30);
   Grid grid;
   for (size_t a = 0; a < 3; ++a) {
-    grid.origin[a] = s.lattice_to_slice.offset[a];
+    const double unit = s.lattice_to_slice.linear[a][a];
+    grid.origin[a] = s.lattice_to_slice.offset[a] + s.domain_begin[a] * unit;
     grid.dims[a] = 30;
-    grid.step[a] = s.domain_end[a] * s.lattice_to_slice.linear[a][a] / 29;
+    grid.step[a] = (s.domain_end[a] - s.domain_begin[a]) * unit / 29;
   }
   sample_grid(s, grid, v.data(), context.get());
   size_t inside = 0;
