@@ -38,7 +38,8 @@ Lattice4 grid_of(const std::array<int64_t, 3>& dims, const AxisFlags& halved, co
 Tables::Axis axis_of(const Lattice4& grid, size_t a, Filter filter, bool predicted, double noise) {
   Tables::Axis axis;
   const double widening = std::max(1.0, grid.space_step[a]);
-  const std::vector<double> positions = site_positions(grid, 0, a);
+  std::vector<double> positions = site_positions(grid, 0, a);
+  if (grid.dims[a] == 1) positions.resize(1); // a lattice has two planes
   axis.table =
       predicted ? face_table(grid, 0, a, filter, widening, noise) : filter_table(filter, widening, positions);
   const int64_t n = grid.dims[a];
@@ -341,7 +342,9 @@ FrameHalver::FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& ha
 
 std::array<int64_t, 3> FrameHalver::dims() const {
   const Int3 n = grid_.space.dims(0);
-  return {n[0], n[1], n[2]};
+  std::array<int64_t, 3> dims;
+  for (size_t a = 0; a < 3; ++a) dims[a] = from_[a] == 1 ? 1 : n[a];
+  return dims;
 }
 
 const Tables& FrameHalver::tables_of(const FaceLevels& faces) {

@@ -24,6 +24,16 @@ class LevelsTest(ToolTest):
             del level['relative_rmse']  # of a series that grew: of its first frames
         return info
 
+    def test_planes_and_rows(self):
+        """Axes of one sample have no coarser ones."""
+        for lattice in ('d4star', 'cc'):
+            for dims in ((1, 24, 46, 5), (24, 1, 46, 5), (46, 24, 1, 5), (1, 1, 46, 5), (46, 24, 1, 1)):
+                self.bcc4('import', *self.raw('a.raw', dims, waves), '-o', 'v.bcc4', '--overwrite', '--quiet', '--levels', 2, '--exact',
+                          *(() if dims[3] == 1 else ('--lattice', lattice)))
+                self.assertEqual(len(self.json('info', 'v.bcc4')['levels']), 2)
+                self.assertLess(self.json('verify', 'v.bcc4', '--against', 'a.raw')['max_abs'], 14, dims)
+                self.bcc4('slice', 'v.bcc4', '--index', '--time', 0, '--level', 1, '-o', 's.nrrd')
+
     def test_info_slice_and_render(self):
         args = self.raw('a.raw', (40, 30, 26, 5), waves)
         self.json('import', *args, '-o', 'none.bcc4', *FIXED)

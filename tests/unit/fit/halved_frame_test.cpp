@@ -82,6 +82,49 @@ TEST(HalvedFrame, IsTheFilteredFrameAtTwiceTheDistance) {
 
 // What is left out because it is air changes nothing, nor do threads and boxes; and the ranges are those of
 // the values.
+// An axis of one sample stays one, and the others are halved as those of a frame that is the same all along
+// it.
+TEST(HalvedFrame, OneSampleStaysOne) {
+  const std::vector<float> values = noise_in_ball(1000);
+  for (size_t thin = 0; thin < 3; ++thin) {
+    const auto halved = [&](int64_t samples) {
+      Dims n = frame_dims;
+      n[thin] = samples;
+      std::vector<float> frame_values(at(n, 0, 0, n[2]));
+      for (int64_t z = 0; z < n[2]; ++z)
+        for (int64_t y = 0; y < n[1]; ++y)
+          for (int64_t x = 0; x < n[0]; ++x) {
+            Dims from{x, y, z};
+            from[thin] = 7;
+            frame_values[at(n, x, y, z)] = values[at(frame_dims, from[0], from[1], from[2])];
+          }
+      Bench bench(2);
+      FrameBox whole;
+      whole.data = frame_values.data(), whole.dims = n;
+      const Frame frame(std::span(&whole, 1), n, 0, "frame");
+      const FrameScan scan = scan_frame(frame, 0, bench.context);
+      AxisFlags axes{true, true, true};
+      axes[thin] = false;
+      FrameHalver halver(n, axes, {}, Filter::kaiser8);
+      HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, 0, bench.context);
+      made.memory = {};
+      EXPECT_EQ(made.frame->dims(), halver.dims());
+      return std::pair(halver.dims(), std::move(made.values));
+    };
+    const auto [one_dims, one] = halved(1);
+    const auto [many_dims, many] = halved(5);
+    EXPECT_EQ(one_dims[thin], 1);
+    EXPECT_EQ(many_dims[thin], 5);
+    for (int64_t z = 0; z < one_dims[2]; ++z)
+      for (int64_t y = 0; y < one_dims[1]; ++y)
+        for (int64_t x = 0; x < one_dims[0]; ++x) {
+          Dims same{x, y, z};
+          same[thin] = 2;
+          ASSERT_NEAR(one[at(one_dims, x, y, z)], many[at(many_dims, same[0], same[1], same[2])], 1e-5);
+        }
+  }
+}
+
 TEST(HalvedFrame, IsTheSameHoweverItIsMade) {
   const std::vector<float> values = noise_in_ball(11);
   const HalvedFrame made = halve(values, {}, 1, 1.0f / 512);
