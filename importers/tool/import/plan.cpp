@@ -122,6 +122,10 @@ void print_plan(const ImportPlan& plan) {
   if (plan.choice) {
     const auto lines = choice_lines(*plan.choice, s);
     for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "chosen" : "", lines[i]);
+  } else if (plan.still) {
+    line("chosen",
+         "bcc, as of any single frame: 0.7 of the samples, and lossy at edges; --lattice cc keeps every "
+         "sample as it is, --psnr or --abs the error you say");
   }
   if (plan.search)
     line("coding", coding_text(plan.search->chosen(), s), " (the smallest of ", plan.search->tried.size(),

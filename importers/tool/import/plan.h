@@ -39,6 +39,7 @@ struct ImportPlan {
   std::optional<Turn> turn;                 // of a dry run
   std::array<std::optional<Turn>, 2> round; // the same of x and y
   LevelChoice levels;                       // of which `settings` hold the number
+  bool still = false; // one frame, of whose lattice nothing was said: BCC, without a choice
 };
 
 [[nodiscard]] uint64_t cc_samples(const SeriesDescription& series); // all channels

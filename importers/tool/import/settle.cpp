@@ -80,6 +80,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   bool chosen =
       !bound.any() && ((unsettled.auto_lattice && s.dims[3] > 1) || unsettled.density > 0 || rounded);
   const bool still = !bound.any() && unsettled.auto_lattice && s.dims[3] == 1;
+  plan.still = still && settings.store != BCCSPLAT_STORE_COEFFICIENTS && has_cartesian(settings.kernel);
   const bool levels = plan.levels.automatic && settings.levels > 0;
   if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels && !still)
     return;
