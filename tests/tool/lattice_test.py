@@ -242,6 +242,11 @@ class LatticeTest(ToolTest):
             # A still volume, too.
             report = self.imported(self.raw('a.raw', (22, 20, 18, 1), f, dtype))
             self.assertEqual(self.json('info', 'v.bcc4')['lattice'] == 'cc' and report['error']['channels'][0]['max_abs'] < .01, labels)
+        # What any other still volume has is said, and what else there is.
+        still = self.raw('a.raw', (22, 20, 18, 1), smooth, 'u8')
+        for more, told in (((), True), (('--lattice', 'cc'), False), (('--psnr', 40), False)):
+            out, _ = self.bcc4('import', *still, '-o', 'v.bcc4', '--overwrite', *more)
+            self.assertEqual('bcc, as of any single frame' in out, told, more)
         # On a lattice that was asked for they are as precise as the source's, too.
         for more in (['--density', .5], ['--lattice', 'd4star']):
             report = self.imported(self.raw('a.raw', (22, 20, 18, 12), organ, 'u8'), *more)
