@@ -1,5 +1,6 @@
 """Series whose last frame leads to the first, and axes whose last sample does: told by a dry run, written, told of, and
 cut between last and first."""
+import array
 import math
 import os
 
@@ -82,6 +83,17 @@ class PeriodicAxisTest(ToolTest):
             inside = self.rmse('v.bcc4', 12, 20)
             self.assertLess(self.rmse('v.bcc4', 0, 1), 1.3 * inside + .05, more)
             self.assertLess(self.rmse('v.bcc4', 30, 31), 1.3 * inside + .05, more)
+        # The source's own samples: the slice has sample 0 once more behind the last one.
+        self.json('import', *args, '-o', 'e.bcc4', '--periodic', 'x', '--lattice', 'cc', '--exact')
+        self.assertLess(self.json('verify', 'e.bcc4', '--against', 'a.raw')['max_abs'], 1e-3)
+        self.bcc4('export', 'e.bcc4', '--all', '--format', 'raw', '-o', 'e.raw')
+        values = []
+        for name in 'e.raw', 'a.raw':
+            with open(self.path(name), 'rb') as f:
+                values.append(array.array('f', f.read()))
+        exported, source = values
+        self.assertEqual(len(exported), len(source))
+        self.assertLess(max(abs(a - b) for a, b in zip(exported, source)), 1e-3)
         self.bcc4('slice', 'v.bcc4', '--plane', '1,0,0,0,-31.6', '-o', 'x.nrrd')
         self.bcc4('render', 'v.bcc4', '--time', '2', '--index', '--size', '64x48', '-o', 'v.png')
         self.json('import', *args, '-o', 'm.bcc4', *FIXED)

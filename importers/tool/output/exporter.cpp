@@ -70,8 +70,11 @@ Affine Exporter::affine() const {
 }
 
 void Exporter::append_frame(OutputFile& file, double index) {
-  sample_planes(cut_frame(volume_, index, channel_, options_.region),
-                [&](uint64_t, std::span<const float> values) { append_values(file, values, type_, holes_); });
+  // Of a periodic axis without sample 0 once more.
+  sample_planes(
+      cut_frame(volume_, index, channel_, options_.region),
+      [&](uint64_t, std::span<const float> values) { append_values(file, values, type_, holes_); },
+      SampleBox{{0, 0, 0}, region().dims});
 }
 
 void Exporter::write_frame(const std::string& path, const Cut& where) {
@@ -99,7 +102,7 @@ void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path,
     values.insert(values.end(), planes.begin(), planes.end());
   };
   const Slice slice = cut_frame(volume_, where.index, channel_);
-  sample_planes(slice, take);
+  sample_planes(slice, take, SampleBox{{0, 0, 0}, {info_.dims[0], info_.dims[1], info_.dims[2]}});
   keep_sparsity(volume_, channel_, where.index, values, o);
   if (options_.region) {
     values.clear();
