@@ -86,6 +86,18 @@ class Annotate(ToolTest):
         self.assertRegex(self.tesseract('p.png', '11'), r'Flow of air.*t ?= ?500 ms.*value.*80.*60.*40.*20.*10 mm')
 
     @READER
+    def test_labels_have_a_field_each(self):
+        def shells(x, y, z, t):
+            r = math.dist((x, y, z), (9, 8, 8))
+            return 0 if r > 8 else 3 if r > 6 else 7 if r > 3 else 12
+        self.bcc4('import', *self.raw('l.raw', (20, 18, 16, 1), shells, 'u8'), '-o', 'flow.bcc4', '--overwrite', '--quiet')
+        rows = self.picture('--annotate', 'colorbar', *WHITE)
+        self.assertRegex(self.read(rows, (.7, .2, 1, .85)), r'12.*7.*3$')
+        # Others than the colours of labels have a bar from value to value.
+        rows = self.picture('--annotate', 'colorbar', '--range', '0,20', *WHITE)
+        self.assertRegex(self.read(rows, (.7, .2, 1, .85)), r'20.*15.*10.*5.*0')
+
+    @READER
     def test_ticks_are_round_numbers_of_the_range(self):
         for span, ticks in (('0,1', '1.0 0.8 0.6 0.4 0.2 0.0'), ('-1000,1000', '1000 500 0 -500 -1000'), ('0,3e-5', '3e-5 2e-5 1e-5 0'),
                             ('10,10.3', '10.3 10.2 10.1 10.0'), ('5,5.00004', '5.00004 5.00003 5.00002 5.00001 5.00000'), ('0,4e7', '4e7 3e7 2e7 1e7 0'), ('0,40000', '40000 30000 20000 10000 0')):

@@ -63,7 +63,7 @@ void tell_missing(const RenderArguments& a, const char* part, const char* why) {
 } // namespace
 
 Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t channel,
-                       std::vector<std::array<double, 4>> colors, double iso_value,
+                       std::vector<std::array<double, 4>> colors, bool of_labels, double iso_value,
                        const std::vector<Picture>& pictures)
     : a_(a), parts_(*a.annotate), title_(a.title), spatial_unit_(volume_info(volume).spatial_unit),
       colors_(std::move(colors)), moments_(moments_of(volume, pictures)) {
@@ -73,7 +73,9 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
   if (a.mode == BCCSPLAT_MODE_XRAY)
     heading_ = concat(heading_, " × ", spatial_unit_.empty() ? "length" : spatial_unit_.c_str());
   if (*c.unit) heading_ = concat(heading_, " [", c.unit, "]");
-  if (a.iso.size() > 1) surfaces_ = surface_bar(heading_, a.iso, colors_);
+  if (a.iso.size() > 1) fields_ = surface_bar(heading_, a.iso, colors_);
+  if (of_labels && !fields_ && a.mode != BCCSPLAT_MODE_ISOSURFACE && a.mode != BCCSPLAT_MODE_XRAY)
+    fields_ = label_bar(heading_, colors_);
   if (a.mode == BCCSPLAT_MODE_ISOSURFACE) {
     std::array<double, 4> only = colors_.front();
     for (const auto& color : colors_)
@@ -101,7 +103,7 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
 }
 
 std::optional<ColorBar> Annotation::color_bar(const std::optional<XrayExposure>& exposure) const {
-  if (surfaces_) return surfaces_;
+  if (fields_) return fields_;
   if (a_.mode != BCCSPLAT_MODE_XRAY) return ColorBar{heading_, colors_};
   if (!exposure || !(exposure->white > 0)) return std::nullopt;
   return ColorBar{heading_, {{0, 0, 0, 0}, {exposure->white, 1, 1, 1}}};

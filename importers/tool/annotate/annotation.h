@@ -17,10 +17,10 @@ namespace bcc4 {
 
 class Annotation {
  public:
-  // colors: of the transfer function that is drawn with. Parts that were asked for by name and that these
-  // pictures cannot have are told.
+  // colors: of the transfer function that is drawn with. of_labels: these are those of a look of labels.
+  // Parts that were asked for by name and that these pictures cannot have are told.
   Annotation(const RenderArguments& arguments, const Volume& volume, uint32_t channel,
-             std::vector<std::array<double, 4>> colors, double iso_value,
+             std::vector<std::array<double, 4>> colors, bool of_labels, double iso_value,
              const std::vector<Picture>& pictures);
 
   // number: of the picture, in order. domain: the slice that the picture is of, in whole. exposure: of
@@ -37,7 +37,7 @@ class Annotation {
   Ink ink_;
   std::string title_, heading_, spatial_unit_;
   std::vector<std::array<double, 4>> colors_;
-  std::optional<ColorBar> surfaces_; // where there are several
+  std::optional<ColorBar> fields_;   // of several surfaces, of labels
   std::vector<std::string> moments_; // of each picture
   std::vector<bool> is_time_slice_;
 };

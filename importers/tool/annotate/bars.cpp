@@ -26,6 +26,22 @@ ColorBar surface_bar(const std::string& heading, std::vector<bccsplat_iso_surfac
   return bar;
 }
 
+ColorBar label_bar(const std::string& heading, const std::vector<std::array<double, 4>>& colors) {
+  const size_t count = colors.size() / 2;
+  ColorBar bar{heading, std::vector<std::array<double, 4>>(2 * count), std::vector<double>(count),
+               std::vector<std::string>(count)};
+  double label = 0;
+  for (size_t n = count; n-- > 0;) {
+    const double end = colors[2 * n + 1][0];
+    label = n + 1 == count ? end - 0.5 : 2 * end - label;
+    const auto low = static_cast<double>(n);
+    bar.colors[2 * n] = bar.colors[2 * n + 1] = colors[2 * n];
+    bar.colors[2 * n][0] = low, bar.colors[2 * n + 1][0] = low + 1;
+    bar.ticks[n] = low + 0.5, bar.texts[n] = short_number(label, 6);
+  }
+  return bar;
+}
+
 std::vector<double> trail_colors(uint32_t intervals) {
   constexpr Color cold{0.05, 0.2, 1}, middle{0.9, 0.9, 0.9}, warm{1, 0.3, 0.02};
   std::vector<double> out;

@@ -18,6 +18,11 @@ namespace bcc4 {
 [[nodiscard]] ColorBar surface_bar(const std::string& heading, std::vector<bccsplat_iso_surface> surfaces,
                                    const std::vector<std::array<double, 4>>& colors);
 
+// A field for each label, lowest below. colors: of the look of labels, two points for each, from half way to
+// the one before to half way to the next one.
+[[nodiscard]] ColorBar label_bar(const std::string& heading,
+                                 const std::vector<std::array<double, 4>>& colors);
+
 // The colours that the sub-intervals of a trail have, the first one's first: blue over white to orange, three
 // numbers each.
 [[nodiscard]] std::vector<double> trail_colors(uint32_t intervals);

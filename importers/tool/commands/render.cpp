@@ -350,8 +350,10 @@ Exit run_render(RenderArguments a) {
   std::vector<std::array<double, 4>> colors = set_function(scene, look, info);
   if (const FunctionChoice choice = trail_function(a); choice.always)
     scene.trail_function = transfer_function(choice, info, look);
-  if (a.annotate)
-    scene.annotation.emplace(a, volume, channel, std::move(colors), options.iso_value, pictures);
+  if (a.annotate) {
+    const bool of_labels = look.kind == BCCSPLAT_KIND_LABELS && colors == colors_of(look);
+    scene.annotation.emplace(a, volume, channel, std::move(colors), of_labels, options.iso_value, pictures);
+  }
 
   const std::vector<RenderTimes> times = draw_pictures(scene, pictures);
   if (!a.stats.empty()) write_stats(scene, times);
