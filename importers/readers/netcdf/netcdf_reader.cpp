@@ -149,7 +149,7 @@ std::optional<EvenLevels> set_affine(SeriesDescription& d, const NetcdfFile& fil
   std::optional<EvenLevels> uneven;
   std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<double, 3> origin{};
-  std::vector<std::string> known, units;
+  std::vector<std::string> known, units, same;
   for (size_t a = 0; a < roles.size(); ++a) {
     if (roles[a] == AxisRole::t) continue;
     const auto r = static_cast<size_t>(roles[a]);
@@ -177,14 +177,20 @@ std::optional<EvenLevels> set_affine(SeriesDescription& d, const NetcdfFile& fil
     columns[r][r] = step;
     origin[r] = first;
     known.push_back(v.dims[a].name);
-    if (const std::string unit = file.text(*coordinate, "units"); !unit.empty()) units.push_back(unit);
+    if (const std::string unit = file.text(*coordinate, "units"); !unit.empty()) {
+      // "degrees_north", "degree_E" and the like of longitude and latitude are one.
+      units.push_back(unit);
+      same.push_back(lower(unit).starts_with("degree") ? "degrees" : unit);
+    }
   }
   d.affine = affine_from_columns(columns, origin);
   d.affine_origin = known.empty() ? "none given: one unit per voxel" : "coordinate variables " + join(known);
   const bool agree =
-      !units.empty() && std::all_of(units.begin(), units.end(), [&](const auto& u) { return u == units[0]; });
-  if (agree) d.spatial_unit = units[0];
-  if (!agree && !units.empty()) d.notes.push_back("the axes have different units: " + join(units));
+      !same.empty() && std::all_of(same.begin(), same.end(), [&](const auto& u) { return u == same[0]; });
+  if (agree) d.spatial_unit = same[0];
+  if (!agree && !same.empty())
+    d.notes.push_back(concat("the axes have different units: ", join(units),
+                             "; pictures take them for one: --spacing SX,SY,SZ gives the box another shape"));
   return uneven;
 }
 

@@ -110,6 +110,27 @@ TEST(NetcdfReader, KnowsAxesByAttributesNamesAndPlace) {
   EXPECT_REFUSED(refusal(inputs({s.path("c.nc")})), Exit::bad_input, "--axes");
 }
 
+TEST(NetcdfReader, TakesLongitudeAndLatitudeForOneUnit) {
+  Scratch s;
+  const auto read = [&](const char* level) {
+    Nc nc(
+        s.path("a.nc"),
+        {{"time", 2}, {"lev", 3, level, 100}, {"lat", 4, "degrees_north", 2}, {"lon", 5, "degrees_east", 2}});
+    nc.finish();
+    return open_series(inputs({s.path("a.nc")}));
+  };
+  const auto told = [](const SeriesDescription& d) {
+    return std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) {
+      return note.find("different units") != std::string::npos && note.find("--spacing") != std::string::npos;
+    });
+  };
+  const auto same = read("degrees"), other = read("hPa");
+  EXPECT_EQ(same->description().spatial_unit, "degrees");
+  EXPECT_FALSE(told(same->description()));
+  EXPECT_EQ(other->description().spatial_unit, "");
+  EXPECT_TRUE(told(other->description()));
+}
+
 TEST(NetcdfReader, UnpacksValuesAndMarksHoles) {
   Scratch s;
   Nc nc(s.path("a.nc"), plain, NC_SHORT);
