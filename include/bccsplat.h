@@ -880,14 +880,14 @@ typedef struct bccsplat_volume_options {
   uint32_t struct_size;
   /* Non-zero: damaged parts of the file read as holes instead of failing; a damaged mask of missing
    * samples is that of the nearest frame whose mask is whole, or where there is none nothing counts
-   * as missing; nothing else of it is lost, but that of coefficients their kernel's reach around
-   * is, and that of samples what stands within a few sites of it is less accurate (its prefilter
-   * reaches there), beyond a bound, too. The preamble, the metadata and the list of index pages
-   * must be whole: these are the last bytes of a file, so that one that was cut is TRUNCATED at
-   * opening. Bytes that are gone later, of a file cut while it is open or behind a read_at that
-   * gives fewer than asked for, are damage like others. What cannot be read now is not: calls that
-   * need it end with IO, and made again they try again. 2: what cannot be read is taken for damaged
-   * as well (a disk with bad sectors), and may stay so while the volume is open. */
+   * as missing; nothing else of it is lost but what their kernel's reach around is, and of samples
+   * what stands within a few sites of that is less accurate (the prefilter reaches there), beyond a
+   * bound, too. The preamble, the metadata and the list of index pages must be whole: these are the
+   * last bytes of a file, so that one that was cut is TRUNCATED at opening. Bytes that are gone
+   * later, of a file cut while it is open or behind a read_at that gives fewer than asked for, are
+   * damage like others. What cannot be read now is not: calls that need it end with IO, and made
+   * again they try again. 2: what cannot be read is taken for damaged as well (a disk with bad
+   * sectors), and may stay so while the volume is open. */
   int32_t salvage;
   /* Reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC), paper,
    * gauss09 or SPACE+TIME such as "radial18+b3". */

@@ -60,9 +60,9 @@ std::shared_ptr<const Brick> with_holes(const Brick* brick, const BrickMask& hol
 
 // The site nearest to a point is at most one plane from it along any axis (half of one on CC), and at most
 // one layer.
-NearLoss::NearLoss(const std::string& coefficient_kernel, const Lattice4& lattice) {
+NearLoss::NearLoss(const std::string& name, const Lattice4& lattice) {
   const bool bcc = lattice.space.bcc;
-  const Kernel kernel = bcc ? make_kernel(coefficient_kernel) : make_cc_kernel(coefficient_kernel).kernel;
+  const Kernel kernel = bcc ? make_kernel(name) : make_cc_kernel(name).kernel;
   planes_ = below(bcc ? kernel.space.radius * std::numbers::sqrt2 + 1 : kernel.space.radius + 0.5);
   if (!lattice.is_static()) layers_ = below(kernel.time.half_width / kernel_time_per_layer(lattice) + 1);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is lost beside a lost chunk of coefficients. A sample that is lost is missing where it stood, a
-// coefficient wherever its kernel reaches.
+// What is lost beside a lost chunk: the field misses it as far as its kernel reaches. (The coefficients there
+// are made of samples that the prefilter found to be air; what it spoils further out is small.)
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace bccsplat {
 
 class NearLoss {
  public:
-  // The file stores coefficients of this kernel.
-  NearLoss(const std::string& coefficient_kernel, const Lattice4& lattice);
+  // The field is made with this kernel.
+  NearLoss(const std::string& kernel, const Lattice4& lattice);
 
   // Layers up to this far from a lost one have points that miss it.
   [[nodiscard]] int32_t layers() const { return layers_; }

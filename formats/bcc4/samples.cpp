@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/error.h"
 #include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/cache.h"
@@ -19,6 +20,7 @@
 #include "formats/bcc4/held_chunk.h"
 #include "formats/bcc4/near_loss.h"
 #include "formats/bcc4/sample_step.h"
+#include "kernel/kernel.h"
 #include "points/absent.h"
 
 namespace bccsplat {
@@ -172,17 +174,28 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
 std::set<int32_t> Bcc4Samples::slabs_beside(int32_t layer) const {
   const StoredLattice& info = reader_->info().level(level_);
   const Lattice4& l = info.lattice;
-  const int reach = NearLoss(coefficient_kernel(), l).layers();
+  const int reach = NearLoss(shown_kernel(), l).layers();
   std::set<int32_t> slabs;
   for (int32_t m = layer - reach; m <= layer + reach; ++m)
     if (l.periodic || (m >= 0 && m <= l.last_layer)) slabs.insert(info.slab_of(l.mirror_layer(m)));
   return slabs;
 }
 
-// Where a chunk of coefficients is lost, what lies beside it is lost as well.
+// What the field is made with: the kernel of coefficients, of samples the recommended one, if it is known
+// here.
+std::string Bcc4Samples::shown_kernel() const {
+  if (!coefficient_kernel().empty()) return coefficient_kernel();
+  try {
+    return make_kernel(reader_->info().recommended_kernel).name;
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+// Where a chunk is lost, the field misses it as far as the kernel reaches: what lies there is lost as well.
 void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
                                   BrickLayer& out) const {
-  const NearLoss near(coefficient_kernel(), lattice());
+  const NearLoss near(shown_kernel(), lattice());
   std::mutex mutex;
   std::vector<Int3> lost;
   for (const int32_t slab : slabs_beside(layer))
@@ -208,7 +221,7 @@ void Bcc4Samples::list_reads(int channel, int32_t layer, const BrickBox& region,
     }
   };
   list(info.slab_of(layer), region, layer_bit(info, layer));
-  if (!reader_->salvages() || coefficient_kernel().empty()) return;
+  if (!reader_->salvages()) return;
   for (const int32_t slab : slabs_beside(layer)) list(slab, region.widened(), 0);
 }
 
@@ -262,7 +275,7 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
 
 void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
                               const Context& context, const TakeLayer<BrickLayer>& take) const {
-  const bool lossy = reader_->salvages() && !coefficient_kernel().empty();
+  const bool lossy = reader_->salvages();
   const float absent = to_ == RelativeTo::base ? reader_->absent(channel) : 0;
   const TakeLayer<BrickLayer> mend = [&](int32_t m, BrickLayer&& layer) {
     if (lossy) lose_neighbours(channel, m, region, context, layer);
@@ -278,9 +291,8 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
 
 void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<SampleLayer>& take) const {
-  // Damage takes more of coefficients than its bricks, and sites that are not stored have no codes.
-  if ((reader_->salvages() && !coefficient_kernel().empty()) ||
-      (to_ == RelativeTo::base && reader_->absent(channel) != 0))
+  // Damage takes more than its bricks, and sites that are not stored have no codes.
+  if (reader_->salvages() || (to_ == RelativeTo::base && reader_->absent(channel) != 0))
     return SampleSource::read_samples(channel, layers, region, context, take);
   read_slabs(channel, layers, region, context, take, [&](const HeldChunk& held, int m) {
     const ChunkData* const data = held.data();
