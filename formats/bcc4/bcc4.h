@@ -292,8 +292,8 @@ class Bcc4Samples final : public SampleSource {
                   const Context& context, const TakeLayer<Layer>& take, const MakeBrick& brick) const;
   void lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
                        BrickLayer& out) const;
-  // The slabs that it looks at for a layer, in a region that is wider than the layer's.
   [[nodiscard]] std::string shown_kernel() const;
+  // The slabs that it looks at for a layer, in a region that is wider than the layer's.
   [[nodiscard]] std::set<int32_t> slabs_beside(int32_t layer) const;
 
   std::shared_ptr<Bcc4Reader> reader_;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/bcc4/near_loss.h"
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <vector>
 
 #include "kernel/cc_kernel.h"
 #include "kernel/kernel_time.h"
@@ -15,29 +16,32 @@ namespace {
 // The largest whole number below x.
 int32_t below(double x) { return static_cast<int32_t>(std::ceil(x - 1e-9)) - 1; }
 
-// Sites begin .. end - 1 along each axis.
-struct SiteBox {
-  Int3 begin, end;
-};
+// Sites of a layer, by axis.
+using SitesByAxis = std::array<std::vector<int32_t>, 3>;
 
-// The sites of a layer within `planes` planes of a brick of either coset.
-SiteBox sites_around(const Int3& brick, int32_t planes, const BrickLayer& layer) {
-  const int32_t pitch = layer.lattice().bcc ? 2 : 1, coset = layer.coset();
-  SiteBox box;
-  for (size_t a = 0; a < 3; ++a) {
-    const int32_t first = std::max(0, brick[a] * brick_edge * pitch - planes);
-    const int32_t last = (brick[a] + 1) * brick_edge * pitch - 1 + planes;
-    box.begin[a] = (first - coset + pitch - 1) / pitch;
-    box.end[a] = std::min(layer.dims()[a], (last - coset) / pitch + 1);
-  }
-  return box;
+// The sites of a layer within `planes` planes of a brick of either coset, along periodic axes across their
+// ends.
+SitesByAxis sites_around(const Int3& brick, int32_t planes, const BrickLayer& layer) {
+  const Lattice3& lattice = layer.lattice();
+  const int32_t width = brick_edge * (lattice.bcc ? 2 : 1);
+  SitesByAxis sites;
+  for (size_t a = 0; a < 3; ++a)
+    for (int32_t site = 0; site < layer.dims()[a]; ++site) {
+      const int32_t at = lattice.plane(layer.coset(), site),
+                    turn = lattice.periodic[a] ? lattice.last[a] + 1 : 0;
+      const auto near = [&](int32_t plane) {
+        return plane >= brick[a] * width - planes && plane < (brick[a] + 1) * width + planes;
+      };
+      if (near(at) || near(at - turn) || near(at + turn)) sites[a].push_back(site);
+    }
+  return sites;
 }
 
-// Adds the sites of a box to the masks of their bricks, by slot.
-void add_box(const SiteBox& box, const BrickLayer& layer, std::map<size_t, BrickMask>& masks) {
-  for (int32_t z = box.begin[2]; z < box.end[2]; ++z)
-    for (int32_t y = box.begin[1]; y < box.end[1]; ++y)
-      for (int32_t x = box.begin[0]; x < box.end[0]; ++x) {
+// Adds them to the masks of their bricks, by slot.
+void add_sites(const SitesByAxis& sites, const BrickLayer& layer, std::map<size_t, BrickMask>& masks) {
+  for (const int32_t z : sites[2])
+    for (const int32_t y : sites[1])
+      for (const int32_t x : sites[0]) {
         const auto [mask, added] =
             masks.try_emplace(layer.slot(x / brick_edge, y / brick_edge, z / brick_edge));
         auto& row = mask->second[z % brick_edge * brick_edge + y % brick_edge];
@@ -69,7 +73,7 @@ NearLoss::NearLoss(const std::string& name, const Lattice4& lattice) {
 
 void NearLoss::mark(std::span<const Int3> lost, BrickLayer& layer) const {
   std::map<size_t, BrickMask> masks;
-  for (const Int3& brick : lost) add_box(sites_around(brick, planes_, layer), layer, masks);
+  for (const Int3& brick : lost) add_sites(sites_around(brick, planes_, layer), layer, masks);
   for (const auto& [slot, holes] : masks) layer.set(slot, with_holes(layer.brick(slot), holes));
 }
 

@@ -20,7 +20,7 @@
 #include "formats/bcc4/held_chunk.h"
 #include "formats/bcc4/near_loss.h"
 #include "formats/bcc4/sample_step.h"
-#include "kernel/kernel.h"
+#include "kernel/cc_kernel.h"
 #include "points/absent.h"
 
 namespace bccsplat {
@@ -182,11 +182,12 @@ std::set<int32_t> Bcc4Samples::slabs_beside(int32_t layer) const {
 }
 
 // What the field is made with: the kernel of coefficients, of samples the recommended one, if it is known
-// here.
+// here and this lattice takes it.
 std::string Bcc4Samples::shown_kernel() const {
   if (!coefficient_kernel().empty()) return coefficient_kernel();
+  const std::string& name = reader_->info().recommended_kernel;
   try {
-    return make_kernel(reader_->info().recommended_kernel).name;
+    return lattice().space.bcc ? make_kernel(name).name : make_cc_kernel(name).kernel.name;
   } catch (const Error&) {
     return {};
   }
@@ -199,7 +200,7 @@ void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& re
   std::mutex mutex;
   std::vector<Int3> lost;
   for (const int32_t slab : slabs_beside(layer))
-    for_chunks(channel, slab, region.widened(), {}, context,
+    for_chunks(channel, slab, go_round(region.widened(), lattice().space), {}, context,
                [&](const Bcc4Chunk& chunk, const HeldChunk& held) {
                  if (!held.lost()) return;
                  const std::scoped_lock lock(mutex);
@@ -222,7 +223,7 @@ void Bcc4Samples::list_reads(int channel, int32_t layer, const BrickBox& region,
   };
   list(info.slab_of(layer), region, layer_bit(info, layer));
   if (!reader_->salvages()) return;
-  for (const int32_t slab : slabs_beside(layer)) list(slab, region.widened(), 0);
+  for (const int32_t slab : slabs_beside(layer)) list(slab, go_round(region.widened(), lattice().space), 0);
 }
 
 template<class Layer, class MakeBrick>

@@ -17,13 +17,16 @@ namespace {
 
 // Rows of bricks beside a stretch that its coefficients may depend on: no prefilter reaches 16 sites.
 constexpr int stretch_margin = 1;
+// Of a periodic axis the last row of bricks may have few sites.
+constexpr int last_rows = 2;
 
 // Reading samples is about this share of making coefficients, for reports of progress.
 constexpr double read_share = 0.8;
 
 } // namespace
 
-// Some rows of bricks along z of layers of samples, which move on.
+// Some rows of bricks along z of layers of samples, which move on. Where z is periodic, the first rows depend
+// on the last ones, and these on the first: they stay.
 class Coefficients::SampleRows {
  public:
   SampleRows(const Coefficients& owner, const std::set<int32_t>& layers)
@@ -31,19 +34,30 @@ class Coefficients::SampleRows {
     const Lattice4& lattice = owner.source_.lattice();
     for (const int32_t m : layers)
       pointers_[m] = &layers_.emplace(m, SampleLayer(lattice.space, lattice.coset(m))).first->second;
+    if (!owner.stretches_go_round()) return;
+    first_stay_ = stretch_margin;
+    last_stay_ = layers_.begin()->second.brick_dims()[2] - last_rows;
   }
   [[nodiscard]] const std::map<int32_t, const SampleLayer*>& layers() const { return pointers_; }
 
   // Drops rows before `begin` and reads those before `end` that are not there. Neither ever falls.
   void move(int begin, int end, const Context& context) {
-    BrickBox box = owner_.read_region_;
-    box.begin[2] = std::max({box.begin[2], begin, end_}), box.end[2] = std::min(box.end[2], end);
-    end_ = end;
     for (auto& [m, layer] : layers_) {
       for (size_t s = 0; s < layer.brick_slots(); ++s)
-        if (layer.slot_position(s)[2] < begin) layer.set(s, {});
+        if (const int z = layer.slot_position(s)[2]; z >= first_stay_ && z < std::min(begin, last_stay_))
+          layer.set(s, {});
       hold(m, layer, context);
     }
+    if (end_ == 0 && last_stay_ < INT32_MAX) read(std::max(last_stay_, 0), INT32_MAX, context);
+    read(std::max(begin, end_), std::min(end, last_stay_), context);
+    end_ = end;
+  }
+
+ private:
+  void read(int begin, int end, const Context& context) {
+    BrickBox box = owner_.read_region_;
+    box.begin[2] = std::max(box.begin[2], begin), box.end[2] = std::min(box.end[2], end);
+    if (box.begin[2] >= box.end[2]) return;
     const auto take = [&](int32_t m, SampleLayer&& read) {
       SampleLayer& layer = layers_.at(m);
       for (size_t s = 0; s < layer.brick_slots(); ++s)
@@ -51,11 +65,8 @@ class Coefficients::SampleRows {
           layer.set(s, read.share(s));
       hold(m, layer, context);
     };
-    if (box.begin[2] < box.end[2])
-      owner_.source().read_samples(owner_.channel_, numbers_, box, context, take);
+    owner_.source().read_samples(owner_.channel_, numbers_, box, context, take);
   }
-
- private:
   void hold(int32_t m, const SampleLayer& layer, const Context& context) {
     held_[m] = {};
     held_[m] = Reservation(context.memory, layer.bytes(), "samples of a slab");
@@ -66,6 +77,7 @@ class Coefficients::SampleRows {
   std::map<int32_t, SampleLayer> layers_;
   std::map<int32_t, const SampleLayer*> pointers_;
   std::map<int32_t, Reservation> held_;
+  int first_stay_ = 0, last_stay_ = INT32_MAX; // rows before the one and from the other on stay
   int end_ = 0;
 };
 
@@ -281,7 +293,13 @@ double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context
   const double all = share * static_cast<double>(one->bytes() * samples);
   if (all <= static_cast<double>(limit_)) return unlimited;
   const int height = one->brick_dims()[2];
-  return std::min<double>(static_cast<double>(stretch_bytes()) * height / all - 2 * stretch_margin, height);
+  const int beside = 2 * stretch_margin + (stretches_go_round() ? stretch_margin + last_rows : 0);
+  return std::min<double>(static_cast<double>(stretch_bytes()) * height / all - beside, height);
+}
+
+// A box that reaches an end of a periodic axis goes all the way (go_round).
+bool Coefficients::stretches_go_round() const {
+  return source_.lattice().space.periodic[2] && region_.begin[2] == 0;
 }
 
 Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> layers, int rows,

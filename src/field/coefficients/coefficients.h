@@ -121,6 +121,8 @@ class Coefficients {
   // Returns how many rows of bricks along z a stretch may have for the layers to fit the cache; infinite
   // where the layers need not be cut.
   double stretch_rows(std::span<const int32_t> layers, const Context& context) const;
+  // Whether the first rows of bricks along z depend on the last ones.
+  [[nodiscard]] bool stretches_go_round() const;
   // Null where the cache does not hold it.
   template<class Layer> std::shared_ptr<const Layer> find(const Key& key) const;
   template<class Layer>

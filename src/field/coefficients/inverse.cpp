@@ -215,7 +215,7 @@ BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
 BrickLayer InversePrefilter::apply(int32_t layer, const Lattice4& lattice,
                                    const std::map<int32_t, const SampleLayer*>& samples, float prune,
                                    const BrickBox& region, const Context& context) const {
-  const BrickBox box = region.widened(); // its bricks depend on those beside them
+  const BrickBox box = go_round(region.widened(), lattice.space); // its bricks depend on those beside them
   BrickLayer made = sum_layers(layer, lattice, samples, box, context);
   const Reservation room(context.memory, 2 * made.bytes(), "two layers of the inverse filter");
   for (size_t axis = 0; axis < 3; ++axis) made = filter_along(space_, made, axis, box, context);
