@@ -228,7 +228,7 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
     renderer->trail_options = options;
     renderer->combine = in.combine ? static_cast<TrailCombine>(in.combine) : TrailCombine::physical;
     renderer->trail_colors = std::move(colors);
-    renderer->has_trail = true;
+    renderer->has_trail = in.interval[0] != 0 || in.interval[1] != 0;
   });
 }
 

@@ -85,5 +85,26 @@ TEST(StabilityCompositing, HalvingTheStepConvergesWithOrderTwo) {
   Bound("RMSE at step 1 against double integration", 0.002).add(middle);
 }
 
+TEST(StabilityCompositing, ATrailOfNoTimeIsNoTrail) {
+  const Device device = make_device();
+  const Stored stored = store(device, Series{.nx = 64, .ny = 64, .nz = 64, .nt = 4});
+  const Slice slice = cut_time(stored.volume, 1.5);
+  const auto none = sized<bccsplat_trail>();
+  std::array<bccsplat_iso_surface, 2> surfaces{};
+  surfaces[0].value = 40, surfaces[0].opacity = 0.4;
+  surfaces[1].value = 70, surfaces[1].opacity = 0.6;
+  for (const bool translucent : {false, true}) {
+    // Smaller than the data: fine detail may be left out, which a trail does not do.
+    Shot shot{.width = 20, .height = 20, .ramp = {10, 100, 0.15, 1}};
+    shot.options.quality = BCCSPLAT_QUALITY_DRAFT;
+    if (translucent)
+      shot.options.mode = BCCSPLAT_MODE_ISOSURFACE, shot.options.surfaces = surfaces.data(),
+      shot.options.surface_count = 2;
+    const std::vector<float> still = picture(device, slice, shot);
+    shot.trail = &none;
+    EXPECT_TRUE(still == picture(device, slice, shot)) << translucent;
+  }
+}
+
 } // namespace
 } // namespace host

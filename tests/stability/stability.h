@@ -123,6 +123,7 @@ struct Shot {
   Ramp ramp;
   const bccsplat_camera* camera = nullptr;
   bccsplat_render_options options = sized<bccsplat_render_options>();
+  const bccsplat_trail* trail = nullptr;
 };
 
 [[nodiscard]] inline std::vector<float> picture(const Device& device, const Slice& slice, const Shot& shot) {
@@ -139,6 +140,7 @@ struct Shot {
   EXPECT_OK(bccsplat_renderer_set_transfer_function(r, &function));
   EXPECT_OK(bccsplat_renderer_set_camera(r, shot.camera));
   EXPECT_OK(bccsplat_renderer_set_options(r, &shot.options));
+  EXPECT_OK(bccsplat_renderer_set_trail(r, shot.trail));
   bccsplat_frame* f = nullptr;
   EXPECT_OK(bccsplat_frame_create(device.get(), shot.width, shot.height, BCCSPLAT_FRAME_RGBA, &f));
   const Frame frame(f);
