@@ -132,5 +132,35 @@ TEST(StabilityCamera, ZoomFromAThousandthToAThousand) {
   }
 }
 
+// No sheet lies between the eye and the face that it looks out of. The picture is drawn again of sheets that
+// were kept, of which there are none.
+TEST(StabilityCamera, NearerToAFaceThanASheetThereIsNothing) {
+  const Device device = make_device();
+  const Stored stored = store(device, Series{.nx = 16, .ny = 16, .nz = 16, .nt = 1});
+  const Slice slice = cut_time(stored.volume, 0);
+  auto camera = sized<bccsplat_camera>();
+  camera.projection = BCCSPLAT_PROJECTION_PERSPECTIVE, camera.fovy_degrees = 30;
+  camera.position[0] = camera.position[1] = camera.target[0] = camera.target[1] = 8;
+  camera.position[2] = 14.3, camera.target[2] = 20, camera.up[1] = 1;
+  auto options = sized<bccsplat_render_options>();
+  options.mode = BCCSPLAT_MODE_ISOSURFACE, options.set_mask = BCCSPLAT_RENDER_SET_ISO, options.iso_value = 50;
+  options.sheet_step = 3.6;
+  bccsplat_renderer* r = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+  const Renderer renderer(r);
+  ASSERT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+  ASSERT_OK(bccsplat_renderer_set_camera(r, &camera));
+  ASSERT_OK(bccsplat_renderer_set_options(r, &options));
+  bccsplat_frame* f = nullptr;
+  ASSERT_OK(bccsplat_frame_create(device.get(), 16, 16, BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_DEEP, &f));
+  const Frame frame(f);
+  for (int n = 0; n < 3; ++n) {
+    ASSERT_OK(bccsplat_renderer_render(r, f));
+    auto plane = sized<bccsplat_plane>();
+    ASSERT_OK(bccsplat_frame_get_channel(f, BCCSPLAT_FRAME_RGBA, &plane));
+    EXPECT_EQ(static_cast<const float*>(plane.pixels)[3], 0) << n;
+  }
+}
+
 } // namespace
 } // namespace host

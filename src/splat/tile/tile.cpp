@@ -48,7 +48,7 @@ class Tile {
   }
 
   TilePixels draw() {
-    if (first_ <= last_) march_sheets();
+    if (first_ <= last_ && !plan_.sheets.none()) march_sheets();
     source_.end_sheets();
     return finish_pixels();
   }
