@@ -1810,7 +1810,8 @@ BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(
 /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at render). */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(
     bccsplat_renderer* renderer, const bccsplat_camera* camera);
-/* NULL: that of bccsplat_volume_get_look for the mode of the picture. */
+/* NULL: that of bccsplat_volume_get_look for the mode of the picture, of several isosurfaces that
+ * for mode composite, whose colours tell them apart. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_transfer_function(
     bccsplat_renderer* renderer, const bccsplat_transfer_function* function);
 /* NULL: one white light from the camera, and the default material. */

@@ -84,9 +84,11 @@ TransferFunction read_function(const bccsplat_transfer_function& in) {
   return f;
 }
 
-TransferFunction own_look(const bccsplat_slice& slice, RenderMode mode) {
+// Several surfaces are told apart by the colours of their values; one has one.
+TransferFunction own_look(const bccsplat_slice& slice, const RenderOptions& options) {
   const ValueCounts counts = value_counts(*slice.volume.get(), slice.channel);
-  return look_function(survey_values(counts), Look::automatic, mode);
+  return look_function(survey_values(counts), Look::automatic,
+                       options.surfaces.size() > 1 ? RenderMode::composite : options.mode);
 }
 
 // Returns the noise at the volume's own voxels whatever the level, so that levels are lit alike.
@@ -316,7 +318,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.slice = &slice.slice;
     scene.levels = &slice.levels;
     scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
-    scene.function = renderer->function ? *renderer->function : own_look(slice, renderer->options.mode);
+    scene.function = renderer->function ? *renderer->function : own_look(slice, renderer->options);
     scene.lights = renderer->lights;
     scene.kept = &renderer->kept;
     scene.sums = &renderer->sums;

@@ -106,5 +106,28 @@ TEST(StabilityCompositing, ATrailOfNoTimeIsNoTrail) {
   }
 }
 
+TEST(StabilityCompositing, SeveralSurfacesHaveTheColoursOfTheirValues) {
+  const Device device = make_device();
+  const Stored stored = store(device, Series{.nt = 1});
+  const Slice slice = cut_time(stored.volume, 0);
+  auto look = sized<bccsplat_look>();
+  ASSERT_OK(bccsplat_volume_get_look(stored.volume.get(), 0, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_COMPOSITE,
+                                     &look));
+  auto function = sized<bccsplat_transfer_function>();
+  function.colors = look.colors[0], function.color_count = look.color_count;
+  function.opacities = look.opacities[0], function.opacity_count = look.opacity_count;
+  std::array<bccsplat_iso_surface, 2> surfaces{};
+  surfaces[0].value = 40, surfaces[0].opacity = 0.5;
+  surfaces[1].value = 70, surfaces[1].opacity = 1;
+  Shot shot;
+  shot.own_look = true;
+  shot.options.mode = BCCSPLAT_MODE_ISOSURFACE, shot.options.surfaces = surfaces.data();
+  shot.options.surface_count = 2;
+  const std::vector<float> own = picture(device, slice, shot);
+  shot.own_look = false, shot.function = &function;
+  EXPECT_TRUE(own == picture(device, slice, shot));
+  EXPECT_GT(*std::max_element(own.begin(), own.end()), 0.1f);
+}
+
 } // namespace
 } // namespace host

@@ -124,6 +124,8 @@ struct Shot {
   const bccsplat_camera* camera = nullptr;
   bccsplat_render_options options = sized<bccsplat_render_options>();
   const bccsplat_trail* trail = nullptr;
+  bool own_look = false;                                // the volume's instead of the ramp
+  const bccsplat_transfer_function* function = nullptr; // likewise
 };
 
 [[nodiscard]] inline std::vector<float> picture(const Device& device, const Slice& slice, const Shot& shot) {
@@ -137,7 +139,8 @@ struct Shot {
   function.opacities = opacities, function.opacity_count = 2;
   function.unit_distance = shot.ramp.unit;
   EXPECT_OK(bccsplat_renderer_set_slice(r, slice.get()));
-  EXPECT_OK(bccsplat_renderer_set_transfer_function(r, &function));
+  if (shot.function) function = *shot.function;
+  EXPECT_OK(bccsplat_renderer_set_transfer_function(r, shot.own_look ? nullptr : &function));
   EXPECT_OK(bccsplat_renderer_set_camera(r, shot.camera));
   EXPECT_OK(bccsplat_renderer_set_options(r, &shot.options));
   EXPECT_OK(bccsplat_renderer_set_trail(r, shot.trail));
