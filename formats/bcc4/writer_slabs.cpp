@@ -39,13 +39,15 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
   const SampleCoder& coder = index->coder(at);
   const StoredLattice& level = info.level(at.level);
   const Int3 dims = slot_dims(level.lattice);
+  // Of a range that is spread over codes, air may lie between two of them: then only what is left out is air.
+  const bool air_has_code = coder.decode(coder.codes().air) == 0;
   const auto encode = [&](uint32_t slot) {
     const Int3 brick = slot_brick(dims, slot);
     const ChunkShape shape =
         chunk_shape(level.lattice, slab * level.slab_layers, static_cast<int32_t>(layers.size()), brick);
     CodedChunk coded;
     ChunkSites sites = collect_sites(shape, layers, brick, coder, coded.clamped);
-    keep_scattered_air(sites, coder.codes());
+    if (air_has_code) keep_scattered_air(sites, coder.codes());
     if (!sites.codes.empty()) coded.chunk = encode_chunk(std::move(sites), coder.codes(), options.level);
     return coded;
   };

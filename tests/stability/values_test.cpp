@@ -197,5 +197,29 @@ TEST(StabilityValues, EverySourceTypeKeepsItsEndsOfRange) {
   }
 }
 
+// Air, 0, lies between two codes. What is left out is air, and the bound is kept with that.
+TEST(StabilityValues, ABoundHoldsWhereAirHasNoCode) {
+  const Device device = make_device();
+  const Series s{.nx = 24, .ny = 22, .nz = 20, .nt = 6, .field = [](double x, double y, double z, double t) {
+                   return 40 * std::sin(0.9 * x + 0.3 * t) * std::cos(0.7 * y) * std::cos(0.6 * z - 0.2 * t);
+                 }};
+  auto options = options_of(s);
+  auto channel = sized<bccsplat_channel_options>();
+  channel.value_type = BCCSPLAT_TYPE_U8;
+  channel.set_mask = BCCSPLAT_CHANNEL_SET_RANGE, channel.range[0] = -40, channel.range[1] = 40;
+  options.channels = &channel, options.channel_count = 1;
+  options.abs_error = 0.1;
+  const Stored stored = store(device, s, options);
+  Bound bound("source samples of a file with a bound of 0.1", 0.1);
+  for (uint32_t t = 0; t < s.nt; ++t) {
+    const std::vector<float> got = grid_of(cut_time(stored.volume, t));
+    size_t i = 0;
+    for (uint32_t z = 0; z < s.nz; ++z)
+      for (uint32_t y = 0; y < s.ny; ++y)
+        for (uint32_t x = 0; x < s.nx; ++x)
+          bound.add(got[i++] - static_cast<double>(static_cast<float>(s.field(x, y, z, t))));
+  }
+}
+
 } // namespace
 } // namespace host

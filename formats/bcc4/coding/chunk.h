@@ -77,7 +77,7 @@ inline constexpr ChunkCodes i32_codes{ValueType::i32, i32_air};
                                         int shift);
 
 // Keeps all sites of a chunk of single bytes in which air is scattered: in a field whose values pass through
-// that of air now and then, the gaps between runs cost more than samples.
+// that of air now and then, the gaps between runs cost more than samples. The code of air must stand for it.
 void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes);
 
 struct EncodedChunk {
