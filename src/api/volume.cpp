@@ -100,9 +100,11 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
   cache_bytes = share.coefficients, whole_cache_bytes = cache, playing_cache_bytes = playing.bytes();
   for (const ChannelInfo& c : info().channels) {
     const auto index = static_cast<int>(corrections_of.size());
-    corrections_of.push_back(c.residuals.any() ? std::make_unique<Corrections>(reader, index, owner->memory,
-                                                                               cache / corrections_part)
-                                               : nullptr);
+    // A bound is kept by slices off the time axis, which are mended, even where no sample was corrected.
+    const bool corrected = c.residuals.any() || c.residuals.bound > 0;
+    corrections_of.push_back(
+        corrected ? std::make_unique<Corrections>(reader, index, owner->memory, cache / corrections_part)
+                  : nullptr);
     masks_of.push_back(!c.masks.empty()
                            ? std::make_unique<Masks>(reader, index, owner->memory, cache / masks_part)
                            : nullptr);

@@ -28,6 +28,7 @@ class Corrections {
   Corrections(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget,
               uint64_t cache_bytes);
 
+  [[nodiscard]] bool any() const { return info().any(); } // else there is a bound alone
   [[nodiscard]] CorrectionShape shape() const { return info().shape; }
   [[nodiscard]] double step() const { return info().step; }
   [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t

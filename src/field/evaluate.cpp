@@ -216,7 +216,7 @@ EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4>
   attempts.attempt([&] {
     misses = evaluate_points(coefficients, points, true, coefficients.base(), values, gradients, {}, context);
   });
-  if (const Corrections* fix = coefficients.corrections())
+  if (const Corrections* fix = coefficients.corrections(); fix && fix->any())
     attempts.attempt([&] { misses.holes -= fix->add_to_points(points, values, gradients, context); });
   if (const Masks* masks = coefficients.masks())
     attempts.attempt([&] { misses.holes += masks->hide(points, values, gradients, context); });
@@ -228,7 +228,7 @@ void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> 
                         std::span<float> values, std::span<std::array<float, 4>> gradients,
                         std::span<uint8_t> holes, const Context& context) {
   evaluate_points(coefficients, points, false, 0, values, gradients, holes, context);
-  if (const Corrections* fix = coefficients.corrections())
+  if (const Corrections* fix = coefficients.corrections(); fix && fix->any())
     fix->add_to_points(points, values, gradients, context);
   if (const Masks* masks = coefficients.masks(); masks && !holes.empty()) masks->mark(points, holes, context);
 }

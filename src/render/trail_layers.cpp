@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 
+#include "field/corrections.h"
 #include "slice/time_slice.h"
 #include "splat/points/cell_ranges.h"
 
@@ -155,7 +156,8 @@ void add_source(Trail& trail, Slice&& slice, const Context& context) {
 bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& like,
                 const std::vector<Moment>& moments, const Context& context) {
   // Corrections and masks of a still are not sums of those of layers.
-  if (coefficients.corrections() || coefficients.masks()) return false;
+  if (const Corrections* fix = coefficients.corrections(); (fix && fix->any()) || coefficients.masks())
+    return false;
   const Lattice4& lattice = coefficients.source().lattice();
   std::vector<std::vector<LayerWeight>> weights;
   std::vector<int32_t> wanted;

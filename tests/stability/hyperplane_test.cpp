@@ -136,5 +136,52 @@ TEST(StabilityHyperplane, FacesAndEndsAreAsExactAsTheInside) {
   }
 }
 
+// A bound that the lattice keeps by itself holds for slices across x, y and z as well, which are other
+// fields.
+TEST(StabilityHyperplane, ABoundThatNeedsNoCorrectionsHoldsAcrossEveryAxis) {
+  const Device device = make_device();
+  const Series s{.nx = 20, .ny = 18, .nz = 16, .nt = 14, .field = [](double x, double y, double z, double t) {
+                   return 10 + 3 * std::cos(1.1 * x + 0.4 * t) + 2 * std::cos(0.8 * y - 0.5 * z);
+                 }};
+  auto options = options_of(s);
+  options.abs_error = 5; // more than the lattice errs by
+  const auto numbers = [](const Stored& stored) {
+    auto info = sized<bccsplat_channel_info>();
+    EXPECT_OK(bccsplat_volume_get_channel_info(stored.volume.get(), 0, &info));
+    return info;
+  };
+  options.abs_error = 1.01 * numbers(store(device, s, options)).max_abs;
+  const Stored stored = store(device, s, options);
+  ASSERT_GT(options.abs_error, 0);
+  ASSERT_EQ(numbers(stored).corrections, 0u);
+  Bound bound("slices of a bounded file, of 33/32 of the bound", 1);
+  for (const bccsplat_method method : {BCCSPLAT_METHOD_MERGED, BCCSPLAT_METHOD_RESAMPLED})
+    for (int n = 0; n < 6; ++n) {
+      const int axis = n % 3;
+      auto h = sized<bccsplat_hyperplane>();
+      (axis == 0 ? h.a : axis == 1 ? h.b : h.c) = 1;
+      h.e = n < 3 ? 0 : -7;
+      auto o = sized<bccsplat_slice_options>();
+      o.method = method;
+      bccsplat_slice* made = nullptr;
+      ASSERT_OK(bccsplat_slice_create(stored.volume.get(), &h, &o, &made));
+      const Slice slice(made);
+      auto info = sized<bccsplat_slice_info>();
+      ASSERT_OK(bccsplat_slice_get_info(made, &info));
+      const std::vector<float> got = grid_of(slice);
+      for (size_t i = 0; i < got.size(); ++i) {
+        const size_t at[] = {i % info.dims[0], i / info.dims[0] % info.dims[1],
+                             i / info.dims[0] / info.dims[1]};
+        double p[4];
+        for (int a = 0; a < 4; ++a) {
+          p[a] = info.origin[a];
+          for (int k = 0; k < 3; ++k)
+            p[a] += (info.extent[k][0] + static_cast<double>(at[k])) * info.basis[k][a];
+        }
+        bound.add((got[i] - s.field(p[0], p[1], p[2], p[3])) / options.abs_error / (33.0 / 32 + 1e-4));
+      }
+    }
+}
+
 } // namespace
 } // namespace host
