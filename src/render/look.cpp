@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "base/error.h"
 
@@ -159,15 +160,27 @@ double label_gap(const ValueSurvey& s, size_t i) {
   return std::min(gap, l[i + 1] - l[i]);
 }
 
+// The colours of labels: by their values, so that files of a kind look alike, or in their order where values
+// would share colours.
+std::vector<Vec3> colors_of_labels(const std::vector<double>& labels) {
+  std::vector<size_t> numbers;
+  for (const double l : labels)
+    numbers.push_back(static_cast<size_t>(std::fmod(std::fabs(l), static_cast<double>(label_colors.size()))));
+  const std::set<size_t> different(numbers.begin(), numbers.end());
+  std::vector<Vec3> colors;
+  for (size_t i = 0; i < labels.size(); ++i)
+    colors.push_back(label_colors[different.size() < labels.size() ? i % label_colors.size() : numbers[i]]);
+  return colors;
+}
+
 TransferFunction label_function(const ValueSurvey& s, bool opaque) {
   TransferFunction f;
   const std::vector<double>& l = s.labels;
+  const std::vector<Vec3> colors = colors_of_labels(l);
   for (size_t i = 0; i < l.size(); ++i) {
     const double low = i == 0 ? s.boundary : 0.5 * (l[i - 1] + l[i]);
     const double high = i + 1 == l.size() ? l[i] + 0.5 : 0.5 * (l[i] + l[i + 1]);
-    const auto n = static_cast<size_t>(std::fmod(std::fabs(l[i]), static_cast<double>(label_colors.size())));
-    const Vec3 color = label_colors[n];
-    f.colors.push_back({low, color}), f.colors.push_back({high, color});
+    f.colors.push_back({low, colors[i]}), f.colors.push_back({high, colors[i]});
   }
   // Beside a label the field passes values of others: shells, which are thin where windows are narrow.
   const double opacity = opaque ? 1.0 : opacity_of(label_depth);

@@ -103,6 +103,14 @@ class Look(ToolTest):
         self.assertNotEqual(bone, soft)
         self.assertNotEqual(bone, rows)
 
+    def test_a_range_of_hounsfield_units(self):
+        # Air of the file is 0, which is water; that of the scan is -1000.
+        v = self.made(lambda x, y, z: -1000 if radius(x, y, z) > 15 else 900 if radius(x, y, z) > 12 else 40, 'i16')
+        for mode, least in (('composite', 40), ('mip', 255)):
+            rows, _ = self.picture(v, '--range=-100,300', '--mode', mode, '--quiet')
+            self.assertEqual({p[3] for p in rows[3]}, {0}, mode)  # beside the head
+            self.assertGreaterEqual(rows[PIXELS // 2][PIXELS // 2][3], least, mode)
+
     def test_signed_waves(self):
         step = 2 * math.pi / 20
         v = self.made(lambda x, y, z: 3 * math.sin(step * x) * math.sin(step * y) * math.sin(step * z))
@@ -113,6 +121,12 @@ class Look(ToolTest):
     def test_labels(self):
         v = self.made(lambda x, y, z: 0 if radius(x, y, z) > 16 else 1 if x < 18 else 2 if y < 18 else 5, 'u8')
         self.check(v, [.49, 0, .51, 1], 'labels')
+
+    def test_labels_whose_numbers_are_twelve_apart(self):
+        v = self.made(lambda x, y, z: 0 if radius(x, y, z) > 16 else 1 if x < 20 else 13, 'u8')
+        rows, _ = self.picture(v, '--view', 'front', '--no-shading', '--quiet')
+        left, right = rows[PIXELS // 2][PIXELS // 3], rows[PIXELS // 2][2 * PIXELS // 3]
+        self.assertGreater(sum(abs(a - b) for a, b in zip(left[:3], right[:3])), 100)
 
     def test_distances(self):
         v = self.made(lambda x, y, z: max(-3, min(3, radius(x, y, z) - 12)))
@@ -125,6 +139,14 @@ class Look(ToolTest):
 
         v = self.made(water, 'f32', '--on-nonfinite', 'hole')
         self.check(v, [-100, 1, 100, 1], 'all values drawn')
+        # The air of the file is a value like others, and opacity rises through it.
+        v = self.made(water, 'f32', '--on-nonfinite', 'hole', '--air', 12)
+        self.picture(v, '--range', '4,28', '--dump-tf', 'tf.json', '--quiet')
+        with open(self.path('tf.json')) as f:
+            points = json.load(f)[0]['Points']
+        self.assertEqual(points[1::4], sorted(points[1::4]))
+        self.assertLess(points[0], 5)
+        self.assertEqual(points[1], 0)
 
     def test_one_value_and_nothing(self):
         self.check(self.made(lambda x, y, z: 7), [3.4, 0, 3.6, 1], 'one value')

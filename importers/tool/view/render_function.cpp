@@ -15,7 +15,14 @@ std::vector<std::array<double, 4>> colors_of(const bccsplat_look& look) {
 }
 
 FunctionChoice slice_function(const RenderArguments& a) {
-  return {a.tf, a.colormap, a.range, a.opacity, a.unit_distance, a.look, !a.dump_tf.empty()};
+  return {a.tf,
+          a.colormap,
+          a.range,
+          a.opacity,
+          a.unit_distance,
+          a.look,
+          !a.dump_tf.empty(),
+          a.mode == BCCSPLAT_MODE_MAXIMUM};
 }
 
 FunctionChoice trail_function(const RenderArguments& a) {
@@ -61,7 +68,8 @@ std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const
   if (f.opacities.empty() && !given)
     for (uint32_t i = 0; i < look.opacity_count; ++i)
       f.opacities.push_back({look.opacities[i][0], look.opacities[i][1]});
-  if (f.opacities.empty()) add_default_opacity(f, low, high, c.air);
+  if (f.opacities.empty())
+    add_default_opacity(f, low, high, {c.air, {look.empty[0], look.empty[1]}, a.opaque});
   scale_opacity(f, a.opacity.value_or(1));
   if (a.unit_distance) f.unit_distance = *a.unit_distance;
   return f;

@@ -17,6 +17,7 @@ struct FunctionChoice {
   std::optional<double> opacity, unit_distance;
   int32_t look = BCCSPLAT_LOOK_DEFAULT;
   bool always = false; // even when nothing else asks for it
+  bool opaque = false; // what is not air, as in a maximum
 };
 [[nodiscard]] FunctionChoice slice_function(const RenderArguments& arguments);
 // Chooses the trail's function: what is not given is the slice's.

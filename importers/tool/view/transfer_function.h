@@ -30,9 +30,16 @@ struct TransferFunction {
 
 // Moves the values so that the colours (and opacities) span [low, high].
 void rescale(TransferFunction& function, double low, double high);
-// Lets opacity rise from 0 near air, where fields ring, to a quarter at the farther end of [low, high], for
-// colours that come without opacities.
-void add_default_opacity(TransferFunction& function, double low, double high, double air);
+// What is transparent unless somebody says otherwise: air, and the values that a look takes for air and noise
+// (bccsplat_look.empty). opaque: all else is, as in a maximum.
+struct Emptiness {
+  double air = 0;
+  std::array<double, 2> between{};
+  bool opaque = false;
+};
+// Lets opacity rise from 0 near air, where fields ring, to a quarter at the farther end of [low, high], or at
+// once to 1, for colours that come without opacities.
+void add_default_opacity(TransferFunction& function, double low, double high, const Emptiness& empty);
 void scale_opacity(TransferFunction& function, double factor);
 
 } // namespace bcc4
