@@ -57,6 +57,8 @@ class BoundTest(ToolTest):
                     self.assertAlmostEqual(verified['rmse'], error['rmse'], delta=1e-9 * peak)
                     self.assertEqual(len(verified['frames']), DIMS[3])
                     self.assertEqual(max(f['max_abs'] for f in verified['frames']), verified['max_abs'])
+                    _, said = self.bcc4('recode', 'v.bcc4', '-o', 'r.bcc4', '--overwrite')
+                    self.assertIn('is not kept', said)
 
     def test_what_is_accepted_is_saved(self):
         args = self.raw('a.raw', (28, 26, 24, 24), wave)

@@ -83,7 +83,8 @@ class Import(ToolTest):
         self.bcc4('slice', 'predict.bcc4', '--plane', '0,0,1,0,0', '-o', 'z0.nrrd', '--quiet')
         self.bcc4('export', 'predict.bcc4', '--index', '--time', 1, '-o', 'f.nrrd', '--quiet')
         # Older readers get a file without the planes.
-        self.bcc4('recode', 'predict.bcc4', '-o', 'old.bcc4', '--format', 2, '--quiet')
+        _, said = self.bcc4('recode', 'predict.bcc4', '-o', 'old.bcc4', '--format', 2, '--quiet')
+        self.assertIn('no planes outside the faces', said)
         self.assertEqual(self.json('info', 'old.bcc4')['planes_outside']['before'], [0, 0, 0])
 
     def test_values_that_would_overflow_are_refused(self):

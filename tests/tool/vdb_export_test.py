@@ -48,6 +48,12 @@ class VdbExport(ToolTest):
         self.assertEqual((fog['class'], fog['background']), ('fog volume', 0))
         self.assertTrue(0 < fog['low'] and fog['high'] <= 1, fog)
 
+    def test_missing_values_are_told(self):
+        args = self.raw('h.raw', (9, 8, 7, 1), lambda x, y, z, t: float('nan') if x < 2 else x + y)
+        self.bcc4('import', *args, '--on-nonfinite', 'hole', '-o', 'h.bcc4', '--quiet')
+        _, said = self.bcc4('export', 'h.bcc4', '--all', '-o', 'h.vdb')
+        self.assertIn('112 missing values were written as background', said)
+
     def test_fog_with_a_sharp_edge(self):
         self.alike(*self.there_and_back(self.make('f.vdb', 0)))
 

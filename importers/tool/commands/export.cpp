@@ -113,9 +113,12 @@ Exit run_export(ExportArguments& a) {
                          where);
   }
 
-  if (exporter.holes() > 0)
-    std::fprintf(stderr, "bcc4: warning: %llu missing values were written as 0: %s has no code for them\n",
-                 static_cast<unsigned long long>(exporter.holes()), type_name(exporter.type()));
+  if (exporter.holes() > 0) {
+    const bool vdb = a.options.format == ExportFormat::vdb;
+    std::fprintf(stderr, "bcc4: warning: %llu missing values were written as %s: %s has no code for them\n",
+                 static_cast<unsigned long long>(exporter.holes()), vdb ? "background" : "0",
+                 vdb ? "OpenVDB" : type_name(exporter.type()));
+  }
   if (!a.common.quiet)
     std::printf("%s: %llu file(s), %s\n", pattern.empty() ? a.output.c_str() : pattern.c_str(),
                 static_cast<unsigned long long>(a.all && !pattern.empty() ? v.dims[3] : 1),

@@ -24,6 +24,12 @@ struct RecodeArguments {
   CommonOptions common;
 };
 
+bool has_planes_outside(const bccsplat_volume_info& info) {
+  bool any = false;
+  for (int a = 0; a < 3; ++a) any = any || info.planes_before[a] > 0 || info.planes_behind[a] > 0;
+  return any;
+}
+
 Exit run_recode(const RecodeArguments& a) {
   if (a.file.empty())
     fail_usage("FILE is missing, such as bcc4 recode in.bcc4 -o out.bcc4 --store coefficients");
@@ -47,6 +53,17 @@ Exit run_recode(const RecodeArguments& a) {
   if (volume_info(volume).level_count > 0)
     std::fprintf(stderr, "bcc4: warning: %s: its coarser levels are not recoded, they are made of frames\n",
                  a.file.c_str());
+  for (uint32_t c = 0; c < volume_info(volume).channel_count; ++c)
+    if (const bccsplat_channel_info info = channel_info(volume, c); info.error_bound > 0)
+      std::fprintf(stderr,
+                   "bcc4: warning: %s: the bound of channel %s, %g, is not kept, nor its corrections\n",
+                   a.file.c_str(), info.name, info.error_bound);
+  if (a.format == 2 && has_planes_outside(volume_info(volume)))
+    std::fprintf(
+        stderr,
+        "bcc4: warning: %s: version 2 has no planes outside the faces, which make the field right up to "
+        "them: it is less exact there\n",
+        a.file.c_str());
   auto report = sized<bccsplat_writer_report>();
   const bccsplat_status status = bccsplat_volume_recode(volume.get(), a.output.c_str(), &options, &report);
   progress.clear();

@@ -17,6 +17,10 @@
 namespace bcc4 {
 namespace {
 
+uint64_t count_missing(std::span<const float> values) {
+  return std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); });
+}
+
 // Little-endian values; NaN (missing data) becomes 0 in integers and is counted.
 void append_values(OutputFile& file, std::span<const float> values, Type type, uint64_t& holes) {
   std::vector<std::byte> bytes(values.size() * type_size(type));
@@ -26,8 +30,7 @@ void append_values(OutputFile& file, std::span<const float> values, Type type, u
       for (size_t i = 0; i < values.size(); ++i)
         store_as<T>(static_cast<double>(values[i]), bytes.data() + i * sizeof(T));
   });
-  if (!is_float(type))
-    holes += std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); });
+  if (!is_float(type)) holes += count_missing(values);
   if constexpr (std::endian::native != std::endian::little) swap_bytes(bytes, type_size(type));
   file.write(bytes);
 }
@@ -93,8 +96,7 @@ void Exporter::write_frame(const std::string& path, const Cut& where) {
   file.finish();
 }
 
-void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path,
-                               [[maybe_unused]] const Cut& where) const {
+void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path, [[maybe_unused]] const Cut& where) {
 #if BCCSPLAT_WITH_OPENVDB
   VdbOutput o = vdb_like_source(volume_, channel_);
   std::vector<float> values;
@@ -108,6 +110,7 @@ void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path,
     values.clear();
     sample_planes(slice, take, options_.region);
   }
+  holes_ += count_missing(values); // become background
   o.dims = region().dims;
   o.affine = affine();
   o.time = where.time;

@@ -31,7 +31,7 @@ class Exporter {
   void write_series(const std::string& path, Progress& progress);
   // Returns the type of the values written.
   [[nodiscard]] Type type() const { return type_; }
-  // Values that are missing and were written as 0.
+  // Values that are missing and were written as 0, or as the background of OpenVDB.
   [[nodiscard]] uint64_t holes() const { return holes_; }
 
  private:
@@ -39,7 +39,7 @@ class Exporter {
   [[nodiscard]] SampleBox region() const;
   [[nodiscard]] Affine affine() const;
   void append_frame(OutputFile& file, double index);
-  void write_vdb_frame(const std::string& path, const Cut& where) const;
+  void write_vdb_frame(const std::string& path, const Cut& where);
 
   const Volume& volume_;
   uint32_t channel_;
