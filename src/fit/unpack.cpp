@@ -17,9 +17,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 template<class T> HWY_INLINE float Relative(T value, float air) {
-  if constexpr (std::is_same_v<T, double>)
-    return static_cast<float>(value) == air ? 0.0f : static_cast<float>(value - static_cast<double>(air));
-  else if constexpr (sizeof(T) >= 4 && !std::is_same_v<T, float>)
+  if constexpr (sizeof(T) >= 4 && !std::is_same_v<T, float>)
     return static_cast<float>(static_cast<double>(value) - air);
   else
     return static_cast<float>(value) - air;

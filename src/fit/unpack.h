@@ -15,8 +15,7 @@ namespace bccsplat {
   return type == SourceType::i32 || type == SourceType::u32 || type == SourceType::f64;
 }
 
-// out[i] = sample i minus air, for `count` samples that are `stride` bytes apart (any alignment). An f64 that
-// is air as a float is air: that of 273.15 was rounded to one.
+// out[i] = sample i minus air, for `count` samples that are `stride` bytes apart (any alignment).
 void unpack_row(SourceType type, const std::byte* data, int64_t stride, size_t count, float air, float* out);
 
 } // namespace bccsplat
