@@ -190,19 +190,21 @@ void add_default_opacity(TransferFunction& f, double low, double high, const Emp
   constexpr double most = 0.25, ringing = 0.02; // what a field rings three voxels from a sharp edge
   double air = empty.air;
   const auto [first, last] = empty.between;
-  // The air of a file may be a value like others: where the data are nowhere empty, or empty of all on its
-  // side of what they hold.
-  if (first > last) air = low;
-  if (first <= last && std::isinf(first) && air > last) air = std::max(last, low);
-  if (first <= last && std::isinf(last) && air < first) air = std::min(first, high);
+  // The air of a file may be a value like others: where the data are nowhere empty, or empty of all up to
+  // some value, or from one on. Then they have one side.
+  const bool anywhere = first <= last, upwards = anywhere && std::isinf(first) && std::isfinite(last),
+             downwards = anywhere && std::isinf(last) && std::isfinite(first);
+  if (!anywhere) air = low;
+  if (upwards && air > last) air = std::clamp(last, low, high);
+  if (downwards && air < first) air = std::clamp(first, low, high);
   const double reach = std::max(std::abs(high - air), std::abs(low - air)), none = ringing * reach;
   const auto opacity = [&](double value) { return empty.opaque ? 1 : most * std::abs(value - air) / reach; };
-  if (low < air - none) f.opacities.push_back({low, opacity(low)});
-  if (empty.opaque && low < air - 2 * none) f.opacities.push_back({air - 2 * none, 1});
+  if (!upwards && low < air - none) f.opacities.push_back({low, opacity(low)});
+  if (!upwards && empty.opaque && low < air - 2 * none) f.opacities.push_back({air - 2 * none, 1});
   if (low < air) f.opacities.push_back({air - none, 0});
   if (high > air) f.opacities.push_back({air + none, 0});
-  if (empty.opaque && high > air + 2 * none) f.opacities.push_back({air + 2 * none, 1});
-  if (high > air + none) f.opacities.push_back({high, opacity(high)});
+  if (!downwards && empty.opaque && high > air + 2 * none) f.opacities.push_back({air + 2 * none, 1});
+  if (!downwards && high > air + none) f.opacities.push_back({high, opacity(high)});
 }
 
 void scale_opacity(TransferFunction& f, double factor) {
