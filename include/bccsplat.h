@@ -1284,7 +1284,11 @@ typedef struct bccsplat_slice_info {
    * + i; 0 for an empty slice; n + 1 along a periodic axis of n samples, the last of which is the
    * first again. */
   uint64_t dims[3];
-  /* Slice space -> world, row-major. */
+  /* Slice space -> world, row-major. Off the time axis the world has a fourth axis, on which a
+   * frame is time_length long; of the four the one nearest to the normal is left out, and the
+   * others, in the order x, y, z, t, are projected into the hyperplane and made orthonormal. So
+   * planes over time are no mirror images of time slices, and where the volume's affine is along
+   * the axes x = constant stands at its (y, z, t). */
   double affine[16];
   /* No value of the slice lies outside. */
   double bounds[2];

@@ -127,7 +127,7 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
     slice.origin[way.axis] = way.position;
     slice.basis = plane_axes(h).basis;
     slice.frame = 0;
-    slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
+    slice.slice_to_world = world_affine({slice.origin, slice.basis}, index_to_world, options.time_length);
     mask_slice(slice, coefficients);
     correct_slice(slice, coefficients, options.thickness, context.with(mending));
     return slice;

@@ -144,22 +144,23 @@ double lattice_density(const Lattice4& lattice, const Vec4& direction) {
   return std::fabs(square - 1) < 1e-12 ? 1 : std::sqrt(square);
 }
 
-// The affine is the Cholesky factor of the Gram matrix of the directions under the metric (affine^T affine,
-// time_length^2).
-Affine3 display_affine(const std::array<Vec4, 3>& basis, const Affine3& index_to_world, double time_length) {
-  std::array<Vec4, 3> world;
-  for (size_t k = 0; k < 3; ++k) {
-    const Vec3 v = index_to_world.vector({basis[k][0], basis[k][1], basis[k][2]});
-    world[k] = {v[0], v[1], v[2], time_length * basis[k][3]};
-  }
+Affine3 world_affine(const PlaneAxes& axes, const Affine3& index_to_world, double time_length) {
+  const auto in_world = [&](const Vec4& v, const Vec3& space) {
+    return Vec4{space[0], space[1], space[2], time_length * v[3]};
+  };
+  const auto in_space = [](const Vec4& v) { return Vec3{v[0], v[1], v[2]}; };
+  PlaneAxes world{in_world(axes.origin, index_to_world.point(in_space(axes.origin))), {}};
+  for (size_t k = 0; k < 3; ++k)
+    world.basis[k] = in_world(axes.basis[k], index_to_world.vector(in_space(axes.basis[k])));
+  std::array<Vec4, 3> unit = world.basis;
+  for (size_t k = 0; k < 3; ++k) (void)orthonormalise(unit[k], unit.data(), k);
+  const std::array<Vec4, 3> shown = plane_axes(hyperplane_of({world.origin, unit})).basis;
   Affine3 a;
-  for (size_t k = 0; k < 3; ++k) a.linear[k] = {};
-  for (size_t col = 0; col < 3; ++col)
-    for (size_t row = 0; row <= col; ++row) {
-      double s = dot4(world[row], world[col]);
-      for (size_t k = 0; k < row; ++k) s -= a.linear[k][row] * a.linear[k][col];
-      a.linear[row][col] = row == col ? std::sqrt(std::max(s, 0.0)) : s / a.linear[row][row];
-    }
+  for (size_t row = 0; row < 3; ++row) {
+    for (size_t column = 0; column < 3; ++column)
+      a.linear[row][column] = dot4(shown[row], world.basis[column]) + 0.0; // no -0
+    a.offset[row] = dot4(shown[row], world.origin) + 0.0;
+  }
   return a;
 }
 

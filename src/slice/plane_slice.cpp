@@ -292,7 +292,7 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
   slice.hyperplane = h;
   const PlaneAxes axes = options.axes.value_or(plane_axes(h));
   slice.origin = axes.origin, slice.basis = axes.basis;
-  slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
+  slice.slice_to_world = world_affine(axes, index_to_world, options.time_length);
   const PlaneExtent extent = plane_extent(lattice, h, axes);
   const Lattice4 target = target_lattice(lattice, options, axes, extent);
   slice.lattice = target.space;

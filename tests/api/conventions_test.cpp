@@ -121,4 +121,55 @@ TEST(Conventions, AirCountsOnlyWithItsBit) {
   }
 }
 
+// Data whose x runs to the left, with the matrix that says so, look as those do whose x runs to the right.
+TEST(Conventions, PicturesOfPlanesOverTimeAreNoMirrorImages) {
+  const Folder folder;
+  const Device device = make_device(1);
+  const auto picture = [&](bool to_the_left) {
+    Series s;
+    if (to_the_left)
+      s.field = [&s](double x, double y, double z, double t) { return blob(s.nx - 1 - x, y, z, t); };
+    auto o = options_of(s);
+    const double affine[] = {
+        to_the_left ? -1.0 : 1.0, 0, 0, to_the_left ? s.nx - 1.0 : 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    std::copy(std::begin(affine), std::end(affine), o.affine);
+    const std::string path = folder.file(to_the_left ? "left.bcc4" : "right.bcc4");
+    {
+      const Writer w = make_writer(device, path, o);
+      EXPECT_OK(add_frames(w.get(), s));
+      EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));
+    }
+    const Volume volume = open(device, path);
+    auto h = sized<bccsplat_hyperplane>();
+    h.c = 1, h.e = -9; // x, y and t
+    bccsplat_slice* cut = nullptr;
+    EXPECT_OK(bccsplat_slice_create(volume.get(), &h, nullptr, &cut));
+    const Slice slice(cut);
+    constexpr uint32_t size = 48;
+    auto camera = sized<bccsplat_camera>();
+    EXPECT_OK(bccsplat_slice_fit_camera(slice.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, 20, 30, size, size,
+                                        &camera));
+    bccsplat_renderer* r = nullptr;
+    EXPECT_OK(bccsplat_renderer_create(device.get(), &r));
+    const Renderer renderer(r);
+    bccsplat_frame* f = nullptr;
+    EXPECT_OK(bccsplat_frame_create(device.get(), size, size, BCCSPLAT_FRAME_RGBA, &f));
+    const Frame frame(f);
+    EXPECT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+    EXPECT_OK(bccsplat_renderer_set_camera(r, &camera));
+    EXPECT_OK(bccsplat_renderer_render(r, f));
+    auto plane = sized<bccsplat_plane>();
+    EXPECT_OK(bccsplat_frame_get_channel(f, BCCSPLAT_FRAME_RGBA, &plane));
+    return std::vector<float>(plane.pixels, plane.pixels + 4 * size_t{size} * size);
+  };
+  const auto right = picture(false), left = picture(true);
+  double largest = 0, opaque = 0;
+  for (size_t i = 0; i < right.size(); ++i) {
+    largest = std::max(largest, std::fabs(double{right[i]} - left[i]));
+    opaque = std::max(opaque, double{right[i]});
+  }
+  EXPECT_GT(opaque, 0.3);
+  EXPECT_LT(largest, 0.03); // the lattice is no mirror image of itself
+}
+
 } // namespace

@@ -459,7 +459,7 @@ TEST_F(PlaneSlice, BudgetIsKept) {
   }
 }
 
-TEST_F(PlaneSlice, DisplayKeepsLengthsAndAngles) {
+TEST_F(PlaneSlice, WorldKeepsLengthsAndAngles) {
   Affine3 world; // anisotropic and sheared
   world.linear = {Vec3{2, 0.5, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 0.7}};
   PlaneOptions options;
@@ -476,6 +476,37 @@ TEST_F(PlaneSlice, DisplayKeepsLengthsAndAngles) {
       EXPECT_NEAR(dot(s.slice_to_world.vector(ei), s.slice_to_world.vector(ej)),
                   metric(s.basis[i], s.basis[j]), 1e-9);
     }
+}
+
+// A slice's place: that of its points in space, along the axes of the world that lie in it.
+TEST_F(PlaneSlice, StandsInTheWorldOfItsVolume) {
+  Affine3 world; // x to the left, y and z exchanged, far from the origin
+  world.linear = {Vec3{-2, 0, 0}, Vec3{0, 0, 0.7}, Vec3{0, -3, 0}};
+  world.offset = {100, -50, 7};
+  PlaneOptions options;
+  options.time_length = 5;
+  const Vec3 p{3, 4, 6};
+  const auto place = [&](const Hyperplane& h) {
+    return world_affine(plane_axes(h), world, options.time_length).point(p);
+  };
+  const auto near = [](const Vec3& a, const Vec3& b) { return length(a - b) < 1e-12; };
+  EXPECT_TRUE(near(place({0, 0, 0, 1, -8}), world.point(p))); // u, v, w: x, y, z
+  const Vec3 x = world.point({9, p[0], p[1]});                // y, z, t
+  EXPECT_TRUE(near(place(across(0, 9)), {x[1], x[2], 5 * p[2]}));
+  const Vec3 y = world.point({p[0], 9, p[1]}); // along the world's z, which is left out
+  EXPECT_TRUE(near(place(across(1, 9)), {y[0], y[1], 5 * p[2]}));
+  const Vec3 z = world.point({p[0], p[1], 9});
+  EXPECT_TRUE(near(place(across(2, 9)), {z[0], z[2], 5 * p[2]}));
+  // Slices have it, however they are made and whatever axes they are asked for along.
+  const Hyperplane h = through({1, 0.3, -0.2, 0.5}, {15, 15, 15, 15});
+  const Slice usual = plane_slice(coefficients, h, options, world, context.get());
+  options.axes = PlaneAxes{index_point(usual, {1, 2, 3}), {usual.basis[2], usual.basis[0], usual.basis[1]}};
+  const Slice turned = plane_slice(coefficients, h, options, world, context.get());
+  EXPECT_LT(length(usual.slice_to_world.point({1, 2, 3}) - turned.slice_to_world.point({0, 0, 0})), 1e-9);
+  EXPECT_LT(length(usual.slice_to_world.point({5, 7, 4}) - turned.slice_to_world.point({1, 4, 5})), 1e-9);
+  HypersliceOptions merged{.time_length = 5};
+  const Slice axis = hyperslice(coefficients, across(0, 9), merged, world, context.get());
+  EXPECT_TRUE(near(axis.slice_to_world.point(p), {x[1], x[2], 5 * p[2]}));
 }
 
 } // namespace
