@@ -195,6 +195,21 @@ class Annotate(ToolTest):
         self.assertGreater(x[0], z[0] + 8)
         self.assertGreater(z[1], x[1] + 8)  # away from the top of the picture
 
+    def test_arrows_of_planes_over_time_are_those_of_moments(self):
+        """Of data whose x runs to the left the picture of z = constant has x to the right, as that of a moment has, and so do their values."""
+        with open(self.path('flow.nrrd'), 'rb') as f:
+            turned = f.read().replace(b'(2,0,0)', b'(-2,0,0)')
+        self.write('flow.nrrd', turned)
+        self.bcc4('import', 'flow.nrrd', '-o', 'flow.bcc4', '--quiet', '--overwrite')
+        red, green = (lambda r, g, b, a: r > 150 and g < 110), (lambda r, g, b, a: g > 120 and r < 110 and b < 110)
+        for cut in (('--index', '--time', 5), ('--plane', '0,0,1,0,-8')):
+            rows = self.picture(*cut, '--annotate', 'axes', '--opacity', 0, '--view', 'front', *BLACK)
+            x, y = (self.ink(rows, color) for color in (red, green))
+            self.assertGreater(sum(p[0] for p in x) / len(x), sum(p[0] for p in y) / len(y) + 8, cut)
+            rows = self.picture(*cut, '--view', 'front', *BLACK)
+            bright = self.ink(rows, lambda r, g, b, a: max(r, g, b) > 60)
+            self.assertLess(sum(p[0] for p in bright) / len(bright), 148, cut)  # the bump is right of the middle of the samples
+
     def test_the_scale_is_the_cameras(self):
         with open(self.path('c.json'), 'w') as f:
             f.write('{"position": [19, 17, -90], "target": [19, 17, 15], "ortho_height": 100}')

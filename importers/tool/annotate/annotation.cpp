@@ -68,6 +68,7 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
     : a_(a), parts_(*a.annotate), title_(a.title), spatial_unit_(volume_info(volume).spatial_unit),
       colors_(std::move(colors)), moments_(moments_of(volume, pictures)) {
   require_font();
+  std::copy_n(volume_info(volume).affine, affine_.size(), affine_.begin());
   const bccsplat_channel_info c = channel_info(volume, channel);
   heading_ = *c.name ? c.name : "value";
   if (a.mode == BCCSPLAT_MODE_XRAY)
@@ -139,8 +140,7 @@ void Annotation::draw(const Image& image, size_t number, const bccsplat_camera& 
                      each - line_em * em, em, ink_);
   }
   if (parts_.axes)
-    draw_axes(canvas, projection, domain, is_time_slice_[number], {margin + 3.2 * em, h - margin - 3.2 * em},
-              em, ink_);
+    draw_axes(canvas, projection, domain, affine_, {margin + 3.2 * em, h - margin - 3.2 * em}, em, ink_);
   const double length = projection.world_per_pixel(domain_centre(domain));
   if (parts_.scale && is_time_slice_[number] && length > 0)
     draw_scale_bar(canvas, length, spatial_unit_, {w - margin, h - margin - 0.3 * em}, scale_share * w, em,

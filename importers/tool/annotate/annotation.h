@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "readers/affine.h"
 #include "tool/annotate/color_bar.h"
 #include "tool/annotate/projection.h"
 #include "tool/handles.h"
@@ -40,6 +41,7 @@ class Annotation {
   std::optional<ColorBar> fields_;   // of several surfaces, of labels
   std::vector<std::string> moments_; // of each picture
   std::vector<bool> is_time_slice_;
+  Affine affine_{}; // of the volume
 };
 
 } // namespace bcc4

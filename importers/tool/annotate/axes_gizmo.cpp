@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 
 namespace bcc4 {
@@ -22,16 +23,47 @@ constexpr Color other_color{0.6, 0.6, 0.6};
 constexpr double arrow_length = 2.6, head_length = 0.45, name_distance = 0.75; // in em
 constexpr double shortest = 0.25; // of an arrow towards who looks: its name stands beside it
 
-Axis axis_of(const Projection& projection, const bccsplat_slice_info& slice, bool is_time_slice, size_t k) {
-  if (is_time_slice) {
-    Vector d{};
-    d[k] = 1;
-    return {projection.turned(d), std::string(1, "xyz"[k]), axis_colors[k]};
+constexpr double aslant = 0.17; // sine of the angle from which on an axis of the world is not called so
+
+// The axes of the world, t the fourth, that a slice's world has in place of x, y and z, where it lies along
+// them: a moment has x, y and z.
+std::optional<std::array<size_t, 3>> world_axes(const bccsplat_slice_info& slice, const Affine& volume) {
+  const double* const h = slice.hyperplane;
+  if (h[0] == 0 && h[1] == 0 && h[2] == 0) return {{0, 1, 2}};
+  if (h[3] != 0) return std::nullopt;
+  const auto column = [&](size_t k) { return Vector{volume[k], volume[4 + k], volume[8 + k]}; };
+  Vector normal{}; // in the world: covectors turn as areas do
+  for (size_t k = 0; k < 3; ++k) {
+    const Vector area = cross(column((k + 1) % 3), column((k + 2) % 3));
+    for (size_t a = 0; a < 3; ++a) normal[a] += h[k] * area[a];
   }
-  const Vector d = projection.turned(normalised({slice.affine[k], slice.affine[4 + k], slice.affine[8 + k]}));
-  for (size_t a = 0; a < 4; ++a)
-    if (std::fabs(slice.basis[k][a]) > 1 - 1e-9) return {d, std::string(1, "xyzt"[a]), axis_colors[a]};
-  return {d, std::string(1, "uvw"[k]), other_color};
+  normal = normalised(normal);
+  for (size_t a = 0; a < 3; ++a) {
+    const size_t b = (a + 1) % 3, c = (a + 2) % 3;
+    if (std::fabs(normal[b]) < aslant && std::fabs(normal[c]) < aslant)
+      return {{std::min(b, c), std::max(b, c), 3}};
+  }
+  return std::nullopt;
+}
+
+std::array<Axis, 3> axes_of(const Projection& projection, const bccsplat_slice_info& slice,
+                            const Affine& volume) {
+  std::array<Axis, 3> axes;
+  const auto world = world_axes(slice, volume);
+  for (size_t k = 0; k < 3; ++k) {
+    if (world) {
+      Vector d{};
+      d[k] = 1;
+      axes[k] = {projection.turned(d), std::string(1, "xyzt"[(*world)[k]]), axis_colors[(*world)[k]]};
+      continue;
+    }
+    axes[k] = {projection.turned(normalised({slice.affine[k], slice.affine[4 + k], slice.affine[8 + k]})),
+               std::string(1, "uvw"[k]), other_color};
+    for (size_t a = 0; a < 4; ++a)
+      if (std::fabs(slice.basis[k][a]) > 1 - 1e-9)
+        axes[k].name = std::string(1, "xyzt"[a]), axes[k].color = axis_colors[a];
+  }
+  return axes;
 }
 
 Point moved(const Point& p, const Point& by, double factor) {
@@ -41,9 +73,8 @@ Point moved(const Point& p, const Point& by, double factor) {
 } // namespace
 
 void draw_axes(Canvas& canvas, const Projection& projection, const bccsplat_slice_info& slice,
-               bool is_time_slice, const Point& origin, double em, const Ink& ink) {
-  std::array<Axis, 3> axes;
-  for (size_t k = 0; k < 3; ++k) axes[k] = axis_of(projection, slice, is_time_slice, k);
+               const Affine& volume, const Point& origin, double em, const Ink& ink) {
+  std::array<Axis, 3> axes = axes_of(projection, slice, volume);
   std::sort(axes.begin(), axes.end(),
             [](const Axis& a, const Axis& b) { return a.direction[2] > b.direction[2]; });
   const double thickness = std::max(1.5, 0.13 * em);

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrows with names along the axes: those of the world, or of a slice that is not a moment.
+// Arrows with names along the axes: those of the world, time among them, or of a slice that is aslant to
+// them.
 #pragma once
 
+#include "readers/affine.h"
 #include "tool/annotate/projection.h"
 
 namespace bcc4 {
 
-// Around `origin`, in pixels; em: of the names.
+// Around `origin`, in pixels; em: of the names. volume: its affine.
 void draw_axes(Canvas& canvas, const Projection& projection, const bccsplat_slice_info& slice,
-               bool is_time_slice, const Point& origin, double em, const Ink& ink);
+               const Affine& volume, const Point& origin, double em, const Ink& ink);
 
 } // namespace bcc4
