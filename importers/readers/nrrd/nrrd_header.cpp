@@ -30,6 +30,13 @@ std::vector<std::string> quoted_strings(std::string_view text) {
   return out;
 }
 
+// What Teem writes without quotes others put in some.
+std::string without_quotes(std::string_view text) {
+  if (text.size() < 2 || text.front() != '"' || text.back() != '"') return std::string(text);
+  const auto texts = quoted_strings(text);
+  return texts.size() == 1 ? texts[0] : std::string(text);
+}
+
 struct Parser {
   NrrdHeader& h;
   const HeaderLines& lines;
@@ -157,11 +164,13 @@ struct Parser {
       h.byte_skip = number<int64_t>(value);
       if (h.byte_skip < -1) lines.refuse("byte skip ", h.byte_skip);
     } else if (name == "sampleunits") {
-      h.sample_unit = trim(value);
+      h.sample_unit = without_quotes(trim(value));
+    } else if (name == "content") {
+      h.content = without_quotes(trim(value));
     } else if (name == "blocksize") {
       lines.refuse("blocks of bytes have no values to read");
     }
-    // Other fields (content, min, max, thicknesses, centers, measurement frame ...) say nothing that is
+    // Other fields (min, max, thicknesses, centers, measurement frame ...) say nothing that is
     // needed here.
   }
 

@@ -37,6 +37,7 @@ struct NrrdHeader {
   bool has_directions = false;
   uint64_t line_skip = 0;
   int64_t byte_skip = 0; // -1: the data are the last bytes of the file
+  std::string content;   // what the values are
   std::string sample_unit;
   std::map<std::string, std::string> keys; // key:=value
   bool attached = true;

@@ -10,8 +10,10 @@
 #include "readers/components.h"
 #include "readers/dense_reader.h"
 #include "readers/error.h"
+#include "readers/file_times.h"
 #include "readers/frame_plan.h"
 #include "readers/nrrd/nrrd_header.h"
+#include "readers/utf8.h"
 
 namespace bcc4 {
 namespace {
@@ -163,6 +165,15 @@ void set_times(SeriesDescription& d, const NrrdHeader& h, size_t axis_number) {
   d.times.origin = concat("spacing ", step, " of axis ", axis_number);
 }
 
+// The time of a file that holds one frame, which is no field of the format: what bcc4 writes.
+FileTime file_time(const NrrdHeader& h) {
+  const auto key = [&](const char* name) {
+    const auto found = h.keys.find(name);
+    return found == h.keys.end() ? std::string() : std::string(trim(found->second));
+  };
+  return {parse_number<double>(key("time")), key("time unit")};
+}
+
 struct OneNrrd {
   NrrdHeader header{};
   Roles roles{};
@@ -179,6 +190,13 @@ OneNrrd open_header(const ReaderOptions& options, const std::string& path) {
   for (size_t a = 0; a < n.roles.roles.size(); ++a)
     n.layout.axes.push_back({n.roles.roles[a], n.header.axes[a].size});
   return n;
+}
+
+// The name of the channel that one value per sample makes: what the header says the file holds, where that is
+// a name and not a description or a protocol of how it was made.
+void set_name(Channel& channel, const std::string& content) {
+  constexpr size_t longest = 64;
+  if (!content.empty() && content.size() <= longest) channel.name = utf8_of(content);
 }
 
 std::vector<uint64_t> sizes(const DenseLayout& layout) {
@@ -214,7 +232,14 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
     for (const std::string& data : file.header.data_files) d.files.push_back({data, file_size(data)});
   };
   add_file(first);
-  for (size_t i = 1; i < sequence.files.size(); ++i) add_file(open_header(options, sequence.files[i].path));
+  std::vector<FileTime> times{file_time(h)};
+  bool one_content = true; // else it is not of the series but of its frames
+  for (size_t i = 1; i < sequence.files.size(); ++i) {
+    const OneNrrd next = open_header(options, sequence.files[i].path);
+    add_file(next);
+    times.push_back(file_time(next.header));
+    one_content = one_content && next.header.content == h.content;
+  }
 
   d.format = "NRRD";
   d.axes = layout_text(layout) + (first.roles.why.empty() ? "" : "; " + first.roles.why);
@@ -228,10 +253,12 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
     for (size_t a = 0; a < first.roles.roles.size(); ++a)
       if (first.roles.roles[a] == AxisRole::t) set_times(d, h, a);
   }
+  if (times.size() == frames && d.times.values.empty()) take_file_times(d, times, "time");
   d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
   const uint64_t components = layout.size_of(AxisRole::component);
   const std::vector<uint64_t> wanted =
-      add_channels(d, options, path, components, {.unit = h.sample_unit, .precision = layout.type});
+      add_channels(d, options, path, components, {.unit = utf8_of(h.sample_unit), .precision = layout.type});
+  if (components == 1 && one_content) set_name(d.channels[0], h.content);
   if (h.encoding != Encoding::raw)
     d.notes.push_back(h.encoding == Encoding::gzip ? "gzip encoding" : "ascii encoding");
 

@@ -60,16 +60,22 @@ const char* slab_name(int32_t slab) {
   return slab == BCCSPLAT_SLAB_SUM ? "sum" : slab == BCCSPLAT_SLAB_MAXIMUM ? "max" : "mean";
 }
 
-NrrdOutput nrrd_output(const Volume& volume, const bccsplat_slice_info& info, const Cut& where) {
+NrrdOutput nrrd_output(const Volume& volume, uint32_t channel, const bccsplat_slice_info& info,
+                       const Cut& where) {
   const bccsplat_volume_info v = volume_info(volume);
+  const bccsplat_channel_info c = channel_info(volume, channel);
   NrrdOutput n;
+  n.content = c.name;
+  // A sum along the normal is in another unit.
+  if (where.thickness == 0 || where.slab != BCCSPLAT_SLAB_SUM) n.sample_unit = c.unit;
   n.sizes.assign(info.dims, info.dims + 3);
   n.affine = box_affine(info);
   n.spatial_unit = v.spatial_unit;
   const char* space = nullptr;
   if (where.is_time_slice && bccsplat_volume_find_attribute(volume.get(), "space", &space) == BCCSPLAT_OK)
     n.space = space;
-  n.keys = {
+  if (where.is_time_slice) n.keys = time_keys(where.time, v.time_unit);
+  const std::vector<std::pair<std::string, std::string>> cut{
       {"bccsplat hyperplane", row(info.hyperplane, 5)},
       {"bccsplat origin", row(info.origin, 4)},
       {"bccsplat basis u", row(info.basis[0], 4)},
@@ -78,6 +84,7 @@ NrrdOutput nrrd_output(const Volume& volume, const bccsplat_slice_info& info, co
       {"bccsplat first sample", concat(info.extent[0][0], " ", info.extent[1][0], " ", info.extent[2][0])},
       {"bccsplat spacing", "1 1 1"},
       {"bccsplat kernel", info.kernel}};
+  n.keys.insert(n.keys.end(), cut.begin(), cut.end());
   if (where.thickness > 0)
     n.keys.emplace_back("bccsplat slab", concat(slab_name(where.slab), " ", where.thickness));
   return n;
@@ -166,7 +173,7 @@ Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel
     range = write_vdb_slice(volume, channel, slice, where, path);
 #endif
   } else {
-    range = write_nrrd_slice(slice, path, nrrd_output(volume, info, where));
+    range = write_nrrd_slice(slice, path, nrrd_output(volume, channel, info, where));
   }
   if (!a.common.json && !a.common.quiet)
     std::printf("%s: %llu x %llu x %llu samples, %s%s, from %llu lattice points in %s ms\n", path.c_str(),

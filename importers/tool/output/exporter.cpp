@@ -44,6 +44,8 @@ Exporter::Exporter(const Volume& volume, uint32_t channel, const ExportOptions& 
 NrrdOutput Exporter::header(bool series) const {
   NrrdOutput n;
   n.type = type_;
+  n.content = channel_info_.name;
+  n.sample_unit = channel_info_.unit;
   const SampleBox box = region();
   n.sizes.assign(box.dims.begin(), box.dims.end());
   n.affine = affine();
@@ -88,7 +90,7 @@ void Exporter::write_frame(const std::string& path, const Cut& where) {
   OutputFile file(path, options_.overwrite);
   if (options_.format == ExportFormat::nrrd) {
     NrrdOutput n = header(false);
-    n.keys = {{"time", concat(where.time)}};
+    n.keys = time_keys(where.time, n.time_unit);
     const std::string text = nrrd_header_text(n);
     file.write(std::as_bytes(std::span(text)));
   }

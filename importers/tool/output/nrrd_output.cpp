@@ -21,20 +21,39 @@ const char* nrrd_type(Type type) {
   }
 }
 
-// A quoted string of one line; the format has no escape for line ends.
+// The format has no escape for line ends.
+std::string one_line(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    if (c != '\n' && c != '\r') out += c;
+  return out;
+}
+
 std::string quoted(const std::string& text) {
   std::string out = "\"";
-  for (const char c : text)
-    if (c != '\n' && c != '\r') out += c == '"' ? std::string("\\\"") : std::string(1, c);
+  for (const char c : one_line(text)) out += c == '"' ? std::string("\\\"") : std::string(1, c);
   return out + "\"";
 }
 
+// Content and the unit of samples are the rest of the line, without quotes.
+std::string field(const char* name, const std::string& text) {
+  const std::string line = one_line(text);
+  return trim(line).empty() ? "" : concat(name, ": ", line, "\n");
+}
+
 } // namespace
+
+std::vector<std::pair<std::string, std::string>> time_keys(double time, const std::string& unit) {
+  std::vector<std::pair<std::string, std::string>> keys{{"time", concat(time)}};
+  if (const std::string line = one_line(unit); !line.empty()) keys.emplace_back("time unit", line);
+  return keys;
+}
 
 std::string nrrd_header_text(const NrrdOutput& o) {
   const bool series = o.sizes.size() == 4;
   std::string text =
       concat("NRRD0005\n# written by bcc4\ntype: ", nrrd_type(o.type), "\ndimension: ", o.sizes.size(), "\n");
+  text += field("content", o.content);
   if (o.space.empty())
     text += "space dimension: 3\n";
   else
@@ -53,6 +72,7 @@ std::string nrrd_header_text(const NrrdOutput& o) {
   }
   if (series)
     text += concat("labels: \"x\" \"y\" \"z\" \"t\"\nunits: \"\" \"\" \"\" ", quoted(o.time_unit), "\n");
+  text += field("sample units", o.sample_unit);
   text += "endian: little\nencoding: raw\n";
   if (series) {
     text += "axis 3 index type:=numeric\naxis 3 index values:=";

@@ -15,12 +15,17 @@ struct NrrdOutput {
   Type type = Type::f32;
   std::vector<uint64_t> sizes; // x, y, z and perhaps t
   Affine affine{};             // index -> world
+  std::string content;         // the name of the channel
+  std::string sample_unit;     // of its values
   std::string space;           // "" : three unnamed dimensions
   std::string spatial_unit, time_unit;
   std::vector<double> times; // of a fourth axis
   std::vector<std::pair<std::string, std::string>> keys;
 };
 
+// The keys that tell the time of a single frame, for which the format has no field; the reader takes them.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> time_keys(double time,
+                                                                         const std::string& unit);
 // Ends with the empty line after which the data begin.
 [[nodiscard]] std::string nrrd_header_text(const NrrdOutput& output);
 

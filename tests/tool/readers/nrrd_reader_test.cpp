@@ -178,6 +178,55 @@ TEST(NrrdReader, ReadsTimesFromTheSpacing) {
   EXPECT_NE(d.times.origin.find("0.04"), std::string::npos);
 }
 
+TEST(NrrdReader, NamesTheChannelByItsContent) {
+  Scratch s;
+  const auto channel = [&](const std::string& fields) {
+    return open_series(inputs({s.file("a.nrrd", header("raw", fields) + "\n" + payload())}))
+        ->description()
+        .channels[0];
+  };
+  EXPECT_EQ(channel("content: wind speed\nsample units: m/s\n").name, "wind speed");
+  for (const char* unit : {"m/s", "\"m/s\"", "  m/s "})
+    EXPECT_EQ(channel(concat("sample units: ", unit, "\n")).unit, "m/s");
+  EXPECT_EQ(channel("content: T in \xb0\x43\n").name, "T in \xc2\xb0\x43"); // Latin-1
+  EXPECT_EQ(channel("content:\n").name, "value");
+  EXPECT_EQ(channel("content: " + std::string(65, 'x') + "\n").name, "value"); // a description
+  // What differs from file to file is not the name of what they hold.
+  const std::string one = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: raw\ncontent: ";
+  for (const char* second : {"smoke", "smoke 2"}) {
+    const auto series = open_series(
+        inputs({s.file("f.1.nrrd", one + "smoke\n\nab"), s.file("f.2.nrrd", concat(one, second, "\n\nab"))}));
+    EXPECT_EQ(series->description().channels[0].name, second == std::string("smoke") ? "smoke" : "value");
+  }
+}
+
+TEST(NrrdReader, TakesTheTimesOfFilesThatRise) {
+  Scratch s;
+  const auto series = [&](const std::vector<std::string>& keys) {
+    ReaderOptions o;
+    for (size_t i = 0; i < keys.size(); ++i)
+      o.inputs.push_back(
+          s.file(concat("f.", i, ".nrrd"),
+                 "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n" + keys[i] + "\n\nab"));
+    return open_series(o)->description();
+  };
+  const SeriesDescription good = series({"time:=-1.5\ntime unit:=s", "time:= 2", "time:=1e3"});
+  EXPECT_EQ(good.times.values, (std::vector<double>{-1.5, 2, 1000}));
+  EXPECT_EQ(good.times.unit, "s");
+  EXPECT_EQ(good.times.origin, "\"time\" of each file");
+  EXPECT_EQ(series({"time:=7"}).times.values, std::vector<double>{7});
+  EXPECT_TRUE(good.notes.back().find("\"time\"") == std::string::npos);
+  for (const auto& keys : {std::vector<std::string>{"time:=1", "a:=b", "time:=2"},
+                           {"time:=1", "time:=1"},
+                           {"time:=12:30", "time:=12"},
+                           {"time:=nan", "time:=1"}}) {
+    const SeriesDescription d = series(keys);
+    EXPECT_EQ(d.times.values.back(), static_cast<double>(keys.size() - 1));
+    EXPECT_EQ(d.times.unit, "");
+    EXPECT_NE(d.notes.back().find("not taken"), std::string::npos);
+  }
+}
+
 TEST(NrrdReader, SplitsComponentsIntoChannels) {
   Scratch s;
   const std::string path = s.file("a.nrrd", "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 2 1 2\nkinds: "
