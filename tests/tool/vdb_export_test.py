@@ -3,6 +3,7 @@ import json
 import os
 import resource
 import signal
+import struct
 import subprocess
 import sys
 
@@ -94,6 +95,28 @@ class VdbExport(ToolTest):
             known = self.json('info', 'g.bcc4')['attributes']['openvdb.active.soot'].split()
             self.assertEqual(len(known), 5 if gaps == 'skip' else 6)
             self.assertEqual(int(known[-1]), counts[5])
+
+    def test_time_and_units(self):
+        head = ('NRRD0005\ntype: float\ndimension: 4\nsizes: 5 4 3 3\nspace dimension: 3\nspace directions: (2,0,0) (0,2,0) (0,0,2) none\n'
+                'kinds: domain domain domain time\nspace units: "mm" "mm" "mm"\nunits: "" "" "" "s"\ncontent: heat\n'
+                'sample units: K\nendian: little\nencoding: raw\naxis 3 index type:=numeric\naxis 3 index values:=.5 2 3\n\n')
+        self.write('a.nrrd', head.encode() + struct.pack('<180f', *(1 + .01 * i for i in range(180))))
+        self.bcc4('import', 'a.nrrd', '-o', 'a.bcc4', '--quiet')
+        known = self.json('info', 'a.bcc4')
+        self.bcc4('export', 'a.bcc4', '--all', '-o', 'f.%d.vdb', '--quiet')
+        self.bcc4('import', 'f.%d.vdb', '-o', 'b.bcc4', '--quiet')
+        back = self.json('info', 'b.bcc4')
+        for j in known, back:
+            self.assertEqual((j['times']['first'], j['times']['last'], j['times']['unit'], j['spatial_unit']), (.5, 3, 's', 'mm'))
+            self.assertEqual((j['channels'][0]['name'], j['channels'][0]['unit']), ('heat', 'K'))
+            self.assertEqual(j['affine'], known['affine'])
+        # Slices of a moment have it, other planes and sums along their normal are of another kind.
+        for options, time, unit in ((['--time', 1], 1, 'K'), (['--plane', '1,0,0,0,-2'], 0, 'K'),
+                                    (['--plane', '1,0,0,0,-2', '--thickness', 1, '--slab', 'sum'], 0, '')):
+            self.bcc4('slice', 'a.bcc4', *options, '-o', 's.vdb', '--quiet')
+            self.bcc4('import', 's.vdb', '-o', 's.bcc4', '--quiet', '--overwrite')
+            j = self.json('info', 's.bcc4')
+            self.assertEqual((j['times']['first'], j['channels'][0]['unit']), (time, unit), options)
 
     def test_a_full_disk_is_said(self):
         self.make('f.vdb', 0)

@@ -117,6 +117,19 @@ VdbBounds bounds_of(const openvdb::CoordBBox& box) {
   return b;
 }
 
+VdbTold told_by(const openvdb::GridBase& grid) {
+  VdbTold told;
+  if (const auto d = grid.getMetadata<openvdb::DoubleMetadata>("time"))
+    told.time = d->value();
+  else if (const auto f = grid.getMetadata<openvdb::FloatMetadata>("time"))
+    told.time = f->value();
+  else if (const auto i = grid.getMetadata<openvdb::Int32Metadata>("time"))
+    told.time = i->value();
+  for (const auto& [name, text] : vdb_texts)
+    if (const auto m = grid.getMetadata<openvdb::StringMetadata>(name)) told.*text = m->value();
+  return told;
+}
+
 void require_name(const std::string& path, const std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) != names.end()) return;
   std::vector<std::string> numbered;
@@ -300,6 +313,8 @@ VdbGridInfo VdbFile::read_info(const std::string& name, bool with_background, bo
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column) info.affine[column * 4 + row] = m(row, column);
 
+  info.told = told_by(*grid);
+
   const auto lowest = grid->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
   const auto highest = grid->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
   const auto count = grid->getMetadata<openvdb::Int64Metadata>(openvdb::GridBase::META_FILE_VOXEL_COUNT);
@@ -318,7 +333,7 @@ VdbGridInfo VdbFile::read_info(const std::string& name, bool with_background, bo
     info.type = box_type<Value>();
     if (with_background) info.background = static_cast<double>(g.background());
   });
-  if (fog && info.level_set) info.background = 0, info.active.reset();
+  if (fog && info.level_set) info.background = 0, info.active.reset(), info.told.value_unit.clear();
   info.precision = grid->saveFloatAsHalf() && is_float(info.type) ? Type::f16 : info.type;
   return info;
 }

@@ -11,6 +11,7 @@
 
 #include "readers/affine.h"
 #include "readers/frame_reader.h"
+#include "readers/vdb/vdb_metadata.h"
 
 namespace bcc4 {
 
@@ -34,6 +35,7 @@ struct VdbGridInfo {
   VdbBounds bounds;               // of the active voxels
   std::optional<uint64_t> active; // how many they are
   Affine affine{};                // grid index -> world
+  VdbTold told{};
 };
 
 class VdbFile {

@@ -8,8 +8,10 @@
 #include <filesystem>
 
 #include "readers/error.h"
+#include "readers/file_times.h"
 #include "readers/frame_plan.h"
 #include "readers/held_file.h"
+#include "readers/utf8.h"
 #include "readers/vdb/vdb_grid.h"
 
 namespace bcc4 {
@@ -84,8 +86,11 @@ Offset voxel_offset(const VdbGridInfo& reference, const VdbGridInfo& other, cons
 }
 
 void add_channel(SeriesDescription& d, const VdbGridInfo& info, bool fog) {
-  d.channels.push_back(
-      {.name = info.name, .type = info.type, .precision = info.precision, .air = info.background});
+  d.channels.push_back({.name = info.name,
+                        .unit = utf8_of(info.told.value_unit),
+                        .type = info.type,
+                        .precision = info.precision,
+                        .air = info.background});
   d.notes.push_back(concat("grid ", info.name, ": ",
                            !info.level_set ? "fog volume"
                            : fog           ? "level set, read as fog"
@@ -123,6 +128,7 @@ std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOpti
   size_t empty_frames = 0;
   const bool fog = options.level_set_fog.value_or(false);
   bool level_sets = false;
+  std::vector<FileTime> times;
   for (const SequenceFile& f : sequence.files) {
     d.files.push_back({f.path, std::filesystem::file_size(f.path)});
     VdbFile& file = f.path == path ? *first : hold_file(other, f.path);
@@ -142,6 +148,7 @@ std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOpti
         fail_input(f.path, ": grid \"", info.name, "\" holds ", info.tree_type,
                    " values, in the first frame ", type_name(channel.type));
       const Offset offset = voxel_offset(reference, info, f.path);
+      if (c == 0) times.push_back({info.told.time, info.told.time_unit});
       if (c == 0)
         offsets.push_back(offset);
       else if (offset != offsets.back())
@@ -170,12 +177,14 @@ std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOpti
   d.dims[3] = sequence.files.size();
   d.affine = moved_origin(reference.affine, begin);
   d.affine_origin = "transform of the grid";
+  d.spatial_unit = reference.told.space_unit;
   d.axes = "x, y, z as in the grid";
   d.notes.push_back(concat("active voxels of all frames lie in (", bounds.begin[0], ", ", bounds.begin[1],
                            ", ", bounds.begin[2], ") to (", bounds.end[0] - 1, ", ", bounds.end[1] - 1, ", ",
                            bounds.end[2] - 1, ")",
                            empty_frames > 0 ? concat("; ", empty_frames, " frames have none") : ""));
   if (!sequence.note.empty()) d.notes.push_back(sequence.note);
+  take_file_times(d, times, "time");
   FramePlan plan = plan_files(sequence, options);
   return planned_series(std::make_unique<VdbReader>(std::move(d), std::move(origins), memory_limit(options),
                                                     fog, std::move(first)),

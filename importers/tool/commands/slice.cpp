@@ -132,10 +132,11 @@ Range write_vdb_slice(const Volume& volume, uint32_t channel, const Slice& slice
     o.grid_class = VdbOutput{}.grid_class;
     o.air = static_cast<float>(info.air);
     o.range = {-HUGE_VALF, HUGE_VALF};
+    if (where.slab == BCCSPLAT_SLAB_SUM) o.told.value_unit.clear();
   }
+  if (where.is_time_slice) tell_time(volume, where.time, o);
   std::copy(info.dims, info.dims + 3, o.dims.begin());
   o.affine = box_affine(info);
-  o.time = where.time;
   o.overwrite = true;
   write_vdb(path, o, values);
   return range;

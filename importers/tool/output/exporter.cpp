@@ -115,7 +115,7 @@ void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path, [[maybe
   holes_ += count_missing(values); // become background
   o.dims = region().dims;
   o.affine = affine();
-  o.time = where.time;
+  tell_time(volume_, where.time, o);
   o.overwrite = options_.overwrite;
   write_vdb(path, o, values);
 #endif

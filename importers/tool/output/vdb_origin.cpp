@@ -26,7 +26,14 @@ VdbOutput vdb_like_source(const Volume& volume, uint32_t channel) {
   const auto [low, high] = std::minmax({info.range[0], info.range[1]});
   o.range = {std::min(static_cast<float>(low), o.air), std::max(static_cast<float>(high), o.air)};
   o.as_half = info.source_type == BCCSPLAT_TYPE_F16;
+  o.told.value_unit = info.unit;
+  o.told.space_unit = volume_info(volume).spatial_unit;
   return o;
+}
+
+void tell_time(const Volume& volume, double time, VdbOutput& output) {
+  output.told.time = time;
+  output.told.time_unit = volume_info(volume).time_unit;
 }
 
 void keep_sparsity(const Volume& volume, uint32_t channel, double index, std::span<const float> values,

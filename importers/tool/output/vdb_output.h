@@ -9,6 +9,7 @@
 #include <string>
 
 #include "readers/affine.h"
+#include "readers/vdb/vdb_metadata.h"
 
 namespace bcc4 {
 
@@ -21,7 +22,7 @@ struct VdbOutput {
   float least = 0; // voxels that differ by less from the background stay inactive, and so do equal ones
   std::array<float, 2> range; // values beyond are written as its ends
   bool as_half = false;
-  double time = 0; // kept as metadata "time"
+  VdbTold told{}; // time and units, as metadata
   bool overwrite = false;
 };
 

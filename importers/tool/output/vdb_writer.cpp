@@ -63,7 +63,9 @@ void write_vdb_grid(std::ostream& stream, const std::string& path, const VdbOutp
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column) m(row, column) = o.affine[column * 4 + row];
   grid->setTransform(openvdb::math::Transform::createLinearTransform(m));
-  grid->insertMeta("time", openvdb::DoubleMetadata(o.time));
+  if (o.told.time) grid->insertMeta("time", openvdb::DoubleMetadata(*o.told.time));
+  for (const auto& [name, text] : vdb_texts)
+    if (!(o.told.*text).empty()) grid->insertMeta(name, openvdb::StringMetadata(o.told.*text));
   try {
     StreamArchive().write_grid(stream, grid);
   } catch (const openvdb::Exception& e) {

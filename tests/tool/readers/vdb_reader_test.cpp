@@ -56,6 +56,41 @@ void expect_equal(FrameReader& reader, uint64_t frame, const GridT& grid, const 
       }
 }
 
+TEST(VdbReader, TakesTimeAndUnitsFromMetadata) {
+  Scratch s;
+  openvdb::Metadata::Ptr times[] = {std::make_shared<openvdb::Int32Metadata>(1),
+                                    std::make_shared<openvdb::FloatMetadata>(1.5f),
+                                    std::make_shared<openvdb::DoubleMetadata>(4)};
+  ReaderOptions o;
+  for (size_t i = 0; i < 3; ++i) {
+    const auto grid = fog("density");
+    grid->getAccessor().setValue(Coord(1, 2, 3), 1);
+    grid->insertMeta("time", *times[i]);
+    grid->insertMeta("time_unit", openvdb::StringMetadata("s"));
+    grid->insertMeta("value_unit", openvdb::StringMetadata("kg/m\xb3"));
+    grid->insertMeta("space_unit", openvdb::StringMetadata("m"));
+    o.inputs.push_back(s.path(concat("f.", i, ".vdb")));
+    write(o.inputs.back(), {grid});
+  }
+  const SeriesDescription d = open_series(o)->description();
+  EXPECT_EQ(d.times.values, (std::vector<double>{1, 1.5, 4}));
+  EXPECT_EQ(d.times.unit, "s");
+  EXPECT_EQ(d.channels[0].unit, "kg/m\xc2\xb3");
+  EXPECT_EQ(d.spatial_unit, "m");
+  o.dt = 2;
+  EXPECT_EQ(open_series(o)->description().times.values, (std::vector<double>{0, 2, 4}));
+  // Frames that say the same time are counted.
+  o.dt.reset();
+  o.inputs = {o.inputs[0], s.path("f.1.vdb")};
+  const auto grid = fog("density");
+  grid->getAccessor().setValue(Coord(1, 2, 3), 1);
+  grid->insertMeta("time", *times[0]);
+  write(o.inputs[1], {grid});
+  const SeriesDescription other = open_series(o)->description();
+  EXPECT_EQ(other.times.values, (std::vector<double>{0, 1}));
+  EXPECT_EQ(other.times.unit, "");
+}
+
 TEST(VdbReader, ReadsScatteredVoxelsAndTiles) {
   Scratch s;
   std::mt19937 random(3);
