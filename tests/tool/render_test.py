@@ -60,6 +60,8 @@ class Render(ToolTest):
         for dims in ((20, 18, 1, 6), (20, 1, 18, 6), (1, 20, 18, 1)):
             v = self.volume(dims, lambda x, y, z, t: .5 + .4 * math.cos(.4 * x + .2 * t) * math.cos(.3 * y + .2 * z), '--quiet', '--overwrite', name='f.bcc4')
             for more in ([], ['--mode', 'mip'], ['--mode', 'xray'], ['--trail', '2f']):
+                if '--trail' in more and dims[3] == 1:
+                    continue
                 self.bcc4('render', v, *more, '--index', '--time', min(2, dims[3] - 1), '-o', 'f.png', '--size', '40x40', '--quiet')
                 self.assertGreater(os.path.getsize(self.path('f.png')), 400, (dims, more))  # empty ones have 158 bytes
 
@@ -178,6 +180,12 @@ class Render(ToolTest):
         self.assertNotEqual(plain, self.picture('--plane', '0,0,1,0,-3'))
         self.assertEqual(plain, self.picture('--plane', '0,0,0,1,-2'))
         self.picture('--time', 2, '--reference', size='8x8')
+
+    def test_one_frame_has_no_trail(self):
+        self.volume((*DIMS[:3], 1), bump, '--quiet', name='still.bcc4')
+        for more in (['--trail', 2], ['--trail', '2f,3', '--deep'], ['--trail=-1:1']):
+            name = 'x.exr' if '--deep' in more else 'x.png'
+            self.refused(2, '--trail: still.bcc4 has one frame', 'render', 'still.bcc4', *more, '-o', name, output=name)
 
     def test_trails(self):
         still = self.picture('--time', 4)

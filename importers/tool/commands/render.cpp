@@ -321,6 +321,8 @@ Exit run_render(RenderArguments a) {
   const uint32_t channel = find_channel(volume, a.channel);
   const size_t cameras = camera.file ? camera.file->cameras.size() : 1;
   if (!a.common.quiet) warn_of_part(volume, a.file);
+  if (a.trail && volume_info(volume).dims[3] == 1)
+    fail_usage("--trail: ", a.file, " has one frame, in which nothing moves");
   choose_moment(volume, a, cameras > 1);
   const std::vector<Picture> pictures = picture_sequence(volume, a, cameras);
   refuse_outputs(a, pictures);
