@@ -5,7 +5,7 @@ import math
 import os
 import random
 
-from harness import DATA, ToolTest, main
+from harness import CODES, DATA, Nrrd, ToolTest, field, main
 
 
 def slow(x, y, z, t):
@@ -252,6 +252,30 @@ class LatticeTest(ToolTest):
             report = self.imported(self.raw('a.raw', (22, 20, 18, 12), organ, 'u8'), *more)
             self.assertEqual(report['plan']['choice']['labels'], [True])
             self.assertEqual(report['plan']['choice']['rounded']['steps'], [])
+
+    def test_labels_between_frames_are_the_nearest_frame_s(self):
+        def organ(x, y, z, t):
+            r = math.hypot(x - 5 - .4 * t, y - 5, z - 4)
+            return 0 if r > 4 else 37 if x + y < 9 else 4
+
+        dims = (12, 10, 9, 8)
+        for f, dtype, labels in ((organ, 'u8', True), (lambda *p: 250 * (organ(*p) > 0), 'i16', True), (lambda *p: organ(*p) + .01 * p[0], 'f32', False)):
+            self.imported(self.raw('a.raw', dims, f, dtype), *([] if labels else ['--lattice', 'cc']), '--exact', '--dt', 2)
+            frames = [field((*dims[:3], 1), lambda x, y, z, _: f(x, y, z, t), CODES[dtype]) for t in range(dims[3])]
+            for moment, nearest in ((3.4, 3), (3.5, 4), (6.75, 7), (5, 5)):
+                _, said = self.bcc4('export', 'v.bcc4', '--index', '--time', moment, '-o', 'e.nrrd', '--overwrite')
+                got = Nrrd(self.path('e.nrrd'))
+                worst = max(abs(a - b) for a, b in zip(got.values, frames[nearest]))
+                self.assertEqual(worst < .01, labels or moment == nearest, (dtype, moment, worst))
+                self.assertEqual(f'labels: those of frame {nearest}, the nearest' in said, labels and moment != nearest)
+                self.assertEqual(float(got.keys['time']), 2 * moment)  # it is what was asked for
+            # Who wants the field has it, as of whatever has few values and is smooth.
+            self.bcc4('slice', 'v.bcc4', '--index', '--time', 3.4, '-o', 's.nrrd', '--quiet')
+            self.assertGreater(max(abs(a - b) for a, b in zip(Nrrd(self.path('s.nrrd')).values, frames[3])), 1)
+
+        self.imported(self.raw('a.raw', dims, lambda x, y, z, t: 10 + 9 * math.sin(.3 * x + .5 * t) * math.cos(.25 * y - .2 * z), 'u8'))
+        self.assertEqual(self.json('info', 'v.bcc4')['lattice'], 'd4star')
+        self.assertNotIn('labels', self.bcc4('export', 'v.bcc4', '--index', '--time', 3.4, '-o', 'f.nrrd')[1])
 
     def test_plan_parts_and_one_process_make_the_same_bytes(self):
         for dtype in ('f32', 'u16'):

@@ -108,7 +108,15 @@ Exit run_export(ExportArguments& a) {
     else
       export_files(exporter, volume, pattern, a.options.overwrite, progress);
   } else {
-    const Cut where = resolve_cut(volume, a.which);
+    Cut where = resolve_cut(volume, a.which);
+    if (const double frame = exporter.written_index(where.index); frame != where.index) {
+      where.index = frame; // its time stays that asked for
+      if (!a.common.quiet)
+        std::fprintf(stderr,
+                     "bcc4: %s: labels: those of frame %s, the nearest, are written; bcc4 slice has the "
+                     "field between frames\n",
+                     a.file.c_str(), concat(frame).c_str());
+    }
     exporter.write_frame(pattern.empty() ? a.output : apply_frame_pattern(pattern, std::llround(where.index)),
                          where);
   }
@@ -135,7 +143,7 @@ Run add_export(Command tool) {
   ex.add_option("-o,--output", a->output, "A file, a pattern such as smoke.%04d.vdb, or a folder")
       .type_name("OUT");
   ex.add_flag("--all", a->all, "All frames");
-  add_number(ex, "--time", a->which.time, "One time, in the file's unit");
+  add_number(ex, "--time", a->which.time, "One time, in the file's unit; of labels the nearest frame");
   ex.add_flag("--index", a->which.index, "--time is a frame number, fractions allowed");
   add_region(ex, a->options.region, "Only this box of the source grid: samples from 0, both ends included");
   add_choice<ExportFormat>(

@@ -9,6 +9,7 @@
 
 #include "tool/interrupt.h"
 #include "tool/output/export_type.h"
+#include "tool/view/render_function.h"
 #include "tool/view/time_slice.h"
 #if BCCSPLAT_WITH_OPENVDB
 #include "tool/output/vdb_origin.h"
@@ -72,6 +73,14 @@ Affine Exporter::affine() const {
   std::array<double, 3> begin{};
   for (size_t i = 0; i < 3; ++i) begin[i] = static_cast<double>(options_.region->begin[i]);
   return moved_origin(whole, begin);
+}
+
+// Import keeps labels on their own grid, where frames come back as they are; what has few values and is
+// smooth is on another one.
+double Exporter::written_index(double index) const {
+  if (index == std::round(index) || info_.lattice != BCCSPLAT_LATTICE_CC) return index;
+  const bccsplat_look look = make_look(volume_, channel_, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_DEFAULT);
+  return look.kind == BCCSPLAT_KIND_LABELS ? std::round(index) : index;
 }
 
 void Exporter::append_frame(OutputFile& file, double index) {

@@ -29,6 +29,9 @@ class Exporter {
   void write_frame(const std::string& path, const Cut& where);
   // All frames in one file, time slowest; raw and NRRD.
   void write_series(const std::string& path, Progress& progress);
+  // Returns the index that is written for a moment: the moment's, or of labels the nearest frame's. What
+  // blends them makes up others.
+  [[nodiscard]] double written_index(double index) const;
   // Returns the type of the values written.
   [[nodiscard]] Type type() const { return type_; }
   // Values that are missing and were written as 0, or as the background of OpenVDB.
