@@ -19,7 +19,7 @@ void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 
           const std::byte* row = box.data + j * box.stride_bytes[1] + k * box.stride_bytes[2];
           for (uint64_t i = 0; i < box.dims[0]; ++i) {
             const double v = load_as<decltype(zero)>(row + i * box.stride_bytes[0]);
-            if (std::isfinite(v)) {
+            if (std::isfinite(static_cast<float>(v))) {
               scan.min = std::min(scan.min, v);
               scan.max = std::max(scan.max, v);
               scan.relevant += std::abs(v - air) > air_threshold;
@@ -28,6 +28,7 @@ void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 
                 scan.first_frame = number;
                 scan.first_voxel = {box.begin[0] + i, box.begin[1] + j, box.begin[2] + k};
               }
+              scan.beyond += std::isfinite(v);
               ++scan.relevant;
             }
           }

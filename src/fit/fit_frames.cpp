@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <utility>
 
 #include "base/sizes.h"
@@ -41,6 +43,21 @@ std::array<float, 2> Fit::State::clamp_range(const Channel& c) const {
   return {relative(range.low), relative(range.high)};
 }
 
+namespace {
+
+// A double may be finite, and not a float.
+std::string why_not_finite(const Frame& frame, const std::array<int64_t, 3>& voxel) {
+  const Region here{voxel, {voxel[0] + 1, voxel[1] + 1, voxel[2] + 1}};
+  double value = std::numeric_limits<double>::quiet_NaN();
+  for (const FrameBox& box : frame.boxes())
+    if (box.type == SourceType::f64 && !frame.region(box).cut(here).empty())
+      std::memcpy(&value, frame.sample(box, voxel[0], voxel[1], voxel[2]), sizeof value);
+  if (!std::isfinite(value)) return "not finite, the first one";
+  return concat("beyond 32-bit floats or not finite, the first one, ", value, ",");
+}
+
+} // namespace
+
 Frame Fit::State::frame_of(const Channel& c, std::span<const FrameBox> boxes) const {
   return {boxes, source_dims(), c.options.quantiser.air,
           concat("channel '", c.options.name, "', frame ", c.given)};
@@ -50,11 +67,13 @@ FrameScan Fit::State::check_frame(int index, std::span<const FrameBox> boxes) co
   const Channel& c = channel(index);
   if (c.given == INT32_MAX) fail(Code::limit_exceeded, "too many frames: at most 2147483647");
   const std::string what = concat("channel '", c.options.name, "', frame ", c.given);
-  FrameScan scan = scan_frame(frame_of(c, boxes), c.options.threshold, context);
-  if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error)
-    fail(Code::nonfinite_value, what, ": ", scan.nonfinite,
-         " values are not finite, the first one at voxel (", scan.first_nonfinite[0], ", ",
-         scan.first_nonfinite[1], ", ", scan.first_nonfinite[2], "); treat them as holes, or clamp them");
+  const Frame frame = frame_of(c, boxes);
+  FrameScan scan = scan_frame(frame, c.options.threshold, context);
+  if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error) {
+    const auto& at = scan.first_nonfinite;
+    fail(Code::nonfinite_value, what, ": ", scan.nonfinite, " values are ", why_not_finite(frame, at),
+         " at voxel (", at[0], ", ", at[1], ", ", at[2], "); treat them as holes, or clamp them");
+  }
   if (!is_known(scan) && options.part && c.given > 0 && c.given == options.part->first_given)
     fail(Code::wrong_state, what, ": it is missing altogether; a part begins with a frame that is not");
   if (counts_frame(c.given) && scan.finite > 0) c.check_range(scan.low, scan.high, what);

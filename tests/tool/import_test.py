@@ -343,6 +343,27 @@ class Import(ToolTest):
             self.assertEqual(self.json('info', 'a.bcc4')['holes'], policy == 'hole')
         self.bcc4('slice', 'a.bcc4', '--time', 4, '-o', 's.nrrd')
 
+    def test_doubles_beyond_floats(self):
+        def values(x, y, z, t):
+            return {(1, 2, 3, 4): -1e300, (2, 2, 3, 4): math.inf}.get((x, y, z, t), bump(x, y, z, t))
+
+        args = self.raw('a.raw', DIMS, values, 'f64')
+        self.refused(3, '2 values are beyond 32-bit floats or not finite, the first one, -1e+300, at voxel (1, 2, 3)', 'import', *args,
+                     '-o', 'a.bcc4', '--quiet', output='a.bcc4')
+        for policy in ('hole', 'clamp'):
+            said, _ = self.bcc4('import', *args, '-o', 'a.bcc4', '--on-nonfinite', policy, '--overwrite')
+            self.assertIn('2 source values were not finite or beyond 32-bit floats', said)
+            out, _ = self.bcc4('verify', 'a.bcc4', '--against', 'a.raw')
+            self.assertIn('2 source samples are not finite or beyond 32-bit floats', out)
+            self.assertLess(self.json('verify', 'a.bcc4', '--against', 'a.raw')['max_abs'], 150)
+        plan = self.json('import', *args, '--dry-run')['channels'][0]
+        self.assertEqual(plan['nonfinite'], 2)
+        self.assertLess(plan['range'][1] - plan['range'][0], 101)
+        self.assertIn('2 not finite or beyond 32-bit floats, the first in frame 4', self.bcc4('import', *args, '--dry-run')[0])
+        # Others are told as before.
+        args = self.raw('b.raw', DIMS, lambda *p: math.nan if p == (1, 2, 3, 4) else bump(*p), 'f64')
+        self.refused(3, '1 values are not finite, the first one at voxel (1, 2, 3)', 'import', *args, '-o', 'b.bcc4', '--quiet', output='b.bcc4')
+
     def test_older_headers_are_latin_1(self):
         head = 'NRRD0004\ntype: uint8\ndimension: 3\nspace dimension: 3\nsizes: 5 5 5\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n' \
                'space units: "\u00b5m" "\u00b5m" "\u00b5m"\nencoding: raw\nMaterial:=Fl\u00fcssigkeit\n\n'

@@ -28,7 +28,7 @@ void compare_frame(const Slice& slice, const Frame& frame, uint64_t number, cons
       gather_plane(frame, s.dims, z, uncovered, expected.data());
       const float* got = values.data() + (z - first) * nx * ny;
       for (uint64_t i = 0; i < nx * ny; ++i) {
-        if (!std::isfinite(expected[i])) {
+        if (!std::isfinite(static_cast<float>(expected[i]))) {
           ++out.holes_expected;
           continue;
         }
@@ -150,8 +150,9 @@ void print_comparison(const std::string& name, const Comparison& c) {
         static_cast<unsigned long long>(c.worst.voxel[1]), static_cast<unsigned long long>(c.worst.voxel[2]),
         short_number(c.worst.got, digits).c_str(), short_number(c.worst.expected, digits).c_str());
   if (c.holes_expected > 0 || c.holes_got > 0)
-    std::printf("  missing data: %llu source samples are not finite, %llu others are missing in the file\n",
+    std::printf("  missing data: %llu source samples are not finite%s, %llu others are missing in the file\n",
                 static_cast<unsigned long long>(c.holes_expected),
+                c.scan.beyond > 0 ? " or beyond 32-bit floats" : "",
                 static_cast<unsigned long long>(c.holes_got));
 }
 

@@ -39,7 +39,7 @@ struct Comparison {
   Worst worst;
   std::vector<Comparison> frames; // of a series: frame by frame
   ChannelScan scan;
-  uint64_t holes_expected = 0; // source values that are not finite
+  uint64_t holes_expected = 0; // source values that are not finite as floats
   uint64_t holes_got = 0;      // of the finite ones, those the file has as missing data
   void add(const Comparison& other);
 };

@@ -97,9 +97,9 @@ void print_plan(const ImportPlan& plan) {
       if (!scan.empty()) text += concat(", range ", scan.min, " to ", scan.max);
       text += concat(", ", percent(scan.samples - scan.relevant, scan.samples), " air");
       if (scan.nonfinite > 0)
-        text +=
-            concat(", ", scan.nonfinite, " not finite, the first in frame ", scan.first_frame, " at voxel (",
-                   scan.first_voxel[0], ", ", scan.first_voxel[1], ", ", scan.first_voxel[2], ")");
+        text += concat(", ", scan.nonfinite, " not finite", scan.beyond > 0 ? " or beyond 32-bit floats" : "",
+                       ", the first in frame ", scan.first_frame, " at voxel (", scan.first_voxel[0], ", ",
+                       scan.first_voxel[1], ", ", scan.first_voxel[2], ")");
     }
     line(c == 0 ? "values" : "", text);
   }

@@ -131,8 +131,11 @@ void print_summary(const SeriesDescription& s, const ImportResult& import, doubl
               short_number(ratio(r.sites_total, r.cc_samples), 4).c_str(),
               static_cast<unsigned long long>(r.sites_kept),
               short_number(100 * ratio(r.sites_kept, r.sites_total + r.sites_outside), 4).c_str());
+  const bool doubles =
+      std::any_of(s.channels.begin(), s.channels.end(), [](const Channel& c) { return c.type == Type::f64; });
   if (r.nonfinite > 0)
-    std::printf("  %llu source values were not finite\n", static_cast<unsigned long long>(r.nonfinite));
+    std::printf("  %llu source values were not finite%s\n", static_cast<unsigned long long>(r.nonfinite),
+                doubles ? " or beyond 32-bit floats" : "");
   if (r.clamped > 0)
     std::printf("  %llu values, of the source or by the filter beside edges, clamped to the range of the "
                 "stored type\n",
