@@ -140,12 +140,14 @@ void set_times(SeriesDescription& d, const Header& h, uint64_t frames, const std
                : unit == 40 ? "ppm"
                             : "radians",
                ", not time; give --dt to read it as time");
-  d.times.unit = unit == 8 ? "s" : unit == 16 ? "ms" : unit == 24 ? "us" : "";
+  const char* const name = unit == 8 ? "s" : unit == 16 ? "ms" : unit == 24 ? "us" : "";
   const double step = h.decimal(h.fields().pixdim, 4), first = h.decimal(h.fields().toffset);
   if (frames < 2 || !(step > 0) || !std::isfinite(step) || !std::isfinite(first)) {
     if (frames > 1) d.notes.push_back(concat("pixdim[4] is ", step, ": no time step in the header"));
+    if (frames > 1 && (o.dt || o.times)) d.times.unit = name; // frames that are counted have none
     return;
   }
+  d.times.unit = name;
   for (uint64_t i = 0; i < frames; ++i) d.times.values.push_back(first + static_cast<double>(i) * step);
   d.times.origin =
       concat("pixdim[4] = ", step, d.times.unit.empty() ? " (unit not stated)" : " ", d.times.unit);

@@ -96,6 +96,11 @@ TEST(NiftiReader, DoesNotGuessTimes) {
   const auto reader = open_series(inputs({s.file("a.nii", n.file())}));
   EXPECT_EQ(reader->description().times.values[4], 4);
   EXPECT_NE(reader->description().times.origin.find("none given"), std::string::npos);
+  EXPECT_EQ(reader->description().times.unit, ""); // of what is counted
+  EXPECT_EQ(open_series(inputs({s.file("b.nii", Nifti1(false, 1).file(24))}))->description().times.unit, "");
+  ReaderOptions told = inputs({s.path("a.nii")});
+  told.dt = 2;
+  EXPECT_EQ(open_series(told)->description().times.unit, "ms");
   n.bytes()[123] = 32; // hertz
   EXPECT_REFUSED(refusal(inputs({s.file("a.nii", n.file())})), Exit::bad_input, "hertz");
 }
