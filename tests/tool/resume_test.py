@@ -1,6 +1,7 @@
 """bcc4 import that is killed, interrupted, resumed and appended to. BCCSPLAT_KILLS sets how often it is killed."""
 import os
 import random
+import re
 import signal
 import struct
 import subprocess
@@ -158,6 +159,35 @@ class Resume(ToolTest):
         os.rename(self.path('b.raw'), self.path('a.raw'))
         self.run_import('--resume', '--quiet')
         self.assertEqual(self.read('x.bcc4'), whole)
+
+    def test_work_that_is_begun_anew_is_told(self):
+        journal = self.path('x.bcc4.journal')
+
+        def has_work(live):
+            if live:
+                return subprocess.run([BCC4, 'info', self.path('x.bcc4.partial')], capture_output=True).returncode == 0
+            return os.path.exists(journal) and os.path.getsize(journal) > 1400  # a slab behind the options
+
+        for live in (), ('--live', '1'):
+            whole = self.undisturbed(*live, '--overwrite')
+            p = self.started(*live)
+            while p.poll() is None and not has_work(live):
+                time.sleep(.001)
+            p.kill()
+            p.communicate()
+            if os.path.exists(self.path('x.bcc4')):
+                self.skipTest('it was faster than the signal')
+            kept = {n: self.read(n) for n in ('x.bcc4.partial', 'x.bcc4.journal')}
+            for more, told in (['--resume'], False), (['--quiet'], False), ([], True):
+                for name, data in kept.items():
+                    self.write(name, data)
+                _, err = self.run_import(*live, *more)
+                self.assertEqual(bool(re.search(r'x\.bcc4\.partial of an import that did not end \([0-9.]+ [KM]iB.*\) is begun anew; '
+                                                r'--resume would have', err)), told, err)
+                self.assertEqual(f' of {FRAMES} frames)' in err, told and bool(live), err)
+                self.assertEqual(self.read('x.bcc4'), whole)
+                os.remove(self.path('x.bcc4'))
+        self.assertNotIn('begun anew', self.run_import()[1])
 
     def test_resume_with_nothing_to_resume_begins(self):
         whole = self.undisturbed()

@@ -38,6 +38,23 @@ int32_t partial_mode(const ResumeArguments& arguments) {
   return arguments.resume ? BCCSPLAT_PARTIAL_RESUME : BCCSPLAT_PARTIAL_KEEP;
 }
 
+std::string unfinished_work(const Device& device, const std::string& output) {
+  std::error_code error;
+  const std::string partial = output + ".partial";
+  const uintmax_t journal = fs::file_size(output + ".journal", error);
+  if (error || journal <= empty_journal) return "";
+  const uintmax_t bytes = fs::file_size(partial, error);
+  if (error) return "";
+  std::string how_far = byte_text(static_cast<double>(bytes));
+  bccsplat_volume* opened = nullptr; // with --live
+  if (bccsplat_volume_open_file(device.get(), partial.c_str(), nullptr, &opened) == BCCSPLAT_OK) {
+    const Volume volume(opened);
+    const bccsplat_volume_info v = volume_info(volume);
+    how_far += concat(", ", v.dims[3], " of ", v.frames_expected, " frames");
+  }
+  return concat(partial, " of an import that did not end (", how_far, ")");
+}
+
 UnfinishedImport::~UnfinishedImport() {
   if (finished_) return;
   std::error_code error;

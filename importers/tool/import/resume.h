@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "tool/handles.h"
 #include "tool/options.h"
 
 namespace bcc4 {
@@ -16,6 +17,10 @@ struct ResumeArguments {
 void add_resume_options(Command import, ResumeArguments& arguments);
 // BCCSPLAT_PARTIAL_... for the writer; refuses both at once.
 [[nodiscard]] int32_t partial_mode(const ResumeArguments& arguments);
+
+// What an import that was killed left behind, in words, as far as --resume could go on with it; "" where
+// there is nothing.
+[[nodiscard]] std::string unfinished_work(const Device& device, const std::string& output);
 
 // Watches over one import. When it ends early, work worth going on from stays and a line says how; else
 // nothing stays: what misses its bound would miss it again.

@@ -66,8 +66,12 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
     part.lead = scope.lead;
     part.times = s.times.values.data();
   }
+  const bool anew = settings.partial != BCCSPLAT_PARTIAL_RESUME && !common.quiet;
+  const std::string unfinished = anew ? unfinished_work(device, scope.output) : "";
   const Writer writer =
       create_writer(device, scope.output, s, settings, scans, s.dims[3], scope.part ? &part : nullptr);
+  if (!unfinished.empty())
+    std::fprintf(stderr, "bcc4: %s is begun anew; --resume would have gone on with it\n", unfinished.c_str());
   record_origin(writer, s, settings, scope);
 
   ImportResult result;
