@@ -519,10 +519,10 @@ typedef struct bccsplat_channel_options {
    * back within a small share of their distance from air, the ripple of the kernel: of a field
    * about a large constant air is that constant there. A file with abs_error tells such a base, and
    * readers that do not know of it refuse it. Floats, and integers of 32 bits, are stored as floats
-   * relative to air, far from it in coarse steps. Air is rounded to a float: doubles that equal an
-   * air that is none, such as 273.15, differ from it and are stored. finish warns (the device's
-   * log) of the share in such parts where the distance is more than 8 times the range of the
-   * values, and of steps that are more than 1/256 of it. */
+   * relative to air, far from it in coarse steps. The file has the nearest float of air; samples
+   * that equal air as it is given are air, 273.15 of doubles, too. finish warns (the device's log)
+   * of the share in such parts where the distance is more than 8 times the range of the values, and
+   * of steps that are more than 1/256 of it. */
   double air;
   /* A site within this of air is not stored; 0: sites that equal air in the stored type, and for
    * floats the filter's ringing beside air, up to 1/512 of what is near, are not. */

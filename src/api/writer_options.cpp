@@ -114,7 +114,7 @@ ChannelSettings read_channel(const bccsplat_channel_options& in, uint32_t number
   require_range(in.value_step, 0, largest_value, field(".value_step").c_str());
   if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE)
     require_numbers(in.range, field(".range").c_str(), largest_value);
-  out.air = in.set_mask & BCCSPLAT_CHANNEL_SET_AIR ? static_cast<float>(in.air) : 0;
+  out.air = in.set_mask & BCCSPLAT_CHANNEL_SET_AIR ? in.air : 0;
   out.threshold = static_cast<float>(in.air_threshold);
   if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) out.range = Range{in.range[0], in.range[1]};
   out.value_step = in.value_step;

@@ -30,6 +30,7 @@ namespace bccsplat {
 struct FitChannel {
   std::string name = "value"; // for error texts
   Quantiser quantiser;
+  std::optional<double> air; // of frames, where the quantiser has only the nearest float; none: that of it
   // A site within this of air is dropped; 0: only where the stored code is that of air.
   float threshold = 0;
   // Ringing of the filter next to samples that are air is dropped up to this fraction of the largest

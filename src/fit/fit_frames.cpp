@@ -59,7 +59,7 @@ std::string why_not_finite(const Frame& frame, const std::array<int64_t, 3>& vox
 } // namespace
 
 Frame Fit::State::frame_of(const Channel& c, std::span<const FrameBox> boxes) const {
-  return {boxes, source_dims(), c.options.quantiser.air,
+  return {boxes, source_dims(), c.options.air.value_or(c.options.quantiser.air),
           concat("channel '", c.options.name, "', frame ", c.given)};
 }
 

@@ -34,7 +34,7 @@ Region Region::cut(const Region& other) const {
   return r;
 }
 
-Frame::Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims, float air,
+Frame::Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims, double air,
              const std::string& what)
     : dims_(dims), air_(air) {
   for (size_t b = 0; b < boxes.size(); ++b) {

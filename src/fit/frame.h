@@ -44,11 +44,11 @@ struct Region {
 class Frame {
  public:
   // Throws invalid_argument, naming `what`, when a box does not fit the frame.
-  Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims, float air,
+  Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims, double air,
         const std::string& what);
 
   [[nodiscard]] const std::array<int64_t, 3>& dims() const { return dims_; }
-  [[nodiscard]] float air() const { return air_; }
+  [[nodiscard]] double air() const { return air_; }
   [[nodiscard]] std::span<const FrameBox> boxes() const { return boxes_; }
   [[nodiscard]] Region region(const FrameBox& box) const;
   [[nodiscard]] const std::byte* sample(const FrameBox& box, int64_t x, int64_t y, int64_t z) const;
@@ -71,7 +71,7 @@ class Frame {
 
   std::vector<FrameBox> boxes_; // strides filled in
   std::array<int64_t, 3> dims_;
-  float air_;
+  double air_;
   // Boxes by the cells of a coarse grid they touch: cell c has members_[cell_begin_[c] .. cell_begin_[c +
   // 1]).
   std::array<int64_t, 3> cells_{1, 1, 1};

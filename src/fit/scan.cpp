@@ -133,7 +133,8 @@ void scan_job(const Frame& frame, const ScanJob& job, float threshold, CellRange
   rows = rows.cut(frame.region(box));
   // Float types are compared as they are; the others relative to air, in double.
   const bool wide = wider_than_float(box.type);
-  const float unpack_air = wide ? frame.air() : 0, scan_air = wide ? 0 : frame.air();
+  const double unpack_air = wide ? frame.air() : 0;
+  const float scan_air = wide ? 0 : static_cast<float>(frame.air());
 
   const int64_t first_cell = rows.begin[0] / edge[0];
   const size_t width = rows.length(0), phase = rows.begin[0] % edge[0];
@@ -251,8 +252,8 @@ FrameScan scan_frame(const Frame& frame, float threshold, const Context& context
       }
   const uint64_t total = static_cast<uint64_t>(n[0]) * n[1] * n[2];
   if (all.samples < total) {
-    all.low = std::min(all.low, static_cast<double>(frame.air()));
-    all.high = std::max(all.high, static_cast<double>(frame.air()));
+    all.low = std::min(all.low, frame.air());
+    all.high = std::max(all.high, frame.air());
   }
   scan.relevant = all.relevant;
   scan.nonfinite = all.nonfinite;

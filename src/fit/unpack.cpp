@@ -7,6 +7,7 @@
 
 #include <bit>
 #include <cstring>
+#include <type_traits>
 
 #include "fit/unpack.h"
 
@@ -16,11 +17,12 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace {
 
-template<class T> HWY_INLINE float Relative(T value, float air) {
-  if constexpr (sizeof(T) >= 4 && !std::is_same_v<T, float>)
-    return static_cast<float>(static_cast<double>(value) - air);
-  else
-    return static_cast<float>(value) - air;
+// What air is subtracted as.
+template<class T>
+using AirOf = std::conditional_t<sizeof(T) >= 4 && !std::is_same_v<T, float>, double, float>;
+
+template<class T> HWY_INLINE float Relative(T value, AirOf<T> air) {
+  return static_cast<float>(static_cast<AirOf<T>>(value) - air);
 }
 
 // binary16 in an integer: the value scaled by 2^-112 has the same bits in binary32.
@@ -35,8 +37,9 @@ HWY_INLINE float Relative(Half h, float air) {
 }
 
 template<class T>
-HWY_NOINLINE void UnpackAs(const std::byte* HWY_RESTRICT data, int64_t stride, size_t count, float air,
+HWY_NOINLINE void UnpackAs(const std::byte* HWY_RESTRICT data, int64_t stride, size_t count, double air_value,
                            float* HWY_RESTRICT out) {
+  const auto air = static_cast<AirOf<T>>(air_value);
   if (stride == sizeof(T)) {
     for (size_t i = 0; i < count; ++i) {
       T value;
@@ -52,7 +55,7 @@ HWY_NOINLINE void UnpackAs(const std::byte* HWY_RESTRICT data, int64_t stride, s
   }
 }
 
-void Unpack(SourceType type, const std::byte* data, int64_t stride, size_t count, float air, float* out) {
+void Unpack(SourceType type, const std::byte* data, int64_t stride, size_t count, double air, float* out) {
   switch (type) {
   case SourceType::u8:
     return UnpackAs<uint8_t>(data, stride, count, air, out);
@@ -107,7 +110,8 @@ size_t source_bytes(SourceType type) {
   return 0;
 }
 
-void unpack_row(SourceType type, const std::byte* data, int64_t stride, size_t count, float air, float* out) {
+void unpack_row(SourceType type, const std::byte* data, int64_t stride, size_t count, double air,
+                float* out) {
   HWY_DYNAMIC_DISPATCH(Unpack)(type, data, stride, count, air, out);
 }
 

@@ -15,7 +15,9 @@ namespace bccsplat {
   return type == SourceType::i32 || type == SourceType::u32 || type == SourceType::f64;
 }
 
-// out[i] = sample i minus air, for `count` samples that are `stride` bytes apart (any alignment).
-void unpack_row(SourceType type, const std::byte* data, int64_t stride, size_t count, float air, float* out);
+// out[i] = sample i minus air, for `count` samples that are `stride` bytes apart (any alignment): so those
+// that equal air are 0, though no float may be that air. Of types that fit a float the nearest float is
+// subtracted.
+void unpack_row(SourceType type, const std::byte* data, int64_t stride, size_t count, double air, float* out);
 
 } // namespace bccsplat

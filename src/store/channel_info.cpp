@@ -36,17 +36,18 @@ Quantiser quantiser_of_step(ValueType type, const Range& range, double step, flo
 bool is_integer(ValueType type) { return largest_code(type) > 0; }
 
 Quantiser quantiser_of_samples(const ChannelSettings& settings, SourceType source) {
-  const Quantiser own = quantiser_of_source(source, settings.air);
+  const auto air = static_cast<float>(settings.air);
+  const Quantiser own = quantiser_of_source(source, air);
   const ValueType type = settings.value_type.value_or(own.type);
   if (settings.value_step != 0)
-    return quantiser_of_step(type, *settings.range, settings.value_step, settings.air, settings.name);
-  if (settings.range) return quantiser_of_range(type, *settings.range, settings.air);
+    return quantiser_of_step(type, *settings.range, settings.value_step, air, settings.name);
+  if (settings.range) return quantiser_of_range(type, *settings.range, air);
   if (type == own.type) return own;
   const bool widened = own.type == ValueType::u8 && type == ValueType::u16;
   if (is_integer(type) && !widened)
     fail(Code::invalid_argument, "channel ", settings.name,
          ": storing this source as integers needs the range of its values");
-  Quantiser quantiser = widened ? own : quantiser_of_range(type, {}, settings.air);
+  Quantiser quantiser = widened ? own : quantiser_of_range(type, {}, air);
   quantiser.type = type;
   return quantiser;
 }
@@ -58,6 +59,7 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
   info.source_type = settings.source_type.value_or(first);
   FitChannel channel;
   channel.name = settings.name;
+  channel.air = settings.air;
   channel.threshold = settings.threshold;
   channel.range = settings.range;
   if (settings.value_step != 0 && !settings.range)
@@ -69,7 +71,7 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
   static_cast<Quantiser&>(info) = quantiser_of_coefficients(channel.quantiser);
   if (info.type == ValueType::i32) channel.counted_step = info.scale;
   // The samples they are made of are not rounded.
-  channel.quantiser = quantiser_of_range(ValueType::f32, {}, settings.air);
+  channel.quantiser = quantiser_of_range(ValueType::f32, {}, static_cast<float>(settings.air));
   return channel;
 }
 

@@ -26,7 +26,7 @@ class EarlierFrames {
   // with rows left out is off by a third.
   static constexpr int64_t planes_apart = 4;
 
-  EarlierFrames(const std::array<int64_t, 3>& dims, float air, MemoryBudget& memory)
+  EarlierFrames(const std::array<int64_t, 3>& dims, double air, MemoryBudget& memory)
       : dims_(dims), air_(air), memory_(memory) {}
 
   // Frames of rising numbers; with a gap between them the earlier ones are forgotten.

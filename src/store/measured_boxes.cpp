@@ -257,7 +257,7 @@ MeasuredBox whole_frame(const Lattice4& lattice) {
 }
 
 std::vector<MeasuredBox> choose_measured_boxes(const Lattice4& lattice, uint32_t frame,
-                                               std::span<const FrameBox> boxes, float air,
+                                               std::span<const FrameBox> boxes, double air,
                                                EarlierFrames* earlier) {
   const std::array<int64_t, 3> n{lattice.dims[0], lattice.dims[1], lattice.dims[2]};
   std::vector<Division> divisions{Division(lattice, 0)};

@@ -35,7 +35,7 @@ struct MeasuredBox {
 // Boxes of the frame of that number: others of another one. A frame of few cells is taken whole. earlier:
 // frames before it, where any are known.
 [[nodiscard]] std::vector<MeasuredBox> choose_measured_boxes(const Lattice4& lattice, uint32_t frame,
-                                                             std::span<const FrameBox> boxes, float air,
+                                                             std::span<const FrameBox> boxes, double air,
                                                              EarlierFrames* earlier = nullptr);
 
 // Errors of the boxes of a frame. Numbers of samples and the largest difference are those of the boxes, sums

@@ -67,8 +67,9 @@ struct HeldBox {
 struct RoundTrip::Channel {
   Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients,
           uint64_t cache_bytes, int32_t first_layer)
-      : options(o), window(lattice, o.air, coefficients ? make_kernel(kernel).name : std::string(),
-                           first_layer, o.sample_step),
+      : options(o),
+        window(lattice, static_cast<float>(o.air), coefficients ? make_kernel(kernel).name : std::string(),
+               first_layer, o.sample_step),
         kernel_name(kernel), based(window),
         cache(std::min(coefficient_cache_bytes(window, kernel), cache_bytes)),
         // The prune threshold of an open volume.
@@ -167,7 +168,7 @@ void RoundTrip::set_lattice(const Lattice4& lattice) {
 void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes) {
   const auto measured = [&](uint32_t f) { return std::binary_search(frames_.begin(), frames_.end(), f); };
   Channel& c = *channels_[channel];
-  const float air = c.options.air;
+  const double air = c.options.air;
   if (measured(frame)) {
     const std::vector<MeasuredBox> chosen =
         scope_.in_boxes

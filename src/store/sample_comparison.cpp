@@ -46,7 +46,7 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
   std::vector<double> expected(static_cast<size_t>(n[0] * n[1]));
   source.plane(z, expected.data());
   const double bound = channel.bound, step = correction_step(bound);
-  const double air = channel.air;
+  const double air = static_cast<float>(channel.air);
   SampleErrors& e = out.errors;
   for (int64_t i = 0; i < n[0] * n[1]; ++i) {
     const double want = expected[i];
@@ -77,7 +77,7 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
       e.expected = want, e.got = value;
     }
     e.all.add(difference);
-    if (std::fabs(want - air) > channel.threshold) e.non_air.add(difference);
+    if (std::fabs(want - channel.air) > channel.threshold) e.non_air.add(difference);
   }
 }
 

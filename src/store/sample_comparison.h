@@ -15,7 +15,8 @@ namespace bccsplat {
 
 struct RoundTripChannel {
   std::string name; // for error texts
-  float air = 0, threshold = 0;
+  double air = 0;   // of the source; readers have the nearest float
+  float threshold = 0;
   double bound = 0;       // 0: measured only
   bool whole = true;      // it is given all layers of the series
   double sample_step = 0; // of what is stored, as readers know it (formats/bcc4/sample_step.h)

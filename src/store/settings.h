@@ -54,7 +54,8 @@ struct ChannelSettings {
   std::string name = "value", unit;
   std::optional<SourceType> source_type; // none: that of the first box given to the writer, else f32
   std::optional<ValueType> value_type;   // none: what holds the source
-  float air = 0, threshold = 0;
+  double air = 0;                        // of the source; the file has the nearest float
+  float threshold = 0;
   std::optional<Range> range; // of the values
   double value_step = 0;      // value of one integer code; 0: what spreads the range over the codes
 };

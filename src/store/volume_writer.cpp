@@ -183,7 +183,7 @@ void VolumeWriter::begin_info() {
   for (const ChannelSettings& channel : s.channels) {
     ChannelInfo& info = initial_.channels.emplace_back();
     info.name = channel.name, info.unit = channel.unit;
-    info.air = channel.air, info.threshold = channel.threshold;
+    info.air = static_cast<float>(channel.air), info.threshold = channel.threshold;
   }
 }
 
@@ -239,7 +239,7 @@ void VolumeWriter::require_continued_file() const {
   for (size_t c = 0; c < std::min(s.channels.size(), was.channels.size()); ++c) {
     const ChannelSettings& channel = s.channels[c];
     static_cast<Quantiser&>(now.channels[c]) = static_cast<const Quantiser&>(was.channels[c]);
-    now.channels[c].air = channel.air;
+    now.channels[c].air = static_cast<float>(channel.air);
     if (channel.source_type)
       (void)code_channel(channel, *channel.source_type, s.coefficients, now.channels[c]);
     else if (channel.value_type && !s.coefficients)

@@ -279,9 +279,10 @@ void VolumeWriter::begin_measuring(bool frames_known) {
   }
   const double bound = settings_.abs_error;
   std::vector<RoundTripChannel> channels;
-  for (ChannelInfo& c : initial_.channels) {
-    channels.push_back(
-        {c.name, c.air, c.threshold, bound, part_made() == nullptr, bound > 0 ? 0 : sample_step(c)});
+  for (size_t i = 0; i < initial_.channels.size(); ++i) {
+    ChannelInfo& c = initial_.channels[i];
+    channels.push_back({c.name, settings_.channels[i].air, c.threshold, bound, part_made() == nullptr,
+                        bound > 0 ? 0 : sample_step(c)});
     if (bound == 0) continue;
     c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
     c.residuals.local = true, c.residuals.shape = CorrectionShape::smooth;
@@ -307,8 +308,11 @@ void VolumeWriter::begin_measuring_levels() {
   const std::vector<uint32_t> frames = own_frames(measuring_.choose_level_frames(0, settings_.dims[3]));
   for (int level = 1; level <= static_cast<int>(initial_.levels.size()); ++level) {
     std::vector<RoundTripChannel> channels;
-    for (const ChannelInfo& c : initial_.channels)
-      channels.push_back({c.name, c.air, c.threshold, 0, part_made() == nullptr, sample_step(c)});
+    for (size_t i = 0; i < initial_.channels.size(); ++i) {
+      const ChannelInfo& c = initial_.channels[i];
+      channels.push_back(
+          {c.name, settings_.channels[i].air, c.threshold, 0, part_made() == nullptr, sample_step(c)});
+    }
     // Samples between those of the level, in all places relative to them.
     const int32_t every = (1 << level) + 1;
     measuring_.begin_level(level, [&] {

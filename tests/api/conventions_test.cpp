@@ -121,6 +121,55 @@ TEST(Conventions, AirCountsOnlyWithItsBit) {
   }
 }
 
+// Air of doubles, and of integers of 32 bits, need not be a float.
+TEST(Conventions, SamplesThatEqualAirAreAirThoughNoFloatIs) {
+  const Folder folder;
+  const Device device = make_device(1);
+  const Series s;
+  const auto written = [&](double air, bccsplat_type type, double abs_error) {
+    auto channel = sized<bccsplat_channel_options>();
+    channel.air = air, channel.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+    auto o = options_of(s);
+    o.channels = &channel, o.channel_count = 1, o.overwrite = 1;
+    o.abs_error = abs_error, o.measure = BCCSPLAT_MEASURE_ALL, o.levels = 1;
+    const Writer w = make_writer(device, folder.file("air.bcc4"), o);
+    const size_t n = size_t{s.nx} * s.ny * s.nz;
+    std::vector<double> doubles(n);
+    std::vector<int32_t> integers(n);
+    for (uint32_t t = 0; t < s.nt; ++t) {
+      for (size_t i = 0; i < n; ++i) {
+        const auto x = static_cast<double>(i % s.nx), y = static_cast<double>(i / s.nx % s.ny),
+                   z = static_cast<double>(i / s.nx / s.ny);
+        const double over = std::round(blob(x, y, z, t));
+        doubles[i] = over == 0 ? air : air + over;
+        integers[i] = static_cast<int32_t>(doubles[i]);
+      }
+      auto box = sized<bccsplat_box>();
+      box.type = type;
+      box.data = type == BCCSPLAT_TYPE_F64 ? static_cast<const void*>(doubles.data()) : integers.data();
+      box.dims[0] = s.nx, box.dims[1] = s.ny, box.dims[2] = s.nz;
+      EXPECT_OK(bccsplat_writer_add_frame(w.get(), 0, t, &box, 1));
+    }
+    auto report = sized<bccsplat_writer_report>();
+    EXPECT_OK(bccsplat_writer_finish(w.get(), &report));
+    auto errors = sized<bccsplat_error_report>();
+    EXPECT_OK(bccsplat_writer_get_error(w.get(), 0, -1, &errors));
+    return std::pair(report, errors);
+  };
+  const auto expect_air = [&](double air, bccsplat_type type, double bound) {
+    const auto [none, none_errors] = written(0, BCCSPLAT_TYPE_F64, bound);
+    const auto [report, errors] = written(air, type, bound);
+    EXPECT_LT(none.sites_kept, none.sites_total / 4 * 3);
+    EXPECT_NEAR(static_cast<double>(report.sites_kept), static_cast<double>(none.sites_kept), 2) << air;
+    EXPECT_EQ(errors.non_air_samples, none_errors.non_air_samples) << air;
+    EXPECT_LE(errors.max_abs, none_errors.max_abs + 2e-7 * air) << air;
+    EXPECT_LE(errors.max_abs, bound > 0 ? bound : 4) << air;
+  };
+  expect_air(273.15, BCCSPLAT_TYPE_F64, 0);
+  expect_air(273.15, BCCSPLAT_TYPE_F64, 0.01);
+  expect_air(16777217, BCCSPLAT_TYPE_I32, 0); // 2^24 + 1
+}
+
 // Data whose x runs to the left, with the matrix that says so, look as those do whose x runs to the right.
 TEST(Conventions, PicturesOfPlanesOverTimeAreNoMirrorImages) {
   const Folder folder;

@@ -504,7 +504,8 @@ TEST_F(PlaneSlice, StandsInTheWorldOfItsVolume) {
   const Slice turned = plane_slice(coefficients, h, options, world, context.get());
   EXPECT_LT(length(usual.slice_to_world.point({1, 2, 3}) - turned.slice_to_world.point({0, 0, 0})), 1e-9);
   EXPECT_LT(length(usual.slice_to_world.point({5, 7, 4}) - turned.slice_to_world.point({1, 4, 5})), 1e-9);
-  HypersliceOptions merged{.time_length = 5};
+  HypersliceOptions merged;
+  merged.time_length = 5;
   const Slice axis = hyperslice(coefficients, across(0, 9), merged, world, context.get());
   EXPECT_TRUE(near(axis.slice_to_world.point(p), {x[1], x[2], 5 * p[2]}));
 }
