@@ -133,12 +133,15 @@ Lowpass::Sink Fit::State::filtered(Channel& c) {
 void Fit::State::take_frame(Channel& c, const FrameImage& image, bool known, const HoleMap& holes) {
   // What would end the series before this frame need not stay beside it.
   if (!lattice.is_static() && !options.periodic) forget_frames(c, int64_t{c.frames} + 1);
-  // A frame that is missing altogether holds what the one before holds, the first ones what follows them.
+  // A frame that is missing altogether holds what the one before holds, the first ones what follows them;
+  // layers that reach the next one take what lies between (weigh_gaps).
   FrameSites sites;
-  if (!known && !c.window.empty())
+  if (!known && !c.window.empty()) {
     sites.block = c.window.back().block;
-  else
+    sites.gap = c.any_known ? c.window.back().gap + 1 : 0;
+  } else {
     sites = resampler_of(image).resample(image.frame, image.cells, c.options.unit, pool, context);
+  }
   if (known && !c.any_known) {
     for (FrameSites& earlier : c.head) earlier.block = sites.block;
     for (FrameSites& earlier : c.window) earlier.block = sites.block;

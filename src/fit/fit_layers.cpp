@@ -58,10 +58,13 @@ void Fit::State::make_moving_layers(Channel& c, int64_t frames, bool complete) {
 
 std::vector<std::pair<int64_t, float>> Fit::State::weighted_frames(Channel& c, const FilterTable& table,
                                                                    int64_t n) {
-  if (options.lead > 0) return ends.inside(table, n, [&](bool last) { return end_level(c, last, n); });
   std::vector<std::pair<int64_t, float>> list;
-  for (int k = 0; k < table.taps; ++k)
-    list.emplace_back(mirror_index(table.first[0] + k, n), table.weight[k]);
+  if (options.lead > 0)
+    list = ends.inside(table, n, [&](bool last) { return end_level(c, last, n); });
+  else
+    for (int k = 0; k < table.taps; ++k)
+      list.emplace_back(mirror_index(table.first[0] + k, n), table.weight[k]);
+  weigh_gaps(list, [&](int64_t f) -> const FrameSites& { return c.frame(f); });
   return list;
 }
 

@@ -3,6 +3,7 @@
 // periodic series fit_turns.cpp), finished slabs to the sink (fit_slabs.cpp).
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <map>
 #include <memory>
@@ -127,6 +128,30 @@ struct Fit::State {
   // them.
   [[nodiscard]] std::vector<std::pair<int64_t, float>> weighted_frames(Channel& c, const FilterTable& table,
                                                                        int64_t n);
+  // Frames that are missing altogether become what lies between those that are there, on either side, where
+  // the list reaches so far: the next one gets a part of their weight.
+  template<class FrameOf>
+  static void weigh_gaps(std::vector<std::pair<int64_t, float>>& list, const FrameOf& frame_of) {
+    const size_t count = list.size();
+    int64_t last = INT64_MIN;
+    for (const auto& [f, weight] : list) last = std::max(last, f);
+    for (size_t i = 0; i < count; ++i) {
+      const auto [f, weight] = list[i];
+      const int64_t behind = frame_of(f).gap;
+      if (behind == 0) continue;
+      int64_t next = f + 1;
+      while (next <= last && frame_of(next).gap > 0) ++next;
+      if (next > last) continue;
+      const float share = static_cast<float>(behind) / static_cast<float>(behind + next - f);
+      list[i].second = weight * (1 - share);
+      const auto found =
+          std::find_if(list.begin(), list.end(), [&](const auto& p) { return p.first == next; });
+      if (found != list.end())
+        found->second += weight * share;
+      else
+        list.emplace_back(next, weight * share);
+    }
+  }
   // Returns how bold predictions at an end of a series of n frames are, settled by the frames they look at.
   [[nodiscard]] uint8_t end_level(Channel& c, bool last, int64_t n) const;
   // Forgets frames that no further layer needs when so many have come: neither directly nor to predict those

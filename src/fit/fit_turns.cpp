@@ -41,12 +41,15 @@ void Fit::State::make_turning_layers(Channel& c, bool complete) {
     const FilterTable table = filter_table(options.filter, widening, std::span(&position, 1));
     const int64_t begin = table.first[0], end = begin + table.taps;
     if (!complete && (begin < turn.first_frame || end > c.frames)) break;
+    std::vector<std::pair<int64_t, float>> frames;
+    for (int64_t f = begin; f < end; ++f) frames.emplace_back(f, table.weight[f - begin]);
+    weigh_gaps(frames, [&](int64_t f) -> const FrameSites& { return frame_at(c, counted_frame(f)); });
     std::vector<LayerTap> taps;
     std::map<int64_t, size_t> tap_of; // by frame: a short series turns several times within the filter
-    for (int64_t f = begin; f < end; ++f) {
+    for (const auto& [f, weight] : frames) {
       const auto [at, is_new] = tap_of.try_emplace(counted_frame(f), taps.size());
       if (is_new) taps.push_back({&frame_at(c, at->first), 0});
-      taps[at->second].weight += table.weight[f - begin];
+      taps[at->second].weight += weight;
     }
     const auto nearest = tap_of.find(counted_frame(lattice.nearest_frame(position)));
     emit(c, lattice.mirror_layer(c.next_layer), taps, nearest == tap_of.end() ? 0 : nearest->second);

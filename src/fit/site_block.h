@@ -45,6 +45,9 @@ struct FrameSites {
   SiteMasks holes;                                // where it is missing
   bool masked = false; // that is told elsewhere: holes are not marked on the lattice, and
   SiteMasks deep;      // where it is missing far from all data nothing is stored
+  // A frame that is missing altogether holds what the last one before it does, and is so far behind that; 0:
+  // it is there, or all before it are missing, too.
+  int64_t gap = 0;
 };
 
 // Blocks of one form, handed out from any thread. Blocks must go before the pool and its budget.

@@ -484,5 +484,45 @@ TEST(Coast, IceIsAsThinAsTheSource) {
   }
 }
 
+// Frames that are missing altogether: what lies beside them is as if they had been between their neighbours.
+TEST(Coast, MomentsBesideMissingFramesAreThoseOfTheField) {
+  constexpr std::array<uint32_t, 4> n{20, 18, 12, 24};
+  const auto gone = [](double t) { return t == 7 || t == 14 || t == 15; };
+  const auto there = [](double x, double y, double z, double t) {
+    return 100 + 24 * std::sin(M_PI * t / 12) + 3 * std::sin(x / 4 + y / 5) + z;
+  };
+  const Source source = source_of(n, BCCSPLAT_TYPE_F32, [&](double x, double y, double z, double t) {
+    return gone(t) ? NAN : there(x, y, z, t);
+  });
+  const TestDevice device;
+  const auto worst = [&](const std::function<void(bccsplat_writer_options&)>& change) {
+    auto channel = sized<bccsplat_channel_options>();
+    channel.air = 100, channel.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+    auto options = sized<bccsplat_writer_options>();
+    options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+    options.channel_count = 1, options.channels = &channel;
+    change(options);
+    const Written w = write_frames(device, source, options);
+    EXPECT_EQ(w.status, BCCSPLAT_OK) << w.text;
+    const OpenVolume volume(device, w.bytes);
+    std::vector<std::array<double, 4>> points;
+    for (const double t : {6.0, 6.4, 7.6, 8.0, 13.0, 13.4, 15.6, 16.0})
+      for (const double x : {6.0, 9.5, 13.0}) points.push_back({x, 8, 5.5, t});
+    const std::vector<float> got = volume.at(points);
+    double largest = 0;
+    for (size_t i = 0; i < got.size(); ++i) {
+      const auto& [x, y, z, t] = points[i];
+      EXPECT_FALSE(std::isnan(got[i])) << t;
+      largest = std::max(largest, std::fabs(got[i] - there(x, y, z, t)));
+    }
+    return largest;
+  };
+  EXPECT_LT(worst([](bccsplat_writer_options&) {}), 0.9);
+  EXPECT_LT(worst([](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; }), 0.9);
+  EXPECT_LT(worst([](bccsplat_writer_options& o) { o.ends = BCCSPLAT_ENDS_PERIODIC; }), 0.9);
+  EXPECT_LT(worst([](bccsplat_writer_options& o) { o.lattice = BCCSPLAT_LATTICE_CC, o.time_scale = 1.3; }),
+            0.9);
+}
+
 } // namespace
 } // namespace bccsplat::test
