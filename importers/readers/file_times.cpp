@@ -18,6 +18,11 @@ void take_file_times(SeriesDescription& series, std::span<const FileTime> files,
                                   " files only, and not taken"));
     return;
   }
+  const auto other = [&](const FileTime& f) { return !f.unit.empty() && f.unit != files.front().unit; };
+  if (std::any_of(files.begin(), files.end(), other)) {
+    series.notes.push_back(concat("\"", key, "\" of the files is in different units, and is not taken"));
+    return;
+  }
   const auto falls = [](double a, double b) { return !(a < b); };
   if (std::adjacent_find(times.begin(), times.end(), falls) != times.end()) {
     series.notes.push_back(concat("\"", key, "\" of the files does not rise, and is not taken"));

@@ -16,7 +16,8 @@ struct FileTime {
 };
 
 // Takes the times of the files for those of the series, with the first one's unit, where every file has a
-// time and they rise; a note says why where only that is amiss. `key` is what the format calls them.
+// time of one unit and they rise; a note says why where only that is amiss. `key` is what the format calls
+// them.
 void take_file_times(SeriesDescription& series, std::span<const FileTime> files, const std::string& key);
 
 } // namespace bcc4

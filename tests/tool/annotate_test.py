@@ -202,7 +202,7 @@ class Annotate(ToolTest):
         self.write('flow.nrrd', turned)
         self.bcc4('import', 'flow.nrrd', '-o', 'flow.bcc4', '--quiet', '--overwrite')
         red, green = (lambda r, g, b, a: r > 150 and g < 110), (lambda r, g, b, a: g > 120 and r < 110 and b < 110)
-        for cut in (('--index', '--time', 5), ('--plane', '0,0,1,0,-8')):
+        for cut in (('--index', '--time', 5), ('--plane', '0,0,1,0,-8'), ('--plane', '0,0,1,0.02,-8')):
             rows = self.picture(*cut, '--annotate', 'axes', '--opacity', 0, '--view', 'front', *BLACK)
             x, y = (self.ink(rows, color) for color in (red, green))
             self.assertGreater(sum(p[0] for p in x) / len(x), sum(p[0] for p in y) / len(y) + 8, cut)

@@ -23,6 +23,45 @@ class NrrdExport(ToolTest):
         return {'channels': [(c['name'], c['unit']) for c in j['channels']], 'affine': j['affine'], 'times': j['times'],
                 'space': (j['attributes'].get('space'), j['spatial_unit'])}
 
+    def frames(self, count, unit='K', time_unit='h', name='temp', value=lambda x, y, z, t: 250.5 + x + t, kind='float', code='f'):
+        for t in range(count):
+            head = (f'NRRD0005\ntype: {kind}\ndimension: 3\nsizes: 7 6 5\ncontent: {name}\nsample units: {unit}\nendian: little\n'
+                    f'encoding: raw\ntime:={2 * t}\ntime unit:={time_unit}\n\n')
+            self.write(f'f{t}.nrrd', head.encode() + field((7, 6, 5, 1), lambda x, y, z, _: value(x, y, z, t), code).tobytes())
+        return [f'f{t}.nrrd' for t in range(count)]
+
+    def test_append_keeps_the_name_and_refuses_other_units(self):
+        self.bcc4('import', *self.frames(3), '-o', 's.bcc4', '--quiet')
+        _, said = self.bcc4('import', *self.frames(4, name='temperature'), '-o', 's.bcc4', '--append', '--quiet')
+        self.assertIn('"temperature" of the input goes on as "temp"', said)
+        self.assertEqual(self.known('s.bcc4')['channels'], [('temp', 'K')])
+        times = self.json('info', 's.bcc4')['times']
+        self.assertEqual((times['count'], times['last'], times['unit']), (4, 6, 'h'))
+        for text, other in (('its values are in K, those of the input in degC', {'unit': 'degC'}),
+                            ('its times are in h, those of the input in min', {'time_unit': 'min'})):
+            self.refused(2, text, 'import', *self.frames(5, **other), '-o', 's.bcc4', '--append')
+
+    def test_units_that_differ_are_told(self):
+        self.frames(4, unit='degC', time_unit='min')
+        for name in self.frames(3):
+            os.rename(self.path(name), self.path('g' + name))
+        files = ['gf0.nrrd', 'gf1.nrrd', 'gf2.nrrd', 'f3.nrrd']
+        out, said = self.bcc4('import', *files, '-o', 'm.bcc4', '--dry-run')
+        self.assertIn('f3.nrrd: its values are in "degC", those of the first file in "K"', said)
+        self.assertIn('in different units, and is not taken', out)
+
+    def test_air_that_no_float_is_is_kept(self):
+        value = lambda x, y, z, t: 273.15 + (x if 1 < x < 5 and 1 < y < 4 else 0)
+        made = dict(value=value, kind='double', code='d')
+        self.bcc4('import', *self.frames(3, **made), '-o', 's.bcc4', '--quiet')  # the smallest value of most samples
+        info = self.json('info', 's.bcc4')
+        self.assertEqual(info['attributes']['import.air.temp'], '273.15')
+        self.bcc4('import', *self.frames(4, **made), '-o', 's.bcc4', '--append', '--quiet')
+        self.bcc4('import', *self.frames(4, **made), '-o', 't.bcc4', '--quiet')
+        grown, whole = (self.json('info', name) for name in ('s.bcc4', 't.bcc4'))
+        self.assertEqual(grown['sites_kept'], whole['sites_kept'])
+        self.assertLess(whole['sites_kept'], .8 * whole['sites_total'])
+
     def test_name_and_unit(self):
         self.assertEqual(self.known('a.bcc4')['channels'], [('wind speed', 'm/s')])
         self.bcc4('export', 'a.bcc4', '--all', '-o', 'b.nrrd', '--quiet')

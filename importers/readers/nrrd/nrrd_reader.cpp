@@ -233,12 +233,17 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
   };
   add_file(first);
   std::vector<FileTime> times{file_time(h)};
+  bool one_unit = true;
   bool one_content = true; // else it is not of the series but of its frames
   for (size_t i = 1; i < sequence.files.size(); ++i) {
     const OneNrrd next = open_header(options, sequence.files[i].path);
     add_file(next);
     times.push_back(file_time(next.header));
     one_content = one_content && next.header.content == h.content;
+    if (next.header.sample_unit != h.sample_unit && one_unit)
+      d.warnings.push_back(concat(sequence.files[i].path, ": its values are in \"", next.header.sample_unit,
+                                  "\", those of the first file in \"", h.sample_unit, "\""));
+    one_unit = one_unit && next.header.sample_unit == h.sample_unit;
   }
 
   d.format = "NRRD";

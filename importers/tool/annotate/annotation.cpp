@@ -65,10 +65,10 @@ void tell_missing(const RenderArguments& a, const char* part, const char* why) {
 Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t channel,
                        std::vector<std::array<double, 4>> colors, bool of_labels, double iso_value,
                        const std::vector<Picture>& pictures)
-    : a_(a), parts_(*a.annotate), title_(a.title), spatial_unit_(volume_info(volume).spatial_unit),
-      colors_(std::move(colors)), moments_(moments_of(volume, pictures)) {
+    : a_(a), parts_(*a.annotate), volume_(volume_info(volume)), title_(a.title),
+      spatial_unit_(volume_.spatial_unit), colors_(std::move(colors)),
+      moments_(moments_of(volume, pictures)) {
   require_font();
-  std::copy_n(volume_info(volume).affine, affine_.size(), affine_.begin());
   const bccsplat_channel_info c = channel_info(volume, channel);
   heading_ = *c.name ? c.name : "value";
   if (a.mode == BCCSPLAT_MODE_XRAY)
@@ -140,7 +140,7 @@ void Annotation::draw(const Image& image, size_t number, const bccsplat_camera& 
                      each - line_em * em, em, ink_);
   }
   if (parts_.axes)
-    draw_axes(canvas, projection, domain, affine_, {margin + 3.2 * em, h - margin - 3.2 * em}, em, ink_);
+    draw_axes(canvas, projection, domain, volume_, {margin + 3.2 * em, h - margin - 3.2 * em}, em, ink_);
   const double length = projection.world_per_pixel(domain_centre(domain));
   if (parts_.scale && is_time_slice_[number] && length > 0)
     draw_scale_bar(canvas, length, spatial_unit_, {w - margin, h - margin - 0.3 * em}, scale_share * w, em,

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "readers/affine.h"
 #include "tool/annotate/color_bar.h"
 #include "tool/annotate/projection.h"
 #include "tool/handles.h"
@@ -35,13 +34,13 @@ class Annotation {
 
   const RenderArguments& a_;
   AnnotationParts parts_;
+  bccsplat_volume_info volume_;
   Ink ink_;
   std::string title_, heading_, spatial_unit_;
   std::vector<std::array<double, 4>> colors_;
   std::optional<ColorBar> fields_;   // of several surfaces, of labels
   std::vector<std::string> moments_; // of each picture
   std::vector<bool> is_time_slice_;
-  Affine affine_{}; // of the volume
 };
 
 } // namespace bcc4

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <string>
 
 namespace bcc4 {
@@ -16,52 +15,52 @@ struct Axis {
   Color color; // display
 };
 
-// The colours of x, y, z and t; other directions of a slice have none of them.
+// The colours of x, y, z and t; directions that lie in several of them have another.
 constexpr std::array<Color, 4> axis_colors{
     {{0.94, 0.27, 0.24}, {0.3, 0.78, 0.3}, {0.33, 0.56, 1}, {0.95, 0.77, 0.2}}};
 constexpr Color other_color{0.6, 0.6, 0.6};
 constexpr double arrow_length = 2.6, head_length = 0.45, name_distance = 0.75; // in em
 constexpr double shortest = 0.25; // of an arrow towards who looks: its name stands beside it
 
-constexpr double aslant = 0.17; // sine of the angle from which on an axis of the world is not called so
+constexpr double aslant = 0.17; // sine of the angle from which on a direction lies in another axis, too
 
-// The axes of the world, t the fourth, that a slice's world has in place of x, y and z, where it lies along
-// them: a moment has x, y and z.
-std::optional<std::array<size_t, 3>> world_axes(const bccsplat_slice_info& slice, const Affine& volume) {
-  const double* const h = slice.hyperplane;
-  if (h[0] == 0 && h[1] == 0 && h[2] == 0) return {{0, 1, 2}};
-  if (h[3] != 0) return std::nullopt;
-  const auto column = [&](size_t k) { return Vector{volume[k], volume[4 + k], volume[8 + k]}; };
-  Vector normal{}; // in the world: covectors turn as areas do
-  for (size_t k = 0; k < 3; ++k) {
-    const Vector area = cross(column((k + 1) % 3), column((k + 2) % 3));
-    for (size_t a = 0; a < 3; ++a) normal[a] += h[k] * area[a];
+using WorldVector = std::array<double, 4>; // x, y, z and t, of which a frame is one mean voxel
+
+// What x, y and z of a slice's world are in that of its volume. Slice space is in either: w = e (affine w).
+std::array<WorldVector, 3> shown_axes(const bccsplat_slice_info& slice, const bccsplat_volume_info& volume) {
+  const auto row = [&](size_t r) {
+    const double* const m = slice.affine + 4 * (r % 3);
+    return Vector{m[0], m[1], m[2]};
+  };
+  const double determinant = dot(row(0), cross(row(1), row(2)));
+  std::array<WorldVector, 3> axes{};
+  for (size_t r = 0; r < 3; ++r) {
+    const Vector inverse = cross(row(r + 1), row(r + 2)); // its column r, times the determinant
+    for (size_t k = 0; k < 3; ++k) {
+      const double* const v = slice.basis[k];
+      for (size_t a = 0; a < 3; ++a) {
+        const double* const m = volume.affine + 4 * a;
+        axes[r][a] += inverse[k] / determinant * (m[0] * v[0] + m[1] * v[1] + m[2] * v[2]);
+      }
+      axes[r][3] += inverse[k] / determinant * volume.mean_voxel * v[3];
+    }
   }
-  normal = normalised(normal);
-  for (size_t a = 0; a < 3; ++a) {
-    const size_t b = (a + 1) % 3, c = (a + 2) % 3;
-    if (std::fabs(normal[b]) < aslant && std::fabs(normal[c]) < aslant)
-      return {{std::min(b, c), std::max(b, c), 3}};
-  }
-  return std::nullopt;
+  return axes;
 }
 
 std::array<Axis, 3> axes_of(const Projection& projection, const bccsplat_slice_info& slice,
-                            const Affine& volume) {
+                            const bccsplat_volume_info& volume) {
   std::array<Axis, 3> axes;
-  const auto world = world_axes(slice, volume);
+  const std::array<WorldVector, 3> shown = shown_axes(slice, volume);
   for (size_t k = 0; k < 3; ++k) {
-    if (world) {
-      Vector d{};
-      d[k] = 1;
-      axes[k] = {projection.turned(d), std::string(1, "xyzt"[(*world)[k]]), axis_colors[(*world)[k]]};
-      continue;
+    Vector d{};
+    d[k] = 1;
+    axes[k].direction = projection.turned(d);
+    for (size_t a = 0; a < 4; ++a) {
+      if (std::fabs(shown[k][a]) < aslant) continue;
+      axes[k].color = axes[k].name.empty() ? axis_colors[a] : other_color;
+      axes[k].name += "xyzt"[a];
     }
-    axes[k] = {projection.turned(normalised({slice.affine[k], slice.affine[4 + k], slice.affine[8 + k]})),
-               std::string(1, "uvw"[k]), other_color};
-    for (size_t a = 0; a < 4; ++a)
-      if (std::fabs(slice.basis[k][a]) > 1 - 1e-9)
-        axes[k].name = std::string(1, "xyzt"[a]), axes[k].color = axis_colors[a];
   }
   return axes;
 }
@@ -73,7 +72,7 @@ Point moved(const Point& p, const Point& by, double factor) {
 } // namespace
 
 void draw_axes(Canvas& canvas, const Projection& projection, const bccsplat_slice_info& slice,
-               const Affine& volume, const Point& origin, double em, const Ink& ink) {
+               const bccsplat_volume_info& volume, const Point& origin, double em, const Ink& ink) {
   std::array<Axis, 3> axes = axes_of(projection, slice, volume);
   std::sort(axes.begin(), axes.end(),
             [](const Axis& a, const Axis& b) { return a.direction[2] > b.direction[2]; });

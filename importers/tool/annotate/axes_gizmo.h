@@ -3,13 +3,12 @@
 // them.
 #pragma once
 
-#include "readers/affine.h"
 #include "tool/annotate/projection.h"
 
 namespace bcc4 {
 
-// Around `origin`, in pixels; em: of the names. volume: its affine.
+// Around `origin`, in pixels; em: of the names.
 void draw_axes(Canvas& canvas, const Projection& projection, const bccsplat_slice_info& slice,
-               const Affine& volume, const Point& origin, double em, const Ink& ink);
+               const bccsplat_volume_info& volume, const Point& origin, double em, const Ink& ink);
 
 } // namespace bcc4

@@ -162,11 +162,12 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
 
   // A quarter of the memory for frames being read, the rest for the library.
   a.reader.options.max_memory = a.common.max_memory / 4;
-  const std::unique_ptr<FrameReader> reader = open_input(a);
+  const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
+  std::unique_ptr<FrameReader> reader = open_input(a);
+  if (appends_to_file(a)) reader = keep_channel_name(device, a.output, std::move(reader));
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
   if (!planned) a.settings.levels = read_levels(a, s.dims), warn_of_precision(*reader);
-  const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
 
   a.settings.own_air =
       appends_to_file(a) && !a.air ? air_in_file(device, a.output) : dense_air(*reader, a.settings);

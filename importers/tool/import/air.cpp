@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
+#include "readers/text.h"
 #include "tool/interrupt.h"
 
 namespace bcc4 {
@@ -16,8 +18,12 @@ constexpr double kNearAir = 0.5;
 // Standard deviation over mean: of a channel with less, a constant, it is not known what else there will be.
 constexpr double kConstant = 1e-6;
 
+// Of the samples, from which on the smallest value, that of just so many, is what is empty, as -1000 of CT.
+constexpr double kShareOfSmallest = 1.0 / 4;
+
 struct Moments {
   double count = 0, air = 0, sum = 0, squares = 0; // relative to air
+  double smallest = std::numeric_limits<double>::infinity(), of_smallest = 0;
 };
 
 Moments moments_of(const Frame& frame, const std::array<uint64_t, 4>& dims, double air) {
@@ -30,6 +36,8 @@ Moments moments_of(const Frame& frame, const std::array<uint64_t, 4>& dims, doub
       if (!std::isfinite(v)) continue;
       const double d = v - air;
       m.count += 1, m.air += d == 0 ? 1 : 0, m.sum += d, m.squares += d * d;
+      if (v < m.smallest) m.smallest = v, m.of_smallest = 0;
+      m.of_smallest += v == m.smallest ? 1 : 0;
     }
   }
   return m;
@@ -50,9 +58,12 @@ std::map<std::string, double> dense_air(FrameReader& reader, const WriterSetting
     if (m.count == 0 || m.air > kShareOfAir * m.count) continue;
     const double mean = m.sum / m.count, variance = m.squares / m.count - mean * mean;
     const double deviation = std::sqrt(std::max(variance, 0.0));
-    if (!std::isfinite(m.squares) || !(std::fabs(mean) > kNearAir * deviation) ||
-        !(deviation > kConstant * std::fabs(mean)))
+    if (!std::isfinite(m.squares) || !(deviation > kConstant * std::fabs(mean))) continue;
+    if (m.of_smallest >= kShareOfSmallest * m.count) {
+      air[channel.name] = m.smallest;
       continue;
+    }
+    if (!(std::fabs(mean) > kNearAir * deviation)) continue;
     const double step = std::pow(10, std::floor(std::log10(deviation))); // a number to be read
     air[channel.name] = std::round((empty + mean) / step) * step;
   }
@@ -65,6 +76,12 @@ std::map<std::string, double> air_in_file(const Device& device, const std::strin
   for (uint32_t c = 0; c < volume_info(volume).channel_count; ++c) {
     const bccsplat_channel_info info = channel_info(volume, c);
     air[info.name] = info.air;
+    const char* source = nullptr;
+    if (bccsplat_volume_find_attribute(volume.get(), air_attribute(info.name).c_str(), &source) !=
+        BCCSPLAT_OK)
+      continue;
+    const auto known = parse_number<double>(source);
+    if (known && static_cast<float>(*known) == static_cast<float>(info.air)) air[info.name] = *known;
   }
   return air;
 }

@@ -11,11 +11,13 @@
 
 namespace bcc4 {
 
-// Air of the channels of floats that are dense and far from the air they would have: hardly a sample of the
-// first frame is air, and their mean is further from it than half of their standard deviation. Reads that
-// frame; a series that goes on later has the same.
+// Air of the channels of floats of whose first frame hardly a sample is the air they would have: the smallest
+// value where a fourth of the samples are just that; else their mean, where it is further from that air than
+// half of their standard deviation. Reads that frame; a series that goes on later has the same.
 [[nodiscard]] std::map<std::string, double> dense_air(FrameReader& reader, const WriterSettings& settings);
 
+// The attribute that tells the air of a channel where no float is it.
+[[nodiscard]] inline std::string air_attribute(const std::string& channel) { return "import.air." + channel; }
 // A series that is appended to keeps the air it has: that of every channel of a file.
 [[nodiscard]] std::map<std::string, double> air_in_file(const Device& device, const std::string& path);
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// What an appended series must have in common with its file, and what it takes from it.
 #include "tool/import/append.h"
 
 #include <algorithm>
@@ -6,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
+#include <utility>
 
 #include "tool/import/beyond.h"
 
@@ -29,7 +32,42 @@ void warn_of_other_files(const std::string& path, const AppendedFile& old, const
   }
 }
 
+// Of one channel, under another name.
+class RenamedReader : public FrameReader {
+ public:
+  RenamedReader(std::unique_ptr<FrameReader> source, const std::string& name)
+      : source_(std::move(source)), description_(source_->description()) {
+    description_.channels.front().name = name;
+  }
+  const SeriesDescription& description() const override { return description_; }
+  Frame read(uint64_t frame, size_t channel) override { return source_->read(frame, channel); }
+  std::string frame_name(uint64_t frame) const override { return source_->frame_name(frame); }
+
+ private:
+  std::unique_ptr<FrameReader> source_;
+  SeriesDescription description_;
+};
+
+// Units that both tell must be the same.
+void require_same_unit(const std::string& path, const char* what, const std::string& was,
+                       const std::string& now) {
+  if (!was.empty() && !now.empty() && was != now)
+    fail_usage(path, ": its ", what, " are in ", was, ", those of the input in ", now);
+}
+
 } // namespace
+
+std::unique_ptr<FrameReader> keep_channel_name(const Device& device, const std::string& path,
+                                               std::unique_ptr<FrameReader> reader) {
+  const Volume old = open_volume(device, path, "");
+  const std::vector<Channel>& channels = reader->description().channels;
+  if (channels.size() != 1 || volume_info(old).channel_count != 1) return reader;
+  const std::string name = channel_info(old, 0).name;
+  if (channels.front().name == name) return reader;
+  std::fprintf(stderr, "bcc4: channel \"%s\" of the input goes on as \"%s\" of %s\n",
+               channels.front().name.c_str(), name.c_str(), path.c_str());
+  return std::make_unique<RenamedReader>(std::move(reader), name);
+}
 
 AppendedFile open_appended(const Device& device, const std::string& path, const SeriesDescription& series,
                            const std::string& filtering) {
@@ -49,6 +87,9 @@ AppendedFile open_appended(const Device& device, const std::string& path, const 
   if (info.dims[3] > n[3])
     fail_usage(path, ": it has ", info.dims[3], " frames, the input ", n[3],
                "; --append takes the whole series, the frames that the file has first");
+  require_same_unit(path, "times", info.time_unit, series.times.unit);
+  for (uint32_t c = 0; c < std::min<size_t>(info.channel_count, series.channels.size()); ++c)
+    require_same_unit(path, "values", channel_info(old, c).unit, series.channels[c].unit);
   std::vector<double> times(info.dims[3]);
   check(bccsplat_volume_get_times(old.get(), times.data(), times.size(), nullptr), path);
   const std::vector<double>& now = series.times.values;

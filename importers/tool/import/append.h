@@ -2,6 +2,7 @@
 // A file whose series goes on.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,10 +17,14 @@ struct AppendedFile {
   std::vector<PlannedSource> sources;
 };
 // filtering: how frames become layers, as the attribute import.filtering tells. Refuses a file whose frames
-// were filtered in another way, or that has other times, other samples per frame or more frames than the
+// were filtered in another way, or that has other times, units, samples per frame or more frames than the
 // series.
 [[nodiscard]] AppendedFile open_appended(const Device& device, const std::string& path,
                                          const SeriesDescription& series, const std::string& filtering);
+
+// The one channel of a series goes on under the name that it has in the file, which is said.
+[[nodiscard]] std::unique_ptr<FrameReader> keep_channel_name(const Device& device, const std::string& path,
+                                                             std::unique_ptr<FrameReader> reader);
 
 // Returns how many coarser levels it has, which it keeps.
 [[nodiscard]] uint32_t levels_in_file(const Device& device, const std::string& path);

@@ -9,6 +9,7 @@
 
 #include "readers/scan.h"
 #include "readers/utf8.h"
+#include "tool/import/air.h"
 #include "tool/import/read_series.h"
 #include "tool/import/resume.h"
 #include "tool/import/search.h"
@@ -37,6 +38,10 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Write
     attribute("import.filtering", filtering);
   for (const auto& [key, value] : s.attributes) attribute(key, value);
   for (const auto& [key, value] : scope.attributes) attribute(key, value);
+  for (const Channel& c : s.channels) { // what the file has the nearest float of
+    const double air = air_of(c, settings);
+    if (air != static_cast<float>(air)) attribute(air_attribute(c.name), concat(air));
+  }
   for (const Channel& c : s.channels)
     if (!c.active.empty()) attribute("openvdb.active." + c.name, counts_text(c.active));
   for (const PlannedSource& f : scope.sources)

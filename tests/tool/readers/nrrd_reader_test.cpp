@@ -218,6 +218,7 @@ TEST(NrrdReader, TakesTheTimesOfFilesThatRise) {
   EXPECT_TRUE(good.notes.back().find("\"time\"") == std::string::npos);
   for (const auto& keys : {std::vector<std::string>{"time:=1", "a:=b", "time:=2"},
                            {"time:=1", "time:=1"},
+                           {"time:=1\ntime unit:=h", "time:=2\ntime unit:=s"},
                            {"time:=12:30", "time:=12"},
                            {"time:=nan", "time:=1"}}) {
     const SeriesDescription d = series(keys);
