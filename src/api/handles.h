@@ -18,19 +18,19 @@
 
 #include "api/guard.h"
 #include "base/context.h"
+#include "draw/deep.h"
+#include "draw/image.h"
 #include "field/coefficients/coefficients.h"
 #include "field/corrections.h"
 #include "field/masks.h"
 #include "field/slice.h"
 #include "formats/bcc4/bcc4.h"
 #include "points/time_axis.h"
-#include "render/camera.h"
-#include "render/deep.h"
-#include "render/image.h"
-#include "render/minify.h"
+#include "scene/minify.h"
 #include "slice/extraction.h"
 #include "slice/hyperslice.h"
-#include "splat/points/points.h"
+#include "splat/points/kept_points.h"
+#include "view/camera.h"
 
 namespace bccsplat::api {
 
@@ -237,9 +237,6 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
 };
 
 struct bccsplat_slice : bccsplat::api::Object<bccsplat::api::Kind::slice> {
-  // The points as the splatter reads them: made at the first picture, kept with the slice.
-  [[nodiscard]] const bccsplat::SplatPoints& points(const bccsplat::Context& context) const;
-
   bccsplat::api::Ref<bccsplat_volume> volume;
   bccsplat::api::Token token;
   uint32_t channel = 0, level = 0;
@@ -247,11 +244,8 @@ struct bccsplat_slice : bccsplat::api::Object<bccsplat::api::Kind::slice> {
   bccsplat::HypersliceOptions cut; // what it was cut with
   std::unique_ptr<const bccsplat::Extraction> extraction;
   bccsplat::Reservation memory;
+  bccsplat::KeptPoints points;   // of the slice, as sheets need them
   bccsplat::CoarseLevels levels; // for small pictures: made when first drawn, kept with the slice
-
- private:
-  mutable std::mutex mutex_;
-  mutable std::unique_ptr<const bccsplat::SplatPoints> points_;
 };
 
 struct bccsplat_frame : bccsplat::api::Object<bccsplat::api::Kind::frame> {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "api/handles.h"
-#include "render/look.h"
+#include "shade/look.h"
 
 namespace bccsplat::api {
 

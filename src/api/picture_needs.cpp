@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "render/picture_needs.h"
+#include "scene/picture_needs.h"
 
 #include <algorithm>
 #include <vector>

@@ -4,8 +4,8 @@
 
 #include "bccsplat.h"
 
-#include "render/camera.h"
-#include "render/picture.h"
+#include "scene/picture.h"
+#include "view/camera.h"
 
 namespace bccsplat::api {
 

@@ -11,9 +11,9 @@
 #include "api/numbers.h"
 #include "api/render_options.h"
 #include "api/structs.h"
-#include "render/gradient_noise.h"
-#include "render/picture.h"
-#include "render/trail.h"
+#include "scene/picture.h"
+#include "scene/trail.h"
+#include "shade/gradient_noise.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -33,9 +33,7 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   std::vector<Vec3> trail_colors;
   bool has_trail = false;
   std::optional<Trail> trail; // made at the first picture, kept until slice or trail change
-  KeptSheets kept;
-  KeptLatticeSums sums;
-  KeptSurfaceCells cells;
+  Drawers drawers;            // what they keep is of this slice
   bccsplat_progress_fn progress = nullptr;
   void* progress_user = nullptr;
   Token token;
@@ -188,8 +186,7 @@ bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const b
       fail(Code::invalid_handle, "renderer: the slice belongs to another device");
     if (slice && renderer->slice.get() == slice) return;
     renderer->trail.reset();
-    renderer->kept.forget();
-    renderer->cells.forget();
+    renderer->drawers.forget();
     renderer->slice = slice ? Ref(const_cast<bccsplat_slice*>(slice)) : Ref<bccsplat_slice>();
   });
 }
@@ -312,6 +309,8 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     const Running until_end{run};
     const Context context = renderer->device->context(progress);
     const bccsplat_slice& slice = *renderer->slice.get();
+    if (slice.extraction)
+      fail(Code::unsupported, "slice: extracted points cannot be rendered; use another method");
     const uint64_t read_before = slice.volume->reader->bytes_read();
     const uint32_t width = frame->image.width, height = frame->image.height;
     Scene scene;
@@ -320,20 +319,16 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
     scene.function = renderer->function ? *renderer->function : own_look(slice, renderer->options);
     scene.lights = renderer->lights;
-    scene.kept = &renderer->kept;
-    scene.sums = &renderer->sums;
-    scene.cells = &renderer->cells;
+    scene.points = &slice.points;
+    scene.drawers = &renderer->drawers;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
     const RenderOptions& options = renderer->options;
     scene.lights.noise = noise_of(slice, renderer->gradient_noise);
     scene.noise_of_ripple = !renderer->gradient_noise;
-    if (!options.reference && drawn_level(scene, options, frame->image.width, frame->image.height) == 0 &&
-        !drawn_by_rays(scene, options, context, frame->image))
-      scene.points = &slice.points(context);
-    check_picture(scene, options, context, frame->image); // refused, a frame stays as it was
-    frame->deep = {};                                     // gives its memory back first
+    Picture picture(scene, options, context, frame->image); // refused, a frame stays as it was
+    frame->deep = {};                                       // gives its memory back first
     frame->attributes.clear(), frame->camera.reset();
-    const RenderStats stats = render(scene, renderer->options, context, frame->image);
+    const RenderStats stats = picture.draw();
     frame->attributes = describe_picture(slice, stats);
     frame->camera = resolve_camera(scene.camera);
     tell_level(*renderer, stats.level);
@@ -355,15 +350,15 @@ bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, b
     const Shared shared(renderer, "renderer");
     if (!renderer->stats) fail(Code::wrong_state, "renderer: nothing was rendered yet");
     const bccsplat_renderer::Stats& s = *renderer->stats;
-    const SplatStats& drawn = s.drawn;
+    const DrawStats& drawn = s.drawn;
     bccsplat_render_stats out{};
     out.threads = s.threads;
     out.ms_transform = drawn.ms_transform, out.ms_splat = drawn.ms_splat, out.ms_shade = drawn.ms_shade;
     out.ms_total = s.ms_total, out.cpu_ms = drawn.ms();
-    out.points_total = s.points_total, out.points_after_cull = drawn.points_after_cull;
+    out.points_total = drawn.points_total, out.points_after_cull = drawn.points_after_cull;
     out.points_splatted = drawn.points_splatted, out.points_occluded = drawn.points_occluded;
     out.tiles = drawn.tiles, out.sheets = drawn.sheets, out.sheet_step = s.sheet_step;
-    out.coarse_level = s.level, out.preintegrated = s.preintegrated;
+    out.coarse_level = s.level, out.preintegrated = drawn.preintegrated;
     out.sheets_reused = drawn.sheets_taken;
     out.bricks_total = drawn.bricks_total, out.bricks_invisible = drawn.bricks_invisible;
     out.bricks_outside = drawn.bricks_outside;

@@ -67,13 +67,6 @@ std::array<std::array<double, 2>, 3> extent_of(const bccsplat_slice& slice) {
 
 } // namespace
 
-const SplatPoints& bccsplat_slice::points(const Context& context) const {
-  if (extraction) fail(Code::unsupported, "slice: extracted points cannot be rendered; use another method");
-  const std::scoped_lock lock(mutex_);
-  if (!points_) points_ = std::make_unique<const SplatPoints>(make_points(slice, context));
-  return *points_;
-}
-
 extern "C" {
 
 bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsplat_hyperplane* hyperplane,

@@ -10,9 +10,9 @@
 
 namespace bccsplat {
 
-SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Context& context,
-                 const std::function<void(const TilePixels&)>& emit, KeptSheets* kept) {
-  SplatStats stats;
+DrawStats splat(const SplatScene& scene, const SplatOptions& asked, const Context& context,
+                const std::function<void(const TilePixels&)>& emit, KeptSheets* kept) {
+  DrawStats stats;
   SplatOptions options = asked;
   if (options.disable_skips & skip_unchanged) kept = nullptr;
   const auto use = kept ? kept->begin_picture(scene, options, context) : KeptSheets::Use::draw;
@@ -42,7 +42,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Conte
       }
     }
     if (!memory) memory = std::make_unique<TileMemory>();
-    SplatStats mine;
+    DrawStats mine;
     emit(draw_tile(job, plan.tiles[order[n]], *memory, mine));
     double fraction;
     {

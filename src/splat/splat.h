@@ -11,9 +11,9 @@
 #include <functional>
 
 #include "base/context.h"
+#include "draw/stats.h"
+#include "draw/tile_pixels.h"
 #include "splat/plan/scene.h"
-#include "splat/plan/stats.h"
-#include "splat/tile/tile_pixels.h"
 
 namespace bccsplat {
 
@@ -21,7 +21,7 @@ class KeptSheets;
 
 // `emit` is called once per tile, from any thread. `kept` holds sheets from picture to picture; null: none
 // are kept.
-SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
-                 const std::function<void(const TilePixels&)>& emit, KeptSheets* kept = nullptr);
+DrawStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
+                const std::function<void(const TilePixels&)>& emit, KeptSheets* kept = nullptr);
 
 } // namespace bccsplat

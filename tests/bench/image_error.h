@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "render/image.h"
+#include "draw/image.h"
 
 namespace bccsplat::bench {
 

@@ -41,8 +41,9 @@ SampledScene sample_scene(const FieldScene& scene, LatticeKind kind, const std::
   const Coefficients coefficients(samples, 0, make_kernel(kernel), 0, uint64_t{1} << 32);
   SampledScene out;
   out.slice = time_slice(coefficients, 0, {0, 0}, {}, context.get());
-  out.points = make_points(out.slice, context.get());
-  out.points.memory = {}; // the budget ends with this function
+  SplatPoints points = make_points(out.slice, context.get());
+  points.memory = {}; // the budget ends with this function
+  out.points = std::make_shared<const KeptPoints>(std::move(points));
   return out;
 }
 
@@ -58,7 +59,7 @@ Camera scene_camera(const FieldScene& scene, int size, double pixels_per_t, bool
 
 Scene splat_scene(const FieldScene& scene, const SampledScene& sampled, const Camera& camera) {
   Scene s;
-  s.slice = &sampled.slice, s.points = &sampled.points;
+  s.slice = &sampled.slice, s.points = sampled.points.get();
   s.camera = camera, s.function = scene.function;
   return s;
 }
@@ -79,7 +80,7 @@ std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledS
   Scene s = splat_scene(scene, sampled, camera);
   s.camera = strided_camera(camera, size, stride);
   const Affine3& to_index = sampled.slice.lattice_to_slice;
-  const bccsplat::Field field = [&](const Vec3& p, Vec3* gradient) {
+  const bccsplat::FieldAt field = [&](const Vec3& p, Vec3* gradient) {
     const double value = scene.field(to_index.point(p), gradient);
     if (gradient) *gradient = to_index.transposed(*gradient);
     return value;

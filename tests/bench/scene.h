@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "render/picture.h"
-#include "render/reference.h"
+#include "reference/reference.h"
+#include "scene/picture.h"
 #include "tests/bench/analytic.h"
 #include "tests/bench/ray_march/ray_march.h"
 
@@ -37,7 +37,7 @@ struct FieldScene {
 // Sampled on BCC (71 % of the samples of the Cartesian grid) or on that grid, prefiltered for the kernel.
 struct SampledScene {
   Slice slice;
-  SplatPoints points;
+  std::shared_ptr<const KeptPoints> points;
 };
 [[nodiscard]] SampledScene sample_scene(const FieldScene& scene, LatticeKind kind, const std::string& kernel);
 

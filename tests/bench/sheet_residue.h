@@ -2,7 +2,7 @@
 // How much of a picture's error follows its sheets: contours like the grain of wood, one per sheet.
 #pragma once
 
-#include "render/image.h"
+#include "draw/image.h"
 
 namespace bccsplat::bench {
 

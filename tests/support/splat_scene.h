@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "field/coefficients/coefficients.h"
-#include "render/picture.h"
-#include "render/reference.h"
+#include "scene/picture.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 

@@ -16,12 +16,12 @@
 #include <vector>
 
 #include "base/vec.h"
-#include "kernel/kernel.h"
+#include "kernel/drawn_kernel.h"
 #include "splat/raise/raise.h"
 
 namespace bccsplat {
 
-inline constexpr int max_ring_sheets = 256;
+inline constexpr int max_ring_sheets = 256; // most_sheets_in_reach of draw/shot.h
 // Isotropic windows of up to this many pixels a side are drawn by blocks, others are large: at 16 x 16 blocks
 // take 44 ns per point, pairs of vectors with rows of their own 54 (tests/bench/notes/splat.md).
 inline constexpr int block_window = 16;
@@ -39,25 +39,9 @@ struct KernelPolynomial {
   std::array<float, RadialKernel::max_terms> a{};     // of u^j
   std::array<float, RadialKernel::max_terms> slope{}; // of u^j in d phi / du: (j + 1) a[j + 1]
 };
-[[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi);
-
-// The kernel of the short form nearest to phi: least mean square difference over the ball among those with
-// the same integral, so that constants are reproduced as before. It takes 4 multiplications where radial
-// kernels take 7. It is phi itself where none differs by less than 0.002 phi(0); radial20 has such a form.
-[[nodiscard]] KernelPolynomial short_polynomial(const RadialKernel& phi);
-
-// The kernel of the flat form with the integral of phi whose spectrum is 0 at the lattice's first images
-// (both lattices: 1 per unit): constants, and with them gradients of smooth data, come out without ripple,
-// which shading shows before anything else. It takes 3 multiplications, and waves of more than a third of the
-// Nyquist rate come out up to 4 % weaker. It is phi itself where the two are not near each other; radial20's
-// form is near.
-[[nodiscard]] KernelPolynomial flat_polynomial(const RadialKernel& phi);
-
-// phi itself, short_polynomial() or flat_polynomial().
-enum class KernelForm : uint8_t { exact, short_form, flat_form };
-[[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form);
-// The same as a kernel.
-[[nodiscard]] RadialKernel drawn_kernel(const RadialKernel& phi, KernelForm form);
+// Of phi in a form; of phi itself where it has no such form.
+[[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi,
+                                                 KernelForm form = KernelForm::exact);
 
 // Constants of one gap, per ring slot. With the pixel distances from the foot of a point on sheet k,
 // di = i - fx - X delta and dj = j - fy - Y delta:

@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shade/absorption.h"
 #include "splat/plan/plan_bricks.h"
 #include "splat/plan/plan_corrections.h"
 #include "splat/plan/plan_fan.h"
 #include "splat/plan/plan_tiles.h"
-#include "splat/plan/sheet_metric.h"
-#include "splat/shade/absorption.h"
 #include "splat/sheet/sheet_args.h"
+#include "view/sheet_metric.h"
 
 namespace bccsplat {
 namespace {
@@ -210,7 +210,7 @@ void deal_bricks(const TileGrid& grid, SplatPlan& plan) {
 } // namespace
 
 SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, const Context& context,
-                    SplatStats& stats, MemoryBudget* copies, bool with_points) {
+                    DrawStats& stats, MemoryBudget* copies, bool with_points) {
   SplatPlan plan;
   const SheetView& view = *scene.view;
   plan_sheets(scene, options, plan);

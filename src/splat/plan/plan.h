@@ -9,11 +9,11 @@
 
 #include "base/aligned.h"
 #include "base/context.h"
+#include "draw/stats.h"
 #include "field/lattice_sums.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/plan_gaps.h"
 #include "splat/plan/scene.h"
-#include "splat/plan/stats.h"
 #include "splat/points/inside_cells.h"
 #include "splat/raise/raise.h"
 #include "splat/raise/raise_fan.h"
@@ -110,7 +110,7 @@ struct SplatPlan {
 // Points may be copied (see plan_points.h) as long as three quarters of what `copies` has left stay free;
 // null: none are. with_points is false where the sheets are kept from another picture.
 [[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options,
-                                  const Context& context, SplatStats& stats, MemoryBudget* copies = nullptr,
+                                  const Context& context, DrawStats& stats, MemoryBudget* copies = nullptr,
                                   bool with_points = true);
 
 } // namespace bccsplat

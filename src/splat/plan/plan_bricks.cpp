@@ -12,7 +12,7 @@
 #include "splat/plan/plan_cells.h"
 #include "splat/plan/plan_fan.h"
 #include "splat/plan/plan_points.h"
-#include "splat/plan/sheet_metric.h"
+#include "view/sheet_metric.h"
 
 namespace bccsplat {
 namespace {
@@ -187,7 +187,7 @@ class BrickChoice {
 
 // Takes the bricks that are seen over into the plan and counts the others.
 void collect_bricks(const std::vector<Candidate>& candidates, const SplatPoints& points, SplatPlan& plan,
-                    SplatStats& stats) {
+                    DrawStats& stats) {
   stats.bricks_total += candidates.size();
   for (const auto& [b, place] : candidates) {
     if (place == Place::invisible) ++stats.bricks_invisible;
@@ -215,7 +215,7 @@ void sort_bricks(SplatPlan& plan) {
 } // namespace
 
 void plan_bricks(const SplatScene& scene, const SplatScene& ring, const SplatOptions& options,
-                 const Context& context, MemoryBudget* copies, SplatPlan& plan, SplatStats& stats) {
+                 const Context& context, MemoryBudget* copies, SplatPlan& plan, DrawStats& stats) {
   const BrickChoice choice(scene, ring, options, plan);
   std::vector<Candidate> candidates(scene.points->bricks.size());
   each_brick(context, candidates.size(), [&](size_t n) { candidates[n] = choice.judge_brick(n); });

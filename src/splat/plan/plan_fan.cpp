@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "splat/plan/sheet_metric.h"
+#include "view/sheet_metric.h"
 
 namespace bccsplat {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "splat/plan/plan_bounds.h"
-#include "splat/plan/sheet_metric.h"
+#include "view/sheet_metric.h"
 
 namespace bccsplat {
 

@@ -101,7 +101,7 @@ int least_code(const SplatScene& scene, const SplatOptions& options, const Weigh
 }
 
 void pick_points(const SplatScene& scene, double look, int least, const Context& context, SplatPlan& plan,
-                 SplatStats& stats) {
+                 DrawStats& stats) {
   const SplatPoints& points = *scene.points;
   const double distance = 2 * scene.slice->kernel.space.radius + look;
   std::vector<FineCells> large(points.bricks.size());

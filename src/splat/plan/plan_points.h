@@ -25,7 +25,7 @@ template<class Body> void each_brick(const Context& context, size_t count, const
 // is visible or looked at by a visible one. It serves pictures that are sampled at their pixels; those that
 // are raised look further. `least` is the code of the smallest such coefficients, from least_code().
 void pick_points(const SplatScene& scene, double look, int least, const Context& context, SplatPlan& plan,
-                 SplatStats& stats);
+                 DrawStats& stats);
 // Reserves room for pick_points(); returns false when the budget has better use for it.
 [[nodiscard]] bool reserve_copies(const SplatPoints& points, MemoryBudget& budget, PickedPoints& picked);
 // Returns the code of the smallest coefficients that alone could make a sample visible; 0 when points of any

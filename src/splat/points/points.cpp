@@ -12,7 +12,7 @@
 #include "splat/points/brick_sites.h"
 #include "splat/points/cell_ranges.h"
 #include "splat/points/corrected_ranges.h"
-#include "splat/view/view.h"
+#include "view/view.h"
 
 namespace bccsplat {
 namespace {

@@ -11,24 +11,13 @@
 #include <span>
 
 #include "base/grid.h"
+#include "draw/pixel_planes.h"
 #include "field/lattice_sums.h"
-#include "splat/shade/class_table.h"
-#include "splat/shade/light.h"
-#include "splat/view/pixel_rect.h"
+#include "shade/class_table.h"
+#include "shade/light.h"
+#include "view/pixel_rect.h"
 
 namespace bccsplat {
-
-// Planes of the pixels of a tile, `pitch` floats per row.
-struct PixelPlanes {
-  // What has been composited: premultiplied colour and opacity; depth in sheet steps where the opacity passed
-  // 1/2; sums weighted by opacity.
-  float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;
-  float *depth = nullptr, *value = nullptr, *time = nullptr; // value, time: null when not asked for
-  // The ray: sheet numbers where it enters and leaves the domain, world length per sheet step, direction to
-  // the viewer.
-  const float *enter = nullptr, *leave = nullptr, *path = nullptr;
-  const float *view_x = nullptr, *view_y = nullptr, *view_z = nullptr;
-};
 
 // The world gradient follows from three sums of a sample: of the analytic gradient di, dj
 // and dk, else the differences of the field per pixel and per sheet. From the last of these the part that is

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <utility>
 
-#include "splat/shade/surface.h"
+#include "shade/surface.h"
 #include "splat/sheet/sheet.h"
-#include "splat/view/view.h"
+#include "view/view.h"
 
 namespace bccsplat {
 

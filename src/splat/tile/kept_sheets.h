@@ -16,7 +16,7 @@
 
 #include "base/context.h"
 #include "splat/plan/scene.h"
-#include "splat/view/pixel_rect.h"
+#include "view/pixel_rect.h"
 
 namespace bccsplat {
 

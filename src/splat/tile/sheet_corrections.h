@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "splat/plan/plan_corrections.h"
-#include "splat/view/pixel_rect.h"
+#include "view/pixel_rect.h"
 
 namespace bccsplat {
 

@@ -12,12 +12,6 @@
 
 namespace bccsplat {
 
-void add_lap(StageClock::time_point& from, double& sum) {
-  const auto now = StageClock::now();
-  sum += std::chrono::duration<double, std::milli>(now - from).count();
-  from = now;
-}
-
 void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch) {
   for (int y = before.y0; y < before.y1; ++y) {
     const bool again = y >= now.y0 && y < now.y1;
@@ -30,7 +24,7 @@ void clear_around(const PixelRect& before, const PixelRect& now, float* plane, i
 }
 
 SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory,
-                         SplatStats& stats)
+                         DrawStats& stats)
     : scene_(*args.scene), plan_(*args.plan), kernel_(*args.kernel),
       loops_(args.reference_loops ? reference_loops() : simd_loops()), tile_(tile), m_(memory), stats_(stats),
       quantities_(args.gradients ? 4 : 1), kept_(args.kept), use_(args.use) {

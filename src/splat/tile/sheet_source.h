@@ -4,22 +4,18 @@
 #pragma once
 
 #include <array>
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "draw/stage_clock.h"
 #include "splat/tile/kept_sheets.h"
 #include "splat/tile/open_pixels.h"
 #include "splat/tile/sheet_corrections.h"
 #include "splat/tile/tile_memory.h"
-#include "splat/view/pixel_rect.h"
+#include "view/pixel_rect.h"
 
 namespace bccsplat {
-
-// Adds the time since `from`, ms, to `sum` and starts the next stage.
-using StageClock = std::chrono::steady_clock;
-void add_lap(StageClock::time_point& from, double& sum);
 
 // Sets to zero what is inside `before` and outside of `now`.
 void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch);
@@ -37,7 +33,7 @@ struct SheetSourceArgs {
 class SheetSource {
  public:
   // Everything passed must outlive the source. `memory` is prepared when the first point comes.
-  SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory, SplatStats& stats);
+  SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory, DrawStats& stats);
 
   // Says which sheets will be asked for; none outside of them may be.
   void begin_sheets(int64_t first_sheet, int64_t last_sheet);
@@ -93,7 +89,7 @@ class SheetSource {
   const SplatLoops& loops_;
   const PlannedTile& tile_;
   TileMemory& m_;
-  SplatStats& stats_;
+  DrawStats& stats_;
   size_t quantities_ = 1;
   KeptTile* kept_;
   KeptSheets::Use use_;

@@ -11,8 +11,8 @@
 #include <span>
 
 #include "base/grid.h"
-#include "splat/shade/absorption.h"
-#include "splat/shade/surface.h"
+#include "shade/absorption.h"
+#include "shade/surface.h"
 #include "splat/sheet/sheet.h"
 #include "splat/sheet/sheet_args.h"
 #include "splat/tile/sheet_source.h"
@@ -28,7 +28,7 @@ constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 
 class Tile {
  public:
-  Tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats)
+  Tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, DrawStats& stats)
       : scene_(*job.scene), options_(*job.options), plan_(*job.plan), job_(job), tile_(tile), m_(memory),
         stats_(stats), view_(*scene_.view),
         sheet_loops_(options_.reference_loops ? reference_sheet_loops() : simd_sheet_loops()),
@@ -305,7 +305,7 @@ class Tile {
   const TileJob& job_;
   const PlannedTile& tile_;
   TileMemory& m_;
-  SplatStats& stats_;
+  DrawStats& stats_;
   const SheetView& view_;
   const SheetLoops& sheet_loops_;
   TimeField time_;
@@ -325,7 +325,7 @@ class Tile {
 
 } // namespace
 
-TilePixels draw_tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats) {
+TilePixels draw_tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, DrawStats& stats) {
   return Tile(job, tile, memory, stats).draw();
 }
 

@@ -19,6 +19,6 @@ struct TileJob {
 };
 
 // Draws a tile; the pixels stay in `memory`.
-TilePixels draw_tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats);
+TilePixels draw_tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, DrawStats& stats);
 
 } // namespace bccsplat

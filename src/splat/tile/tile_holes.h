@@ -8,8 +8,8 @@
 #include "field/slice.h"
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
-#include "splat/view/pixel_rect.h"
-#include "splat/view/view.h"
+#include "view/pixel_rect.h"
+#include "view/view.h"
 
 namespace bccsplat {
 

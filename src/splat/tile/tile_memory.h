@@ -8,11 +8,11 @@
 
 #include "base/aligned.h"
 #include "base/grid.h"
+#include "draw/tile_pixels.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
 #include "splat/tile/finished_sheets.h"
-#include "splat/tile/tile_pixels.h"
 
 namespace bccsplat {
 

@@ -9,7 +9,7 @@
 #include "field/slice.h"
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
-#include "splat/view/view.h"
+#include "view/view.h"
 
 namespace bccsplat {
 

@@ -37,7 +37,7 @@ TileSurfaces::TileSurfaces(const TileJob& job, const PlannedTile& tile, TileMemo
   m_.hits.clear();
 }
 
-int TileSurfaces::draw(int64_t first, int64_t end, SplatStats& stats) {
+int TileSurfaces::draw(int64_t first, int64_t end, DrawStats& stats) {
   CrossingArgs c;
   if (!look_at(first, end, stats, c)) return 0;
   find_crossings(c);
@@ -56,7 +56,7 @@ int TileSurfaces::draw(int64_t first, int64_t end, SplatStats& stats) {
 }
 
 // Describes the planes that crossings are looked for in; returns false where nothing is on them.
-bool TileSurfaces::look_at(int64_t first, int64_t end, SplatStats& stats, CrossingArgs& c) const {
+bool TileSurfaces::look_at(int64_t first, int64_t end, DrawStats& stats, CrossingArgs& c) const {
   const bool skip = !(options_.disable_skips & skip_empty_sheets);
   bool filled = false;
   for (int64_t k = first; k < end; ++k) {

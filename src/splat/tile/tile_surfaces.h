@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "splat/shade/iso_surface.h"
-#include "splat/shade/surface.h"
+#include "shade/iso_surface.h"
+#include "shade/surface.h"
 #include "splat/sheet/sheet.h"
 #include "splat/tile/sheet_source.h"
 #include "splat/tile/tile.h"
@@ -23,7 +23,7 @@ class TileSurfaces {
 
   // Finds the surfaces between the sheets k - 1 and k, for each k of [first, end), and composites them.
   // Returns the number of pixels that closed.
-  int draw(int64_t first, int64_t end, SplatStats& stats);
+  int draw(int64_t first, int64_t end, DrawStats& stats);
 
  private:
   struct Surface {
@@ -41,7 +41,7 @@ class TileSurfaces {
     SurfacePoint point;
   };
 
-  [[nodiscard]] bool look_at(int64_t first, int64_t end, SplatStats& stats, CrossingArgs& c) const;
+  [[nodiscard]] bool look_at(int64_t first, int64_t end, DrawStats& stats, CrossingArgs& c) const;
   void find_crossings(CrossingArgs& c);
   void refine(const CrossingArgs& c, uint32_t surface, int interval);
   [[nodiscard]] bool lacks_points(double k, int x, int y, float value, float target) const;

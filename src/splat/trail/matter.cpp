@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "splat/shade/absorption.h"
+#include "shade/absorption.h"
 
 namespace bccsplat {
 namespace {

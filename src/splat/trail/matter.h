@@ -6,16 +6,10 @@
 #include <cstdint>
 #include <span>
 
+#include "draw/shot.h"
 #include "splat/sheet/sheet.h"
 
 namespace bccsplat {
-
-enum class TrailCombine : uint8_t {
-  physical = 1,              // extinctions add along the ray
-  interleaved = 2,           // Neophytou & Mueller 2002, equation (8), sheet by sheet as printed
-  post = 3,                  // two pictures, the slice's over the trail's
-  interleaved_consistent = 4 // equation (8) made independent of the step: a = 1 - sqrt((1 - a1)(1 - a2))
-};
 
 // Planes of a tile's pixels, pitched as the sheet's: optical depth of the segment along the pixel's ray, and
 // shaded colour, value and frame index times it, summed over the objects of a group.

@@ -25,7 +25,7 @@ bool same_domain(const SplatScene& a, const SplatScene& b) {
 // Everything planned for tiles of one size.
 struct PlannedTrail {
   std::vector<TrailObject> objects; // the slice first
-  SplatStats stats;
+  DrawStats stats;
 };
 
 // `alone` are the options of the slice, `together` those of the trail; `copies` is as make_plan's.
@@ -34,7 +34,7 @@ PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sou
                         MemoryBudget* copies) {
   PlannedTrail planned;
   planned.objects.resize(1 + sources.size());
-  std::vector<SplatStats> stats(planned.objects.size());
+  std::vector<DrawStats> stats(planned.objects.size());
   context.tasks.parallel_for(stats.size(), [&](uint64_t n) {
     const SplatScene& scene = n == 0 ? slice : sources[n - 1];
     const SplatOptions& options = n == 0 ? alone : together;
@@ -42,7 +42,7 @@ PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sou
                           kernel_polynomial(scene.slice->kernel.space, options.kernel_form),
                           !same_domain(scene, slice)};
   });
-  for (const SplatStats& s : stats) planned.stats += s;
+  for (const DrawStats& s : stats) planned.stats += s;
   return planned;
 }
 
@@ -80,10 +80,10 @@ template<class Bytes> bool fits_all_threads(size_t tiles, const Bytes& bytes, co
 
 } // namespace
 
-SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
-                            std::span<const TrailStill> stills, TrailCombine combine,
-                            const SplatOptions& options, const Context& context,
-                            const std::function<void(const TilePixels&)>& emit) {
+DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
+                           std::span<const TrailStill> stills, TrailCombine combine,
+                           const SplatOptions& options, const Context& context,
+                           const std::function<void(const TilePixels&)>& emit) {
   const bool post = combine == TrailCombine::post;
   const bool apart = post || options.mode == RenderMode::isosurface;
   SplatOptions together = options;
@@ -114,7 +114,7 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
   plan(large_trail_tile, &context.memory);
   if (!fits_all_threads(planned.objects[0].plan.tiles.size(), bytes, context))
     plan(small_trail_tile, nullptr);
-  SplatStats stats = planned.stats;
+  DrawStats stats = planned.stats;
   const std::vector<PlannedTile>& tiles = planned.objects[0].plan.tiles;
   const TileJob alone_job{&slice, &alone, &planned.objects[0].plan, &planned.objects[0].kernel, &context};
 
@@ -129,7 +129,7 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
   context.tasks.parallel_for(tiles.size(), [&](uint64_t n) {
     const Loan loan{pool, pool.take(bytes(n))};
     TrailMemory* const memory = &loan.held->memory;
-    SplatStats mine;
+    DrawStats mine;
     if (apart) {
       const TilePixels front = draw_tile(alone_job, tiles[n], memory->slice, mine);
       const TilePixels trail = draw_trail_tile(job, n, tiles[n], post ? nullptr : &front, *memory, mine);

@@ -34,7 +34,7 @@ struct Drawn {
 class TrailTile {
  public:
   TrailTile(const TrailJob& job, size_t n, const PlannedTile& tile, const TilePixels* surface,
-            TrailMemory& memory, SplatStats& stats)
+            TrailMemory& memory, DrawStats& stats)
       : job_(job), options_(*job.options), tile_(tile), surface_(surface), m_(memory), stats_(stats),
         view_(*job.main->view),
         loops_(options_.reference_loops ? reference_matter_loops() : simd_matter_loops()),
@@ -161,7 +161,11 @@ class TrailTile {
     if (job_.slice)
       drawn_.push_back({{{0, 1.0f}}, job_.slice->scene->table, 0, 1, TimeField(*job_.slice->scene->slice)});
     for (const TrailStill& s : job_.stills) {
-      Drawn d{s.shares, s.table, 1, s.weight, TimeField(*job_.sources[s.shares.front().source].scene->slice)};
+      Drawn d{{s.shares.begin(), s.shares.end()},
+              s.table,
+              1,
+              s.weight,
+              TimeField(*job_.sources[s.shares.front().source].scene->slice)};
       for (SheetShare& share : d.shares) share.source += first_source;
       if (d.shares.size() > 1) d.time.offset = s.frame, d.time.gradient = {};
       drawn_.push_back(std::move(d));
@@ -326,7 +330,7 @@ class TrailTile {
   const PlannedTile& tile_;
   const TilePixels* surface_;
   TrailMemory& m_;
-  SplatStats& stats_;
+  DrawStats& stats_;
   const SheetView& view_;
   const MatterLoops& loops_;
   int pitch_;
@@ -352,7 +356,7 @@ class TrailTile {
 } // namespace
 
 TilePixels draw_trail_tile(const TrailJob& job, size_t n, const PlannedTile& tile, const TilePixels* surface,
-                           TrailMemory& memory, SplatStats& stats) {
+                           TrailMemory& memory, DrawStats& stats) {
   return TrailTile(job, n, tile, surface, memory, stats).draw();
 }
 

@@ -52,6 +52,6 @@ struct TrailJob {
 // Draws the tile `n` of every plan. `surface` (may be null): a pixel it covers ends the ray at its depth with
 // its colour.
 TilePixels draw_trail_tile(const TrailJob& job, size_t n, const PlannedTile& tile, const TilePixels* surface,
-                           TrailMemory& memory, SplatStats& stats);
+                           TrailMemory& memory, DrawStats& stats);
 
 } // namespace bccsplat

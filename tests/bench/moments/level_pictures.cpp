@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "render/gradient_noise.h"
+#include "shade/gradient_noise.h"
 #include "tests/bench/image_error.h"
 #include "tests/bench/ray_march/ray_march.h"
 

@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "render/image.h"
-#include "render/picture.h"
-#include "render/picture_needs.h"
+#include "draw/image.h"
+#include "scene/picture.h"
+#include "scene/picture_needs.h"
 #include "tests/bench/moments/moments_volume.h"
 #include "tests/bench/report.h"
 

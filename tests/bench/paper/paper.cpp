@@ -7,12 +7,13 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "base/error.h"
 #include "field/coefficients/coefficients.h"
 #include "formats/bcc4/coding/deflate.h"
 #include "points/runs.h"
-#include "render/picture.h"
+#include "scene/picture.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat::bench {
@@ -103,7 +104,7 @@ Frames draw(const Sampled& cc, const Sampled& bcc, float largest, const char* ke
     MemorySamples samples;
     Coefficients coefficients;
     Slice slice;
-    SplatPoints points;
+    std::optional<KeptPoints> points;
     Scene scene;
     Side(const Sampled& s, const char* name, float limit)
         : samples(s.report.lattice, {0.0f}, {s.layers}),
@@ -117,9 +118,9 @@ Frames draw(const Sampled& cc, const Sampled& bcc, float largest, const char* ke
     const double t = std::min(std::floor(last * (i + 0.5) / instants) + 0.37, last);
     for (Side* side : {a.get(), b.get()}) {
       side->slice = time_slice(side->coefficients, t, {0, 0}, {}, context.get());
-      side->points = make_points(side->slice, context.get());
+      side->points.emplace(make_points(side->slice, context.get()));
       Scene& scene = side->scene;
-      scene.slice = &side->slice, scene.points = &side->points;
+      scene.slice = &side->slice, scene.points = &*side->points;
       scene.camera = fit_camera(a->slice, false, 20, 30, size, size);
       const double top = largest;
       scene.function.colors = {{0, {0.2, 0.4, 0.9}}, {top, {0.9, 0.5, 0.2}}};

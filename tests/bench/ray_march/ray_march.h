@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "render/picture.h"
+#include "scene/picture.h"
 #include "tests/bench/ray_march/ray_march_packet.h"
 
 namespace bccsplat::bench {

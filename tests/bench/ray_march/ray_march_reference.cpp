@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "splat/shade/surface.h"
+#include "shade/surface.h"
 #include "tests/bench/ray_march/ray_march.h"
 
 namespace bccsplat::bench {

@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "base/error.h"
-#include "splat/rays/cell_bound.h"
-#include "splat/rays/rays.h"
+#include "rays/cell_bound.h"
+#include "rays/rays.h"
 #include "tests/bench/render/render.h"
 
 namespace bccsplat::bench {
@@ -31,8 +31,7 @@ struct Drawn {
   Scene scene; // keeps what a renderer keeps
   MarchScene march;
   MarchOptions march_options;
-  KeptLatticeSums sums;
-  KeptSurfaceCells cells;
+  Drawers drawers;
   std::unique_ptr<ImageStorage> truth;
 
   Drawn(const FieldScene& of, int edge, bool perspective)
@@ -40,7 +39,7 @@ struct Drawn {
     const Camera camera = scene_camera(field, size, 0, perspective);
     sampled = sample_scene(field, LatticeKind::bcc, "default");
     scene = splat_scene(field, sampled, camera);
-    scene.sums = &sums, scene.cells = &cells;
+    scene.drawers = &drawers;
     grid = make_march_grid({field.samples, field.samples, field.samples}, [&](double x, double y, double z) {
       return field.field({x, y, z}, nullptr);
     });
@@ -64,7 +63,7 @@ Method first_picture(Drawn& d, const RenderOptions& options) {
   Method m;
   m.draw = [&d, options](Image& image) {
     Scene s = d.scene;
-    s.points = nullptr, s.sums = nullptr, s.cells = nullptr;
+    s.points = nullptr, s.drawers = nullptr;
     (void)render(s, options, d.one.get(), image);
   };
   return m;
@@ -74,12 +73,13 @@ RayCounts count_samples(Drawn& d, const RenderOptions& options) {
   const SheetView view = make_view(*d.scene.slice, resolve_camera(d.scene.camera), d.size, d.size,
                                    quality_settings(options.quality).sheet_step);
   const ClassTable table = make_class_table(d.scene.function, 0, 1, 0, 1, 16);
-  SplatOptions o;
-  o.mode = options.mode, o.surfaces = drawn_surfaces(options);
+  Shot shot;
+  shot.slice = d.scene.slice, shot.view = &view, shot.table = &table, shot.lights = &d.scene.lights;
+  shot.sums = &d.drawers.sums;
+  shot.options.mode = options.mode, shot.options.surfaces = drawn_surfaces(options);
   RayCounts counts;
   (void)draw_rays(
-      {d.scene.slice, nullptr, &view, &table, &d.scene.lights, &d.sums, &d.cells}, o, d.one.get(),
-      [](const TilePixels&) {}, &counts);
+      shot, d.one.get(), [](const TilePixels&) {}, &d.drawers.surface_cells(), &counts);
   return counts;
 }
 

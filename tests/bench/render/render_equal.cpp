@@ -25,7 +25,7 @@ void equal(const Report& report, const FieldScene& field, RenderMode mode, const
   const Camera camera = scene_camera(field, sizes.size, 0);
   std::deque<SampledScene> sampled; // stay where they are
   std::deque<Scene> scenes;
-  KeptSurfaceCells cells;
+  Drawers drawers;
   RenderOptions options;
   options.mode = mode, options.iso_value = field.iso_value;
   const auto settings = [&](const std::string& name) {
@@ -57,7 +57,7 @@ void equal(const Report& report, const FieldScene& field, RenderMode mode, const
   ways.push_back(splatter("splatter", all_steps));
   if (iso) { // whose cells a renderer keeps from picture to picture of a value
     scenes.push_back(scenes.back());
-    scenes.back().cells = &cells;
+    scenes.back().drawers = &drawers;
     ways.push_back(settings("splatter, settings, again"));
     settle(ways.back().methods.back(), sizes.size);
   } else { // isosurfaces have the kernel's own gradients anyway

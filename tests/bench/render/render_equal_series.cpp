@@ -4,9 +4,10 @@
 // blended, by rays. The truth is the waves that the series was made of.
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "base/text.h"
-#include "render/reference.h"
+#include "reference/reference.h"
 #include "tests/bench/moments/level_pictures.h"
 #include "tests/bench/render/equal_error.h"
 
@@ -55,7 +56,7 @@ std::unique_ptr<ImageStorage> true_picture(const MomentSeries& series, double fr
   const CoarseLevels levels;
   Scene scene = scene_of_codes(box, levels, lit);
   scene.camera = strided_camera(scene.camera, size, stride);
-  const bccsplat::Field waves = [&](const Vec3& p, Vec3* gradient) { return waves_at(p, frame, gradient); };
+  const bccsplat::FieldAt waves = [&](const Vec3& p, Vec3* gradient) { return waves_at(p, frame, gradient); };
   auto out = std::make_unique<ImageStorage>(size / stride, size / stride);
   BenchContext context(2);
   render_reference(scene, {}, waves, {1.0 / 8}, context.get(), out->image);
@@ -108,14 +109,14 @@ std::vector<Way> level_ways(const WrittenSeries& written, const MomentOptions& o
                             const Image& truth) {
   Opened volume(written, options, level);
   Slice slice;
-  SplatPoints points;
+  std::optional<KeptPoints> points;
   const double before = 1e3 * cpu_seconds([&] {
                           slice = volume.moment(moment_of(options));
-                          points = make_points(slice, volume.context.get());
+                          points.emplace(make_points(slice, volume.context.get()));
                         });
   const CoarseLevels levels;
   Scene scene = scene_of_codes(slice, levels, Lit::surfaces);
-  scene.points = &points;
+  scene.points = &*points;
   BenchContext one(1);
   std::vector<Way> ways(2);
   ways[0].name = concat("level ", level, ", settings"), ways[0].at_any_step = false;

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "field/lattice_sums.h"
-#include "splat/rays/surface_cells.h"
+#include "rays/surface_cells.h"
 #include "tests/bench/render/render.h"
 
 namespace bccsplat::bench {
@@ -57,11 +57,10 @@ void front(const Report& report, const FieldScene& scene, RenderMode mode, const
     }
   };
   settings("");
-  KeptSurfaceCells cells;
-  KeptLatticeSums sums;
+  Drawers drawers;
   if (iso) {
     scenes.push_back(scenes.back());
-    scenes.back().cells = &cells, scenes.back().sums = &sums;
+    scenes.back().drawers = &drawers;
     settings(", again");
     settle(methods.back(), setup.size);
   }

@@ -43,8 +43,8 @@ void kept_sheets(const Report& report) {
         Timing drawn, keeping, taking;
         uint64_t bytes = 0;
         for (int r = 0; r < rounds; ++r) {
-          KeptSheets kept;
-          scene.kept = &kept;
+          Drawers kept;
+          scene.drawers = &kept;
           const uint64_t before = one.memory.used();
           draw(drawn), draw(keeping), draw(taking);
           bytes = one.memory.used() - before;
@@ -84,7 +84,7 @@ void render_interactive(const Report& report) {
   const auto slice_at = [&](const Coefficients& c, double frame) {
     SampledScene out;
     out.slice = time_slice(c, frame, {0, 0}, {}, context.get());
-    out.points = make_points(out.slice, context.get());
+    out.points = std::make_shared<const KeptPoints>(make_points(out.slice, context.get()));
     return out;
   };
   const Camera camera = scene_camera(scene, size, 0);
@@ -93,9 +93,9 @@ void render_interactive(const Report& report) {
   for (const Quality quality : {Quality::draft, Quality::normal}) {
     RenderOptions options;
     options.quality = quality;
-    const auto draw = [&](const SampledScene& s, KeptSheets* kept = nullptr) {
+    const auto draw = [&](const SampledScene& s, Drawers* kept = nullptr) {
       Scene shown = splat_scene(scene, s, camera);
-      shown.kept = kept;
+      shown.drawers = kept;
       (void)render(shown, options, context.get(), picture.image);
     };
     Timing rotate, keep, classify, slicing, points, next, cold;
@@ -105,7 +105,7 @@ void render_interactive(const Report& report) {
     for (int r = 0; r < rounds; ++r) rotate.run([&] { draw(now); });
     uint64_t kept_bytes = 0;
     for (int r = 0; r < rounds; ++r) {
-      KeptSheets kept;
+      Drawers kept;
       draw(now, &kept);
       keep.run([&] { draw(now, &kept); });
       classify.run([&] { draw(now, &kept); });
@@ -117,7 +117,8 @@ void render_interactive(const Report& report) {
       // A frame on: some of its layers are in memory already.
       const double frame = 3.5 + r;
       slicing.run([&] { now.slice = time_slice(*warm, frame, {0, 0}, {}, context.get()); });
-      points.run([&] { now.points = make_points(now.slice, context.get()); });
+      points.run(
+          [&] { now.points = std::make_shared<const KeptPoints>(make_points(now.slice, context.get())); });
       next.run([&] { // the same again from the frame before, as a player sees it
         now = slice_at(*warm, frame + 0.5);
         draw(now);

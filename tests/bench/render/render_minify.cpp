@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "render/minify.h"
+#include "scene/minify.h"
 #include "tests/bench/render/render.h"
 #include "tests/support/fields.h"
 
@@ -61,7 +61,7 @@ void render_minify(const Report& report) {
         rows.push_back(
             {word("scene", scene.name), word("mode", mode_name(mode)), figure("px per T", pixels, 2),
              figure("level", level, 0), word("chosen", level == chosen ? "yes" : ""),
-             figure("points", static_cast<double>(stats.points_total), 0), figure("ms", ms[0], 2),
+             figure("points", static_cast<double>(stats.drawn.points_total), 0), figure("ms", ms[0], 2),
              figure("RMSE / largest", e.rmse / most, 4), figure("max / largest", e.most / most, 3)});
       }
     }

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "field/lattice_sums.h"
-#include "splat/rays/surface_cells.h"
+#include "rays/surface_cells.h"
 #include "tests/bench/render/render.h"
 
 namespace bccsplat::bench {
@@ -62,15 +62,14 @@ void against_marcher(Ratios& out, const FieldScene& field, RenderMode mode, int 
   o.mode = mode, o.iso_value = field.iso_value;
   const auto truth = true_image(field, sampled, camera, o, size, stride);
   const bool iso = mode == RenderMode::isosurface;
-  KeptSurfaceCells cells;
-  KeptLatticeSums sums;
+  Drawers drawers;
   Scene later = scene;
-  later.cells = &cells, later.sums = &sums;
+  later.drawers = &drawers;
   for (const Quality q : {Quality::draft, Quality::normal}) {
     o.quality = q;
     const auto add = [&](const char* which, const Scene& drawn) {
       const Method splat = splat_method(concat("quality ", quality_name(q)), drawn, o, one);
-      if (drawn.cells) settle(splat, size);
+      if (drawn.drawers) settle(splat, size);
       m.step = splat.step;
       out.add(
           concat(field.name, iso ? ", isosurface" : ", semi-transparent", which, ": ray-marcher / splatter"),
@@ -150,9 +149,9 @@ void views(Ratios& out, const FieldScene& field, int size) {
   out.add("perspective / orthographic", splat_method("orthographic", flat, o, one),
           splat_method("perspective", deep, o, one), size, nullptr, 1);
   o.mode = RenderMode::isosurface, o.iso_value = field.iso_value;
-  KeptSurfaceCells cells;
+  Drawers drawers;
   Scene later = flat;
-  later.cells = &cells;
+  later.drawers = &drawers;
   const Method all = splat_method("all skips", later, o, one);
   settle(all, size);
   o.disable_skips = 15;
@@ -203,7 +202,8 @@ void stages(const Report& report, const FieldScene& field, int samples_per_side)
           best.drawn.ms_transform = std::min(best.drawn.ms_transform, s.drawn.ms_transform);
           best.drawn.ms_splat = std::min(best.drawn.ms_splat, s.drawn.ms_splat),
           best.drawn.ms_shade = std::min(best.drawn.ms_shade, s.drawn.ms_shade);
-          best.drawn.points_splatted = s.drawn.points_splatted, best.points_total = s.points_total;
+          best.drawn.points_splatted = s.drawn.points_splatted,
+          best.drawn.points_total = s.drawn.points_total;
           best.drawn.contributions = s.drawn.contributions;
         }
         rows.push_back(
@@ -212,7 +212,8 @@ void stages(const Report& report, const FieldScene& field, int samples_per_side)
              figure("transform ms", best.drawn.ms_transform, 1), figure("splat ms", best.drawn.ms_splat, 1),
              figure("shade ms", best.drawn.ms_shade, 1),
              figure("visits / point",
-                    static_cast<double>(best.drawn.points_splatted) / static_cast<double>(best.points_total),
+                    static_cast<double>(best.drawn.points_splatted) /
+                        static_cast<double>(best.drawn.points_total),
                     2),
              figure("Gsamples/s splatted",
                     static_cast<double>(best.drawn.contributions) / best.drawn.ms_splat * 1e-6, 1)});

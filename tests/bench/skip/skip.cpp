@@ -22,8 +22,9 @@ constexpr Skip skips[] = {{"transfer function", skip_transfer_function, "bricks 
                            [](const RenderStats& s) { return s.drawn.points_occluded; }},
                           {"empty sheets", skip_empty_sheets, "sheets of tiles",
                            [](const RenderStats& s) { return s.drawn.sheets_skipped; }},
-                          {"all of them", 15, "points never looked at",
-                           [](const RenderStats& s) { return s.points_total - s.drawn.points_after_cull; }}};
+                          {"all of them", 15, "points never looked at", [](const RenderStats& s) {
+                             return s.drawn.points_total - s.drawn.points_after_cull;
+                           }}};
 
 void one_scene(const std::string& name, const Scene& scene, RenderOptions options, int size, int rounds,
                std::vector<Row>& rows) {

@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "field/evaluate.h"
-#include "render/picture.h"
+#include "scene/picture.h"
 #include "slice/time_slice.h"
 #include "splat/points/points.h"
 #include "tests/bench/slice/slice_parts.h"

@@ -57,14 +57,14 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   SplatOptions options;
   options.shading = gradient, options.gradient = GradientMethod::analytic;
   options.tile_size = tile;
-  SplatStats stats;
+  DrawStats stats;
   Tasks tasks(1);
   MemoryBudget memory_budget(UINT64_MAX);
   Progress progress;
   const SplatPlan plan = make_plan(scene, options, {tasks, memory_budget, progress}, stats);
   TileMemory memory;
   memory.prepare(plan, plan_tile(plan, 0, 0, tile, tile), gradient);
-  const KernelPolynomial kernel = flat_polynomial(slice.kernel.space);
+  const KernelPolynomial kernel = kernel_polynomial(slice.kernel.space, KernelForm::flat_form);
   const int64_t gap = (plan.gaps.first + plan.gaps.last) / 2;
   const size_t n = gap - plan.gaps.first;
   const GapLanes lanes = plan.gaps.lanes(gap, plan.ring);
@@ -167,7 +167,8 @@ struct FrameCase {
   uint32_t pixels;
 };
 
-void frame_table(const Report& report, const Slice& slice, const SplatPoints& points, double peak) {
+void frame_table(const Report& report, const Slice& slice, const KeptPoints& kept, uint64_t points,
+                 double peak) {
   const FrameCase cases[] = {
       {"semi draft", RenderMode::composite, Quality::draft, false, 256},
       {"semi draft", RenderMode::composite, Quality::draft, false, 512},
@@ -185,7 +186,7 @@ void frame_table(const Report& report, const Slice& slice, const SplatPoints& po
     TestContext context(1);
     Scene scene = make_scene(slice, ramp_function(0.3, 1, 0.3),
                              fit_camera(slice, c.perspective, 20, 30, pixels, pixels));
-    scene.points = &points;
+    scene.points = &kept;
     RenderOptions o;
     o.mode = c.mode, o.quality = c.quality, o.iso_value = 0.5;
     if (std::string(c.name).ends_with("no skips")) o.disable_skips = ~0u;
@@ -211,9 +212,8 @@ void frame_table(const Report& report, const Slice& slice, const SplatPoints& po
          figure("M visits", static_cast<double>(best.drawn.points_splatted) / 1e6, 2),
          figure("window samples, of peak", splat / peak, 3)});
   }
-  report.table(
-      concat("Where a frame's time goes, one thread, ms; ", points.count, " points with mirror images"),
-      rows);
+  report.table(concat("Where a frame's time goes, one thread, ms; ", points, " points with mirror images"),
+               rows);
 }
 
 // Pictures with the kernel and with its short form against the field's own integral and against the analytic
@@ -283,7 +283,9 @@ int run_splat_suite(std::span<const std::string> args, const Report& report) {
     const uint32_t n = report.quick ? 32 : 128;
     const Slice slice = make_slice({n, n, n}, marschner_lobb(n));
     TestContext context(1);
-    frame_table(report, slice, make_points(slice, context.get()), peak);
+    const KeptPoints points;
+    const uint64_t count = points.of(slice, context.get()).count;
+    frame_table(report, slice, points, count, peak);
   }
   return 0;
 }

@@ -7,8 +7,8 @@
 #include <ctime>
 #include <vector>
 
-#include "render/preintegrate.h"
-#include "splat/shade/absorption.h"
+#include "shade/absorption.h"
+#include "shade/preintegrate.h"
 #include "splat/sheet/sheet.h"
 #include "splat/sheet/sheet_args.h"
 #include "splat/tile/sheet_source.h"

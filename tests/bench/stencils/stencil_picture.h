@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "render/picture.h"
+#include "scene/picture.h"
 #include "splat/tile/tile_memory.h"
 #include "tests/bench/stencils/affine_raise.h"
 #include "tests/bench/stencils/stencil_fill.h"

@@ -8,7 +8,7 @@
 #include <array>
 #include <cstdint>
 
-#include "splat/view/view.h"
+#include "view/view.h"
 
 namespace bccsplat::bench {
 

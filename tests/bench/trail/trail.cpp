@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "render/picture.h"
-#include "render/trail.h"
+#include "scene/picture.h"
+#include "scene/trail.h"
 #include "slice/time_slice.h"
 #include "tests/bench/image_error.h"
 #include "tests/bench/sheet_residue.h"
@@ -49,7 +49,7 @@ struct TrailBench {
   MemorySamples samples;
   Coefficients coefficients;
   Slice slice;
-  SplatPoints points;
+  KeptPoints points;
   TransferFunction function;
   RenderOptions options;
   int pixels;

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "formats/image/exr.h"
 #include "formats/image/png.h"
-#include "render/camera.h"
+#include "view/camera.h"
 
 #if __has_include(<ImfInputFile.h>) && __has_include(<png.h>)
 #include <ImfChannelList.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cameras: what fits into the picture, matrices for other programs against the samples of the splatter, and
 // views that make no sense.
-#include "render/camera.h"
+#include "view/camera.h"
 
 #include <gtest/gtest.h>
 

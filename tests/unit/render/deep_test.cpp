@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Deep pictures: composited they are the flat picture, cut anywhere they are what lies in front, and OpenEXR
 // reads them as we write them.
-#include "render/deep.h"
+#include "draw/deep.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@
 #include <memory>
 #include <random>
 
+#include "draw/deep_tile.h"
 #include "formats/image/exr.h"
-#include "render/trail.h"
-#include "splat/tile/deep.h"
+#include "scene/trail.h"
 #include "tests/support/splat_scene.h"
 
 #if __has_include(<ImfDeepScanLineInputFile.h>)

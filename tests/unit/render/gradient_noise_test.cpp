@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a file tells of the noise of its gradients, and that pictures of every mode follow it.
-#include "render/gradient_noise.h"
+#include "shade/gradient_noise.h"
 
 #include <algorithm>
 #include <memory>
@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "render/trail.h"
-#include "splat/shade/surface.h"
+#include "scene/trail.h"
+#include "shade/surface.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -98,7 +98,7 @@ TEST(GradientNoise, SmoothSurfacesFarFromTheBaseAreLitSmoothly) {
   RenderOptions o;
   o.mode = RenderMode::isosurface, o.iso_value = 18, o.quality = Quality::best;
   TestContext context;
-  const Field field = [&](const Vec3& p, Vec3* gradient) {
+  const FieldAt field = [&](const Vec3& p, Vec3* gradient) {
     const Vec3 q = slice.lattice_to_slice.point(p);
     if (gradient) *gradient = slice.lattice_to_slice.transposed(-0.04 * (q - centre));
     return falling(q[0], q[1], q[2]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "render/look.h"
+#include "shade/look.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures smaller than the data: drawn from coarser levels of the slice.
-#include "render/minify.h"
+#include "scene/minify.h"
 
 #include <gtest/gtest.h>
 
@@ -74,7 +74,7 @@ TEST(Minify, FourTimesSmallerIsTheAreaAverageAtASixteenthOfThePoints) {
   EXPECT_EQ(full.level, 0);
   EXPECT_LT(with, 0.03);
   EXPECT_LT(with, 0.8 * without); // which aliases
-  EXPECT_LT(coarse.points_total * 16, full.points_total);
+  EXPECT_LT(coarse.drawn.points_total * 16, full.drawn.points_total);
   // In classified pictures, what classification makes of fine detail is lost.
   o = {};
   EXPECT_LT(error_of(small, o, size, 8, &coarse), 0.06);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a picture needs of a volume: the level by the size of its pixels, and the box that its camera sees.
-#include "render/picture_needs.h"
+#include "scene/picture_needs.h"
 
 #include <gtest/gtest.h>
 

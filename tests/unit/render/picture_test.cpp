@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The renderer against closed forms and against the slow reference.
-#include "render/picture.h"
+#include "scene/picture.h"
 
 #include <gtest/gtest.h>
 
@@ -477,8 +477,8 @@ TEST(Render, ReportsAndCancels) {
   const Scene scene = make_scene(slice, ramp_function(0.1, 1, 0.5), fit_camera(slice, false, 20, 30, 48, 48));
   ImageStorage out(48, 48);
   const RenderStats stats = draw(scene, {}, out);
-  EXPECT_GT(stats.points_total, static_cast<uint64_t>(slice.points())); // with mirror images
-  EXPECT_LE(stats.drawn.points_after_cull, stats.points_total);
+  EXPECT_GT(stats.drawn.points_total, static_cast<uint64_t>(slice.points())); // with mirror images
+  EXPECT_LE(stats.drawn.points_after_cull, stats.drawn.points_total);
   EXPECT_GT(stats.drawn.points_splatted, 0u);
   EXPECT_EQ(stats.sheet_step, 0.5);
   TestContext context;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pre-integrated classification: against exact integrals, the slow reference and itself.
-#include "render/preintegrate.h"
+#include "shade/preintegrate.h"
+#include "splat/points/value_change.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "render/deep.h"
+#include "draw/deep.h"
 #include "slice/hyperslice.h"
 #include "tests/support/splat_scene.h"
 
@@ -231,7 +232,7 @@ TEST(Preintegrate, ConstantFieldsHaveNoShellsAtTheDomainsFaces) {
         f.opacities = {{0, 0.9}, {4.8, 0.9}, {4.8, 0}, {5.2, 0}, {5.2, 0.9}};
         const Scene scene = make_scene(slice, f, fit_camera(slice, perspective, turn, turn, 33, 27));
         ImageStorage out(33, 27);
-        EXPECT_TRUE(draw(scene, flat(step), out).preintegrated);
+        EXPECT_TRUE(draw(scene, flat(step), out).drawn.preintegrated);
         for (size_t p = 3; p < out.rgba.size(); p += 4)
           ASSERT_EQ(out.rgba[p], 0) << "step " << step << " turn " << turn << ' ' << perspective;
       }
@@ -345,7 +346,8 @@ TEST(Preintegrate, NeitherThreadsNorTilesNorSkipsChangeABit) {
       o.preintegrate = Preintegrate::on;
       o.gradient = gradient, o.sheet_step = step;
       o.shading = step != 1;
-      if (step == 0.25) o.raise = quality_settings(Quality::fine).raise;
+      if (step == 0.25) // as fine pictures are
+        o.raise = RaiseFilter{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2, .depth = 2};
       o.tile_size = 16;
       ImageStorage all(80, 80, true, true, true);
       const RenderStats skipped = draw(scene, o, all, 1);
@@ -376,7 +378,7 @@ TEST(Preintegrate, IsChosenWhereTheFunctionIsNarrowerThanAStep) {
     RenderOptions o;
     o.quality = quality, o.preintegrate = choice, o.mode = mode, o.iso_value = 0.5;
     if (mode == RenderMode::xray) o.shading = false;
-    return draw(make_scene(slice, f, camera), o, out).preintegrated;
+    return draw(make_scene(slice, f, camera), o, out).drawn.preintegrated;
   };
   ImageStorage a(48, 48, true, true, true), b(48, 48, true, true, true);
   // Smooth functions are drawn as if there were no such thing.
@@ -486,7 +488,7 @@ TEST(Preintegrate, DeepPicturesFlattenToTheFlatOne) {
   out.image.deep = &deep;
   TestContext context(2);
   RenderOptions o;
-  EXPECT_TRUE(render(scene, o, context.get(), out.image).preintegrated);
+  EXPECT_TRUE(render(scene, o, context.get(), out.image).drawn.preintegrated);
   size_t seen = 0;
   for (size_t p = 0; p < size_t{40} * 32; ++p) {
     std::array<double, 4> sum{};

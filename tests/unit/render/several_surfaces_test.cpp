@@ -7,7 +7,7 @@
 #include <cstring>
 #include <limits>
 
-#include "render/deep.h"
+#include "draw/deep.h"
 #include "splat/loop/loops.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Smooth edges of isosurfaces: coverage against the analytic one, pictures against the means of pictures of
 // eight times the size, and what stays as it is.
-#include "splat/smooth_edges.h"
+#include "draw/smooth_edges.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 
-#include "render/deep.h"
+#include "draw/deep.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -202,7 +202,7 @@ TEST(SmoothEdges, DeepPicturesHaveOneDepthPerPixel) {
 TEST(SmoothEdges, DepthsAreReservedFromTheBudget) {
   const Slice s = one_ball();
   test::TestContext of_points; // outlives them
-  const SplatPoints points = make_points(s, of_points.get());
+  const KeptPoints points(make_points(s, of_points.get()));
   Scene scene = test::make_scene(s, test::ramp_function(0, 1, 0.5), camera_of(s));
   scene.points = &points;
   RenderOptions o;

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "field/slice.h"
-#include "render/picture.h"
-#include "render/trail.h"
+#include "scene/picture.h"
+#include "scene/trail.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 

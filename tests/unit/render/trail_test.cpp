@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trails: their moments and weights, stills against sums of layers and slices, other hyperplanes, and what
 // covers what.
-#include "render/trail.h"
+#include "scene/trail.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Transfer functions: values between and beyond their points, the tables made of them, what is refused, and
 // the default.
-#include "render/transfer_function.h"
+#include "shade/transfer_function.h"
 
 #include <gtest/gtest.h>
 

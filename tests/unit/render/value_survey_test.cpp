@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Histograms of the shapes that volumes have, and what is made of them.
-#include "render/value_survey.h"
+#include "shade/value_survey.h"
 
 #include <gtest/gtest.h>
 

@@ -18,14 +18,17 @@ using test::ramp_function;
 
 constexpr int size = 150; // 3 pixels per T
 
+// The budget ends with this function.
+SplatPoints unbudgeted(const Slice& slice) {
+  test::TestContext context;
+  SplatPoints points = make_points(slice, context.get());
+  points.memory = {};
+  return points;
+}
+
 struct Volume {
   Slice slice = make_slice({30, 30, 30}, test::marschner_lobb(30, 4));
-  SplatPoints points;
-  Volume() {
-    test::TestContext context;
-    points = make_points(slice, context.get());
-    points.memory = {};
-  }
+  KeptPoints points{unbudgeted(slice)};
   [[nodiscard]] Scene scene(bool perspective = false) const {
     Scene s =
         make_scene(slice, ramp_function(0.3, 1, 0.3), fit_camera(slice, perspective, 20, 30, size, size));
@@ -85,15 +88,15 @@ TEST_P(KeptSheetsOf, PicturesAreTheSame) {
   options.mode = way.mode, options.quality = way.quality, options.shading = way.shading;
   options.gradient = way.gradient, options.preintegrate = way.preintegrate;
   test::TestContext context(2);
-  KeptSheets kept;
+  Drawers kept;
   for (int n = 0; n < 5; ++n) {
     scene.function = ramp_function(0.3 + 0.05 * n, 1 - 0.05 * n, 0.2 + 0.15 * n);
     scene.lights.ambient = 0.1 * n;
     options.iso_value = 0.4 + 0.05 * n;
     ImageStorage fresh(size, size, true), image(size, size, true);
-    scene.kept = nullptr;
+    scene.drawers = nullptr;
     const RenderStats all = draw_kept(context, scene, options, fresh);
-    scene.kept = &kept;
+    scene.drawers = &kept;
     const RenderStats stats = draw_kept(context, scene, options, image);
     EXPECT_TRUE(same(fresh, image)) << n;
     EXPECT_EQ(stats.drawn.sheets_taken > 0, n >= 2) << n;
@@ -109,8 +112,8 @@ TEST(KeptSheets, EveryChangeOfTheViewDrawsAnew) {
   const Volume volume, other;
   Scene scene = volume.scene();
   test::TestContext context(2);
-  KeptSheets kept;
-  scene.kept = &kept;
+  Drawers kept;
+  scene.drawers = &kept;
   RenderOptions options;
   options.rays = false;
   ImageStorage image(size, size), smaller(size - 20, size);
@@ -164,8 +167,8 @@ TEST(KeptSheets, StayWithinTheBudget) {
   for (const uint64_t limit : {uint64_t{1} << 40, uint64_t{0}, uint64_t{1}}) {
     const uint64_t part = 2 * KeptSheets::most_of_budget;
     MemoryBudget memory(limit > 1 ? limit : limit ? part * needed + part : part * needed - part);
-    KeptSheets kept;
-    scene.kept = &kept;
+    Drawers kept;
+    scene.drawers = &kept;
     for (int n = 0; n < 4; ++n) {
       const RenderStats stats = render(scene, options, {tasks, memory, progress}, image.image);
       EXPECT_TRUE(same(fresh, image));
@@ -191,8 +194,8 @@ TEST(KeptSheets, CancelledPicturesKeepNothing) {
   (void)draw_kept(context, scene, options, fresh);
   Tasks tasks(2);
   MemoryBudget memory;
-  KeptSheets kept;
-  scene.kept = &kept;
+  Drawers kept;
+  scene.drawers = &kept;
   const auto picture = [&](bool cancelled) {
     Progress progress;
     if (cancelled) progress.cancel();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a sample is lit by how much gradient there is.
-#include "splat/shade/light.h"
+#include "shade/light.h"
 
 #include <gtest/gtest.h>
 

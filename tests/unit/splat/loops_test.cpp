@@ -193,7 +193,7 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
         o.with_value = o.with_time = true;
         if (perspective && shininess != 20) {
           o.raise = RaiseFilter{6, 1, 1, 1, 0, 1};
-          SplatStats unused;
+          DrawStats unused;
           ASSERT_GT(make_plan(scene, o, context.get(), unused).raise.fan.taps, 0);
         }
         const auto draw_planes = [&] {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "render/preintegrate.h"
+#include "shade/preintegrate.h"
 
 namespace bccsplat {
 namespace {

@@ -30,7 +30,7 @@ struct Planned {
     options.shading = false;
     camera.ortho_height *= 2.5;
     view = make_view(slice, resolve_camera(camera), 512, 512, 0.5);
-    SplatStats stats;
+    DrawStats stats;
     plan = make_plan({&slice, &points, &view, &table, &lights}, options, context.get(), stats);
   }
 };

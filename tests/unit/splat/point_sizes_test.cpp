@@ -125,11 +125,12 @@ TEST(PointSizes, CopiesStayWithinTheBudget) {
   const Slice slice = make_slice({50, 48, 46}, [](double x, double y, double z) {
     return std::exp(-std::pow(std::hypot(x - 20, y - 23, z - 23) / 8, 2));
   });
-  const SplatPoints points = make_points(slice, context.get());
+  const KeptPoints kept;
+  const SplatPoints& points = kept.of(slice, context.get());
   TransferFunction f = test::ramp_function(0.35, 1, 0.4);
   f.opacities.insert(f.opacities.begin(), {0.3, 0});
   Scene scene = make_scene(slice, f, fit_camera(slice, false, 20, 30, 60, 60));
-  scene.points = &points;
+  scene.points = &kept;
   RenderOptions o;
   o.raise = RaiseFilter{};
   Tasks tasks(2);
@@ -172,7 +173,7 @@ TEST(PointSizes, FarPointsChangeNothing) {
         o.gradient = GradientMethod::fourth_order, o.sheet_step = 0.5;
         ImageStorage few(60, 60, true, true, true), all(60, 60, true, true, true);
         const RenderStats some = draw(scene, o, few);
-        EXPECT_GT(some.drawn.points_invisible, some.points_total / 8);
+        EXPECT_GT(some.drawn.points_invisible, some.drawn.points_total / 8);
         EXPECT_GT(*std::max_element(few.rgba.begin(), few.rgba.end()), 0.2f);
         o.disable_skips = skip_transfer_function | skip_cells;
         draw(scene, o, all);

@@ -30,7 +30,7 @@ RadialKernel as_radial(const KernelPolynomial& k, double radius) {
 
 TEST(ShortPolynomial, IsNearTheKernelAndKeepsConstants) {
   const RadialKernel phi = make_kernel("default").space;
-  const KernelPolynomial k = short_polynomial(phi);
+  const KernelPolynomial k = kernel_polynomial(phi, KernelForm::short_form);
   ASSERT_EQ(k.form, KernelPolynomial::Form::short_form);
   EXPECT_EQ(k.a[0], 0);
   EXPECT_EQ(k.a[1], 0);
@@ -67,7 +67,7 @@ double largest_ripple(const KernelPolynomial& k, double radius, bool bcc) {
 
 TEST(FlatPolynomial, ConstantsComeOutFlatter) {
   const RadialKernel phi = make_kernel("default").space;
-  const KernelPolynomial k = flat_polynomial(phi);
+  const KernelPolynomial k = kernel_polynomial(phi, KernelForm::flat_form);
   ASSERT_EQ(k.form, KernelPolynomial::Form::flat_form);
   EXPECT_NEAR(radial_integral(as_radial(k, phi.radius)), radial_integral(phi), 1e-6 * radial_integral(phi));
   EXPECT_LT(largest_ripple(k, phi.radius, true),
@@ -88,15 +88,15 @@ TEST(KernelPolynomial, RadialKernelsHardlyRipple) {
 TEST(FlatPolynomial, OthersStayAsTheyAre) {
   for (const char* name : {"radial16+b2", "radial18+b3", "fine", "paper", "gauss09"}) {
     const RadialKernel phi = make_kernel(name).space;
-    EXPECT_EQ(flat_polynomial(phi).form, kernel_polynomial(phi).form) << name;
-    EXPECT_EQ(flat_polynomial(phi).a, kernel_polynomial(phi).a) << name;
+    EXPECT_EQ(kernel_polynomial(phi, KernelForm::flat_form).form, kernel_polynomial(phi).form) << name;
+    EXPECT_EQ(kernel_polynomial(phi, KernelForm::flat_form).a, kernel_polynomial(phi).a) << name;
   }
 }
 
 TEST(ShortPolynomial, OthersStayAsTheyAre) {
   for (const char* name : {"radial16+b2", "radial18+b3", "fine", "paper", "gauss09"}) {
     const RadialKernel phi = make_kernel(name).space;
-    const KernelPolynomial full = kernel_polynomial(phi), k = short_polynomial(phi);
+    const KernelPolynomial full = kernel_polynomial(phi), k = kernel_polynomial(phi, KernelForm::short_form);
     EXPECT_EQ(k.form, full.form) << name;
     EXPECT_EQ(k.terms, full.terms) << name;
     EXPECT_EQ(k.a, full.a) << name;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Axes of rays: what is said of a tile's rays holds for each of them, and few axes are taken where few do.
-#include "splat/rays/ray_axes.h"
+#include "rays/ray_axes.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <cmath>
 #include <set>
 
-#include "render/camera.h"
-#include "splat/rays/ray_lanes.h"
+#include "rays/ray_lanes.h"
 #include "tests/support/splat_scene.h"
+#include "view/camera.h"
 
 namespace bccsplat {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The loops of rays in lanes beside one ray at a time: roots between samples, and layers of cells, for any
 // number of rays, whole vectors or not.
-#include "splat/rays/ray_roots.h"
+#include "rays/ray_roots.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <random>
 #include <vector>
 
-#include "splat/rays/ray_lanes.h"
-#include "splat/shade/surface.h"
+#include "rays/ray_lanes.h"
+#include "shade/surface.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {

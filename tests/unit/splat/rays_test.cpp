@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Isosurfaces by rays: passing over cells changes no pixel, pictures are those of the reference and of
 // sheets, and whatever rays do not cover is left to sheets.
-#include "splat/rays/rays.h"
+#include "rays/rays.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "base/error.h"
-#include "render/deep.h"
+#include "draw/deep.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -72,10 +72,10 @@ TEST(Rays, RefinedCellsChangeNoPixel) {
     const Slice sparse = make_slice({44, 40, 36}, two_balls(), kernel);
     for (const Slice* s : {&dense, &sparse})
       for (const double iso : {0.4, 0.55}) {
-        KeptSurfaceCells kept;
+        Drawers kept;
         const double target = iso - s->base;
-        const uint64_t marks = kept.find(*s, target, context.get(), 1 << 20)->count();
-        EXPECT_LT(kept.find(*s, target, context.get())->count(), marks);
+        const uint64_t marks = kept.surface_cells().find(*s, target, context.get(), 1 << 20)->count();
+        EXPECT_LT(kept.surface_cells().find(*s, target, context.get())->count(), marks);
         for (const double turn : {0.0, 30.0, 200.0})
           for (const double step : {3.0, 1.0, 0.3}) {
             constexpr int size = 110;
@@ -83,7 +83,7 @@ TEST(Rays, RefinedCellsChangeNoPixel) {
                                      fit_camera(*s, false, 20 + turn / 5, turn, size, size));
             RenderOptions o = surface_options(iso, step);
             ImageStorage all(size, size, true, true, true), some(size, size, true, true, true);
-            scene.cells = &kept;
+            scene.drawers = &kept;
             (void)render(scene, o, context.get(), some.image);
             o.disable_skips = skip_transfer_function;
             (void)draw(scene, o, all, 3);
@@ -146,12 +146,12 @@ TEST(Rays, ThreadsMarkCells) {
       EXPECT_TRUE(std::isfinite(all.depth[i])) << perspective << ' ' << i;
     o.disable_skips = 0;
     for (int turn = 0; turn < 2; ++turn) { // threads meet by chance
-      KeptSurfaceCells kept;
-      scene.cells = &kept;
+      Drawers kept;
+      scene.drawers = &kept;
       ImageStorage with(width, height, true, true, true);
       TestContext context(4);
       (void)render(scene, o, context.get(), with.image);
-      const auto cells = kept.find(s, 0.4 - s.base, context.get());
+      const auto cells = kept.surface_cells().find(s, 0.4 - s.base, context.get());
       EXPECT_TRUE(std::count(cells->state.begin(), cells->state.end(), SurfaceCells::waiting) > 0);
       EXPECT_TRUE(same_bits(with, all)) << perspective;
     }
@@ -169,10 +169,10 @@ TEST(Rays, CellsMarkedOnTheWayChangeNoPixel) {
   TestContext context(3);
   constexpr int size = 32;
   for (const Slice* s : {&dense, &sparse}) {
-    KeptSurfaceCells kept;
+    Drawers kept;
     const double target = 0.4 - s->base;
     const auto waiting = [&] {
-      const auto cells = kept.find(*s, target, context.get());
+      const auto cells = kept.surface_cells().find(*s, target, context.get());
       return std::count(cells->state.begin(), cells->state.end(), SurfaceCells::waiting);
     };
     std::vector<std::ptrdiff_t> left; // after each picture
@@ -188,7 +188,7 @@ TEST(Rays, CellsMarkedOnTheWayChangeNoPixel) {
         ImageStorage anew(size, size, true, true, true), with(size, size, true, true, true),
             all(size, size, true, true, true);
         (void)draw(scene, o, anew, 3);
-        scene.cells = &kept;
+        scene.drawers = &kept;
         (void)render(scene, o, context.get(), with.image);
         o.disable_skips = skip_transfer_function;
         (void)draw(scene, o, all, 3);
@@ -244,17 +244,17 @@ TEST(Rays, LookAtFewSamples) {
   const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 30, 90, 90));
   const SheetView view = make_view(s, resolve_camera(scene.camera), 90, 90, 1);
   const ClassTable table = make_class_table(scene.function, 0, 1, 0, 1, 256);
-  SplatOptions o;
+  ShotOptions o;
   o.mode = RenderMode::isosurface, o.surfaces = {{0.5, 1, {}}};
   ASSERT_TRUE(rays_cover(s, view, o));
-  const SplatScene of{&s, nullptr, &view, &table, &scene.lights};
+  Shot shot;
+  shot.slice = &s, shot.view = &view, shot.table = &table, shot.lights = &scene.lights, shot.options = o;
   TestContext context(2);
   RayCounts some, all;
-  (void)draw_rays(
-      of, o, context.get(), [](const TilePixels&) {}, &some);
-  o.disable_skips = skip_transfer_function;
-  (void)draw_rays(
-      of, o, context.get(), [](const TilePixels&) {}, &all);
+  const auto nowhere = [](const TilePixels&) {};
+  (void)draw_rays(shot, context.get(), nowhere, nullptr, &some);
+  shot.options.disable_skips = skip_transfer_function;
+  (void)draw_rays(shot, context.get(), nowhere, nullptr, &all);
   EXPECT_EQ(some.hits, all.hits);
   EXPECT_GT(some.hits, 100u);
   EXPECT_LT(some.samples, all.samples / 4);
@@ -326,7 +326,7 @@ TEST(Rays, PlanesMeanWhatThoseOfSheetsDo) {
         EXPECT_GT(compare(rays, sheets).db(), 45);
         EXPECT_EQ(by_rays.edge_pixels > 0, smooth);
         EXPECT_EQ(by_rays.drawn.sheets, by_sheets.drawn.sheets);
-        EXPECT_EQ(by_rays.points_total, static_cast<uint64_t>(s.points()));
+        EXPECT_EQ(by_rays.drawn.points_total, static_cast<uint64_t>(s.points()));
         EXPECT_EQ(by_rays.drawn.points_after_cull, 0u);
         size_t seen = 0, other = 0;
         for (size_t p = 0; p < rays.depth.size(); ++p) {
@@ -357,7 +357,7 @@ TEST(Rays, LeaveTheRestToSheets) {
   const Slice cartesian = make_slice({12, 12, 12}, marschner_lobb(12, 1), "default", {}, 0, LatticeKind::cc);
   const Slice wide = make_slice({12, 12, 12}, marschner_lobb(12, 1), "fine");
   const Slice paper = make_slice({12, 12, 12}, marschner_lobb(12, 1), "paper");
-  SplatOptions o;
+  ShotOptions o;
   o.mode = RenderMode::isosurface, o.surfaces = {{0.5, 1, {}}};
   const auto covers = [&](const Slice& slice, double fovy = 0, double step = 0.5) {
     Camera camera = fit_camera(slice, fovy > 0, 20, 30, size, size);
@@ -372,34 +372,32 @@ TEST(Rays, LeaveTheRestToSheets) {
   EXPECT_FALSE(covers(wide));
   EXPECT_FALSE(covers(paper));
   const auto without = [&](const char* what, auto change) {
-    const auto options = std::make_unique<SplatOptions>(o);
+    const auto options = std::make_unique<ShotOptions>(o);
     Slice changed = s;
     change(changed, o);
     EXPECT_FALSE(covers(changed)) << what;
     o = *options;
     EXPECT_TRUE(covers(s)) << what;
   };
-  without("switched off", [](Slice&, SplatOptions& p) { p.rays = false; });
-  without("reference loops", [](Slice&, SplatOptions& p) { p.reference_loops = true; });
-  without("composite", [](Slice&, SplatOptions& p) { p.mode = RenderMode::composite; });
-  without("deep", [](Slice&, SplatOptions& p) { p.with_deep = true; });
-  without("no surface", [](Slice&, SplatOptions& p) { p.surfaces.clear(); });
-  without("two surfaces", [](Slice&, SplatOptions& p) { p.surfaces.push_back({0.7, 1, {}}); });
-  without("transparent", [](Slice&, SplatOptions& p) { p.surfaces[0].opacity = 0.5; });
-  without("another hyperplane", [](Slice& c, SplatOptions&) { c.hyperplane = Hyperplane{1, 0, 0, 0, 0}; });
-  without("periodic", [](Slice& c, SplatOptions&) { c.lattice.periodic[1] = true; });
-  without("normalised", [](Slice& c, SplatOptions&) { c.kernel.normalised = true; });
-  without("holes", [](Slice& c, SplatOptions&) { c.has_holes = true; });
-  without("a mask", [](Slice& c, SplatOptions&) {
+  without("composite", [](Slice&, ShotOptions& p) { p.mode = RenderMode::composite; });
+  without("deep", [](Slice&, ShotOptions& p) { p.with_deep = true; });
+  without("no surface", [](Slice&, ShotOptions& p) { p.surfaces.clear(); });
+  without("two surfaces", [](Slice&, ShotOptions& p) { p.surfaces.push_back({0.7, 1, {}}); });
+  without("transparent", [](Slice&, ShotOptions& p) { p.surfaces[0].opacity = 0.5; });
+  without("another hyperplane", [](Slice& c, ShotOptions&) { c.hyperplane = Hyperplane{1, 0, 0, 0, 0}; });
+  without("periodic", [](Slice& c, ShotOptions&) { c.lattice.periodic[1] = true; });
+  without("normalised", [](Slice& c, ShotOptions&) { c.kernel.normalised = true; });
+  without("holes", [](Slice& c, ShotOptions&) { c.has_holes = true; });
+  without("a mask", [](Slice& c, ShotOptions&) {
     c.mask = std::shared_ptr<const SliceMask>(std::shared_ptr<int>(), reinterpret_cast<const SliceMask*>(&c));
   });
-  without("corrections", [](Slice& c, SplatOptions&) {
+  without("corrections", [](Slice& c, ShotOptions&) {
     c.corrections = std::shared_ptr<const SliceCorrections>(std::shared_ptr<int>(),
                                                             reinterpret_cast<const SliceCorrections*>(&c));
   });
-  without("a clip", [](Slice& c, SplatOptions&) { c.clip.push_back({{1, 0, 0}, -1}); });
-  without("a plane without thickness", [](Slice& c, SplatOptions&) { c.domain_begin[2] = c.domain_end[2]; });
-  without("nothing", [](Slice& c, SplatOptions&) { c.domain_end = {-1, -1, -1}; });
+  without("a clip", [](Slice& c, ShotOptions&) { c.clip.push_back({{1, 0, 0}, -1}); });
+  without("a plane without thickness", [](Slice& c, ShotOptions&) { c.domain_begin[2] = c.domain_end[2]; });
+  without("nothing", [](Slice& c, ShotOptions&) { c.domain_end = {-1, -1, -1}; });
 }
 
 TEST(Rays, DrawNoTrailAndNothingDeep) {
@@ -409,24 +407,29 @@ TEST(Rays, DrawNoTrailAndNothingDeep) {
   TestContext context(2);
   RenderOptions o = surface_options(0.5);
   ImageStorage image(size, size);
-  EXPECT_TRUE(drawn_by_rays(scene, o, context.get(), image.image));
+  const auto drawer = [&](const Scene& of) {
+    return std::string(Picture(of, o, context.get(), image.image).drawer());
+  };
+  EXPECT_EQ(drawer(scene), "rays");
   Scene with_trail = scene;
   const Trail trail;
-  with_trail.trail = &trail;
-  EXPECT_FALSE(drawn_by_rays(with_trail, o, context.get(), image.image));
+  with_trail.trail = &trail, with_trail.trail_functions = {scene.function};
+  EXPECT_EQ(drawer(with_trail), "sheets");
   DeepImage deep;
   image.image.deep = &deep;
-  EXPECT_FALSE(drawn_by_rays(scene, o, context.get(), image.image));
+  EXPECT_EQ(drawer(scene), "sheets");
   image.image.deep = nullptr;
-  o.reference = true;
-  EXPECT_FALSE(drawn_by_rays(scene, o, context.get(), image.image));
+  o.rays = false;
+  EXPECT_EQ(drawer(scene), "sheets");
+  o.rays = true, o.reference = true;
+  EXPECT_EQ(drawer(scene), "reference");
 }
 
 // A camera that moves looks at the same cells; pictures are those without any that are kept.
 TEST(Rays, KeepCellsAcrossViews) {
   constexpr int size = 60;
   const Slice s = make_slice({30, 26, 33}, marschner_lobb(30, 5));
-  KeptSurfaceCells kept;
+  Drawers kept;
   TestContext context(2);
   for (const double turn : {0.0, 50.0, 100.0, 230.0})
     for (const double iso : {0.5, 0.3}) {
@@ -434,18 +437,18 @@ TEST(Rays, KeepCellsAcrossViews) {
       const RenderOptions o = surface_options(iso);
       ImageStorage anew(size, size), with(size, size);
       (void)draw(scene, o, anew);
-      scene.cells = &kept;
+      scene.drawers = &kept;
       (void)render(scene, o, context.get(), with.image);
       EXPECT_TRUE(same_bits(anew, with)) << turn << ' ' << iso;
     }
-  const auto cells = kept.find(s, 0.5 - s.base, context.get());
+  const auto cells = kept.surface_cells().find(s, 0.5 - s.base, context.get());
   EXPECT_EQ(cells.use_count(), 2); // it had been kept
   const uint64_t used = context.memory.used();
   Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 77, size, size));
-  scene.cells = &kept;
+  scene.drawers = &kept;
   ImageStorage out(size, size);
   (void)render(scene, surface_options(0.5), context.get(), out.image);
-  EXPECT_EQ(kept.find(s, 0.5 - s.base, context.get()), cells);
+  EXPECT_EQ(kept.surface_cells().find(s, 0.5 - s.base, context.get()), cells);
   EXPECT_EQ(context.memory.used(), used);
 }
 

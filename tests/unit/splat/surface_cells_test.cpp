@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cells that rays look at: the bound they follow from, that none that holds the value is left out, and
 // how long they are kept.
-#include "splat/rays/surface_cells.h"
+#include "rays/surface_cells.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <random>
 
 #include "base/error.h"
-#include "splat/rays/cell_bound.h"
-#include "splat/rays/cell_marker.h"
+#include "rays/cell_bound.h"
+#include "rays/cell_marker.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"
 

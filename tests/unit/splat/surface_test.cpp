@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points on surfaces: rays that graze, layers thinner than the sheets' distance, how near roots are, and the
 // loops that look for crossings.
-#include "splat/shade/surface.h"
+#include "shade/surface.h"
 
 #include <gtest/gtest.h>
 

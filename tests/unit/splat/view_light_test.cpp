@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light of a view, made once, is that of shade().
-#include "splat/shade/view_light.h"
+#include "shade/view_light.h"
 
 #include <gtest/gtest.h>
 

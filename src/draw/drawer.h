@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The way from a shot to pixels. Each drawer keeps from picture to picture what the next may need again.
+#pragma once
+
+#include <functional>
+
+#include "base/context.h"
+#include "draw/shot.h"
+#include "draw/stats.h"
+#include "draw/tile_pixels.h"
+
+namespace bccsplat {
+
+class Drawer {
+ public:
+  Drawer() = default;
+  Drawer(const Drawer&) = delete;
+  Drawer& operator=(const Drawer&) = delete;
+  virtual ~Drawer() = default;
+
+  [[nodiscard]] virtual const char* name() const = 0;
+  // Returns whether it draws such a shot.
+  [[nodiscard]] virtual bool covers(const Shot& shot) const = 0;
+  // Makes what is kept with the slice, so that draw() finds it. Throws memory_budget, cancelled, unsupported.
+  virtual void prepare(const Shot& /*shot*/, const Context& /*context*/) {}
+  // Draws; `emit` is called once per tile, from any thread. Throws memory_budget, cancelled.
+  virtual DrawStats draw(const Shot& shot, const Context& context,
+                         const std::function<void(const TilePixels&)>& emit) = 0;
+  // Drops what was kept of earlier shots, whose slices may then go.
+  virtual void forget() = 0;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures: planes of float32 pixels, row 0 at the top.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "base/grid.h"
+
+namespace bccsplat {
+
+// One plane, whose pixels belong to somebody else; row_floats >= components * width.
+struct Plane {
+  float* pixels = nullptr; // null: the image has no such plane
+  size_t row_floats = 0;
+  int components = 0;
+
+  [[nodiscard]] float* at(int x, int y) const {
+    return pixels + y * row_floats + plane_index(0, x, components);
+  }
+};
+
+struct DeepImage; // draw/deep.h
+
+struct Image {
+  int width = 0, height = 0;
+  Plane rgba;  // linear, premultiplied by opacity
+  Plane depth; // world distance along the view direction from the camera; infinity where nothing is
+  Plane value; // NaN where nothing is
+  Plane time;  // frame index; NaN where nothing is
+  DeepImage* deep = nullptr; // null: not asked for
+};
+
+// An image that owns its planes.
+struct ImageStorage {
+  std::vector<float> rgba, depth, value, time;
+  Image image;
+
+  ImageStorage(int width, int height, bool with_depth = false, bool with_value = false,
+               bool with_time = false) {
+    const size_t n = plane_size(width, height);
+    image.width = width, image.height = height;
+    const auto plane = [&](std::vector<float>& pixels, int components) {
+      pixels.resize(n * components);
+      return Plane{pixels.data(), plane_size(width, components), components};
+    };
+    image.rgba = plane(rgba, 4);
+    if (with_depth) image.depth = plane(depth, 1);
+    if (with_value) image.value = plane(value, 1);
+    if (with_time) image.time = plane(time, 1);
+  }
+  ImageStorage(const ImageStorage&) = delete;
+  ImageStorage& operator=(const ImageStorage&) = delete;
+};
+
+} // namespace bccsplat

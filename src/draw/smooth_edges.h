@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Smooth edges of an isosurface: pixels where neighbouring ones meet another surface, or none, get the mean
+// of four samples within them, all others stay as they are. Of several surfaces, and of those that light
+// passes, a pixel is on an edge where any of the surfaces along its ray has one.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/context.h"
+#include "base/grid.h"
+#include "draw/shot.h"
+#include "draw/surface_hit.h"
+
+namespace bccsplat {
+
+// A picture of one sample per pixel. Of one opaque surface `k` tells what the pixels met, of others `first`
+// and `hits`.
+struct SurfacePicture {
+  int width = 0, height = 0;
+  std::vector<float> k;         // row by row: sheet numbers, infinite where nothing is
+  std::vector<size_t> first;    // pixel p has hits first[p] .. first[p + 1] - 1, in order along its ray
+  std::vector<SurfaceHit> hits; // of all pixels
+  float* rgba = nullptr;        // premultiplied
+  size_t row_floats = 0;        // of rgba
+
+  [[nodiscard]] size_t pixel(int i, int j) const { return plane_index(i, j, width); }
+  [[nodiscard]] bool layered() const { return !first.empty(); }
+  [[nodiscard]] float depth(int i, int j) const { return k[pixel(i, j)]; }
+  [[nodiscard]] std::span<const SurfaceHit> layers(int i, int j) const {
+    const size_t p = pixel(i, j);
+    return std::span(hits).subspan(first[p], first[p + 1] - first[p]);
+  }
+  [[nodiscard]] float* color(int i, int j) const {
+    return rgba + j * row_floats + 4 * static_cast<size_t>(i);
+  }
+};
+
+struct EdgeStats {
+  uint64_t pixels = 0; // on edges
+  double ms = 0;       // summed over threads
+};
+
+// Draws the edge pixels again: their opacity is the share of their samples that a surface covers.
+EdgeStats smooth_edges(const Shot& shot, SurfacePicture& picture, const Context& context);
+
+} // namespace bccsplat

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The drawers of this build, with all that they keep from picture to picture.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "draw/drawer.h"
+#include "field/lattice_sums.h"
+
+namespace bccsplat {
+
+class KeptSurfaceCells; // rays/surface_cells.h
+class RayDrawer;        // rays/rays.h
+
+class Drawers {
+ public:
+  Drawers();
+  // Returns the first drawer that covers the shot; sheets cover all. sheets_only: those whatever others
+  // cover.
+  [[nodiscard]] Drawer& drawer_of(const Shot& shot, bool sheets_only);
+  // What the kernel makes of a constant, as earlier pictures looked it up.
+  KeptLatticeSums sums;
+  // What rays keep.
+  [[nodiscard]] KeptSurfaceCells& surface_cells();
+  // Drops what was kept of earlier slices, which may then go.
+  void forget();
+
+ private:
+  RayDrawer* rays_;
+  std::vector<std::unique_ptr<Drawer>> drawers_; // by preference, sheets last
+};
+
+} // namespace bccsplat

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a motion trail is made of: the moments of an interval and their shares.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "base/context.h"
+#include "field/coefficients/coefficients.h"
+#include "field/slice.h"
+#include "shade/transfer_function.h"
+#include "slice/hyperslice.h"
+#include "splat/points/points.h"
+#include "splat/trail/trail.h"
+
+namespace bccsplat {
+
+enum class TrailContent : uint8_t { classified = 1, mean = 2, maximum = 3 };
+
+struct TrailOptions {
+  TrailContent content = TrailContent::classified;
+  // Relative to the slice, in frames, for other hyperplanes than those of time in index units along the unit
+  // normal; it is clipped to the domain.
+  std::array<double, 2> interval{0, 0};
+  int samples = 0;   // stills per sub-interval; 0: one per lattice layer or index unit, 4 to 64
+  int intervals = 1; // sub-intervals, each of a colour of its own when more than one
+};
+
+struct TrailSource {
+  Slice slice;
+  SplatPoints points;
+  Reservation memory; // of the slice; the points have their own
+};
+
+// A moment of the trail: its field is a weighted sum of sources.
+struct TrailMoment {
+  std::vector<SheetShare> shares;
+  double frame = 0;
+  double weight = 1; // of its extinction; a trail's sum to 1
+  int interval = 0;  // sub-interval it belongs to
+};
+
+struct Trail {
+  std::vector<TrailSource> sources;
+  std::vector<TrailMoment> moments;   // none: an interval that clips to nothing
+  std::array<double, 2> bounds{0, 0}; // no value of any moment lies outside
+};
+
+// Returns what make_trail needs of the coefficients of a slice cut with `like`.
+[[nodiscard]] BrickBox trail_reads(const TrailOptions& options, const HypersliceOptions& like,
+                                   const Lattice4& lattice);
+
+// Content `classified` is made of stills at the midpoints of equal parts, each with its share (midpoint rule:
+// second order in the parts). Where it is cheaper the sources are the lattice's layers, of which stills are
+// mixed sheet by sheet: many stills then cost little more than few. Contents `mean` and `maximum` are one
+// slice per sub-interval; over time the mean is exact, along other normals it is a Gauss-Legendre quadrature
+// (slice/thickness.h). `slice` was cut with `like`, out of a volume of this spatial affine.
+[[nodiscard]] Trail make_trail(const Coefficients& coefficients, const Slice& slice,
+                               const TrailOptions& options, const HypersliceOptions& like,
+                               const Affine3& index_to_world, const Context& context);
+
+// Returns the function with every colour replaced.
+[[nodiscard]] TransferFunction tinted(const TransferFunction& function, const Vec3& color);
+// Returns the colour of a sub-interval, from blue at the interval's beginning over white to orange at its
+// end.
+[[nodiscard]] Vec3 ramp_color(int interval, int intervals);
+
+} // namespace bccsplat
