@@ -23,7 +23,6 @@
 #include "tests/bench/skip/skip.h"
 #include "tests/bench/slice/slice.h"
 #include "tests/bench/splat/splat.h"
-#include "tests/bench/stencils/stencils.h"
 #include "tests/bench/storage/storage.h"
 #include "tests/bench/trail/trail.h"
 
@@ -37,15 +36,14 @@ struct Suite {
 };
 
 constexpr Suite suites[] = {
-    {"kernels", bccsplat::bench::run_kernels_suite},   {"evaluate", bccsplat::bench::run_evaluate_suite},
-    {"fit", bccsplat::bench::run_fit_suite},           {"trail", bccsplat::bench::run_trail_suite},
-    {"storage", bccsplat::bench::run_storage_suite},   {"render", bccsplat::bench::run_render_suite},
-    {"skip", bccsplat::bench::run_skip_suite},         {"scale", bccsplat::bench::run_scale_suite},
-    {"splat", bccsplat::bench::run_splat_suite},       {"slice", bccsplat::bench::run_slice_suite},
-    {"paper", bccsplat::bench::run_paper_suite},       {"import", bccsplat::bench::run_import_suite},
-    {"moments", bccsplat::bench::run_moments_suite},   {"pictures", bccsplat::bench::run_pictures_suite},
-    {"stencils", bccsplat::bench::run_stencils_suite}, {"cancel", bccsplat::bench::run_cancel_suite},
-    {"rays", bccsplat::bench::run_rays_suite}};
+    {"kernels", bccsplat::bench::run_kernels_suite}, {"evaluate", bccsplat::bench::run_evaluate_suite},
+    {"fit", bccsplat::bench::run_fit_suite},         {"trail", bccsplat::bench::run_trail_suite},
+    {"storage", bccsplat::bench::run_storage_suite}, {"render", bccsplat::bench::run_render_suite},
+    {"skip", bccsplat::bench::run_skip_suite},       {"scale", bccsplat::bench::run_scale_suite},
+    {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite},
+    {"paper", bccsplat::bench::run_paper_suite},     {"import", bccsplat::bench::run_import_suite},
+    {"moments", bccsplat::bench::run_moments_suite}, {"pictures", bccsplat::bench::run_pictures_suite},
+    {"cancel", bccsplat::bench::run_cancel_suite},   {"rays", bccsplat::bench::run_rays_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

@@ -110,7 +110,8 @@ void add_scene(const FieldScene& field, bool perspective, int edge, int rounds, 
     by_rays.disable_skips = skip_transfer_function;
     (void)render(d.scene, by_rays, d.one.get(), all.image);
     const RayCounts counts = count_samples(d, by_rays);
-    const auto cells = d.cells.find(*d.scene.slice, field.iso_value - d.scene.slice->base, d.one.get());
+    const auto cells =
+        d.drawers.surface_cells().find(*d.scene.slice, field.iso_value - d.scene.slice->base, d.one.get());
     others.push_back(
         {word("scene", field.name), view, word("quality", quality_name(quality)),
          figure("marcher dB", d.db(methods[0]), 1), figure("sheets dB", d.db(methods[1]), 1),

@@ -89,7 +89,7 @@ void add_rows(std::vector<Row>& rows, const FieldScene& of, const SampledScene& 
       row.push_back(figure(std::string(name) + ", /255", r.sheets, 2));
       if (o.preintegrate == Preintegrate::automatic && quality == Quality::normal) {
         row.push_back(figure("beside", r.beside, 2));
-        row.push_back(word("chosen", stats.preintegrated ? "integrals" : "entries"));
+        row.push_back(word("chosen", stats.drawn.preintegrated ? "integrals" : "entries"));
       }
       row.push_back(figure("dB", image_error(out.image, truth.image).psnr(), 1));
     }

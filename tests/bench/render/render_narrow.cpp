@@ -74,7 +74,7 @@ void compare(const Report& report, const FieldScene& scene, const SampledScene& 
       plain.sheet_step = lit.sheet_step = step;
       plain.preintegrate = lit.preintegrate = Preintegrate::automatic;
       ImageStorage out(size, size);
-      chosen.push_back(render(s, lit, one.get(), out.image).preintegrated);
+      chosen.push_back(render(s, lit, one.get(), out.image).drawn.preintegrated);
       for (const Preintegrate p : {Preintegrate::off, Preintegrate::on}) {
         plain.preintegrate = lit.preintegrate = p;
         flat.push_back(splat_method("", s, plain, one));

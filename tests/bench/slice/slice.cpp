@@ -289,7 +289,8 @@ void report_list(const Report& report) {
   std::vector<Row> rows;
   for (const int pixels : {256, 512}) {
     Scene scene;
-    scene.slice = &slice, scene.points = &points;
+    const KeptPoints kept(make_points(slice, context.get()));
+    scene.slice = &slice, scene.points = &kept;
     scene.function.colors = {{0.1, {0.2, 0.3, 0.9}}, {0.9, {0.9, 0.4, 0.1}}};
     scene.function.opacities = {{0.1, 0}, {0.9, 0.3}};
     scene.camera = fit_camera(slice, false, 20, 30, pixels, pixels);

@@ -143,7 +143,7 @@ void compare_fine(const char* name, TrailBench& bench, const Report& report, std
       const auto draw = [&](Preintegrate how) {
         bench.options = {};
         bench.options.preintegrate = how;
-        return bench.draw(trail, out.image).stats.preintegrated;
+        return bench.draw(trail, out.image).stats.drawn.preintegrated;
       };
       const bool chosen = draw(Preintegrate::automatic);
       row.push_back(word("chosen", chosen ? "integrals" : "entries"));
