@@ -6,6 +6,7 @@
 #include <string>
 #include <tuple>
 
+#include "base/utf8.h"
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/page.h"

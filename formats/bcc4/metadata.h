@@ -29,7 +29,4 @@ void tidy(VolumeInfo& info);
 // The lowest version of the format that knows all that the info says.
 [[nodiscard]] uint16_t lowest_reader(const VolumeInfo& info);
 
-[[nodiscard]] bool is_utf8(std::string_view text); // without zero bytes
-[[nodiscard]] std::string to_utf8(std::string_view bytes);
-
 } // namespace bccsplat

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames hold pixels of their own or wrap the host's. What is written into files is gathered here from frame
-// and options (camera, rate, exposure); the files are written by formats/image.
+// and options (camera, rate, exposure).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,8 +11,7 @@
 #include "api/structs.h"
 #include "api/texts.h"
 #include "base/sizes.h"
-#include "formats/image/exr.h"
-#include "formats/image/png.h"
+#include "scene/save_picture.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -42,12 +41,6 @@ const Plane* plane_of(const bccsplat_frame& frame, uint32_t channel) {
   }
 }
 
-ExrView view_of(const WorldCamera& camera, const Image& image) {
-  const PictureMatrices m = picture_matrices(camera, image.width, image.height);
-  return {m.world_to_camera, m.world_to_ndc,
-          camera.perspective ? camera.height * image.width / image.height : 1};
-}
-
 void check_sequence(const bccsplat_image_options& o) {
   const auto [numerator, denominator] = o.frames_per_second;
   if (!(numerator > 0 && denominator > 0) && !(numerator == 0 && denominator == 0))
@@ -57,33 +50,10 @@ void check_sequence(const bccsplat_image_options& o) {
   require_utf8(o.comments, "bccsplat_image_options.comments");
 }
 
-ExrOptions exr_options(const bccsplat_frame& frame, const bccsplat_image_options& o, Progress& progress) {
-  check_sequence(o);
-  ExrOptions exr;
-  exr.progress = &progress;
-  exr.attributes = frame.attributes;
-  exr.frames_per_second = {o.frames_per_second[0], o.frames_per_second[1]};
-  exr.exposure_seconds = o.exposure_seconds;
-  if (o.comments) exr.comments = o.comments;
-  if (frame.camera) exr.view = view_of(*frame.camera, frame.image);
-  return exr;
-}
-
 const DeepImage& deep_of(const bccsplat_frame& frame) {
   if (!frame.image.deep) fail(Code::not_found, "frame: it was made without BCCSPLAT_FRAME_DEEP");
   if (frame.deep.first.empty()) fail(Code::wrong_state, "frame: nothing was rendered into it yet");
   return frame.deep;
-}
-
-std::vector<ExrChannel> exr_channels(const Image& image) {
-  std::vector<ExrChannel> channels;
-  for (size_t c = 0; c < 4; ++c)
-    channels.push_back({std::string(1, "RGBA"[c]), image.rgba.pixels + c, 4, image.rgba.row_floats});
-  const auto add = [&](const char* name, const Plane& plane) {
-    if (plane.pixels) channels.push_back({name, plane.pixels, 1, plane.row_floats});
-  };
-  add("depth.Z", image.depth), add("value.Y", image.value), add("time.Y", image.time);
-  return channels;
 }
 
 // Writes what a file would hold into a sink, made once nothing is refused any more, and commits it. name: for
@@ -98,26 +68,25 @@ void save(const bccsplat_frame& frame, int32_t format, const bccsplat_image_opti
   Progress progress(progress_callback(o.progress, o.progress_user));
   watch(progress, token);
   progress.throw_if_cancelled();
-  const Image& image = frame.image;
-  std::unique_ptr<ByteSink> sink;
-  if (format == BCCSPLAT_IMAGE_PNG) {
-    PngOptions png;
-    png.progress = &progress;
-    if (o.use_background) png.background = {o.background[0], o.background[1], o.background[2]};
-    sink = make_sink(o);
-    write_png(*sink, name, image.width, image.height, image.rgba.pixels, image.rgba.row_floats, png);
-  } else if (format == BCCSPLAT_IMAGE_EXR) {
-    const ExrOptions exr = exr_options(frame, o, progress);
-    sink = make_sink(o);
-    write_exr(*sink, name, image.width, image.height, exr_channels(image), exr);
-  } else if (format == BCCSPLAT_IMAGE_DEEP_EXR) {
-    const ExrOptions exr = exr_options(frame, o, progress);
-    const DeepImage& deep = deep_of(frame);
-    sink = make_sink(o);
-    write_deep_exr(*sink, name, image.width, image.height, deep.first, deep.samples, exr);
-  } else {
+  PictureFormat as = PictureFormat::png;
+  if (format == BCCSPLAT_IMAGE_EXR)
+    as = PictureFormat::exr;
+  else if (format == BCCSPLAT_IMAGE_DEEP_EXR)
+    as = PictureFormat::deep_exr;
+  else if (format != BCCSPLAT_IMAGE_PNG)
     fail(Code::invalid_argument, "frame: ", format, " is no format of images");
+  PictureNotes notes;
+  if (o.use_background) notes.background = {o.background[0], o.background[1], o.background[2]};
+  if (as != PictureFormat::png) {
+    check_sequence(o);
+    notes.frames_per_second = {o.frames_per_second[0], o.frames_per_second[1]};
+    notes.exposure_seconds = o.exposure_seconds;
+    if (o.comments) notes.comments = o.comments;
+    notes.camera = frame.camera, notes.attributes = frame.attributes;
   }
+  const DeepImage* const deep = as == PictureFormat::deep_exr ? &deep_of(frame) : nullptr;
+  const std::unique_ptr<ByteSink> sink = make_sink(o);
+  save_picture(*sink, name, as, frame.image, deep, notes, progress);
   progress.report(1); // the last chance to cancel
   sink->commit();
 }

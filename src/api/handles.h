@@ -4,13 +4,11 @@
 
 #include <atomic>
 #include <concepts>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <semaphore>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -19,18 +17,9 @@
 #include "api/guard.h"
 #include "base/context.h"
 #include "draw/deep.h"
-#include "draw/image.h"
-#include "field/coefficients/coefficients.h"
-#include "field/corrections.h"
-#include "field/masks.h"
-#include "field/slice.h"
-#include "formats/bcc4/bcc4.h"
-#include "points/time_axis.h"
-#include "scene/minify.h"
-#include "slice/extraction.h"
-#include "slice/hyperslice.h"
-#include "splat/points/kept_points.h"
+#include "scene/picture.h"
 #include "view/camera.h"
+#include "volume/open_slice.h"
 
 namespace bccsplat::api {
 
@@ -183,69 +172,23 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
 
 struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
-                  const bccsplat_volume_options& options);
-  // Tells the log once when layers had to be read or made again, and what cache would have kept them.
-  void tell_repeats(const bccsplat::Coefficients& coefficients) const;
-  // Coefficients of a channel under a kernel at a level; NULL or "": the volume's. Made once, kept with the
-  // volume. They come with the file's masks, and at level 0 under the file's own kernel with its corrections.
-  [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name,
-                                                           uint32_t level = 0) const;
-  // Returns the coefficients of some bricks alone, or all. They are kept until others are asked for, so that
-  // a series plays in a box as it does in all of it; not longer than the volume.
-  [[nodiscard]] std::shared_ptr<const bccsplat::Coefficients>
-  coefficients(uint32_t channel, const char* kernel_name, uint32_t level,
-               const bccsplat::BrickBox& region) const;
-  // Coefficients to go through the motions with, of samples that are not the volume's own. holding: as if
-  // they held what the volume's hold.
-  [[nodiscard]] std::unique_ptr<bccsplat::Coefficients>
-  rehearsal(uint32_t channel, const char* kernel_name, uint32_t level, const bccsplat::BrickBox& region,
-            const bccsplat::SampleSource& samples, bool holding) const;
-  // Fails where there is no such level.
-  [[nodiscard]] const bccsplat::Lattice4& lattice(uint32_t level) const;
-  [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
-  [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
+                  const bccsplat::VolumeOptions& options)
+      : device(owner), file(std::move(source), options, owner->memory) {}
+  // Logs, once, that the cache is too small and how large it should be.
+  void note_repeats(const bccsplat::Coefficients& coefficients) const {
+    if (const auto note = file.note_repeats(coefficients)) device->log(BCCSPLAT_LOG_INFO, *note);
+  }
 
   bccsplat::api::Ref<bccsplat_device> device;
-  std::shared_ptr<bccsplat::Bcc4Reader> reader;
-  std::vector<std::unique_ptr<bccsplat::Bcc4Samples>> samples; // by level
-  bccsplat::TimeAxis times;
-  bccsplat::Kernel kernel;
-  std::string recommended_kernel;
-  uint64_t cache_bytes;         // for coefficients, per channel and kernel
-  uint64_t whole_cache_bytes;   // with that of chunks
-  uint64_t playing_cache_bytes; // that playing forward needs
-  std::vector<std::unique_ptr<bccsplat::Corrections>> corrections_of; // channels; null without
-  std::vector<std::unique_ptr<bccsplat::Masks>> masks_of;             // likewise
+  bccsplat::OpenVolume file;
   bccsplat::api::Token token;
-
- private:
-  using Key = std::tuple<uint32_t, std::string, uint32_t>; // channel, canonical kernel name, level
-  struct Part {
-    bccsplat::BrickBox region;
-    std::shared_ptr<const bccsplat::Coefficients> coefficients;
-  };
-  [[nodiscard]] bccsplat::Kernel kernel_of(const char* name) const; // the volume's where there is no name
-  [[nodiscard]] std::unique_ptr<bccsplat::Coefficients>
-  make_coefficients(uint32_t channel, bccsplat::Kernel kernel, uint32_t level,
-                    const bccsplat::BrickBox& region, const bccsplat::SampleSource& samples,
-                    uint64_t cache) const;
-
-  mutable std::mutex mutex_;
-  mutable std::map<Key, std::unique_ptr<bccsplat::Coefficients>> coefficients_;
-  mutable std::map<Key, Part> parts_;
-  mutable std::atomic<bool> repeats_told_{false};
 };
 
 struct bccsplat_slice : bccsplat::api::Object<bccsplat::api::Kind::slice> {
   bccsplat::api::Ref<bccsplat_volume> volume;
   bccsplat::api::Token token;
-  uint32_t channel = 0, level = 0;
-  bccsplat::Slice slice;           // without points where they are extracted
-  bccsplat::HypersliceOptions cut; // what it was cut with
-  std::unique_ptr<const bccsplat::Extraction> extraction;
-  bccsplat::Reservation memory;
-  bccsplat::KeptPoints points;   // of the slice, as sheets need them
-  bccsplat::CoarseLevels levels; // for small pictures: made when first drawn, kept with the slice
+  bccsplat::OpenSlice open;
+  bccsplat::SliceKeep kept;
 };
 
 struct bccsplat_frame : bccsplat::api::Object<bccsplat::api::Kind::frame> {

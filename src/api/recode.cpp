@@ -8,7 +8,6 @@
 #include "api/streams.h"
 #include "api/structs.h"
 #include "api/writer.h"
-#include "formats/bcc4/layout.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -46,7 +45,7 @@ bccsplat_status recode_volume(const bccsplat_volume* volume, const bccsplat_reco
     Progress progress(progress_callback(o.progress, o.progress_user));
     watch(progress, token), watch(progress, volume->token);
     progress.throw_if_cancelled();
-    const Bcc4Samples samples(volume->reader,
+    const Bcc4Samples samples(volume->file.reader(),
                               volume->device->memory); // as the file has them, relative to air
     write_report(report, run(samples, read_recode_settings(o), volume->device->context(progress)));
   });

@@ -7,13 +7,12 @@
 #include <optional>
 
 #include "api/handles.h"
-#include "api/look.h"
 #include "api/numbers.h"
 #include "api/render_options.h"
 #include "api/structs.h"
+#include "scene/default_look.h"
 #include "scene/picture.h"
 #include "scene/trail.h"
-#include "shade/gradient_noise.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -82,26 +81,6 @@ TransferFunction read_function(const bccsplat_transfer_function& in) {
   return f;
 }
 
-// Several surfaces are told apart by the colours of their values; one has one.
-TransferFunction own_look(const bccsplat_slice& slice, const RenderOptions& options) {
-  const ValueCounts counts = value_counts(*slice.volume.get(), slice.channel);
-  return look_function(survey_values(counts), Look::automatic,
-                       options.surfaces.size() > 1 ? RenderMode::composite : options.mode);
-}
-
-// Returns the noise at the volume's own voxels whatever the level, so that levels are lit alike.
-GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>& asked) {
-  const double voxel = mean_voxel(slice.slice);
-  if (asked) return per_length({*asked, 0}, voxel);
-  const ValueCounts counts = value_counts(*slice.volume.get(), slice.channel);
-  const VolumeInfo& info = slice.volume->info();
-  const ChannelInfo& channel = slice.volume->channel(slice.channel);
-  const Quantiser coding = info.coding({static_cast<int>(slice.channel), static_cast<int>(slice.level)});
-  double step = is_float(coding.type) ? 0 : coding.scale;
-  if (counts.integers) step = std::max(step, 1.0);
-  return per_length(gradient_noise(survey_values(counts), step, channel.threshold), voxel);
-}
-
 // Tells the log where another level of the slice was drawn than last time.
 void tell_level(const bccsplat_renderer& renderer, int level) {
   if (level == (renderer.stats ? renderer.stats->level : 0)) return;
@@ -114,11 +93,7 @@ void tell_level(const bccsplat_renderer& renderer, int level) {
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
   if (!renderer.trail) {
     const bccsplat_slice& slice = *renderer.slice.get();
-    const auto coefficients = slice.volume->coefficients(
-        slice.channel, slice.slice.kernel.name.c_str(), slice.level,
-        trail_reads(renderer.trail_options, slice.cut, slice.volume->lattice(slice.level)));
-    renderer.trail = make_trail(*coefficients, slice.slice, renderer.trail_options, slice.cut,
-                                slice.volume->info().affine, context);
+    renderer.trail = make_trail(slice.volume->file, slice.open, renderer.trail_options, context);
   }
   const TransferFunction& function = renderer.trail_function ? *renderer.trail_function : scene.function;
   for (const Vec3& color : renderer.trail_colors) scene.trail_functions.push_back(tinted(function, color));
@@ -131,12 +106,12 @@ void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context
 std::vector<std::pair<std::string, std::string>> describe_picture(const bccsplat_slice& slice,
                                                                   const RenderStats& stats) {
   std::string plane;
-  for (const double v : slice.slice.hyperplane.coefficients())
+  for (const double v : slice.open.slice.hyperplane.coefficients())
     plane += (plane.empty() ? "" : " ") + concat(v);
   return {{"bccsplat/version",
            concat(BCCSPLAT_VERSION_MAJOR, '.', BCCSPLAT_VERSION_MINOR, '.', BCCSPLAT_VERSION_PATCH)},
           {"bccsplat/hyperplane", plane},
-          {"bccsplat/kernel", slice.slice.kernel.name},
+          {"bccsplat/kernel", slice.open.slice.kernel.name},
           {"bccsplat/sheetStep", concat(stats.sheet_step)}};
 }
 
@@ -154,7 +129,8 @@ bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t p
     require_number(rotate_x_degrees, "rotate_x_degrees", largest_turn);
     require_number(rotate_y_degrees, "rotate_y_degrees", largest_turn);
     const bool perspective = projection == BCCSPLAT_PROJECTION_PERSPECTIVE;
-    const Camera c = fit_camera(slice->slice, perspective, rotate_x_degrees, rotate_y_degrees, width, height);
+    const Camera c =
+        fit_camera(slice->open.slice, perspective, rotate_x_degrees, rotate_y_degrees, width, height);
     bccsplat_camera out{};
     out.projection = perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE : BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
     for (size_t a = 0; a < 3; ++a)
@@ -309,21 +285,23 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     const Running until_end{run};
     const Context context = renderer->device->context(progress);
     const bccsplat_slice& slice = *renderer->slice.get();
-    if (slice.extraction)
+    if (slice.open.extraction)
       fail(Code::unsupported, "slice: extracted points cannot be rendered; use another method");
-    const uint64_t read_before = slice.volume->reader->bytes_read();
+    const uint64_t read_before = slice.volume->file.reader()->bytes_read();
     const uint32_t width = frame->image.width, height = frame->image.height;
     Scene scene;
-    scene.slice = &slice.slice;
-    scene.levels = &slice.levels;
-    scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
-    scene.function = renderer->function ? *renderer->function : own_look(slice, renderer->options);
+    scene.slice = &slice.open.slice;
+    scene.levels = &slice.kept.levels;
+    scene.camera = renderer->camera.value_or(fit_camera(slice.open.slice, false, 20, 30, width, height));
+    scene.function = renderer->function
+                         ? *renderer->function
+                         : default_function(slice.volume->file, slice.open.channel, renderer->options);
     scene.lights = renderer->lights;
-    scene.points = &slice.points;
+    scene.points = &slice.kept.points;
     scene.drawers = &renderer->drawers;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
     const RenderOptions& options = renderer->options;
-    scene.lights.noise = noise_of(slice, renderer->gradient_noise);
+    scene.lights.noise = noise_of(slice.volume->file, slice.open, renderer->gradient_noise);
     scene.noise_of_ripple = !renderer->gradient_noise;
     Picture picture(scene, options, context, frame->image); // refused, a frame stays as it was
     frame->deep = {};                                       // gives its memory back first
@@ -332,7 +310,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     frame->attributes = describe_picture(slice, stats);
     frame->camera = resolve_camera(scene.camera);
     tell_level(*renderer, stats.level);
-    renderer->stats = {stats, slice.volume->reader->bytes_read() - read_before, slice.level};
+    renderer->stats = {stats, slice.volume->file.reader()->bytes_read() - read_before, slice.open.level};
     progress.report(1);
   });
 }

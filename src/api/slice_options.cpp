@@ -88,13 +88,4 @@ Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat
   return hyperplane_of(*options.axes);
 }
 
-PlaneOptions extraction_options(const HypersliceOptions& o) {
-  if (o.thickness.length != 0 || o.has_interval() || o.spacing != 0 || o.target || o.box)
-    fail(Code::unsupported, "slice: extracted points take no thickness, interval, spacing, lattice or box");
-  PlaneOptions plane;
-  plane.time_length = o.time_length;
-  plane.axes = o.axes;
-  return plane;
-}
-
 } // namespace bccsplat::api

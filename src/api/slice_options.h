@@ -4,9 +4,7 @@
 
 #include "bccsplat.h"
 
-#include "formats/bcc4/info.h"
-#include "slice/hyperslice.h"
-#include "slice/plane_slice.h"
+#include "volume/open_slice.h"
 
 namespace bccsplat::api {
 
@@ -14,7 +12,5 @@ namespace bccsplat::api {
 // The hyperplane of the call: in normal form, or spanned by the options' basis, whose axes go into `options`.
 [[nodiscard]] Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane,
                                          const bccsplat_slice_options& o, HypersliceOptions& options);
-// Translates the options of a slice of extracted points; throws unsupported for what these do not take.
-[[nodiscard]] PlaneOptions extraction_options(const HypersliceOptions& o);
 
 } // namespace bccsplat::api

@@ -5,7 +5,8 @@
 
 #include <string_view>
 
-#include "formats/bcc4/metadata.h"
+#include "base/error.h"
+#include "base/utf8.h"
 
 namespace bccsplat::api {
 

@@ -6,7 +6,6 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
-#include "formats/bcc4/level_error.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -16,7 +15,7 @@ extern "C" {
 bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat_volume_info* info) {
   return guard([&] {
     require(volume, "volume");
-    const VolumeInfo& v = volume->info();
+    const VolumeInfo& v = volume->file.info();
     bccsplat_volume_info out{};
     out.lattice = static_cast<int32_t>(v.lattice.kind);
     std::copy(v.lattice.dims.begin(), v.lattice.dims.end(), out.dims);
@@ -38,18 +37,19 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.time_periodic = v.lattice.periodic;
     for (size_t a = 0; a < 3; ++a)
       if (v.lattice.turns(a)) out.periodic_axes |= 1u << a;
-    out.time_end = volume->times.last();
+    out.time_end = volume->file.times().last();
     out.mean_voxel = std::cbrt(std::fabs(v.affine.determinant()));
     out.spatial_unit = v.spatial_unit.c_str(), out.time_unit = v.time.unit.c_str();
-    out.kernel = volume->kernel.name.c_str(), out.recommended_kernel = volume->recommended_kernel.c_str();
+    out.kernel = volume->file.kernel().name.c_str(),
+    out.recommended_kernel = volume->file.recommended_kernel().c_str();
     out.channel_count = static_cast<uint32_t>(v.channels.size());
     out.time_uniform = v.time.uniform;
     out.store = v.coefficient_kernel.empty() ? BCCSPLAT_STORE_SAMPLES : BCCSPLAT_STORE_COEFFICIENTS;
     for (const ChannelInfo& c : v.channels) out.has_holes |= c.holes > 0 || !c.masks.empty();
-    const Bcc4Bytes& bytes = volume->reader->bytes();
+    const Bcc4Bytes& bytes = volume->file.reader()->bytes();
     out.bytes_file = bytes.file, out.bytes_runs = bytes.runs, out.bytes_values = bytes.values,
     out.bytes_index = bytes.index;
-    out.bytes_read = volume->reader->bytes_read();
+    out.bytes_read = volume->file.reader()->bytes_read();
     out.attribute_count = v.attributes.size();
     if (v.part) out.part_first = v.part->first, out.part_end = v.part->end;
     out.level_count = static_cast<uint32_t>(v.levels.size());
@@ -62,7 +62,7 @@ bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, ui
                                                bccsplat_level_info* info) {
   return guard([&] {
     require(volume, "volume");
-    const VolumeInfo& v = volume->info();
+    const VolumeInfo& v = volume->file.info();
     if (level > v.levels.size())
       fail(Code::not_found, "level ", level, " of a file whose last one is ", v.levels.size());
     const Lattice4& lattice = v.level(level).lattice;
@@ -73,7 +73,7 @@ bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, ui
     out.sites_total = lattice.sites() - lattice.sites_outside(0, lattice.layers());
     for (size_t c = 0; c < v.channels.size(); ++c)
       out.sites_kept += level == 0 ? v.channels[c].sites_kept : v.levels[level - 1].channels[c].sites_kept;
-    out.bytes = volume->reader->level_bytes(level);
+    out.bytes = volume->file.reader()->level_bytes(level);
     for (uint32_t c = 0; c < v.channels.size(); ++c)
       if (const MeasuredError* const e = find_error(v, c, level))
         out.relative_rmse = std::max(out.relative_rmse, e->rmse / e->range);
@@ -85,7 +85,7 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
                                                  bccsplat_channel_info* info) {
   return guard([&] {
     require(volume, "volume");
-    const ChannelInfo& c = volume->channel(channel);
+    const ChannelInfo& c = volume->file.channel(channel);
     bccsplat_channel_info out{};
     // The numbers of the header and of files differ for what only coefficients have.
     out.value_type = c.type == ValueType::i32 ? BCCSPLAT_TYPE_I32 : static_cast<int32_t>(c.type);
@@ -104,14 +104,14 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
     out.error_bound = c.residuals.bound;
     if (c.residuals.bound > 0) {
       const auto error = [&](MeasuredError::Kind kind) {
-        const MeasuredError* const e = find_error(volume->info(), channel, 0, kind);
+        const MeasuredError* const e = find_error(volume->file.info(), channel, 0, kind);
         return e ? std::pair(e->rmse, e->largest) : std::pair(0.0, 0.0);
       };
       std::tie(out.lattice_rmse, out.lattice_max_abs) = error(MeasuredError::stored);
       std::tie(out.rmse, out.max_abs) = error(MeasuredError::corrected);
     }
-    if (const auto& fix = volume->corrections_of[channel]) out.corrections = fix->count();
-    if (const auto& masks = volume->masks_of[channel]) out.missing = masks->count();
+    if (const Corrections* const fix = volume->file.corrections(channel)) out.corrections = fix->count();
+    if (const Masks* const masks = volume->file.masks(channel)) out.missing = masks->count();
     std::copy_n(c.histogram.begin(), std::min<size_t>(c.histogram.size(), 256), out.histogram);
     write_struct(info, out, "info");
   });
@@ -121,7 +121,7 @@ bccsplat_status bccsplat_volume_find_channel(const bccsplat_volume* volume, cons
                                              uint32_t* channel) {
   return guard([&] {
     require(volume, "volume"), require(name, "name"), require(channel, "channel");
-    const auto& channels = volume->info().channels;
+    const auto& channels = volume->file.info().channels;
     const auto it =
         std::find_if(channels.begin(), channels.end(), [&](const ChannelInfo& c) { return c.name == name; });
     if (it == channels.end()) fail(Code::not_found, "no channel named ", name, " in the file");
@@ -134,8 +134,8 @@ bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* volume, double*
   return guard([&] {
     require(volume, "volume");
     if (capacity > 0) require(times, "times");
-    const uint64_t frames = volume->info().lattice.dims[3];
-    for (uint64_t i = 0; i < std::min(capacity, frames); ++i) times[i] = volume->info().time.at(i);
+    const uint64_t frames = volume->file.info().lattice.dims[3];
+    for (uint64_t i = 0; i < std::min(capacity, frames); ++i) times[i] = volume->file.info().time.at(i);
     if (count) *count = frames;
   });
 }
@@ -144,7 +144,7 @@ bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume, 
                                                  double* ranges, uint64_t capacity, uint64_t* count) {
   return guard([&] {
     require(volume, "volume");
-    const std::vector<Range>& frames = volume->channel(channel).frames;
+    const std::vector<Range>& frames = volume->file.channel(channel).frames;
     if (capacity > 0) require(ranges, "ranges");
     for (size_t i = 0; i < std::min<uint64_t>(capacity, frames.size()); ++i)
       ranges[2 * i] = frames[i].low, ranges[2 * i + 1] = frames[i].high;
@@ -155,14 +155,14 @@ bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume, 
 bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time, double* index) {
   return guard([&] {
     require(volume, "volume"), require(index, "index");
-    *index = volume->times.index_of(time);
+    *index = volume->file.times().index_of(time);
   });
 }
 
 bccsplat_status bccsplat_volume_index_to_time(const bccsplat_volume* volume, double index, double* time) {
   return guard([&] {
     require(volume, "volume"), require(time, "time");
-    *time = volume->times.time_of(index);
+    *time = volume->file.times().time_of(index);
   });
 }
 
@@ -170,7 +170,7 @@ bccsplat_status bccsplat_volume_get_attribute(const bccsplat_volume* volume, uin
                                               const char** value) {
   return guard([&] {
     require(volume, "volume"), require(key, "key"), require(value, "value");
-    const auto& attributes = volume->info().attributes;
+    const auto& attributes = volume->file.info().attributes;
     if (index >= attributes.size()) fail(Code::not_found, "attribute ", index, " of ", attributes.size());
     *key = attributes[index].first.c_str();
     *value = attributes[index].second.c_str();
@@ -181,7 +181,7 @@ bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* volume, uint64
                                            uint64_t* bytes, uint32_t* crc32) {
   return guard([&] {
     require(volume, "volume");
-    const auto& sources = volume->info().sources;
+    const auto& sources = volume->file.info().sources;
     if (index >= sources.size()) fail(Code::not_found, "source ", index, " of ", sources.size());
     if (name) *name = sources[index].name.c_str();
     if (bytes) *bytes = sources[index].bytes;
@@ -193,7 +193,7 @@ bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volume* volume, co
                                                const char** value) {
   return guard([&] {
     require(volume, "volume"), require(key, "key"), require(value, "value");
-    for (const auto& [k, v] : volume->info().attributes)
+    for (const auto& [k, v] : volume->file.info().attributes)
       if (k == key) {
         *value = v.c_str();
         return;

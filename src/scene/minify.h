@@ -31,6 +31,12 @@ class CoarseLevels {
   mutable std::vector<std::unique_ptr<const Level>> levels_; // [n - 1]
 };
 
+// What pictures of a slice keep with it.
+struct SliceKeep {
+  KeptPoints points;   // as sheets need them
+  CoarseLevels levels; // for small pictures
+};
+
 // Returns the level for a picture: n while a pixel at the centre of the domain covers 2^n to 2^(n+1) lattice
 // distances of the slice; 0, the slice itself, below two. From two on aliasing costs more than the low pass
 // does (`bccsplat_bench render --minify`). No level has fewer than four planes per axis.

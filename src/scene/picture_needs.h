@@ -11,6 +11,7 @@
 #include "scene/picture.h"
 #include "slice/part.h"
 #include "view/camera.h"
+#include "volume/open_slice.h"
 
 namespace bccsplat {
 
@@ -36,5 +37,16 @@ struct LevelOption {
 // where it sees nothing of it.
 [[nodiscard]] std::optional<IndexBox> seen_box(const Slice& slice, const Camera& camera, int width,
                                                int height);
+
+// What a picture of a slice in time needs of its volume.
+struct PictureNeeds {
+  int level = 0;                  // that is enough
+  double distances_per_pixel = 0; // of level 0
+  bool seen = false;              // whether the camera sees anything
+  IndexBox box;                   // of what it sees; all where it sees nothing
+};
+[[nodiscard]] PictureNeeds picture_needs(const OpenVolume& volume, const OpenSlice& slice,
+                                         const Camera& camera, int width, int height,
+                                         const RenderOptions& options);
 
 } // namespace bccsplat

@@ -131,12 +131,6 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
 
 } // namespace
 
-BrickBox trail_reads(const TrailOptions& options, const HypersliceOptions& like, const Lattice4& lattice) {
-  HypersliceOptions o = like;
-  if (options.content == TrailContent::maximum) o.thickness = {1, ThicknessKind::maximum};
-  return o.reads(lattice);
-}
-
 Trail make_trail(const Coefficients& coefficients, const Slice& slice, const TrailOptions& options,
                  const HypersliceOptions& like, const Affine3& index_to_world, const Context& context) {
   if (!(options.interval[0] <= options.interval[1]) || !std::isfinite(options.interval[0]) ||
@@ -153,6 +147,15 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
   else
     add_planes(trail, coefficients, slice, options, like, index_to_world, context);
   return trail;
+}
+
+Trail make_trail(const OpenVolume& volume, const OpenSlice& slice, const TrailOptions& options,
+                 const Context& context) {
+  HypersliceOptions reads = slice.cut;
+  if (options.content == TrailContent::maximum) reads.thickness = {1, ThicknessKind::maximum};
+  const auto coefficients = volume.coefficients(slice.channel, slice.slice.kernel.name.c_str(), slice.level,
+                                                reads.reads(volume.lattice(slice.level)));
+  return make_trail(*coefficients, slice.slice, options, slice.cut, volume.info().affine, context);
 }
 
 TransferFunction tinted(const TransferFunction& function, const Vec3& color) {

@@ -13,6 +13,7 @@
 #include "slice/hyperslice.h"
 #include "splat/points/points.h"
 #include "splat/trail/trail.h"
+#include "volume/open_slice.h"
 
 namespace bccsplat {
 
@@ -47,10 +48,6 @@ struct Trail {
   std::array<double, 2> bounds{0, 0}; // no value of any moment lies outside
 };
 
-// Returns what make_trail needs of the coefficients of a slice cut with `like`.
-[[nodiscard]] BrickBox trail_reads(const TrailOptions& options, const HypersliceOptions& like,
-                                   const Lattice4& lattice);
-
 // Content `classified` is made of stills at the midpoints of equal parts, each with its share (midpoint rule:
 // second order in the parts). Where it is cheaper the sources are the lattice's layers, of which stills are
 // mixed sheet by sheet: many stills then cost little more than few. Contents `mean` and `maximum` are one
@@ -59,6 +56,10 @@ struct Trail {
 [[nodiscard]] Trail make_trail(const Coefficients& coefficients, const Slice& slice,
                                const TrailOptions& options, const HypersliceOptions& like,
                                const Affine3& index_to_world, const Context& context);
+
+// The same of a slice of an open volume.
+[[nodiscard]] Trail make_trail(const OpenVolume& volume, const OpenSlice& slice, const TrailOptions& options,
+                               const Context& context);
 
 // Returns the function with every colour replaced.
 [[nodiscard]] TransferFunction tinted(const TransferFunction& function, const Vec3& color);

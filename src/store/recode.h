@@ -9,6 +9,7 @@
 #include <string>
 
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/layout.h"
 #include "store/write_report.h"
 
 namespace bccsplat {

@@ -1,116 +1,115 @@
-#!/ bin / bash
-#floors_test.sh SCRATCH : floors.sh accepts a small house in order and reports each made - up violation,     \
-    saying why.
-set - euo pipefail here = $(cd "$(dirname " $0 ")" && pwd) scratch = ${1 : ? usage : floors_test.sh SCRATCH}
+#!/bin/bash
+# floors_test.sh SCRATCH: floors.sh accepts a small house in order and reports each made-up violation, saying why.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+scratch=${1:?usage: floors_test.sh SCRATCH}
 
-file(){
-  #PATH INCLUDED... : a file that includes these local path =
-      $scratch / $1 mkdir - p "${path%/*}" shift printf '#include %s\n' "$@" > "$path"
+file() { # PATH INCLUDED...: a file that includes these
+  local path=$scratch/$1
+  mkdir -p "${path%/*}"
+  shift
+  printf '#include %s\n' "$@" >"$path"
 }
 
-house(){rm -
-        rf "$scratch" file include / bccsplat.h '<stdint.h>' file src / base /
-            tasks.h '<vector>' '<thread>' file src / kernel /
-            prefilter.cpp '"base/tasks.h"' '"kernel/kernel.h"' file src / lattice /
-            lattice.cpp '"kernel/kernel.h"' file src / points /
-            volume.cpp '"kernel/kernel.h"' '"lattice/lattice.h"' file formats / image /
-            png.cpp '"points/brick.h"' '<png.h>' file formats / bcc4 /
-            reader.cpp '"formats/bcc4/bcc4.h"' '"formats/bcc4/coding/chunk.h"' file formats / bcc4 / coding /
-            chunk.cpp '"formats/bcc4/coding/chunk.h"' '"points/runs.h"' file src / field /
-            evaluate.cpp '"field/footprint/footprint.h"' '"field/coefficients/coefficients.h"' file src /
-            field / coefficients / prefilter.cpp '"field/footprint/hole.h"' '"formats/bcc4/bcc4.h"' file src /
-            field / footprint / footprint.cpp '"points/brick.h"' file src / fit /
-            layer.cpp '"field/evaluate.h"' file src / slice / time_slice.cpp '"field/evaluate.h"' file src /
-            splat / loop / loops.h '"splat/view/view.h"' file src / splat / raise /
-            raise.cpp '"splat/view/view.h"' file src / splat / view /
-            view.cpp '"splat/points/points.h"' file src / splat / shade /
-            surface.cpp '"splat/loop/loops.h"' file src / splat / sheet /
-            sheet.cpp '"splat/shade/surface.h"' '<hwy/highway.h>' file src / splat / plan /
-            plan.h '"splat/sheet/sheet.h"' file src / splat / tile / tile.cpp '"splat/plan/plan.h"' file src /
-            splat / splat.cpp '"splat/tile/tile.h"' '"field/slice.h"' file src / splat / trail /
-            trail.cpp '"splat/splat.h"' file src / render /
-            picture.cpp '"splat/trail/trail.h"' '"formats/image/png.h"' file src / store /
-            pipeline.cpp '"fit/fit.h"' '"slice/time_slice.h"' file src / api /
-            api.cpp '<bccsplat.h>' '"render/picture.h"' '"store/pipeline.h"' file importers /
-            vdb.cpp '<openvdb/openvdb.h>' '"bccsplat.h"' '"raw.h"' file importers / tool /
-            cli.cpp '<CLI/CLI.hpp>' file examples / render_frame.c '<bccsplat.h>'}
-
-house bash "$here/floors.sh"
-           "$scratch"
-
-    failures = 0 violation() {
-#FILE INCLUDE - LINE[WHY] : the report names the file,
-                       its line and why house mkdir - p "$(dirname " $scratch / $1
-                                                          ")" echo "$2">> "$scratch/$1" local line line =
-                           $1 : $(wc - l < "$scratch/$1") : $2 if out = $(bash "$here/floors.sh"
-                                                                               "$scratch");
-  then echo "FAILED: $1 may not say: $2" && failures =
-      $((failures + 1)) elif [[$out != *"$line" * "${3:-}" * ]];
-  then echo "FAILED: the report does not say \"$line ... ${3:-}\": $out" && failures = $((failures + 1)) fi
+house() {
+  rm -rf "$scratch"
+  file include/bccsplat.h '<stdint.h>'
+  file src/base/tasks.h '<vector>' '<thread>'
+  file src/kernel/prefilter.cpp '"base/tasks.h"' '"kernel/kernel.h"'
+  file src/lattice/lattice.cpp '"kernel/kernel.h"'
+  file src/points/volume.cpp '"kernel/kernel.h"' '"lattice/lattice.h"'
+  file formats/image/png.cpp '"points/brick.h"' '<png.h>'
+  file formats/bcc4/reader.cpp '"formats/bcc4/bcc4.h"' '"formats/bcc4/coding/chunk.h"'
+  file formats/bcc4/coding/chunk.cpp '"formats/bcc4/coding/chunk.h"' '"points/runs.h"'
+  file src/field/evaluate.cpp '"field/footprint/footprint.h"' '"field/coefficients/coefficients.h"'
+  file src/field/coefficients/prefilter.cpp '"field/footprint/hole.h"' '"formats/bcc4/bcc4.h"'
+  file src/field/footprint/footprint.cpp '"points/brick.h"'
+  file src/fit/layer.cpp '"field/evaluate.h"'
+  file src/slice/time_slice.cpp '"field/evaluate.h"'
+  file src/splat/loop/loops.h '"splat/view/view.h"'
+  file src/splat/raise/raise.cpp '"splat/view/view.h"'
+  file src/splat/view/view.cpp '"splat/points/points.h"'
+  file src/splat/shade/surface.cpp '"splat/loop/loops.h"'
+  file src/splat/sheet/sheet.cpp '"splat/shade/surface.h"' '<hwy/highway.h>'
+  file src/splat/plan/plan.h '"splat/sheet/sheet.h"'
+  file src/splat/tile/tile.cpp '"splat/plan/plan.h"'
+  file src/splat/splat.cpp '"splat/tile/tile.h"' '"field/slice.h"'
+  file src/splat/trail/trail.cpp '"splat/splat.h"'
+  file src/render/picture.cpp '"splat/trail/trail.h"' '"formats/image/png.h"'
+  file src/store/pipeline.cpp '"fit/fit.h"' '"slice/time_slice.h"'
+  file src/api/api.cpp '<bccsplat.h>' '"render/picture.h"' '"store/pipeline.h"'
+  file importers/vdb.cpp '<openvdb/openvdb.h>' '"bccsplat.h"' '"raw.h"'
+  file importers/tool/cli.cpp '<CLI/CLI.hpp>'
+  file examples/render_frame.c '<bccsplat.h>'
 }
-#From floor to floor.
-violation src / base /
-        tasks.h '#include "kernel/kernel.h"' 'base is on rung 1, kernel on rung 2' violation src / kernel /
-        prefilter.cpp '#include "points/brick.h"' violation src / kernel /
-        prefilter.cpp '  #  include "src/points/brick.h"' violation src / kernel /
-        prefilter.cpp '#include <points/brick.h>' violation src / points /
-        volume.cpp '#include "slice/slice.h"' violation src / points /
-        volume
-            .cpp '#include "formats/bcc4/info.h"' 'points is on rung 3, formats on rung 4' violation formats /
-        image / png.cpp '#include "scene/picture.h"' violation formats / bcc4 /
-        reader.cpp '#include "field/evaluate.h"' violation src / field /
-        evaluate.cpp '#include "slice/time_slice.h"' 'field is on rung 5, slice on rung 6' violation src /
-        splat / sheet / sheet.cpp '#include "scene/picture.h"' violation src / splat / sheet /
-        sheet.cpp '#include "../render/picture.h"' 'write includes from src/ or the top' violation src /
-        store / pipeline.cpp '#include "api/handles.h"' 'store is on rung 7, api on rung 8' violation src /
-        render / picture.cpp '#include "api/handles.h"' 'render is on rung 7, api on rung 8' violation src /
-        cellar /
-        wine.cpp '#include "base/tasks.h"' 'src/cellar is on no floor'
-#On one floor : rooms that do not know each other, and circles of two rooms or more.
-        violation src /
-        fit / layer.cpp '#include "slice/time_slice.h"' 'fit and slice do not know each other' violation src /
-        slice / time_slice.cpp '#include "fit/layer.h"' 'slice and fit do not know each other' violation src /
-        splat / splat.cpp '#include "slice/time_slice.h"' 'do not know each other' violation src / render /
-        picture.cpp '#include "store/pipeline.h"' 'render and store do not know each other' violation src /
-        splat / points / points.cpp '#include "splat/raise/raise.h"' 'close a circle' violation src / kernel /
-        prefilter.cpp '#include "lattice/lattice.h"' 'close a circle'
-#Ladders inside rooms.
-        violation src /
-        splat / loop /
-        loops.h '#include "shade/class_table.h"' 'splat/loop is on rung 1, splat/shade on rung 2' violation
-            src /
-        splat / shade / surface.cpp '#include "splat/sheet/sheet.h"' violation src / splat / sheet /
-        sheet.cpp '#include "splat/plan/plan.h"' violation src / splat / plan /
-        plan.h '#include "splat/tile/tile.h"' violation src / splat / plan /
-        plan.h '#include "splat/splat.h"' 'splat/plan is on rung 4, a file directly in splat on rung 7' violation
-            src /
-        splat / tile / tile.cpp '#include "splat/trail/trail.h"' violation src / splat /
-        splat.cpp '#include "splat/trail/trail.h"' violation src / splat /
-        splat.cpp '#include "splat/attic/box.h"' 'splat/attic is on no rung' violation src / field /
-        footprint / footprint.cpp '#include "field/coefficients/coefficients.h"' violation src / field /
-        footprint / footprint.cpp '#include "field/evaluate.h"' violation src / field / coefficients /
-        prefilter.cpp '#include "field/evaluate.h"' violation formats / bcc4 / coding /
-        chunk
-            .cpp '#include "formats/bcc4/info.h"' 'formats/bcc4/coding is on rung 1, a file directly in formats/bcc4 on rung 2' violation
-                formats /
-        bcc4 / reader.cpp '#include "formats/image/png.h"' 'do not know each other' violation formats /
-        image /
-        png.cpp '#include "formats/bcc4/bcc4.h"' 'do not know each other'
-#The public header, its clients and the libraries of others.
-        violation src /
-        splat / sheet / sheet.cpp '#include <bccsplat.h>' violation src / splat / sheet /
-        sheet.cpp '#include <thread>' violation src / splat / sheet /
-        sheet.cpp '#include <png.h>' violation formats / image /
-        png.cpp '#include <openvdb/openvdb.h>' violation include /
-        bccsplat.h '#include <stdbool.h>' violation include /
-        bccsplat.h '#include <openvdb/openvdb.h>' violation importers /
-        vdb.cpp '#include "formats/bcc4.h"' violation importers /
-        vdb.cpp '#include "src/base/error.h"' violation examples /
-        render_frame.c '#include "scene/picture.h"' violation importers / tool /
-        main.cpp '#include <CLI/CLI.hpp>' 'include tool/cli.h'
 
-        rm -
-    rf "${scratch:?}"/* && mkdir -p "$scratch/src"
+house
+bash "$here/floors.sh" "$scratch"
+
+failures=0
+violation() { # FILE INCLUDE-LINE [WHY]: the report names the file, its line and why
+  house
+  mkdir -p "$(dirname "$scratch/$1")"
+  echo "$2" >>"$scratch/$1"
+  local line
+  line=$1:$(wc -l <"$scratch/$1"):$2
+  if out=$(bash "$here/floors.sh" "$scratch"); then
+    echo "FAILED: $1 may not say: $2" && failures=$((failures + 1))
+  elif [[ $out != *"$line"*"${3:-}"* ]]; then
+    echo "FAILED: the report does not say \"$line ... ${3:-}\": $out" && failures=$((failures + 1))
+  fi
+}
+# From floor to floor.
+violation src/base/tasks.h '#include "kernel/kernel.h"' 'base is on rung 1, kernel on rung 2'
+violation src/kernel/prefilter.cpp '#include "points/brick.h"'
+violation src/kernel/prefilter.cpp '  #  include "src/points/brick.h"'
+violation src/kernel/prefilter.cpp '#include <points/brick.h>'
+violation src/points/volume.cpp '#include "slice/slice.h"'
+violation src/points/volume.cpp '#include "formats/bcc4/info.h"' 'points is on rung 3, formats on rung 4'
+violation formats/image/png.cpp '#include "render/picture.h"'
+violation formats/bcc4/reader.cpp '#include "field/evaluate.h"'
+violation src/field/evaluate.cpp '#include "slice/time_slice.h"' 'field is on rung 5, slice on rung 6'
+violation src/splat/sheet/sheet.cpp '#include "render/picture.h"'
+violation src/splat/sheet/sheet.cpp '#include "../render/picture.h"' 'write includes from src/ or the top'
+violation src/store/pipeline.cpp '#include "api/handles.h"' 'store is on rung 7, api on rung 8'
+violation src/render/picture.cpp '#include "api/handles.h"' 'render is on rung 7, api on rung 8'
+violation src/cellar/wine.cpp '#include "base/tasks.h"' 'src/cellar is on no floor'
+# On one floor: rooms that do not know each other, and circles of two rooms or more.
+violation src/fit/layer.cpp '#include "slice/time_slice.h"' 'fit and slice do not know each other'
+violation src/slice/time_slice.cpp '#include "fit/layer.h"' 'slice and fit do not know each other'
+violation src/splat/splat.cpp '#include "slice/time_slice.h"' 'do not know each other'
+violation src/render/picture.cpp '#include "store/pipeline.h"' 'render and store do not know each other'
+violation src/splat/points/points.cpp '#include "splat/raise/raise.h"' 'close a circle'
+violation src/kernel/prefilter.cpp '#include "lattice/lattice.h"' 'close a circle'
+# Ladders inside rooms.
+violation src/splat/loop/loops.h '#include "splat/shade/class_table.h"' 'splat/loop is on rung 1, splat/shade on rung 2'
+violation src/splat/shade/surface.cpp '#include "splat/sheet/sheet.h"'
+violation src/splat/sheet/sheet.cpp '#include "splat/plan/plan.h"'
+violation src/splat/plan/plan.h '#include "splat/tile/tile.h"'
+violation src/splat/plan/plan.h '#include "splat/splat.h"' 'splat/plan is on rung 4, a file directly in splat on rung 7'
+violation src/splat/tile/tile.cpp '#include "splat/trail/trail.h"'
+violation src/splat/splat.cpp '#include "splat/trail/trail.h"'
+violation src/splat/splat.cpp '#include "splat/attic/box.h"' 'splat/attic is on no rung'
+violation src/field/footprint/footprint.cpp '#include "field/coefficients/coefficients.h"'
+violation src/field/footprint/footprint.cpp '#include "field/evaluate.h"'
+violation src/field/coefficients/prefilter.cpp '#include "field/evaluate.h"'
+violation formats/bcc4/coding/chunk.cpp '#include "formats/bcc4/info.h"' \
+  'formats/bcc4/coding is on rung 1, a file directly in formats/bcc4 on rung 2'
+violation formats/bcc4/reader.cpp '#include "formats/image/png.h"' 'do not know each other'
+violation formats/image/png.cpp '#include "formats/bcc4/bcc4.h"' 'do not know each other'
+# The public header, its clients and the libraries of others.
+violation src/splat/sheet/sheet.cpp '#include <bccsplat.h>'
+violation src/splat/sheet/sheet.cpp '#include <thread>'
+violation src/splat/sheet/sheet.cpp '#include <png.h>'
+violation formats/image/png.cpp '#include <openvdb/openvdb.h>'
+violation include/bccsplat.h '#include <stdbool.h>'
+violation include/bccsplat.h '#include <openvdb/openvdb.h>'
+violation importers/vdb.cpp '#include "formats/bcc4.h"'
+violation importers/vdb.cpp '#include "src/base/error.h"'
+violation examples/render_frame.c '#include "render/picture.h"'
+violation importers/tool/main.cpp '#include <CLI/CLI.hpp>' 'include tool/cli.h'
+
+rm -rf "${scratch:?}"/* && mkdir -p "$scratch/src"
 if bash "$here/floors.sh" "$scratch" >/dev/null; then
   echo "FAILED: an empty house passes" && failures=$((failures + 1))
 fi

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/bcc4/metadata.h"
+#include "base/utf8.h"
 
 namespace bccsplat {
 namespace {

@@ -10,7 +10,7 @@
 #include "base/files.h"
 #include "base/progress.h"
 
-namespace bccsplat::api {
+namespace bccsplat {
 
 class VolumeSource : public ByteSource {
  public:
@@ -47,4 +47,4 @@ class VolumeSource : public ByteSource {
   const Progress* opening_;
 };
 
-} // namespace bccsplat::api
+} // namespace bccsplat

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a channel looks where nobody says it.
+#pragma once
+
+#include <optional>
+
+#include "scene/picture.h"
+#include "shade/look.h"
+#include "volume/open_slice.h"
+#include "volume/value_counts.h"
+
+namespace bccsplat {
+
+// Returns the transfer function of a channel by its histogram. Several surfaces are told apart by the colours
+// of their values; one has one.
+[[nodiscard]] TransferFunction default_function(const OpenVolume& volume, uint32_t channel,
+                                                const RenderOptions& options);
+
+// Returns the noise of gradients per world length at the volume's own voxels whatever the level, so that
+// levels are lit alike. asked: per mean voxel; none: as the file tells.
+[[nodiscard]] GradientNoise noise_of(const OpenVolume& volume, const OpenSlice& slice,
+                                     const std::optional<double>& asked);
+
+} // namespace bccsplat

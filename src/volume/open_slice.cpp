@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cuts a hyperslice or extracts the paper's points, and reads from either.
+#include "volume/open_slice.h"
+
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+#include "slice/masked_slice.h"
+
+namespace bccsplat {
+namespace {
+
+// Extracted points on a grid, row by row.
+void sample_extracted(const OpenSlice& slice, const Grid& grid, float* values, const Context& context) {
+  slice.extraction->sample(grid, values, context);
+  if (!slice.slice.mask) return;
+  const size_t nx = grid.dims[0], ny = grid.dims[1];
+  std::vector<Vec3> row(nx);
+  for (size_t r = 0; r < ny * grid.dims[2]; ++r) {
+    for (size_t x = 0; x < nx; ++x) {
+      const Vec3 i{static_cast<double>(x), static_cast<double>(r % ny), static_cast<double>(r / ny)};
+      for (size_t a = 0; a < 3; ++a) row[x][a] = grid.origin[a] + grid.step[a] * i[a];
+    }
+    hide_missing(slice.slice, row, {values + r * nx, nx});
+  }
+}
+
+// A slice of the paper's extracted points.
+void extract(OpenSlice& result, const SliceRequest& request, const Affine3& affine, const Context& context) {
+  const Coefficients& coefficients = *request.coefficients;
+  const PlaneOptions plane = extraction_options(request.cut);
+  const auto start = std::chrono::steady_clock::now();
+  result.slice = bare_plane(coefficients, request.plane, plane, affine);
+  mask_slice(result.slice, coefficients);
+  result.extraction =
+      std::make_unique<const Extraction>(coefficients.samples(), coefficients.channel(), request.plane,
+                                         PlaneAxes{result.slice.origin, result.slice.basis}, context);
+  result.slice.milliseconds =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+} // namespace
+
+PlaneOptions extraction_options(const HypersliceOptions& o) {
+  if (o.thickness.length != 0 || o.has_interval() || o.spacing != 0 || o.target || o.box)
+    fail(Code::unsupported, "slice: extracted points take no thickness, interval, spacing, lattice or box");
+  PlaneOptions plane;
+  plane.time_length = o.time_length;
+  plane.axes = o.axes;
+  return plane;
+}
+
+SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const char* kernel, uint32_t level,
+                           const Hyperplane& plane, const HypersliceOptions& cut, bool extracted) {
+  return {channel, level,     plane,
+          cut,     extracted, volume.coefficients(channel, kernel, level, cut.reads(volume.lattice(level)))};
+}
+
+OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context) {
+  const uint64_t read_before = volume.reader()->bytes_read();
+  OpenSlice result;
+  result.channel = request.channel, result.level = request.level;
+  if (request.extracted)
+    extract(result, request, volume.info().affine, context);
+  else
+    result.slice =
+        hyperslice(*request.coefficients, request.plane, request.cut, volume.info().affine, context);
+  result.cut = request.cut;
+  result.slice.bytes_read = volume.reader()->bytes_read() - read_before;
+  result.memory = Reservation(context.memory,
+                              result.extraction ? result.extraction->bytes() : result.slice.bytes(), "slice");
+  return result;
+}
+
+void prefetch_slice(const SliceRequest& request, const Context& context) {
+  if (request.extracted) fail(Code::unsupported, "prefetch: extracted points read samples on their own");
+  prepare_hyperslice(*request.coefficients, request.plane, request.cut, context);
+}
+
+std::array<std::array<double, 2>, 3> OpenSlice::extent() const {
+  std::array<std::array<double, 2>, 3> box;
+  for (size_t a = 0; a < 3; ++a) {
+    if (cut.box) {
+      box[a] = {cut.box->begin[a], cut.box->end[a]};
+      continue;
+    }
+    const double unit = slice.lattice_to_slice.linear[a][a], offset = slice.lattice_to_slice.offset[a];
+    box[a] = {offset + unit * slice.domain_begin[a], offset + unit * slice.domain_end[a]};
+  }
+  return box;
+}
+
+Grid OpenSlice::own_grid() const {
+  Grid grid;
+  const auto box = extent();
+  for (size_t a = 0; a < 3; ++a) {
+    grid.origin[a] = box[a][0], grid.step[a] = 1;
+    grid.dims[a] = static_cast<int32_t>(std::floor(box[a][1] - box[a][0] + 1e-6)) + 1;
+  }
+  return grid;
+}
+
+EvaluateMisses OpenSlice::evaluate(std::span<const Vec3> points, std::span<float> values,
+                                   std::span<std::array<float, 3>> gradients, const Context& context) const {
+  if (!extraction) return sample_points(slice, points, values, gradients, context);
+  if (!gradients.empty()) fail(Code::unsupported, "slice: extracted points have no gradients");
+  EvaluateMisses misses;
+  misses.outside = extraction->sample(points, values, context);
+  misses.holes = hide_missing(slice, points, values);
+  return misses;
+}
+
+void OpenSlice::sample(const Grid& grid, float* values, const Context& context) const {
+  if (extraction)
+    sample_extracted(*this, grid, values, context);
+  else
+    sample_grid(slice, grid, values, context);
+}
+
+uint64_t OpenSlice::list(uint64_t capacity, float* uvw, float* coefficients, Progress& progress) const {
+  return extraction ? extraction->list(capacity, uvw, coefficients, progress)
+                    : list_points(slice, capacity, uvw, coefficients, progress);
+}
+
+} // namespace bccsplat

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Opens a file, divides its cache among chunks, coefficients, corrections and masks, and makes coefficients
+// as they are first asked for.
+#include "volume/open_volume.h"
+
+#include "base/machine.h"
+#include "base/text.h"
+#include "field/coefficients/volume_cache.h"
+
+namespace bccsplat {
+namespace {
+
+// The largest parts of the cache that corrections and masks take, for each channel that has some.
+constexpr uint64_t corrections_part = 8, masks_part = 16;
+constexpr uint64_t budget_parts = 4; // caches that nobody chose take one of these (default_cache_bytes)
+
+// Up to the end of the domain: of a periodic series that is frame 0 again, and as long after the last frame
+// as frames are apart in the mean.
+TimeAxis time_axis(const VolumeInfo& info) {
+  const Lattice4& l = info.lattice;
+  if (info.time.uniform) return {info.time.first, info.time.step, l.last_frame() + 1};
+  std::vector<double> times = info.time.times;
+  if (l.periodic) times.push_back(times.back() + (times.back() - times.front()) / (l.dims[3] - 1.0));
+  return TimeAxis(std::move(times));
+}
+
+// Returns a level's share of the cache of level 0: a level has an eighth of the sites of the one before, in
+// bricks that are not all full.
+uint64_t cache_of_level(uint64_t bytes, uint32_t level) { return bytes >> (2 * level); }
+
+// The kernel a caller named, or the file's: stored coefficients fix it, else its recommendation, else the
+// default.
+std::string choose_kernel(const VolumeInfo& info, const char* asked) {
+  if (asked && *asked) return asked;
+  if (!info.coefficient_kernel.empty()) return info.coefficient_kernel;
+  return info.recommended_kernel;
+}
+
+// A kernel that is not made for the lattice fails where it is used.
+VolumeCache cache_to_play(const Bcc4Reader& reader, const Kernel& kernel) {
+  try {
+    return playing_cache(reader, kernel);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+} // namespace
+
+OpenVolume::OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& options, MemoryBudget& memory)
+    : reader_(Bcc4Reader::open(std::move(source), options.limits)), times_(time_axis(reader_->info())),
+      kernel_(make_kernel(choose_kernel(reader_->info(), options.kernel))),
+      recommended_kernel_(make_kernel(reader_->info().recommended_kernel).name) {
+  const uint64_t sites = info().lattice.sites();
+  if (sites > options.max_sites)
+    fail(Code::limit_exceeded, "the file declares ", sites, " lattice sites, the device allows ",
+         options.max_sites);
+  const VolumeCache playing = cache_to_play(*reader_, kernel_);
+  const uint64_t cache = options.cache_bytes ? options.cache_bytes
+                                             : default_cache_bytes(playing, memory.limit(), machine_memory());
+  const VolumeCache share = share_cache(cache, playing);
+  for (int level = 0; level < info().level_count(); ++level)
+    samples_.push_back(std::make_unique<Bcc4Samples>(reader_, memory, cache_of_level(share.chunks, level),
+                                                     RelativeTo::base, level));
+  cache_bytes_ = share.coefficients, whole_cache_bytes_ = cache, playing_cache_bytes_ = playing.bytes();
+  for (const ChannelInfo& c : info().channels) {
+    const auto index = static_cast<int>(corrections_.size());
+    // A bound is kept by slices off the time axis, which are mended, even where no sample was corrected.
+    const bool corrected = c.residuals.any() || c.residuals.bound > 0;
+    corrections_.push_back(
+        corrected ? std::make_unique<Corrections>(reader_, index, memory, cache / corrections_part)
+                  : nullptr);
+    masks_.push_back(!c.masks.empty() ? std::make_unique<Masks>(reader_, index, memory, cache / masks_part)
+                                      : nullptr);
+  }
+}
+
+std::string OpenVolume::describe_caches() const {
+  return concat("volume: caches of ", whole_cache_bytes_, " bytes, ", cache_bytes_,
+                " of them for each channel's coefficients; playing needs ", playing_cache_bytes_);
+}
+
+std::optional<std::string> OpenVolume::note_repeats(const Coefficients& coefficients) const {
+  if (coefficients.layers_repeated() == 0 || repeats_told_.exchange(true)) return std::nullopt;
+  if (whole_cache_bytes_ >= playing_cache_bytes_)
+    return concat("volume: layers are read or made again, for the caches of ", whole_cache_bytes_,
+                  " bytes are those of a series that plays forward; moments in other orders need a "
+                  "larger cache_bytes");
+  return concat("volume: layers are read or made again, which caches of ", whole_cache_bytes_,
+                " bytes had let go; cache_bytes of ", playing_cache_bytes_, " (or a memory_budget of ",
+                budget_parts * playing_cache_bytes_, " that chooses it) keeps them while the series plays");
+}
+
+const ChannelInfo& OpenVolume::channel(uint32_t index) const {
+  if (index >= info().channels.size())
+    fail(Code::not_found, "channel ", index, " of a file with ", info().channels.size());
+  return info().channels[index];
+}
+
+const Lattice4& OpenVolume::lattice(uint32_t level) const {
+  if (level >= samples_.size())
+    fail(Code::not_found, "level ", level, " of a file whose last one is ", samples_.size() - 1);
+  return samples_[level]->lattice();
+}
+
+Kernel OpenVolume::kernel_of(const char* name) const { return name && *name ? make_kernel(name) : kernel_; }
+
+std::unique_ptr<Coefficients> OpenVolume::make_coefficients(uint32_t channel_index, Kernel k, uint32_t level,
+                                                            const BrickBox& region,
+                                                            const SampleSource& samples_of_level,
+                                                            uint64_t cache) const {
+  const ChannelInfo& c = channel(channel_index);
+  // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter
+  // beside air.
+  const int index = channel_index;
+  const float prune = samples_of_level.base(index) == c.air ? c.threshold / 2 : 0;
+  const bool own = k.name == make_kernel(choose_kernel(info(), nullptr)).name;
+  auto made = std::make_unique<Coefficients>(samples_of_level, index, std::move(k), prune, cache, region);
+  if (own && level == 0) made->set_corrections(corrections_[channel_index].get());
+  made->set_masks(masks_[channel_index].get());
+  return made;
+}
+
+const Coefficients& OpenVolume::coefficients(uint32_t channel_index, const char* kernel_name,
+                                             uint32_t level) const {
+  Kernel k = kernel_of(kernel_name);
+  const Key key{channel_index, k.name, level};
+  const std::scoped_lock lock(mutex_);
+  if (const auto it = coefficients_.find(key); it != coefficients_.end()) return *it->second;
+  (void)lattice(level);
+  auto made = make_coefficients(channel_index, std::move(k), level, {}, *samples_[level],
+                                cache_of_level(cache_bytes_, level));
+  return *(coefficients_[key] = std::move(made));
+}
+
+std::shared_ptr<const Coefficients> OpenVolume::coefficients(uint32_t channel_index, const char* kernel_name,
+                                                             uint32_t level, const BrickBox& region) const {
+  if (region == BrickBox{})
+    return {std::shared_ptr<void>{}, &coefficients(channel_index, kernel_name, level)};
+  Kernel k = kernel_of(kernel_name);
+  const Key key{channel_index, k.name, level};
+  const std::scoped_lock lock(mutex_);
+  if (const auto it = parts_.find(key); it != parts_.end() && it->second.region == region)
+    return it->second.coefficients;
+  (void)lattice(level);
+  std::shared_ptr<const Coefficients> made = make_coefficients(
+      channel_index, std::move(k), level, region, *samples_[level], cache_of_level(cache_bytes_, level));
+  parts_[key] = {region, made};
+  return made;
+}
+
+std::unique_ptr<Coefficients> OpenVolume::rehearsal(uint32_t channel_index, const char* kernel_name,
+                                                    uint32_t level, const BrickBox& region,
+                                                    const SampleSource& source, bool holding) const {
+  Kernel k = kernel_of(kernel_name);
+  const Key key{channel_index, k.name, level};
+  auto made = make_coefficients(channel_index, std::move(k), level, region, source, UINT64_MAX);
+  if (!holding) return made;
+  const std::scoped_lock lock(mutex_);
+  if (region == BrickBox{}) {
+    if (const auto it = coefficients_.find(key); it != coefficients_.end())
+      made->pretend_to_hold(*it->second);
+  } else if (const auto it = parts_.find(key); it != parts_.end() && it->second.region == region) {
+    made->pretend_to_hold(*it->second.coefficients);
+  }
+  return made;
+}
+
+} // namespace bccsplat

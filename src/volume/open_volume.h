@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// An open file: its index, its caches, and what its fields are made of, by channel, kernel and level. The
+// reading twin of store.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "base/context.h"
+#include "base/files.h"
+#include "field/coefficients/coefficients.h"
+#include "field/corrections.h"
+#include "field/masks.h"
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/level_error.h"
+#include "points/time_axis.h"
+
+namespace bccsplat {
+
+struct VolumeOptions {
+  const char* kernel = nullptr; // null or "": the file's
+  uint64_t cache_bytes = 0;     // 0: chosen by what playing needs and the memory there is
+  uint64_t max_sites = UINT64_MAX;
+  Bcc4Limits limits;
+};
+
+// Any thread may call. The budget outlives it.
+class OpenVolume {
+ public:
+  // Reads the index. Throws what reading does, and limit_exceeded where the lattice has more than max_sites.
+  OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& options, MemoryBudget& memory);
+
+  [[nodiscard]] const VolumeInfo& info() const { return reader_->info(); }
+  [[nodiscard]] const std::shared_ptr<Bcc4Reader>& reader() const { return reader_; }
+  [[nodiscard]] const TimeAxis& times() const { return times_; }
+  [[nodiscard]] const Kernel& kernel() const { return kernel_; }
+  [[nodiscard]] const std::string& recommended_kernel() const { return recommended_kernel_; }
+  // These fail with not_found where there is no such channel or level.
+  [[nodiscard]] const ChannelInfo& channel(uint32_t index) const;
+  [[nodiscard]] const Lattice4& lattice(uint32_t level) const;
+  [[nodiscard]] const Bcc4Samples& samples(uint32_t level) const { return *samples_[level]; }
+  // Null without.
+  [[nodiscard]] const Corrections* corrections(uint32_t channel) const { return corrections_[channel].get(); }
+  [[nodiscard]] const Masks* masks(uint32_t channel) const { return masks_[channel].get(); }
+
+  // Coefficients of a channel under a kernel at a level; null or "": the volume's. Made once, kept with the
+  // volume. They come with the file's masks, and at level 0 under the file's own kernel with its corrections.
+  [[nodiscard]] const Coefficients& coefficients(uint32_t channel, const char* kernel_name,
+                                                 uint32_t level = 0) const;
+  // Returns the coefficients of some bricks alone, or all. They are kept until others are asked for, so that
+  // a series plays in a box as it does in all of it; not longer than the volume.
+  [[nodiscard]] std::shared_ptr<const Coefficients>
+  coefficients(uint32_t channel, const char* kernel_name, uint32_t level, const BrickBox& region) const;
+  // Coefficients to go through the motions with, of samples that are not the volume's own. holding: as if
+  // they held what the volume's hold.
+  [[nodiscard]] std::unique_ptr<Coefficients> rehearsal(uint32_t channel, const char* kernel_name,
+                                                        uint32_t level, const BrickBox& region,
+                                                        const SampleSource& samples, bool holding) const;
+
+  // Says how large the caches are.
+  [[nodiscard]] std::string describe_caches() const;
+  // Says, once, that the cache is too small and how large it should be, after layers had to be read or made
+  // again.
+  [[nodiscard]] std::optional<std::string> note_repeats(const Coefficients& coefficients) const;
+
+ private:
+  using Key = std::tuple<uint32_t, std::string, uint32_t>; // channel, canonical kernel name, level
+  struct Part {
+    BrickBox region;
+    std::shared_ptr<const Coefficients> coefficients;
+  };
+  [[nodiscard]] Kernel kernel_of(const char* name) const; // the volume's where there is no name
+  [[nodiscard]] std::unique_ptr<Coefficients> make_coefficients(uint32_t channel, Kernel kernel,
+                                                                uint32_t level, const BrickBox& region,
+                                                                const SampleSource& samples,
+                                                                uint64_t cache) const;
+
+  std::shared_ptr<Bcc4Reader> reader_;
+  std::vector<std::unique_ptr<Bcc4Samples>> samples_; // by level
+  TimeAxis times_;
+  Kernel kernel_;
+  std::string recommended_kernel_;
+  uint64_t cache_bytes_;                                  // for coefficients, per channel and kernel
+  uint64_t whole_cache_bytes_;                            // with that of chunks
+  uint64_t playing_cache_bytes_;                          // that playing forward needs
+  std::vector<std::unique_ptr<Corrections>> corrections_; // of channels; null without
+  std::vector<std::unique_ptr<Masks>> masks_;             // likewise
+
+  mutable std::mutex mutex_;
+  mutable std::map<Key, std::unique_ptr<Coefficients>> coefficients_;
+  mutable std::map<Key, Part> parts_;
+  mutable std::atomic<bool> repeats_told_{false};
+};
+
+} // namespace bccsplat
