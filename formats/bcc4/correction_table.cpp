@@ -24,28 +24,9 @@ void write_entry(ByteWriter& out, const CorrectionBrick& b) {
 
 } // namespace
 
-CorrectionBricks::CorrectionBricks(const std::array<uint32_t, 4>& dims) {
-  for (size_t a = 0; a < 3; ++a) {
-    samples_[a] = dims[a];
-    bricks_[a] = (samples_[a] + edge - 1) / edge;
-  }
-}
-
-uint64_t CorrectionBricks::count() const { return bricks_[0] * bricks_[1] * bricks_[2]; }
-
-Int3 CorrectionBricks::origin(uint32_t brick) const {
-  const int64_t row = brick / bricks_[0];
-  return {static_cast<int32_t>(brick % bricks_[0] * edge), static_cast<int32_t>(row % bricks_[1] * edge),
-          static_cast<int32_t>(row / bricks_[1] * edge)};
-}
-
-uint32_t CorrectionBricks::brick_of(const Int3& sample) const {
-  return static_cast<uint32_t>((sample[2] / edge * bricks_[1] + sample[1] / edge) * bricks_[0] +
-                               sample[0] / edge);
-}
-
-std::vector<std::pair<uint32_t, ResidualList>> CorrectionBricks::split(std::span<const ResidualSample> frame,
-                                                                       Progress& progress) const {
+std::vector<std::pair<uint32_t, ResidualList>>
+split_corrections(const CorrectionBricks& bricks, std::span<const ResidualSample> frame, Progress& progress) {
+  const std::array<int64_t, 3>& n = bricks.samples();
   std::map<uint32_t, ResidualList> lists;
   // Samples of a run lie in one row of one brick, whose list is looked up once.
   ResidualList* list = nullptr;
@@ -54,12 +35,12 @@ std::vector<std::pair<uint32_t, ResidualList>> CorrectionBricks::split(std::span
     const int64_t voxel = s.voxel;
     if (voxel < run_begin || voxel >= run_end) {
       progress.check();
-      const int64_t x = voxel % samples_[0], y = voxel / samples_[0] % samples_[1],
-                    z = voxel / (samples_[0] * samples_[1]);
+      const int64_t x = voxel % n[0], y = voxel / n[0] % n[1], z = voxel / (n[0] * n[1]);
       run_begin = voxel - x % edge;
-      run_end = voxel - x + std::min(x - x % edge + edge, samples_[0]);
+      run_end = voxel - x + std::min(x - x % edge + edge, n[0]);
       to_local = (z % edge * edge + y % edge) * edge - run_begin;
-      list = &lists[brick_of({static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z)})];
+      list = &lists[bricks.brick_of(
+          {static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z)})];
     }
     // The order of the frame is that of each brick.
     list->push_back({static_cast<uint64_t>(voxel + to_local), s.steps});
@@ -67,25 +48,25 @@ std::vector<std::pair<uint32_t, ResidualList>> CorrectionBricks::split(std::span
   return {std::make_move_iterator(lists.begin()), std::make_move_iterator(lists.end())};
 }
 
-uint64_t CorrectionBricks::plane_end(uint64_t voxel) const {
-  const uint64_t plane = samples_[0] * samples_[1] * edge;
+uint64_t brick_plane_end(const CorrectionBricks& bricks, uint64_t voxel) {
+  const uint64_t plane = bricks.samples()[0] * bricks.samples()[1] * edge;
   return (voxel / plane + 1) * plane;
 }
 
-void CorrectionBricks::check(const CorrectionBrick& brick, std::span<const ResidualSample> list,
-                             double step) const {
+void check_corrections(const CorrectionBricks& bricks, const CorrectionBrick& brick,
+                       std::span<const ResidualSample> list, double step) {
   const auto bad = [&](const auto&... why) {
     fail(Code::corrupt, "corrections at offset ", brick.block.offset, ": ", why...);
   };
   if (list.size() != brick.count) bad(list.size(), " of them, the table says ", brick.count);
-  const Int3 from = origin(brick.brick);
+  const Int3 from = bricks.origin(brick.brick);
   for (const ResidualSample& s : list) {
     const int64_t v = s.voxel;
     const std::array<int64_t, 3> at{from[0] + v % edge, from[1] + v / edge % edge,
                                     from[2] + v / (edge * edge)};
     for (size_t a = 0; a < 3; ++a)
-      if (at[a] >= samples_[a]) bad("one beyond the frame");
-    const float got = value(s.steps, step);
+      if (at[a] >= bricks.samples()[a]) bad("one beyond the frame");
+    const float got = correction_value(s.steps, step);
     if (!(got >= brick.low && got <= brick.high))
       bad(got, " is not between the bounds ", brick.low, " and ", brick.high);
   }

@@ -21,8 +21,8 @@ CorrectionBrick brick_entry(uint32_t brick, std::span<const ResidualSample> samp
   const auto [low, high] = std::ranges::minmax(samples, {}, &ResidualSample::steps);
   CorrectionBrick entry;
   entry.brick = brick, entry.count = static_cast<uint32_t>(samples.size());
-  entry.low = CorrectionBricks::value(low.steps, step);
-  entry.high = CorrectionBricks::value(high.steps, step);
+  entry.low = correction_value(low.steps, step);
+  entry.high = correction_value(high.steps, step);
   return entry;
 }
 
@@ -50,11 +50,11 @@ void FrameBlocks::write_bricks(const VolumeInfo& info, int channel, uint32_t fra
   const CorrectionBricks bricks(info.lattice.dims);
   std::vector<CorrectionBrick> table;
   while (!list.empty()) {
-    const auto plane_end =
-        std::ranges::lower_bound(list, bricks.plane_end(list.front().voxel), {}, &ResidualSample::voxel);
+    const auto plane_end = std::ranges::lower_bound(list, brick_plane_end(bricks, list.front().voxel), {},
+                                                    &ResidualSample::voxel);
     const auto plane = list.first(plane_end - list.begin());
     list = list.subspan(plane.size());
-    const auto parts = bricks.split(plane, context.progress);
+    const auto parts = split_corrections(bricks, plane, context.progress);
     std::vector<PackedBlock> blocks(parts.size());
     context.tasks.parallel_for(parts.size(), [&](uint64_t i) {
       blocks[i] = pack_block(bccsplat::write_corrections(parts[i].second), &context.progress);

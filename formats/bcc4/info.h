@@ -13,6 +13,7 @@
 #include "formats/bcc4/layout.h"
 #include "formats/bcc4/part.h"
 #include "lattice/lattice.h"
+#include "points/correction_source.h"
 #include "points/values.h"
 
 namespace bccsplat {
@@ -22,9 +23,6 @@ struct Percentile {
   double value = 0;
   bool operator==(const Percentile&) const = default;
 };
-
-// How a correction falls off along an axis, up to the next source sample (bcc4.md, section 10).
-enum class CorrectionShape : uint8_t { tent, smooth };
 
 // Corrections at source samples (residuals.h, correction_table.h); they are right for the kernel of the
 // stored coefficients, else the recommended one, alone.

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "base/block_ref.h"
 #include "base/bytes.h"
 #include "base/progress.h"
 
@@ -19,16 +20,6 @@ inline constexpr uint64_t root_bytes = 128;
 inline constexpr std::array<uint64_t, 2> root_offsets{4096, 8192};
 inline constexpr uint64_t preamble_bytes = 12288; // header, roots and the zeros between them
 
-// A block: bytes at a multiple of 8, zeros up to the next multiple; the checksum covers the zeros too.
-struct BlockRef {
-  uint64_t offset = 0;
-  uint32_t stored = 0; // without the zeros
-  uint32_t decoded = 0;
-  uint32_t crc = 0;
-  uint32_t coding = 0; // 0 raw, 1 deflate
-  [[nodiscard]] uint64_t padded() const { return (uint64_t{stored} + 7) / 8 * 8; }
-  bool operator==(const BlockRef&) const = default;
-};
 inline constexpr uint64_t block_ref_bytes = 24;
 
 struct Root {

@@ -38,7 +38,8 @@ ResidualList Bcc4Reader::State::corrections(int channel, const CorrectionBrick& 
   constexpr uint64_t edge = correction_edge;
   ResidualList list =
       read_corrections(read_block(brick.block, "corrections"), edge * edge * edge, brick.block.offset);
-  CorrectionBricks(info.lattice.dims).check(brick, list, info.channels.at(channel).residuals.step);
+  check_corrections(CorrectionBricks(info.lattice.dims), brick, list,
+                    info.channels.at(channel).residuals.step);
   return list;
 }
 

@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/damage.h"
+#include "base/lru_cache.h"
 #include "formats/bcc4/bcc4.h"
-#include "formats/bcc4/cache.h"
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/scratch.h"
-#include "formats/bcc4/damage.h"
 #include "formats/bcc4/field_base.h"
 #include "formats/bcc4/layout.h"
 #include "formats/bcc4/page.h"

@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/lru_cache.h"
 #include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
-#include "formats/bcc4/cache.h"
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/scratch.h"
 #include "formats/bcc4/held_chunk.h"

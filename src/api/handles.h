@@ -16,8 +16,8 @@
 
 #include "api/guard.h"
 #include "base/context.h"
-#include "draw/deep.h"
 #include "scene/picture.h"
+#include "scene/save_picture.h"
 #include "view/camera.h"
 #include "volume/open_slice.h"
 

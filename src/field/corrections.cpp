@@ -9,8 +9,8 @@
 #include <cmath>
 #include <map>
 
+#include "base/damage.h"
 #include "base/would_block.h"
-#include "formats/bcc4/damage.h"
 
 namespace bccsplat {
 namespace {
@@ -20,21 +20,14 @@ constexpr uint64_t task_points = 4096; // of a task
 constexpr size_t bricks_at_hand = 64;  // of a task
 constexpr uint64_t frame_part = 4;     // of the cache is for frames, the rest for bricks
 
-Int3 place(uint64_t voxel, const std::array<int64_t, 4>& n) {
-  const int64_t v = voxel;
-  return {static_cast<int32_t>(v % n[0]), static_cast<int32_t>(v / n[0] % n[1]),
-          static_cast<int32_t>(v / (n[0] * n[1]))};
-}
-
 } // namespace
 
-Corrections::Corrections(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget,
+Corrections::Corrections(std::unique_ptr<const CorrectionSource> source, MemoryBudget& budget,
                          uint64_t cache_bytes)
-    : reader_(std::move(reader)), channel_(channel), geometry_(reader_->info().lattice.dims), budget_(budget),
+    : source_(std::move(source)), geometry_(source_->lattice().dims), budget_(budget),
       frames_(cache_bytes / frame_part), bricks_(cache_bytes - cache_bytes / frame_part) {
-  const auto& dims = reader_->info().lattice.dims;
   for (size_t a = 0; a < 4; ++a) {
-    n_[a] = dims[a];
+    n_[a] = source_->lattice().dims[a];
     if (n_[a] > INT32_MAX)
       fail(Code::limit_exceeded, "corrections of a series of ", n_[a], " samples an axis");
   }
@@ -49,17 +42,10 @@ void Corrections::keep(LruCache<Key, Value>& cache, const Key& key, const std::s
 
 std::shared_ptr<const Corrections::Frame> Corrections::frame(int64_t number) const {
   if (auto found = frames_.find(number)) return found;
+  CorrectionSource::Frame read = source_->read_frame(number);
   auto made = std::make_shared<Frame>();
-  made->table = reader_->correction_bricks(channel_, number);
-  const FrameResiduals stored = reader_->residuals(channel_, number);
-  const float air = reader_->info().channels[channel_].air;
-  const auto grid = [&](const ResidualList& list, float from) {
-    std::vector<GridValue> values;
-    for (const ResidualSample& s : list)
-      values.push_back({place(s.voxel, n_), from + CorrectionBricks::value(s.steps, step())});
-    return SparseGrid(std::move(values));
-  };
-  made->whole = grid(stored.add, 0), made->set = grid(stored.set, air);
+  made->table = std::move(read.table);
+  made->whole = SparseGrid(std::move(read.add)), made->set = SparseGrid(std::move(read.set));
   std::shared_ptr<const Frame> result = std::move(made);
   keep(frames_, number, result,
        sizeof(Frame) + result->table.size() * sizeof(CorrectionBrick) + result->whole.bytes() +
@@ -70,23 +56,16 @@ std::shared_ptr<const Corrections::Frame> Corrections::frame(int64_t number) con
 std::shared_ptr<const SparseGrid> Corrections::brick(int64_t frame, const CorrectionBrick& entry) const {
   const std::pair key{frame, entry.brick};
   if (auto found = bricks_.find(key)) return found;
-  constexpr std::array<int64_t, 4> local{correction_edge, correction_edge, correction_edge, 1};
-  std::vector<GridValue> values;
-  for (const ResidualSample& s : reader_->corrections(channel_, entry))
-    values.push_back({place(s.voxel, local), CorrectionBricks::value(s.steps, step())});
-  auto made = std::make_shared<const SparseGrid>(std::move(values));
+  auto made = std::make_shared<const SparseGrid>(source_->read_brick(entry));
   keep(bricks_, key, made, made->bytes());
   return made;
 }
 
 void Corrections::list_reads(int64_t number, bool missing, std::vector<ByteRange>& out) const {
-  const size_t f = number;
-  const bool held = frames_.contains(number);
-  for (const std::vector<BlockRef>* blocks : {&info().frames, &info().tables})
-    if (f < blocks->size() && !(missing && held)) out.push_back({(*blocks)[f].offset, (*blocks)[f].padded()});
+  if (!missing || !frames_.contains(number))
+    for (const ByteRange& place : source_->places(number)) out.push_back(place);
   for (const CorrectionBrick& entry : frame(number)->table)
-    if (!missing || !bricks_.contains({number, entry.brick}))
-      out.push_back({entry.block.offset, entry.block.padded()});
+    if (!missing || !bricks_.contains({number, entry.brick})) out.push_back(entry.block.range());
 }
 
 uint64_t Corrections::count() const {
@@ -101,7 +80,7 @@ uint64_t Corrections::count() const {
       attempts.add(e);
     } catch (const Error& e) {
       // What is damaged is found by a check of the file, or by whoever looks there.
-      if (!is_damage(e.code()) && !reader_->goes_without(e)) throw;
+      if (!is_damage(e.code()) && !source_->goes_without(e)) throw;
     }
   }
   attempts.throw_if_waiting();
@@ -217,7 +196,7 @@ bool source_sample(const Vec4& p, const Lattice4& lattice, std::array<int64_t, 4
 uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<float> values,
                                     std::span<std::array<float, 4>> gradients, const Context& context) const {
   const FallOff fall(shape());
-  const Lattice4& lattice = reader_->info().lattice;
+  const Lattice4& lattice = source_->lattice();
   std::atomic<uint64_t> found{0};
   Attempts attempts;
   const auto add = [&](Lookup& look, size_t i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corrections of a file at its source samples (formats/bcc4.md, section 10), on the reading side: they keep
+// Corrections of a series at its source samples (formats/bcc4.md, section 10), on the reading side: they keep
 // the error bound that was asked for at import, and belong to the field: whoever looks at it sees them.
 //
 // They are read brick by brick, as far as they are looked at, and kept in a cache; those of older files frame
@@ -13,24 +13,24 @@
 #include <span>
 #include <vector>
 
+#include "base/byte_range.h"
 #include "base/context.h"
+#include "base/lru_cache.h"
 #include "base/vec.h"
 #include "field/fall_off.h"
 #include "field/sparse_grid.h"
-#include "formats/bcc4/bcc4.h"
-#include "formats/bcc4/cache.h"
+#include "points/correction_source.h"
 
 namespace bccsplat {
 
 class Corrections {
  public:
   // budget: of the cache; outlives the object.
-  Corrections(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget,
-              uint64_t cache_bytes);
+  Corrections(std::unique_ptr<const CorrectionSource> source, MemoryBudget& budget, uint64_t cache_bytes);
 
-  [[nodiscard]] bool any() const { return info().any(); } // else there is a bound alone
-  [[nodiscard]] CorrectionShape shape() const { return info().shape; }
-  [[nodiscard]] double step() const { return info().step; }
+  [[nodiscard]] bool any() const { return source_->any(); } // else there is a bound alone
+  [[nodiscard]] CorrectionShape shape() const { return source_->shape(); }
+  [[nodiscard]] double step() const { return source_->step(); }
   [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t
 
   // Appends where all corrections of a frame stand; missing: but those that are cached. Reads its table.
@@ -49,15 +49,14 @@ class Corrections {
   void each_set(int64_t frame, const std::function<void(const Int3&, float)>& body) const;
 
  private:
-  // What is known of a frame without its bricks.
+  // A frame without its bricks.
   struct Frame {
-    std::vector<CorrectionBrick> table; // of the bricks in the file
-    SparseGrid whole;                   // of older files
-    SparseGrid set;                     // values
+    std::vector<CorrectionBrick> table;
+    SparseGrid whole; // what is in no brick
+    SparseGrid set;   // values
     [[nodiscard]] bool empty() const { return table.empty() && whole.empty() && set.empty(); }
   };
   class Lookup;
-  [[nodiscard]] const ResidualInfo& info() const { return reader_->info().channels[channel_].residuals; }
   [[nodiscard]] std::shared_ptr<const Frame> frame(int64_t frame) const;
   [[nodiscard]] std::shared_ptr<const SparseGrid> brick(int64_t frame, const CorrectionBrick& entry) const;
   // Keeps a value in the cache where the budget has room for it.
@@ -65,8 +64,7 @@ class Corrections {
   void keep(LruCache<Key, Value>& cache, const Key& key, const std::shared_ptr<const Value>& value,
             uint64_t bytes) const;
 
-  std::shared_ptr<const Bcc4Reader> reader_;
-  int channel_;
+  std::unique_ptr<const CorrectionSource> source_;
   CorrectionBricks geometry_;
   std::array<int64_t, 4> n_{};
   MemoryBudget& budget_;

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/bcc4/info.h"
+#include "points/correction_source.h"
 
 namespace bccsplat {
 

@@ -12,8 +12,8 @@
 #include <optional>
 #include <set>
 
+#include "base/damage.h"
 #include "base/would_block.h"
-#include "formats/bcc4/damage.h"
 
 namespace bccsplat {
 namespace {
@@ -137,11 +137,10 @@ uint64_t FrameMask::count() const {
   return sum;
 }
 
-Masks::Masks(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget,
-             uint64_t cache_bytes)
-    : reader_(std::move(reader)), channel_(channel), budget_(budget), cache_(cache_bytes) {
-  const auto& dims = reader_->info().lattice.dims;
-  for (size_t a = 0; a < 4; ++a) n_[a] = dims[a], turning_[a] = reader_->info().lattice.turns(a);
+Masks::Masks(std::unique_ptr<const MaskSource> source, MemoryBudget& budget, uint64_t cache_bytes)
+    : source_(std::move(source)), budget_(budget), cache_(cache_bytes) {
+  const Lattice4& lattice = source_->lattice();
+  for (size_t a = 0; a < 4; ++a) n_[a] = lattice.dims[a], turning_[a] = lattice.turns(a);
 }
 
 int64_t Masks::nearest(double position, size_t axis) const {
@@ -152,14 +151,13 @@ int64_t Masks::counted_frame(double moment) const {
   return turning_[3] ? counted_sample(moment) : nearest(moment, 3);
 }
 
-FrameMaskPtr Masks::read(int64_t frame) const {
-  const uint64_t offset = blocks()[frame].offset;
+FrameMaskPtr Masks::read(int64_t frame, uint64_t offset) const {
   if (auto found = cache_.find(offset)) return found;
   const std::scoped_lock lock(mutex_);
   if (auto held = in_use_[offset].lock()) return held;
   const std::array<int64_t, 3> n{n_[0], n_[1], n_[2]};
   auto made = std::make_shared<FrameMask>(n, Reservation(budget_, FrameMask::bytes_of(n), "a mask"), false);
-  reader_->mask_runs(channel_, frame, [&](uint64_t begin, uint64_t end) { made->add(begin, end); });
+  source_->read_runs(frame, [&](uint64_t begin, uint64_t end) { made->add(begin, end); });
   made->count_blocks();
   in_use_[offset] = made;
   // The mask itself holds its memory.
@@ -167,41 +165,36 @@ FrameMaskPtr Masks::read(int64_t frame) const {
   return made;
 }
 
-FrameMaskPtr Masks::read_nearest_whole(int64_t frame) const {
-  const int64_t end = blocks().size();
+// Goes from the frame to those further and further off, until a mask is whole.
+FrameMaskPtr Masks::frame(int64_t counted) const {
+  const int64_t frame = source_->lattice().turned_frame(counted), end = n_[3];
   std::set<uint64_t> damaged;
   for (int64_t d = 0; d < end; ++d)
     for (const int64_t f : {frame + d, frame - d}) {
       if (f < 0 || f >= end) continue;
-      const BlockRef& block = blocks()[f];
-      if (block.stored == 0) return nullptr;
-      if (damaged.contains(block.offset)) continue;
+      const auto place = source_->place(f);
+      if (!place) return nullptr;
+      if (damaged.contains(place->offset)) continue;
       try {
-        return read(f);
+        return read(f, place->offset);
       } catch (const Error& e) {
-        if (!reader_->goes_without(e)) throw;
-        damaged.insert(block.offset);
+        if (!source_->goes_without(e)) throw;
+        damaged.insert(place->offset);
       }
     }
   return nullptr;
 }
 
-FrameMaskPtr Masks::frame(int64_t counted) const {
-  const int64_t frame = reader_->info().lattice.turned_frame(counted);
-  if (blocks()[frame].stored == 0) return nullptr;
-  return reader_->salvages() ? read_nearest_whole(frame) : read(frame);
-}
-
 void Masks::list_reads(int64_t first, int64_t last, bool missing, std::vector<ByteRange>& out) const {
   for (int64_t counted = first; counted <= last; ++counted) {
-    const size_t frame = reader_->info().lattice.turned_frame(counted);
-    const BlockRef& block = blocks()[frame];
+    const auto place = source_->place(source_->lattice().turned_frame(counted));
+    if (!place) continue;
     const bool held = [&] {
       const std::scoped_lock lock(mutex_);
-      const auto in_use = in_use_.find(block.offset);
-      return cache_.contains(block.offset) || (in_use != in_use_.end() && !in_use->second.expired());
+      const auto in_use = in_use_.find(place->offset);
+      return cache_.contains(place->offset) || (in_use != in_use_.end() && !in_use->second.expired());
     }();
-    if (!missing || !held) out.push_back({block.offset, block.padded()});
+    if (!missing || !held) out.push_back(*place);
   }
 }
 
@@ -209,18 +202,18 @@ uint64_t Masks::count() const {
   std::map<uint64_t, uint64_t> of_block;
   uint64_t sum = 0;
   Attempts attempts;
-  for (size_t f = 0; f < blocks().size(); ++f) {
-    if (blocks()[f].stored == 0) continue;
-    const auto [at, is_new] = of_block.try_emplace(blocks()[f].offset, 0);
+  for (int64_t f = 0; f < n_[3]; ++f) {
+    const auto place = source_->place(f);
+    if (!place) continue;
+    const auto [at, is_new] = of_block.try_emplace(place->offset, 0);
     uint64_t& missing = at->second;
     try {
-      if (is_new)
-        reader_->mask_runs(channel_, f, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
+      if (is_new) source_->read_runs(f, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
     } catch (const WouldBlock& e) {
       attempts.add(e);
     } catch (const Error& e) {
       // What is damaged is found by a check of the file, or by whoever looks there.
-      if (!is_damage(e.code()) && !reader_->goes_without(e)) throw;
+      if (!is_damage(e.code()) && !source_->goes_without(e)) throw;
     }
     sum += missing;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which source samples of a file are missing (formats/bcc4.md, record 10), on the reading side. One rule
+// Which source samples of a series are missing (formats/bcc4.md, record 10), on the reading side. One rule
 // tells it of any point of space-time, and all who look at the field ask here: a point has no value if the
 // source sample nearest to it is missing, along each axis the later one of two at equal distance.
 //
@@ -16,10 +16,11 @@
 #include <span>
 #include <vector>
 
+#include "base/byte_range.h"
 #include "base/context.h"
+#include "base/lru_cache.h"
 #include "base/vec.h"
-#include "formats/bcc4/bcc4.h"
-#include "formats/bcc4/cache.h"
+#include "points/mask_source.h"
 
 namespace bccsplat {
 
@@ -86,7 +87,7 @@ using FrameMaskPtr = std::shared_ptr<const FrameMask>;
 class Masks {
  public:
   // budget: of the masks; outlives them.
-  Masks(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget, uint64_t cache_bytes);
+  Masks(std::unique_ptr<const MaskSource> source, MemoryBudget& budget, uint64_t cache_bytes);
 
   [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t
   [[nodiscard]] const TurningAxes& turning() const { return turning_; }
@@ -94,8 +95,9 @@ class Masks {
   [[nodiscard]] int64_t nearest(double position, size_t axis) const;
   // The frame of a moment; of a periodic series counted on beyond its ends.
   [[nodiscard]] int64_t counted_frame(double moment) const;
-  // The number may be counted on in a periodic series. Null: nothing is missing. In a file that is salvaged
-  // the nearest whole mask stands in for a damaged one; where none is whole, nothing counts as missing.
+  // The number may be counted on in a periodic series. Null: nothing is missing. Where the
+  // source goes on without a damaged mask, the nearest whole one replaces it; where none is whole, nothing
+  // counts as missing.
   [[nodiscard]] FrameMaskPtr frame(int64_t counted) const;
   // Appends where the masks of counted frames stand; missing: but those that are held. The read of masks
   // that two frames share is listed twice.
@@ -111,17 +113,12 @@ class Masks {
   void mark(std::span<const Vec4> points, std::span<uint8_t> missing, const Context& context) const;
 
  private:
-  [[nodiscard]] const std::vector<BlockRef>& blocks() const {
-    return reader_->info().channels[channel_].masks;
-  }
-  [[nodiscard]] FrameMaskPtr read(int64_t frame) const;
-  [[nodiscard]] FrameMaskPtr read_nearest_whole(int64_t frame) const;
+  [[nodiscard]] FrameMaskPtr read(int64_t frame, uint64_t offset) const;
   // Calls body(i) for the points that are missing.
   template<class Body>
   void each_missing(std::span<const Vec4> points, const Context& context, const Body& body) const;
 
-  std::shared_ptr<const Bcc4Reader> reader_;
-  int channel_;
+  std::unique_ptr<const MaskSource> source_;
   std::array<int64_t, 4> n_{};
   TurningAxes turning_{};
   MemoryBudget& budget_;

@@ -9,13 +9,9 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "points/grid_value.h"
 
 namespace bccsplat {
-
-struct GridValue {
-  Int3 at{};
-  float value = 0;
-};
 
 class SparseGrid {
  public:

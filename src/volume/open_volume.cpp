@@ -5,7 +5,8 @@
 
 #include "base/machine.h"
 #include "base/text.h"
-#include "field/coefficients/volume_cache.h"
+#include "formats/bcc4/frame_sources.h"
+#include "volume/volume_cache.h"
 
 namespace bccsplat {
 namespace {
@@ -68,9 +69,11 @@ OpenVolume::OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& 
     // A bound is kept by slices off the time axis, which are mended, even where no sample was corrected.
     const bool corrected = c.residuals.any() || c.residuals.bound > 0;
     corrections_.push_back(
-        corrected ? std::make_unique<Corrections>(reader_, index, memory, cache / corrections_part)
+        corrected ? std::make_unique<Corrections>(std::make_unique<Bcc4Corrections>(reader_, index), memory,
+                                                  cache / corrections_part)
                   : nullptr);
-    masks_.push_back(!c.masks.empty() ? std::make_unique<Masks>(reader_, index, memory, cache / masks_part)
+    masks_.push_back(!c.masks.empty() ? std::make_unique<Masks>(std::make_unique<Bcc4Masks>(reader_, index),
+                                                                memory, cache / masks_part)
                                       : nullptr);
   }
 }

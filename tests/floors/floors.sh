@@ -1,8 +1,9 @@
 #!/bin/bash
 # floors.sh TOP: checks the includes below TOP against the floors of the house and prints each that does not hold.
 # A room includes only its own floor or lower ones, and no circle closes among the rooms of one floor; the folders of some
-# rooms are ladders of their own. src/api alone includes the public header; importers and examples know nothing but the
-# public header and their own files; the operating system is called in src/base only, CLI11 in importers/tool/cli.cpp.
+# rooms are ladders of their own. src/api alone includes the public header, and asks no room that draws; importers and
+# examples know nothing but the public header and their own files; the operating system is called in src/base only, CLI11
+# in importers/tool/cli.cpp.
 set -euo pipefail
 cd "${1:?usage: floors.sh TOP}"
 
@@ -17,11 +18,11 @@ find "${folders[@]}" -type f \
 # between slashes where they do not know each other. Paths are written without src/, the house itself is the place "", and a
 # dot means the files directly in a place.
 BEGIN {
-  ladder("", "base < lattice | kernel < points < formats < field < fit / slice / splat < render / store < api")
+  ladder("", "base < lattice | kernel < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / reference < scene < api")
   ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "coding < .")
   ladder("field", "footprint < coefficients < .")
-  ladder("splat", "view | raise | points | loop < shade < sheet < plan < tile < rays < . < trail")
+  ladder("splat", "raise | points | loop < sheet < plan < tile < trail < .")
 }
 function ladder(place, rungs, levels, rooms, i, j) {
   order[place] = rungs
@@ -84,7 +85,11 @@ function leads(place, from, to, steps, e, p) {
   } else if (core) {
     if (public && home != "api") wrong("only src/api includes the public header")
     else if (quoted && !public && !ours) wrong("write includes from src/ or the top, as \"folder/file.h\"")
-    else if (ours) for (place in order) check_ladder(place)
+    else if (ours) {
+      if (home == "api" && target !~ /^(api|scene|volume|store|view|base)\//)
+        wrong("api asks scene, volume and store, and knows view and base")
+      for (place in order) check_ladder(place)
+    }
     else if (target ~ /^(openvdb|nanovdb|CLI|nlohmann|tbb|netcdf|nifti)/) wrong("belongs to importers/, not to the library")
     else if (home != "base" && target ~ /^(unistd\.h|fcntl\.h|dlfcn\.h|pthread\.h|sys\/.*|thread|fstream|filesystem)$/)
       wrong("the operating system is called in src/base only")

@@ -4,11 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
 #include "base/bytes.h"
+#include "points/mask_source.h"
 
 namespace bccsplat {
 
@@ -27,8 +27,6 @@ class MaskRunWriter {
   uint64_t written_ = 0; // voxels the list covers so far
   uint64_t begin_ = 0, end_ = 0;
 };
-
-using MaskRunBody = std::function<void(uint64_t begin, uint64_t end)>;
 
 // Calls body for each run of missing voxels, of `voxels` in a frame. `offset` of the block is for error
 // texts. Throws corrupt, truncated.

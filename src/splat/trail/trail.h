@@ -7,7 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "splat/splat.h"
+#include "base/context.h"
+#include "draw/stats.h"
+#include "draw/tile_pixels.h"
+#include "splat/plan/scene.h"
 #include "splat/trail/matter.h"
 
 namespace bccsplat {

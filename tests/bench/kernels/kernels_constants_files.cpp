@@ -9,6 +9,7 @@
 #include "field/corrections.h"
 #include "field/evaluate.h"
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/frame_sources.h"
 #include "store/volume_writer.h"
 #include "tests/bench/kernels/kernels_chain.h"
 #include "tests/support/fields.h"
@@ -67,7 +68,7 @@ Row row_of(const Case& made, const test::PlaneWaves& waves, const std::vector<fl
   const std::shared_ptr<Bcc4Reader> reader = Bcc4Reader::open(open_memory_source(file));
   const Bcc4Samples samples(reader, context.memory, 256 << 20, RelativeTo::base);
   Coefficients field(samples, 0, make_kernel("default"), 0, 4ull << 30);
-  const Corrections corrections(reader, 0, context.memory, 64 << 20);
+  const Corrections corrections(std::make_unique<Bcc4Corrections>(reader, 0), context.memory, 64 << 20);
   if (made.bound > 0) field.set_corrections(&corrections);
   const std::vector<Vec4> points = test::random_points(reader->info().lattice, count, 5, 10);
   std::vector<float> values(count);

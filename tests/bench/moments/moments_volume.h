@@ -10,11 +10,11 @@
 
 #include "base/machine.h"
 #include "field/coefficients/coefficients.h"
-#include "field/coefficients/volume_cache.h"
 #include "formats/bcc4/bcc4.h"
 #include "slice/time_slice.h"
 #include "tests/bench/moments/moments_series.h"
 #include "tests/support/fields.h"
+#include "volume/volume_cache.h"
 
 namespace bccsplat::bench {
 

@@ -7,6 +7,7 @@
 
 #include "field/corrections.h"
 #include "field/slice_corrections.h"
+#include "formats/bcc4/frame_sources.h"
 #include "tests/unit/formats/test_data.h"
 
 namespace bccsplat {
@@ -88,7 +89,8 @@ TEST(Corrections, AreThoseOfThePageWithBothRecords) {
     for (const uint64_t cache : {uint64_t{1} << 20, uint64_t{0}}) {
       SCOPED_TRACE(std::to_string(local) + " " + std::to_string(static_cast<int>(shape)));
       Bench bench(3);
-      const Corrections fix(file_of(frames, local, shape), 0, bench.memory, cache);
+      const Corrections fix(std::make_unique<Bcc4Corrections>(file_of(frames, local, shape), 0), bench.memory,
+                            cache);
       std::vector<float> values(points.size(), 1.5f);
       std::vector<std::array<float, 4>> slopes(points.size());
       EXPECT_EQ(fix.add_to_points(points, values, slopes, bench.context), 0u);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "field/slice_mask.h"
+#include "formats/bcc4/frame_sources.h"
 #include "tests/unit/formats/test_data.h"
 
 namespace bccsplat {
@@ -27,7 +28,7 @@ struct File {
   std::shared_ptr<const Bcc4Reader> reader;
   explicit File(const Bcc4Limits& limits = {}) { open(limits); }
   void open(const Bcc4Limits& limits) { reader = Bcc4Reader::open(open_memory_source(bytes), limits); }
-  [[nodiscard]] Masks masks() { return Masks(reader, 1, bench.memory, 1 << 20); }
+  [[nodiscard]] Masks masks() { return Masks(std::make_unique<Bcc4Masks>(reader, 1), bench.memory, 1 << 20); }
 };
 
 int64_t near(double p, int64_t count) {
@@ -68,12 +69,12 @@ TEST(Masks, TheNearestSourceSampleDecides) {
 
 TEST(Masks, FramesShareWhatIsTheSame) {
   File file;
-  const Masks masks(file.reader, 0, file.bench.memory, 1 << 20);
+  const Masks masks(std::make_unique<Bcc4Masks>(file.reader, 0), file.bench.memory, 1 << 20);
   EXPECT_EQ(masks.frame(0), masks.frame(3));
   EXPECT_EQ(masks.frame(4), nullptr);
   EXPECT_EQ(masks.count(), 4 * masks.frame(0)->count());
   // Without a cache, too, as long as one of them is in use.
-  const Masks bare(file.reader, 0, file.bench.memory, 0);
+  const Masks bare(std::make_unique<Bcc4Masks>(file.reader, 0), file.bench.memory, 0);
   const auto held = bare.frame(0);
   EXPECT_EQ(held, bare.frame(2));
   const uint64_t used = file.bench.memory.used();
@@ -194,7 +195,7 @@ TEST(Masks, DamageIsMendedFromTheNearestFrame) {
   EXPECT_NE(mended.frame(0), nullptr);
   damage(0, 0);
   file.open({.salvage = true});
-  const Masks lost(file.reader, 0, file.bench.memory, 1 << 20);
+  const Masks lost(std::make_unique<Bcc4Masks>(file.reader, 0), file.bench.memory, 1 << 20);
   for (int64_t f = 0; f < 5; ++f) EXPECT_EQ(lost.frame(f), nullptr) << f;
   EXPECT_EQ(lost.count(), 0u);
 }
@@ -202,7 +203,7 @@ TEST(Masks, DamageIsMendedFromTheNearestFrame) {
 TEST(Masks, TheBudgetBoundsThem) {
   File file;
   MemoryBudget small(100);
-  const Masks masks(file.reader, 0, small, 1 << 20);
+  const Masks masks(std::make_unique<Bcc4Masks>(file.reader, 0), small, 1 << 20);
   try {
     (void)masks.frame(0);
     ADD_FAILURE() << "no budget was needed";

@@ -701,7 +701,7 @@ TEST(Bcc4Malformed, BricksOfCorrections) {
   const auto check = [&](uint32_t brick, std::initializer_list<uint64_t> at) {
     CorrectionBrick entry;
     entry.brick = brick, entry.count = static_cast<uint32_t>(at.size()), entry.low = 0, entry.high = 1;
-    bricks.check(entry, voxels(at), 0.25);
+    check_corrections(bricks, entry, voxels(at), 0.25);
   };
   EXPECT_NO_THROW(check(1, {1, 64 * 3 + 1}));
   EXPECT_THROW(check(1, {2}), Error);           // x = 66

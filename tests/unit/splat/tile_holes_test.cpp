@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "splat/tile/tile_holes.h"
+
+#include "formats/bcc4/frame_sources.h"
 #include "splat/tile/tile_rays.h"
 #include "tests/support/splat_scene.h"
 #include "tests/unit/formats/test_data.h"
@@ -70,7 +72,8 @@ TEST(TileHoles, AreThoseOfTheSites) {
 TEST(TileHoles, AreThoseOfAMask) {
   const std::vector<std::byte> bytes = masked_file();
   Bench bench;
-  const Masks masks(Bcc4Reader::open(open_memory_source(bytes), {}), 1, bench.memory, 1 << 20);
+  const Masks masks(std::make_unique<Bcc4Masks>(Bcc4Reader::open(open_memory_source(bytes)), 1), bench.memory,
+                    1 << 20);
   Slice slice = make_slice({20, 11, 9}, [](double, double, double) { return 1; });
   slice.basis = {Vec4{1, 0, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{0, 0, 1, 0}};
   slice.mask = std::make_shared<const SliceMask>(masks, Vec4{}, slice.basis, 1, std::vector{masks.frame(1)});

@@ -15,6 +15,7 @@
 #include "field/evaluate.h"
 #include "field/masks.h"
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/frame_sources.h"
 #include "store/volume_writer.h"
 #include "tests/unit/fit/fit_series.h"
 
@@ -41,8 +42,10 @@ struct Opened {
         info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel;
     coefficients = std::make_unique<Coefficients>(samples, 0, make_kernel(own), 0.0f, 256 << 20);
     if (info.channels[0].residuals.any())
-      corrections = std::make_unique<Corrections>(reader, 0, bench.memory, 16 << 20);
-    if (!info.channels[0].masks.empty()) masks = std::make_unique<Masks>(reader, 0, bench.memory, 16 << 20);
+      corrections =
+          std::make_unique<Corrections>(std::make_unique<Bcc4Corrections>(reader, 0), bench.memory, 16 << 20);
+    if (!info.channels[0].masks.empty())
+      masks = std::make_unique<Masks>(std::make_unique<Bcc4Masks>(reader, 0), bench.memory, 16 << 20);
     coefficients->set_corrections(corrections.get());
     coefficients->set_masks(masks.get());
   }

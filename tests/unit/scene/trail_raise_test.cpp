@@ -2,7 +2,7 @@
 // Trails of magnified pictures: the sheets of stills and layers are raised as a picture's own are.
 #include <gtest/gtest.h>
 
-#include "tests/unit/render/trail_picture.h"
+#include "tests/unit/scene/trail_picture.h"
 
 namespace bccsplat {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "field/coefficients/volume_cache.h"
+#include "volume/volume_cache.h"
 
 #include <algorithm>
 #include <cmath>

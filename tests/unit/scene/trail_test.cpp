@@ -7,7 +7,7 @@
 
 #include <random>
 
-#include "tests/unit/render/trail_picture.h"
+#include "tests/unit/scene/trail_picture.h"
 
 namespace bccsplat {
 namespace {

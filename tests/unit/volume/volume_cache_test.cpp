@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a series costs that plays, whatever its cache: nothing twice where the cache is what playing needs,
 // never more with a larger one, and the same bits with any.
-#include "field/coefficients/volume_cache.h"
+#include "volume/volume_cache.h"
 
 #include <gtest/gtest.h>
 
