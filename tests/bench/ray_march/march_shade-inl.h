@@ -44,7 +44,7 @@ HWY_INLINE V Power(V x, float power) {
   return hn::Exp(d, hn::Mul(set(power), hn::Log(d, hn::Max(x, set(1e-30f)))));
 }
 
-// splat/shade/light.h for a packet.
+// shade/light.h for a packet.
 HWY_INLINE void light(const MarchPacketArgs& a, const Vector3& g, const Vector3& to_viewer, Vector3& color) {
   const V square = Dot(g.x, g.y, g.z, g.x, g.y, g.z);
   const M surface = hn::Gt(square, set(1e-36f));
