@@ -1,10 +1,7 @@
 #!/bin/bash
 # tidy.sh [BASE | --all]: clang-tidy with the checks of .clang-tidy on the sources of src, formats and importers whose code
-# changed since BASE, the latest change first, then on those that include a header whose code did. Moves, include lines and
-# whole lines of comment are no change of code. At most BCCSPLAT_TIDY_SECONDS (240) of files are begun; those left out, the
-# longest unchanged, do not count as failures.
-# BASE is the merge base with main. Where HEAD is on main, as in a fresh clone, it is the newest ancestor a day older: one
-# commit back would let everything but the last of a day's commits through, and more than a day does not fit the time.
+# changed since BASE (changed.sh), the latest change first, then on those that include a header whose code did. At most
+# BCCSPLAT_TIDY_SECONDS (180) of files are begun; those left out, the longest unchanged, do not count as failures.
 set -uo pipefail
 top=$(cd "$(dirname "$0")/.." && pwd)
 cd "$top" || exit 1
@@ -15,23 +12,7 @@ install_missing clang-tidy-14 "${build_packages[@]}" || exit 1
 if [[ ${1:-} == --all ]]; then
   mapfile -t files < <(git ls-files 'src/*.cpp' 'formats/*.cpp' 'importers/*.cpp')
 else
-  base=${1:-}
-  for main in origin/main main; do
-    [[ -n $base ]] || base=$(git merge-base HEAD "$main" 2>/dev/null)
-  done
-  if [[ -z $base || $(git rev-parse "$base") == $(git rev-parse HEAD) ]]; then
-    base=$(git rev-list -1 --min-age=$(($(git show -s --format=%ct HEAD) - 86400)) HEAD)
-  fi
-  changes=(-M -U0 --diff-filter=d)
-  # From the newest commit to the oldest, so that a file is known under its name of today.
-  mapfile -t changed < <({
-    git diff "${changes[@]}" HEAD -- src formats importers
-    git log -p "${changes[@]}" --format= "${base:+$base..}HEAD" -- src formats importers
-  } | awk '
-    /^rename from / { from = substr($0, 13) }
-    /^rename to / { to = substr($0, 11); today[from] = to in today ? today[to] : to }
-    /^(---|\+\+\+) / { file = substr($0, 7); if (file in today) file = today[file]; next }
-    /^[-+]/ && !/^[-+][ \t]*(#[ \t]*(include|define HWY_TARGET_INCLUDE).*|\/\/.*)?$/ && !seen[file]++ { print file }')
+  mapfile -t changed < <(bash .ci/changed.sh "${1:-}" | grep -v '^tests/')
   files=() headers=()
   for file in "${changed[@]}"; do
     case $file in
@@ -60,7 +41,7 @@ sed -i 's/ -fno-gnu-unique//g; s/ -Wno-restrict//g' "$build/compile_commands.jso
 results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
 mkdir "$results/failed" "$results/left"
-end=$(($(date +%s) + ${BCCSPLAT_TIDY_SECONDS:-240}))
+end=$(($(date +%s) + ${BCCSPLAT_TIDY_SECONDS:-180}))
 export build results end
 one() {
   local name=${1//\//+}

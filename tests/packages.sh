@@ -34,8 +34,10 @@ install_missing() {
     --no-install-recommends install "${missing[@]}" </dev/null
 }
 
-# Compiler launchers for cmake, when ccache is there.
+# Compiler launchers for cmake, when ccache is there. What one clone compiled serves others.
 launchers=()
 if command -v ccache >/dev/null; then
   launchers=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+  CCACHE_BASEDIR=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+  export CCACHE_BASEDIR CCACHE_NOHASHDIR=1
 fi

@@ -18,13 +18,13 @@
 #include "tests/bench/fit/zfp_size.h"
 #include "tests/bench/paper/paper.h"
 
-#ifdef BCCSPLAT_BENCH_TOOL
+#ifdef BCCSPLAT_BENCH_HAS_TOOL
 #include <nlohmann/json.hpp>
 #endif
 
 namespace bccsplat::bench {
 
-#ifndef BCCSPLAT_BENCH_TOOL
+#ifndef BCCSPLAT_BENCH_HAS_TOOL
 
 void report_real(const std::string&, const Report&) {
   fail(Code::unsupported,

@@ -1,0 +1,66 @@
+# Sourced by run and nightly, in the top folder: the parts that both have.
+# shellcheck source=tests/packages.sh
+source tests/packages.sh
+
+part() { # NAME COMMAND...: into failed, when it did
+  local start=$SECONDS
+  printf '\n==== %s\n' "$1"
+  "${@:2}" || failed+=("$1")
+  echo "==== $1: $((SECONDS - start)) s"
+}
+
+# Address space layout randomisation is off where that is allowed: thread sanitizer does not start under the many bits of
+# recent kernels.
+fixed() {
+  if setarch "$(uname -m)" -R true 2>/dev/null; then setarch "$(uname -m)" -R "$@"; else "$@"; fi
+}
+
+# sanitized_build FOLDER SANITIZERS TEST-FILES SHARDS TARGET...
+# Without OpenVDB and the tool, whose libraries are not instrumented. In batches (src/cmake/unity.cmake), for the time; without
+# warnings, which the plain build gives: GCC 12 has false ones for what it instruments.
+sanitized_build() {
+  cmake -S . -B "$1" -G Ninja "${launchers[@]}" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="-O1 -g1" \
+    -DCMAKE_CXX_FLAGS_DEBUG="-O1 -g1 -w" -DCMAKE_UNITY_BUILD=ON -DBCCSPLAT_SANITIZE="$2" -DBCCSPLAT_TEST_FILES="$3" \
+    -DBCCSPLAT_TEST_SHARDS="$4" \
+    -DBCCSPLAT_WITH_OPENVDB=OFF -DBCCSPLAT_BUILD_TOOL=OFF -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_EXAMPLES=OFF &&
+    fixed cmake --build "$1" --target "${@:5}"
+}
+sanitized_tests() { # FOLDER CTEST-ARGUMENT...
+  fixed ctest --test-dir "$1" --output-on-failure --no-tests=error -j "$(nproc)" "${@:2}"
+}
+
+# Of float-*, which undefined leaves out, the stability tests alone must be clean. The tests are dealt out to shards, of
+# which three thirds are made.
+address_build() {
+  sanitized_build build-asan address,undefined,float-divide-by-zero,float-cast-overflow "" 33 \
+    bccsplat_unit bccsplat_api bccsplat_stability bccsplat_c_host
+}
+# address_third THIRD [FILTER]: every third test of the C API, the stability and the units, of these only what FILTER leaves.
+address_third() {
+  local others
+  others="third_$((($1 + 1) % 3))|third_$((($1 + 2) % 3))"
+  sanitized_tests build-asan -L 'stability|^api$' -LE "$others" &&
+    GTEST_FILTER=${2:-*} sanitized_tests build-asan -L unit -LE "$others"
+}
+
+# unit_suites ROOM...: the suites of these rooms' unit tests as a filter of GoogleTest.
+unit_suites() {
+  local files=() room
+  for room in "$@"; do
+    mapfile -t -O ${#files[@]} files < <(git ls-files "tests/unit/$room/*.cpp")
+  done
+  ((${#files[@]} == 0)) ||
+    sed -nE 's/^(TYPED_)?TEST(_F|_P)?\(([A-Za-z0-9_]+),.*/\3/p' "${files[@]}" | sort -u |
+    awk '{ printf "%s%s.*:%s/*:*/%s.*", (NR > 1 ? ":" : ""), $0, $0, $0 }'
+}
+
+# Runs every suite of the benchmark on small inputs to its end; its times mean nothing here.
+benchmarked() {
+  install_missing gnuplot-nox || return
+  local out
+  out=$(mktemp -d)
+  tests/bench/report.sh build-tests/tests/bccsplat_bench "$out" --quick
+  local status=$?
+  rm -rf "$out"
+  return "$status"
+}
