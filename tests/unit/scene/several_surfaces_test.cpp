@@ -9,6 +9,7 @@
 
 #include "draw/deep.h"
 #include "splat/loop/loops.h"
+#include "splat/splat.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"
 

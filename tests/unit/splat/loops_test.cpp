@@ -11,6 +11,7 @@
 #include "base/aligned.h"
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
+#include "splat/splat.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"
 
