@@ -415,7 +415,7 @@ TEST(Coast, XraysAddUpTheSeaAlone) {
           if (!(at_x > 0 && at_x < 47 && at_y > 0 && at_y < 31)) continue;
           const double got = double(p.rgba[4 * (size_t{y} * p.width + x)]);
           if (missing_at({at_x, at_y, 3, 3})) {
-            largest_on_land = std::max(largest_on_land, std::fabs(got));
+            largest_on_land = larger(largest_on_land, std::fabs(got));
           } else {
             off += std::fabs(got - depth_integral(at_x, at_y, 3)), all += depth_integral(at_x, at_y, 3);
           }
@@ -513,7 +513,7 @@ TEST(Coast, MomentsBesideMissingFramesAreThoseOfTheField) {
     for (size_t i = 0; i < got.size(); ++i) {
       const auto& [x, y, z, t] = points[i];
       EXPECT_FALSE(std::isnan(got[i])) << t;
-      largest = std::max(largest, std::fabs(got[i] - there(x, y, z, t)));
+      largest = larger(largest, std::fabs(got[i] - there(x, y, z, t)));
     }
     return largest;
   };

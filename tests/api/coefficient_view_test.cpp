@@ -142,7 +142,7 @@ TEST_F(CoefficientView, TrailsAreTheSamePicture) {
     double squares = 0, largest = 0, brightest = 0;
     for (size_t i = 0; i < a.size(); ++i) {
       const double d = std::fabs(static_cast<double>(a[i]) - b[i]);
-      squares += d * d, largest = std::max(largest, d);
+      squares += d * d, largest = larger(largest, d);
       brightest = std::max(brightest, static_cast<double>(a[i]));
     }
     const double rms = std::sqrt(squares / static_cast<double>(a.size()));

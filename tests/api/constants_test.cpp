@@ -67,11 +67,13 @@ ConstantErrors errors_of(const OpenVolume& volume, double constant, double signa
   return {std::sqrt(squares / double(points.size())), 10 * std::log10(steep / off)};
 }
 
+// Infinity where less than a sixth of the values are numbers: outside of an oblique slice they are not.
 double largest_difference(const std::vector<float>& values, double from) {
   double most = 0;
+  size_t compared = 0;
   for (const float v : values)
-    if (!std::isnan(v)) most = std::max(most, std::fabs(double(v) - from));
-  return most;
+    if (!std::isnan(v)) ++compared, most = std::max(most, std::fabs(double(v) - from));
+  return 6 * compared < values.size() || compared == 0 ? INFINITY : most;
 }
 
 // The pixels of one channel of a picture, red alone where there are four floats.

@@ -214,7 +214,7 @@ TEST(Conventions, PicturesOfPlanesOverTimeAreNoMirrorImages) {
   const auto right = picture(false), left = picture(true);
   double largest = 0, opaque = 0;
   for (size_t i = 0; i < right.size(); ++i) {
-    largest = std::max(largest, std::fabs(double{right[i]} - left[i]));
+    largest = larger(largest, std::fabs(double{right[i]} - left[i]));
     opaque = std::max(opaque, double{right[i]});
   }
   EXPECT_GT(opaque, 0.3);

@@ -87,8 +87,8 @@ TEST(CorrectedField, AxisSlicesKeepWhatWasPromised) {
     double most = 0;
     for (size_t i = 0; i < values.size(); ++i) {
       const auto p = cut.place(i);
-      most = std::max(most, std::fabs(double(values[i]) - f.at(uint64_t(p[0] + 0.5), uint64_t(p[1] + 0.5),
-                                                               uint64_t(p[2] + 0.5), uint64_t(p[3] + 0.5))));
+      most = larger(most, std::fabs(double(values[i]) - f.at(uint64_t(p[0] + 0.5), uint64_t(p[1] + 0.5),
+                                                             uint64_t(p[2] + 0.5), uint64_t(p[3] + 0.5))));
     }
     EXPECT_EQ(values.size(), uint64_t{n[0]} * n[1] * n[2] * n[3] / n[axis]);
     return most;
@@ -114,7 +114,7 @@ TEST(CorrectedField, ObliqueSlicesShowTheFieldOfTheVolume) {
     size_t both = 0;
     for (size_t i = 0; i < values.size(); ++i)
       if (!std::isnan(values[i]) && !std::isnan(field[i]))
-        ++both, most = std::max(most, std::fabs(double(values[i] - field[i])));
+        ++both, most = larger(most, std::fabs(double(values[i] - field[i])));
     EXPECT_GT(both, 500u);
     return most;
   };

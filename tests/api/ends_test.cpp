@@ -38,7 +38,7 @@ double worst_at_ends(const Device& device, const std::string& path, const Series
   double worst = 0;
   for (size_t i = 0; i < values.size(); ++i) {
     const double* p = &points[4 * i];
-    worst = std::max(worst, std::fabs(values[i] - s.field(p[0], p[1], p[2], p[3])));
+    worst = larger(worst, std::fabs(values[i] - s.field(p[0], p[1], p[2], p[3])));
   }
   return worst;
 }
@@ -202,7 +202,7 @@ std::vector<float> picture_of_trail(const Device& device, const Volume& volume, 
 
 double difference(const std::vector<float>& a, const std::vector<float>& b) {
   double most = 0;
-  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, static_cast<double>(std::fabs(a[i] - b[i])));
+  for (size_t i = 0; i < a.size(); ++i) most = larger(most, static_cast<double>(std::fabs(a[i] - b[i])));
   return most;
 }
 

@@ -290,13 +290,13 @@ TEST(Measure, SaysWhatTheFileIsWorthFrameByFrame) {
     double sum = 0, most = 0;
     for (size_t i = 0; i < got.size(); ++i) {
       const double want = s.values[t * got.size() + i], d = double(got[i]) - want;
-      sum += d * d, most = std::max(most, std::fabs(d));
+      sum += d * d, most = larger(most, std::fabs(d));
       low = std::min(low, want), high = std::max(high, want);
     }
     EXPECT_EQ(w.frames[t].frame, t);
     EXPECT_EQ(w.frames[t].max_abs, most);
     EXPECT_NEAR(w.frames[t].rmse, std::sqrt(sum / double(got.size())), 1e-12);
-    squares += sum, largest = std::max(largest, most);
+    squares += sum, largest = larger(largest, most);
   }
   EXPECT_EQ(w.error.max_abs, largest);
   EXPECT_EQ(w.error.peak, high - low);

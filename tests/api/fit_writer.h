@@ -13,6 +13,8 @@
 
 #include "bccsplat.h"
 
+#include "../support/larger.h"
+
 namespace bccsplat::test {
 
 template<class T> T sized() {
@@ -218,7 +220,7 @@ inline LargestError largest_error(const OpenVolume& volume, const Source& s) {
   LargestError largest;
   const auto worse = [](double& most, float got, double want) {
     if (!std::isfinite(want)) return;
-    most = std::max(most, std::isnan(got) ? std::numeric_limits<double>::infinity() : std::fabs(got - want));
+    most = larger(most, std::fabs(got - want));
   };
   for (uint32_t t = 0; t < s.dims[3]; ++t) {
     const std::vector<float> slice = volume.frame(t);

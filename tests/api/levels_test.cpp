@@ -198,7 +198,7 @@ TEST_F(Levels, PicturesNeedWhatTheirPixelsShow) {
   }
   double largest = 0, brightest = 0;
   for (size_t i = 0; i < pictures[0].size(); ++i) {
-    largest = std::max(largest, std::fabs(static_cast<double>(pictures[0][i] - pictures[1][i])));
+    largest = larger(largest, std::fabs(static_cast<double>(pictures[0][i] - pictures[1][i])));
     brightest = std::max(brightest, static_cast<double>(pictures[0][i]));
   }
   EXPECT_GT(brightest, 0.3);

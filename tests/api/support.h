@@ -15,8 +15,12 @@
 #include <unistd.h>
 
 #include "../support/api_handles.h"
+#include "../support/larger.h"
 
 namespace host {
+
+using bccsplat::larger;
+using bccsplat::largest_difference;
 
 using Device = Handle<bccsplat_device>;
 using Writer = Handle<bccsplat_writer>;

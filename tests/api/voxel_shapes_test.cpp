@@ -82,7 +82,7 @@ double decibels(const std::vector<float>& a, const std::vector<float>& b) {
   double squares = 0, largest = 0;
   for (size_t i = 0; i < a.size(); ++i) {
     squares += std::pow(static_cast<double>(a[i]) - b[i], 2);
-    largest = std::max(largest, std::fabs(static_cast<double>(a[i])));
+    largest = larger(largest, std::fabs(static_cast<double>(a[i])));
   }
   EXPECT_GT(largest, 0);
   return 10 * std::log10(largest * largest * static_cast<double>(a.size()) / std::max(squares, 1e-20));
@@ -149,7 +149,7 @@ TEST_F(VoxelShapes, SlicesAreThoseOfTheField) {
       double squares = 0, worst = 0;
       for (size_t i = 0; i < truth.size(); ++i) {
         squares += std::pow(values[i] - truth[i], 2);
-        worst = std::max(worst, std::fabs(values[i] - truth[i]));
+        worst = larger(worst, std::fabs(values[i] - truth[i]));
       }
       const double rms = std::sqrt(squares / static_cast<double>(truth.size()));
       std::cout << n[0] << " x " << n[1] << " x " << n[2] << ", across "

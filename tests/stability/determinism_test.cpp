@@ -71,7 +71,7 @@ TEST(StabilityDeterminism, BytesDoNotDependOnThreads) {
       for (uint32_t t = 0; t < nt; ++t) {
         const std::vector<float> frame = grid_of(cut_time(volume, t));
         for (const float v : frame) {
-          worst = std::max(worst, std::fabs(v - static_cast<double>(source[all.size()])));
+          worst = larger(worst, std::fabs(v - static_cast<double>(source[all.size()])));
           all.push_back(v);
         }
       }

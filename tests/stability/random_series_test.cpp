@@ -40,7 +40,7 @@ struct Blobs {
       double sum = 0;
       const std::array<double, 3> p{1.0 * x, 1.0 * y, 1.0 * z};
       for (size_t a = 0; a < 3; ++a) sum += std::pow(p[a] - b.at[a] - b.speed[a] * t, 2);
-      largest = std::max(largest, std::exp(-sum / (2 * b.sigma * b.sigma)));
+      largest = larger(largest, std::exp(-sum / (2 * b.sigma * b.sigma)));
     }
     const double value = most * (largest < 1e-4 ? 0 : largest);
     return type == BCCSPLAT_TYPE_F32 ? value : std::round(value);
@@ -120,7 +120,7 @@ TEST(StabilityRandomSeries, AreNearTheirSourceAndTheSameForAnyThreads) {
       EXPECT_TRUE(values == grid_of(cut_time(volumes[1], t))) << seed << ", frame " << t;
       for (size_t i = 0; i < values.size(); ++i, ++count) {
         const double error = values[i] - source[i];
-        squares += error * error, worst = std::max(worst, std::fabs(error));
+        squares += error * error, worst = larger(worst, std::fabs(error));
       }
     }
     const double psnr = 10 * std::log10(s.most * s.most * static_cast<double>(count) / squares);

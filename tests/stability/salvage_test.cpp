@@ -41,7 +41,7 @@ void expect_salvage(bccsplat_store coding, uint32_t periodic_axes) {
           continue;
         }
         ++seen;
-        worst = std::max(worst, std::fabs(static_cast<double>(is[i]) - static_cast<double>(was[i])));
+        worst = larger(worst, std::fabs(static_cast<double>(is[i]) - static_cast<double>(was[i])));
       }
     }
     EXPECT_LT(worst, 0.08) << coding << ' ' << place;

@@ -13,6 +13,7 @@
 #include "scene/picture.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/support/larger.h"
 
 namespace bccsplat::test {
 
@@ -83,7 +84,7 @@ inline ImageError compare(const ImageStorage& a, const ImageStorage& b) {
     if (a.rgba[p + 3] == 0 && b.rgba[p + 3] == 0) continue;
     for (size_t c = 0; c < 4; ++c) {
       const double d = static_cast<double>(a.rgba[p + c]) - b.rgba[p + c];
-      sum += d * d, e.most = std::max(e.most, std::fabs(d));
+      sum += d * d, e.most = larger(e.most, std::fabs(d));
       ++count;
     }
   }

@@ -14,6 +14,7 @@
 #include "draw/deep_tile.h"
 #include "formats/image/exr.h"
 #include "scene/trail.h"
+#include "tests/support/larger.h"
 #include "tests/support/splat_scene.h"
 
 #if __has_include(<ImfDeepScanLineInputFile.h>)
@@ -168,7 +169,7 @@ TEST_F(DeepPicture, MergingStaysWithinItsToleranceAtEveryCut) {
       for (size_t n = 0; n < samples.size(); n += DeepImage::components) {
         const auto a = flatten(samples, samples[n + 1]);
         const auto b = flatten(merged.pixel(p), samples[n + 1]);
-        for (size_t c = 0; c < 4; ++c) most = std::max(most, std::fabs(a[c] - b[c]));
+        for (size_t c = 0; c < 4; ++c) most = larger(most, std::fabs(a[c] - b[c]));
       }
     }
     EXPECT_LT(most, 1.01 * tolerance + 1e-5);
@@ -478,7 +479,7 @@ TEST_F(DeepPicture, IsWhatOpenExrReadsAndComposites) {
   composite.readPixels(0, height - 1);
   double most = 0;
   for (size_t n = 0; n < rgba.size(); ++n)
-    most = std::max(most, std::fabs(static_cast<double>(rgba[n]) - deep.flat.rgba[n]));
+    most = larger(most, std::fabs(static_cast<double>(rgba[n]) - deep.flat.rgba[n]));
   EXPECT_LT(most, 1e-5);
   std::remove(path.c_str());
 }

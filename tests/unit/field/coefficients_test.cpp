@@ -10,6 +10,7 @@
 #include "points/packed_brick.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/support/larger.h"
 #include "tests/support/targets.h"
 
 namespace bccsplat {
@@ -126,7 +127,7 @@ void expect_layers(const MemorySamples& samples, const Kernel& kernel, const Ser
 double largest_of(const Series& s) {
   double largest = 1;
   for (const auto& layer : s)
-    for (const double v : layer) largest = std::max(largest, std::fabs(v));
+    for (const double v : layer) largest = larger(largest, std::fabs(v));
   return largest;
 }
 

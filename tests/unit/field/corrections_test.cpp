@@ -8,6 +8,7 @@
 #include "field/corrections.h"
 #include "field/slice_corrections.h"
 #include "formats/bcc4/frame_sources.h"
+#include "tests/support/larger.h"
 #include "tests/unit/formats/test_data.h"
 
 namespace bccsplat {
@@ -136,7 +137,7 @@ TEST(SliceCorrections, GridsAndPointsAgree) {
                  from[1] + step_of[1] * static_cast<double>(i / 61 % 40),
                  from[2] + step_of[2] * static_cast<double>(i / (61 * 40))};
     EXPECT_NEAR(grid[i], fix.at(p, nullptr), 1e-5);
-    most = std::max(most, std::fabs(static_cast<double>(grid[i])));
+    most = larger(most, std::fabs(static_cast<double>(grid[i])));
     if (i % 501 != 0) continue;
     Vec3 gradient;
     (void)fix.at(p, &gradient);

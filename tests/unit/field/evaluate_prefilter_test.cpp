@@ -10,6 +10,7 @@
 #include "kernel/spectrum.h"
 #include "tests/support/band_limited.h"
 #include "tests/support/fields.h"
+#include "tests/support/larger.h"
 
 namespace bccsplat {
 namespace {
@@ -40,10 +41,10 @@ float noise(uint32_t a, uint32_t b) { // in [-1, 1], the same for the same numbe
 }
 uint32_t place(const Int3& i) { return (i[2] * 1000 + i[1]) * 1000 + i[0]; }
 
-float largest(const Coefficients& c, const Context& context) {
-  float most = 0;
+double largest(const Coefficients& c, const Context& context) {
+  double most = 0;
   for (int32_t m = 0; m < c.source().lattice().layers(); ++m)
-    for (const float v : layer_to_dense(*c.layer(m, context))) most = std::max(most, std::fabs(v));
+    for (const float v : layer_to_dense(*c.layer(m, context))) most = larger(most, std::fabs(v));
   return most;
 }
 

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/larger.h"
+
 namespace bccsplat {
 namespace {
 
@@ -38,10 +40,10 @@ TEST(LatticeSums, TheTableIsOfAnyPlace) {
       for (int n = 0; n < 3000; ++n) {
         const Vec3 p{at(random), at(random), at(random)};
         const LatticeSum exact = lattice_sum_at(kernel, bcc, p), table = sums.at(p);
-        ripple = std::max(ripple, std::fabs(exact.value - 1));
-        off = std::max(off, std::fabs(table.value - exact.value));
-        most = std::max(most, length(exact.gradient));
-        slope = std::max(slope, length(table.gradient - exact.gradient));
+        ripple = larger(ripple, std::fabs(exact.value - 1));
+        off = larger(off, std::fabs(table.value - exact.value));
+        most = larger(most, length(exact.gradient));
+        slope = larger(slope, length(table.gradient - exact.gradient));
       }
       EXPECT_LT(off, 0.05 * ripple) << name << bcc;
       EXPECT_LT(slope, most / 6) << name << bcc;

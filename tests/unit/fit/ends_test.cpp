@@ -16,6 +16,7 @@
 #include "slice/time_slice.h"
 #include "tests/support/band_limited.h"
 #include "tests/support/fields.h"
+#include "tests/support/larger.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {
@@ -62,7 +63,7 @@ std::vector<double> worst_by_stretch(const Fitted& f, const Series& s) {
     double most = 0;
     for (size_t i = 0; i < points.size(); ++i) {
       const Vec4& p = points[i];
-      most = std::max(most, std::fabs(values[i] - blob(p[0], p[1], p[2], p[3])));
+      most = larger(most, std::fabs(values[i] - blob(p[0], p[1], p[2], p[3])));
     }
     worst.push_back(most);
   }
@@ -91,7 +92,7 @@ TEST(FitEnds, PredictionsKeepConstantsAndFollowWhatIsSlow) {
                    step = 0.3 / std::sqrt(6.0) * std::numbers::pi / widening;
       double sum = 0;
       for (size_t i = 0; i < w.size(); ++i) sum += w[i] * std::cos(phase + step * static_cast<double>(i));
-      worst = std::max(worst, std::fabs(sum - std::cos(phase - step)));
+      worst = larger(worst, std::fabs(sum - std::cos(phase - step)));
     }
     EXPECT_LT(worst, 0.1 / widening + 0.05) << widening;
   }

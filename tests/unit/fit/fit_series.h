@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fit/fit.h"
+#include "tests/support/larger.h"
 #include "tests/unit/base/bench.h"
 
 namespace bccsplat::test {
@@ -187,7 +188,7 @@ inline double worst_difference(const Fitted& f, const std::vector<std::vector<do
   for (size_t m = 0; m < reference.size(); ++m) {
     const std::vector<float> dense = layer_to_dense(f.layers[m]);
     if (dense.size() != reference[m].size()) return INFINITY;
-    for (size_t i = 0; i < dense.size(); ++i) worst = std::max(worst, std::fabs(dense[i] - reference[m][i]));
+    for (size_t i = 0; i < dense.size(); ++i) worst = larger(worst, std::fabs(dense[i] - reference[m][i]));
   }
   return worst;
 }

@@ -4,6 +4,7 @@
 
 #include "fit/holes.h"
 #include "formats/bcc4/coding/mask_runs.h"
+#include "tests/support/larger.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {
@@ -45,7 +46,7 @@ TEST(HolesFill, StaysWithinTheKnownValuesAndCloseToASmoothField) {
     ASSERT_GE(values[i], low - 1e-6);
     ASSERT_LE(values[i], high + 1e-6);
     ASSERT_NEAR(values[i], truth[i], 0.4);
-    if (i % 32) worst_step = std::max(worst_step, std::fabs(double(values[i]) - double(values[i - 1])));
+    if (i % 32) worst_step = larger(worst_step, std::fabs(double(values[i]) - double(values[i - 1])));
   }
   // No false edge: neighbours differ no more than twice as much as in the field itself (0.15).
   EXPECT_LT(worst_step, 0.3);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/lowpass.h"
+#include "tests/support/larger.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {
@@ -57,7 +58,7 @@ double gain(const std::array<uint32_t, 4>& dims, const std::array<double, 4>& f,
   const double g = out.values[0];
   double worst = 0;
   for (size_t i = 0; i < s.values.size(); ++i)
-    worst = std::max(worst, std::fabs(out.values[i] - g * s.values[i]));
+    worst = larger(worst, std::fabs(out.values[i] - g * s.values[i]));
   EXPECT_LT(worst, 1e-5);
   return g;
 }

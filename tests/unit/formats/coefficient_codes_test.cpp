@@ -13,6 +13,7 @@
 #include "formats/bcc4/coding/scratch.h"
 #include "kernel/autocorrelation.h"
 #include "kernel/kernel.h"
+#include "tests/support/larger.h"
 
 namespace bccsplat {
 namespace {
@@ -118,7 +119,7 @@ TEST(CoefficientCodes, ErrorsAreBounded) {
   for (const Weights& w : coding.shape.weights) {
     double sum = 1;
     for (const int16_t v : w) sum += std::abs(v) / 4096.0;
-    most = std::max(most, sum);
+    most = larger(most, sum);
   }
   const Given given = make(noise(20));
   const CoefficientChunk chunk = given.round(coding);

@@ -11,6 +11,7 @@
 #include "slice/plane_slice.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/support/larger.h"
 #include "tests/unit/field/evaluated.h"
 
 namespace bccsplat {
@@ -219,11 +220,11 @@ TEST(ExactKernel, SamplesComeBackToRounding) {
         const int x = i % n[0], y = i / n[0] % n[1], z = i / (n[0] * n[1]);
         const float got = grid[i];
         const float site = expected[(z * sites[1] + y) * sites[0] + x];
-        worst = std::max(worst, std::fabs(static_cast<double>(got) - site));
+        worst = larger(worst, std::fabs(static_cast<double>(got) - site));
         ASSERT_GE(got, slice.bounds[0]);
         ASSERT_LE(got, slice.bounds[1]);
       }
-      for (const double bound : slice.bounds) most = std::max(most, std::fabs(bound));
+      for (const double bound : slice.bounds) most = larger(most, std::fabs(bound));
     }
     EXPECT_LT(worst, 2e-3) << dims[0]; // coefficients of up to 5000
     EXPECT_LT(most, 256 * make_cc_kernel("exact").kernel.prefilter_gain * 1.02);

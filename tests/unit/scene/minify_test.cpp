@@ -6,6 +6,7 @@
 
 #include <cstring>
 
+#include "tests/support/larger.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -56,7 +57,7 @@ double error_of(Small& drawn, const RenderOptions& options, int size, int factor
           mean +=
               static_cast<double>(large.image.rgba.at(factor * i + x, factor * j + y)[0]) / (factor * factor);
       const double difference = small.image.rgba.at(i, j)[0] - mean;
-      sum += difference * difference, most = std::max(most, mean);
+      sum += difference * difference, most = larger(most, mean);
     }
   return std::sqrt(sum / (size * size)) / most;
 }

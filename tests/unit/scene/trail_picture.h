@@ -14,6 +14,7 @@
 #include "scene/trail.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/support/larger.h"
 
 namespace bccsplat::test {
 
@@ -72,12 +73,6 @@ class TrailPicture : public testing::Test {
   Camera camera;
   TransferFunction solid, thin;
 };
-
-inline double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
-  double d = 0;
-  for (size_t i = 0; i < a.size(); ++i) d = std::max(d, std::fabs(static_cast<double>(a[i]) - b[i]));
-  return d;
-}
 
 // Returns the trail with a slice of its own for every moment.
 inline Trail stills_of(const Trail& trail, const Coefficients& coefficients, const Context& context) {

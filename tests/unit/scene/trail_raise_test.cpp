@@ -2,6 +2,7 @@
 // Trails of magnified pictures: the sheets of stills and layers are raised as a picture's own are.
 #include <gtest/gtest.h>
 
+#include "tests/support/larger.h"
 #include "tests/unit/scene/trail_picture.h"
 
 namespace bccsplat {
@@ -103,8 +104,8 @@ TEST_F(TrailRaised, OpacityIsThatOfTheReference) {
   for (size_t p = 3; p < depth.size(); p += 4) {
     const double opacity = -std::expm1(-depth[p]);
     seen = std::max(seen, opacity);
-    of_raised = std::max(of_raised, std::fabs(raised[p] - opacity));
-    of_pixels = std::max(of_pixels, std::fabs(at_pixels[p] - opacity));
+    of_raised = larger(of_raised, std::fabs(raised[p] - opacity));
+    of_pixels = larger(of_pixels, std::fabs(at_pixels[p] - opacity));
   }
   EXPECT_GT(seen, 0.2);
   EXPECT_LT(of_raised, 0.01);

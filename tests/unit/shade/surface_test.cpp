@@ -8,6 +8,7 @@
 #include <random>
 
 #include "splat/sheet/sheet.h"
+#include "tests/support/larger.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -124,8 +125,8 @@ TEST(Surface, FieldsAreThoseOfTheReference) {
       for (size_t n = 0; n < p.size(); ++n) {
         Vec3 exact;
         const double v = evaluate_reference(s, p[n], &exact) - s.base;
-        off = std::max(off, std::fabs(value[n] - v));
-        turned = std::max(turned, length(gradient[n] - exact));
+        off = larger(off, std::fabs(value[n] - v));
+        turned = larger(turned, length(gradient[n] - exact));
       }
       EXPECT_LT(off, 2e-6) << kernel << static_cast<int>(kind);
       EXPECT_LT(turned, 2e-5) << kernel << static_cast<int>(kind);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/larger.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -19,7 +20,7 @@ double deviation(const Slice& slice, const Field3& f) {
     for (size_t a = 0; a < 3; ++a)
       p[a] = slice.domain_end[a] * std::fmod(0.5 + n * std::array{0.8192, 0.6710, 0.5497}[a], 1.0);
     const Vec3 at = slice.lattice_to_slice.point(p);
-    most = std::max(most, std::fabs(evaluate_reference(slice, p, nullptr) - f(at[0], at[1], at[2])));
+    most = larger(most, std::fabs(evaluate_reference(slice, p, nullptr) - f(at[0], at[1], at[2])));
   }
   return most;
 }

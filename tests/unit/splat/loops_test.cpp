@@ -12,6 +12,7 @@
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
 #include "splat/splat.h"
+#include "tests/support/larger.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"
 
@@ -138,7 +139,7 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
           for (int x = 0; x < args.width * 4; ++x) { // not the spare pixels
             const size_t at = origin + g * args.group_floats + (y * args.pitch * 4 + x);
             scale = std::max(scale, std::fabs(static_cast<double>(expected[q][at])));
-            error = std::max(error, std::fabs(static_cast<double>(expected[q][at]) - got[q][at]));
+            error = larger(error, std::fabs(static_cast<double>(expected[q][at]) - got[q][at]));
           }
       EXPECT_LT(error, 4e-6 * scale) << "quantity " << q;
     }
@@ -219,7 +220,7 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
             ASSERT_EQ(std::isfinite(got[n]), std::isfinite(expected[n])) << n;
             if (!std::isfinite(got[n])) continue;
             const double e = std::fabs(static_cast<double>(got[n]) - expected[n]);
-            sum[n / 2000] += e / 2000, most[n / 2000] = std::max(most[n / 2000], e);
+            sum[n / 2000] += e / 2000, most[n / 2000] = larger(most[n / 2000], e);
           }
           // A value at the edge of a table entry may fall on either side; gradients near zero may turn.
           for (size_t q = 0; q < 5; ++q) {

@@ -8,6 +8,7 @@
 
 #include "kernel/radial.h"
 #include "splat/loop/loops.h"
+#include "tests/support/larger.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -60,7 +61,7 @@ double largest_ripple(const KernelPolynomial& k, double radius, bool bcc) {
             const double u = 1 - dot(r, r) / (radius * radius);
             if (u > 0) sum += value(k, u);
           }
-    most = std::max(most, std::fabs(sum * (bcc ? 1 : std::numbers::sqrt2 / 2) - 1)); // made for BCC
+    most = larger(most, std::fabs(sum * (bcc ? 1 : std::numbers::sqrt2 / 2) - 1)); // made for BCC
   }
   return most;
 }

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <random>
 
+#include "tests/support/larger.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"
 
@@ -43,7 +44,7 @@ double wave_error(int taps, double density, double cycles) {
     for (int t = 0; t < taps; ++t)
       sum +=
           w[t] * std::polar(1.0, 2 * std::numbers::pi * cycles / density * (t - (taps / 2 - 1) - p / 32.0));
-    most = std::max(most, std::abs(sum - 1.0));
+    most = larger(most, std::abs(sum - 1.0));
   }
   return most;
 }

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/larger.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -43,7 +44,7 @@ TEST(Camera, FitShowsTheWholeSliceAndNoMore) {
         double farthest = 0;
         for (const Vec3& p : box_corners({}, slice.domain_end)) {
           const auto at = project(c, to_world.point(p), width, height);
-          farthest = std::max(farthest, std::hypot(at[0] - centre[0], at[1] - centre[1]));
+          farthest = larger(farthest, std::hypot(at[0] - centre[0], at[1] - centre[1]));
         }
         // The sphere's outline touches the smaller side; corners lie within it.
         EXPECT_LE(farthest, 0.5 * std::min(width, height) * (1 + 1e-9));

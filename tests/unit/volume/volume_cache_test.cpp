@@ -10,6 +10,7 @@
 #include "base/machine.h"
 #include "field/coefficients/coefficients.h"
 #include "slice/time_slice.h"
+#include "tests/support/larger.h"
 #include "tests/unit/formats/test_data.h"
 
 namespace bccsplat::test {
@@ -137,7 +138,7 @@ TEST(VolumeCache, CoefficientsOfCodesAreRoundedAlikeInAnyForm) {
   double most = 0, squares = 0;
   for (size_t i = 0; i < a.size(); ++i) {
     const double error = std::fabs(static_cast<double>(a[i]) - b[i]);
-    most = std::max(most, error), squares += error * error / static_cast<double>(a.size());
+    most = larger(most, error), squares += error * error / static_cast<double>(a.size());
   }
   EXPECT_GT(most, 0);
   EXPECT_LE(most, samples.sample_step(0) / 8);
