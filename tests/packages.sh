@@ -6,7 +6,8 @@ build_packages=(build-essential cmake ninja-build pkg-config zlib1g-dev libdefla
   libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-dev libnetcdf-dev libcli11-dev nlohmann-json3-dev
   libpugixml-dev libstb-dev fonts-dejavu-core)
 test_packages=(libgtest-dev libbenchmark-dev libzfp-dev python3 gnuplot-nox python3-numpy mypy
-  locales abigail-tools dpkg-dev lintian doxygen libsdl2-dev libimgui-dev xvfb xauth xdotool python3-vtk9 tesseract-ocr)
+  locales abigail-tools dpkg-dev lintian doxygen libsdl2-dev libimgui-dev xvfb xauth xdotool python3-vtk9 tesseract-ocr
+  ffmpeg)
 
 # install_missing PACKAGE...: asks apt for those that are not installed; as root or through sudo.
 install_missing() {

@@ -149,13 +149,14 @@ TEST_F(Counters, LevelsOfTheVolumeAndOfThePicture) {
 TEST_F(Counters, BytesAreReadForTrails) {
   volume = open(device, path);
   slice = cut_time(volume, 0);
-  EXPECT_EQ(draw().bytes_read, 0u);
+  const auto still = draw();
+  EXPECT_EQ(still.bytes_read, 0u);
   auto trail = sized<bccsplat_trail>();
   trail.interval[1] = 5, trail.samples = 4;
   ASSERT_OK(bccsplat_renderer_set_trail(renderer.get(), &trail));
   const auto with_trail = draw();
   EXPECT_GT(with_trail.bytes_read, 0u);
-  EXPECT_GT(with_trail.bricks_total, draw().bricks_total / 2);
+  EXPECT_GT(with_trail.bricks_total, still.bricks_total);
   EXPECT_EQ(draw().bytes_read, 0u); // the trail is kept
 }
 

@@ -282,7 +282,13 @@ def pictures(device, volume, cut, folder):
     renderer.set_options(mode="maximum")
     renderer.set_camera(look_at((20, 18, -100), (20, 18, 16), ortho_height=40))
     renderer.render(frame)
-    assert 0 < renderer.stats().points_after_cull <= renderer.stats().points_total
+    stats, seen = renderer.stats(), pixels[..., 0].copy()
+    assert 0 < stats.points_after_cull <= stats.points_total
+    assert seen.max() > 0.1 and not pixels[..., 1].any()  # red alone, as the function has it
+    renderer.set_camera(look_at((20, 18, -100), (20 + 300, 18, 16), ortho_height=40))
+    renderer.render(frame)
+    assert not pixels[..., :3].any() and renderer.stats().points_after_cull < stats.points_after_cull
+    renderer.set_camera(look_at((20, 18, -100), (20, 18, 16), ortho_height=40))
     raises(ValueError, None, renderer.set_options, mode="minimum")
     raises(TypeError, None, renderer.set_options, sheetstep=0.1, text="did you mean 'sheet_step'?")
     renderer.set_options(progress=lambda fraction: True)

@@ -7,8 +7,7 @@ import subprocess
 import unittest
 import zlib
 
-from harness import BCC4, ToolTest, field, main
-from look_test import read_png
+from harness import BCC4, ToolTest, field, main, read_png
 
 DIMS = (20, 18, 16, 6)
 WHITE, BLACK, GREY = (('--background', f'{v},{v},{v}') for v in (1, 0, .45))

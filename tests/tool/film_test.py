@@ -9,8 +9,7 @@ import subprocess
 import time
 import unittest
 
-from harness import BCC4, ToolTest, main
-from look_test import read_png
+from harness import BCC4, ToolTest, main, read_png
 
 DIMS = (10, 9, 8, 6)
 

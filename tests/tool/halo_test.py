@@ -19,8 +19,9 @@ class Halo(ToolTest):
         self.bcc4('export', v, '--all', '-o', 'ball.nrrd', '--overwrite', '--quiet')
         with open(self.path('ball.nrrd'), 'rb') as f:
             values = struct.unpack(f'<{SIDE ** 3}f', f.read()[-4 * SIDE ** 3:])
-        return max(abs(v) for n, v in enumerate(values)
-                   if outside(n % SIDE, n // SIDE % SIDE, n // SIDE ** 2, edge) > 3)
+        place = [outside(n % SIDE, n // SIDE % SIDE, n // SIDE ** 2, edge) for n in range(SIDE ** 3)]
+        self.assertLess(max(abs(v - 1) for v, p in zip(values, place) if p < -edge - 3), .03, 'the ball is not there')
+        return max(abs(v) for v, p in zip(values, place) if p > 3)
 
     def test_soft_edges_end_in_air(self):
         self.assertLessEqual(self.largest(3), .0015)

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 import unittest
+import zlib
 
 BCC4, SCRATCH, TOP = sys.argv[1:4]
 DATA = os.environ.get('BCCSPLAT_DATA') or os.path.join(TOP, '..', 'shared', 'data')
@@ -118,3 +119,28 @@ def png_size(path):
         head = f.read(24)
     assert head[:8] == b'\x89PNG\r\n\x1a\n'
     return struct.unpack('>II', head[16:24])
+
+
+def read_png(path):
+    """Rows of (red, green, blue, alpha) of an 8-bit picture, with or without alpha."""
+    with open(path, 'rb') as f:
+        data = f.read()
+    width, height = struct.unpack('>II', data[16:24])
+    n = {2: 3, 6: 4}[data[25]]  # bytes of a pixel
+    at, packed = 8, b''
+    while at < len(data):
+        length, kind = struct.unpack_from('>I4s', data, at)
+        packed += data[at + 8:at + 8 + length] if kind == b'IDAT' else b''
+        at += 12 + length
+    raw, rows, before = zlib.decompress(packed), [], bytes(n * width)
+    for y in range(height):
+        start = y * (n * width + 1)
+        row = bytearray(raw[start + 1:start + 1 + n * width])
+        for i in range(n * width):
+            left, up, corner = (row[i - n] if i >= n else 0), before[i], (before[i - n] if i >= n else 0)
+            guess = left + up - corner
+            paeth = min((left, up, corner), key=lambda v: abs(guess - v))
+            row[i] = (row[i] + (0, left, up, (left + up) // 2, paeth)[raw[start]]) & 255
+        rows.append([(*row[n * x:n * x + 3], row[n * x + 3] if n == 4 else 255) for x in range(width)])
+        before = row
+    return rows

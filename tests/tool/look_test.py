@@ -4,11 +4,9 @@ import json
 import math
 import os
 import random
-import struct
 import unittest
-import zlib
 
-from harness import DATA, ToolTest, main
+from harness import DATA, ToolTest, main, read_png
 
 SIDE, CENTRE = 40, 19.5
 PIXELS = 96
@@ -16,31 +14,6 @@ PIXELS = 96
 
 def radius(x, y, z):
     return math.dist((x, y, z), (CENTRE, CENTRE, CENTRE))
-
-
-def read_png(path):
-    """Rows of (red, green, blue, alpha) of an 8-bit picture, with or without alpha."""
-    with open(path, 'rb') as f:
-        data = f.read()
-    width, height = struct.unpack('>II', data[16:24])
-    n = {2: 3, 6: 4}[data[25]]  # bytes of a pixel
-    at, packed = 8, b''
-    while at < len(data):
-        length, kind = struct.unpack_from('>I4s', data, at)
-        packed += data[at + 8:at + 8 + length] if kind == b'IDAT' else b''
-        at += 12 + length
-    raw, rows, before = zlib.decompress(packed), [], bytes(n * width)
-    for y in range(height):
-        start = y * (n * width + 1)
-        row = bytearray(raw[start + 1:start + 1 + n * width])
-        for i in range(n * width):
-            left, up, corner = (row[i - n] if i >= n else 0), before[i], (before[i - n] if i >= n else 0)
-            guess = left + up - corner
-            paeth = min((left, up, corner), key=lambda v: abs(guess - v))
-            row[i] = (row[i] + (0, left, up, (left + up) // 2, paeth)[raw[start]]) & 255
-        rows.append([(*row[n * x:n * x + 3], row[n * x + 3] if n == 4 else 255) for x in range(width)])
-        before = row
-    return rows
 
 
 class Look(ToolTest):
@@ -94,14 +67,21 @@ class Look(ToolTest):
 
         def head(x, y, z):
             r = radius(x, y, z)
-            return round((-1000 if r > 15 else 900 if r > 12 else 40) + noise.gauss(0, 15))
+            return round((-1000 if r > 15 else 40 if r > 11 else 900) + noise.gauss(0, 15))
 
         v = self.made(head, 'i16')
         rows = self.check(v, [-501, 0, -499, 1], 'air and noise below')
         bone, _ = self.picture(v, '--look', 'ct-bone', '--quiet')
         soft, _ = self.picture(v, '--look', 'ct-soft', '--quiet')
-        self.assertNotEqual(bone, soft)
         self.assertNotEqual(bone, rows)
+        self.assertNotEqual(bone, soft)
+        # Of soft tissue around it bone is bare.
+        head, skull = self.mask(v, [-501, 0, -499, 1]), self.mask(v, [469, 0, 471, 1])
+        tissue = [(x, y) for y in range(PIXELS) for x in range(PIXELS) if head[y][x] and not skull[y][x]]
+        self.assertGreater(len(tissue), 200)
+        bare, dressed = (sum(rows[y][x][3] for x, y in tissue) / len(tissue) for rows in (bone, soft))
+        self.assertLess(bare, 40)
+        self.assertGreater(dressed, 150)
 
     def test_a_range_of_hounsfield_units(self):
         # Air of the file is 0, which is water; that of the scan is -1000.
@@ -186,8 +166,11 @@ class Look(ToolTest):
         for options in ((), ('--mode', 'mip'), ('--mode', 'iso'), ('--range', '0,1'), ('--range', '0,1', '--no-shading')):
             rows, _ = self.picture(v, *options)
             self.assertLessEqual(max(rows[y][x][3] for x, y in far), 1, options)
+            self.assertGreater(rows[PIXELS // 2][PIXELS // 2][3], 60, options)
         rows, _ = self.picture(v, '--mode', 'xray')
-        self.assertLessEqual(max(rows[y][x][0] * rows[y][x][3] // 255 for x, y in far), 1)
+        bright = [[pixel[0] * pixel[3] // 255 for pixel in row] for row in rows]
+        self.assertLessEqual(max(bright[y][x] for x, y in far), 1)
+        self.assertGreater(bright[PIXELS // 2][PIXELS // 2], 100)
 
     def test_looks_are_chosen_and_refused(self):
         v = self.made(lambda x, y, z: 100 * math.exp(-radius(x, y, z) ** 2 / 50))

@@ -165,10 +165,12 @@ class RealData(ToolTest):
         self.assertTrue(all(-500 < v < 5500 for v in values if v == v))
 
     def test_nan_and_foreign_formats_are_named(self):
-        for name, code, text in (('nan_17x21x3_f32be.nii', 3, '153 values are not finite'), ('smoke-blosc.nvdb', 3, 'NanoVDB')):
-            path = os.path.join(DATA, name)
-            if os.path.exists(path):
-                self.refused(code, text, 'import', path, '-o', 'x.bcc4', output='x.bcc4')
+        cases = {'nan_17x21x3_f32be.nii': '153 values are not finite', 'smoke-blosc.nvdb': 'NanoVDB'}
+        missing = [name for name in cases if not os.path.exists(os.path.join(DATA, name))]
+        for name in cases.keys() - set(missing):
+            self.refused(3, cases[name], 'import', os.path.join(DATA, name), '-o', 'x.bcc4', output='x.bcc4')
+        if missing:
+            self.skipTest(f'SKIPPED: {", ".join(missing)} not there')
 
     def test_wrong_descriptions_are_suspected(self):
         path = os.path.join(DATA, 'dx_mri_16x128x128_u16be.raw')

@@ -1,8 +1,7 @@
 """Contact sheets: which pictures stand where."""
 import math
 
-from harness import ToolTest, main, png_size
-from look_test import read_png
+from harness import ToolTest, main, png_size, read_png
 
 DIMS = (10, 9, 8, 6)
 

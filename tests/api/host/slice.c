@@ -156,6 +156,23 @@ static void picture_needs(const bccsplat_slice* slice) {
                (void)0);
 }
 
+/* A slice of the mean of frames `first` to `last` against the volume at many moments between them. */
+static void expect_mean(const bccsplat_volume* volume, const bccsplat_slice* slice, double first,
+                        double last) {
+  enum { MOMENTS = 100 };
+  const double at[3] = {6, 4, 5};
+  double sum = 0;
+  float mean, value;
+  int i;
+  OK(bccsplat_slice_evaluate(slice, 1, at, &mean, NULL));
+  for (i = 0; i < MOMENTS; ++i) {
+    const double p[4] = {at[0], at[1], at[2], first + (last - first) * (i + 0.5) / MOMENTS};
+    OK(bccsplat_volume_evaluate(volume, 1, p, &value, NULL));
+    sum += value;
+  }
+  EXPECT(fabs(mean - sum / MOMENTS) < 0.01 && fabs(mean - value) > 1);
+}
+
 void test_slice(void) {
   SIZED(bccsplat_slice_options, mean);
   SIZED(bccsplat_slice_info, info);
@@ -183,6 +200,7 @@ void test_slice(void) {
   volume = open_series(device, scratch("s.bcc4"));
   mean.interval[0] = -100; /* clipped to the series */
   OK(bccsplat_slice_create(volume, &plane, &mean, &slice));
+  expect_mean(volume, slice, 0, 2);
   bccsplat_slice_release(slice);
   plane.a = 1, plane.d = 0, plane.e = -6; /* x = 6 */
   OK(bccsplat_slice_create(volume, &plane, NULL, &slice));
@@ -191,6 +209,9 @@ void test_slice(void) {
   bccsplat_slice_release(slice);
   plane.d = 1; /* x + t = 6 */
   OK(bccsplat_slice_create(volume, &plane, NULL, &slice));
+  OK(bccsplat_slice_get_info(slice, &info));
+  EXPECT(fabs(info.origin[0] + info.origin[3] - 6) < 1e-12 && info.points > 0);
+  for (int k = 0; k < 3; ++k) EXPECT(fabs(info.basis[k][0] + info.basis[k][3]) < 1e-12);
   bccsplat_slice_release(slice);
   plane.e = 1000; /* misses the domain: an empty slice */
   OK(bccsplat_slice_create(volume, &plane, NULL, &slice));

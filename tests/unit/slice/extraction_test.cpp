@@ -86,7 +86,24 @@ TEST_F(ExtractionTest, ListsThePointsInReach) {
   std::vector<float> uvw(3 * extraction.points()), weighted(extraction.points());
   ASSERT_EQ(extraction.list(extraction.points(), uvw.data(), weighted.data(), context.get().progress),
             extraction.points());
-  // The count is the volume within reach of the hyperplane's part of the domain times the density of D4*.
+  // All sites that are within 2 T of the hyperplane.
+  const Vec3 unit = lattice.lattice_unit();
+  const Vec4 unit4{unit[0], unit[1], unit[2], 1 / kernel_time_per_frame(lattice)};
+  double across = 0;
+  for (size_t i = 0; i < 4; ++i) across += std::pow(h[i] * unit4[i], 2);
+  size_t count = 0;
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    const int c = lattice.coset(m);
+    const Int3 sites = lattice.space.dims(c);
+    for (int z = 0; z < sites[2]; ++z)
+      for (int y = 0; y < sites[1]; ++y)
+        for (int x = 0; x < sites[0]; ++x) {
+          const Vec3 s = lattice.site_position(c, {x, y, z});
+          const double d = h[0] * s[0] + h[1] * s[1] + h[2] * s[2] + h[3] * lattice.layer_frame(m) + h[4];
+          count += d * d < 4 * across ? 1 : 0;
+        }
+  }
+  EXPECT_EQ(extraction.points(), count);
   double high = 0, low = 10;
   for (size_t n = 0; n < weighted.size(); ++n) {
     high = std::max<double>(high, weighted[n]), low = std::min<double>(low, weighted[n]);

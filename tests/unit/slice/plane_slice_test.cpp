@@ -4,6 +4,8 @@
 #include "slice/plane_slice.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -14,6 +16,7 @@
 #include "slice/hyperslice.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/support/larger.h"
 #include "tests/unit/slice/hyperplanes.h"
 
 namespace bccsplat {
@@ -85,6 +88,60 @@ class PlaneSlice : public testing::Test {
   }
   Slice cut(const Hyperplane& h) { return hyperslice(coefficients, h, {}, {}, context.get()); }
 };
+
+// Equation (6) of Neophytou & Mueller 2002: with their kernel a resampled slice holds, at the sites of its
+// own lattice, the mean of the 4D samples within 2 T in space and in time, weighted by exp(-2 r^2). Each
+// coset's layers weigh 1 together; in space the sum of all weights divides, less the share that is beyond 2 T
+// on average.
+TEST_F(PlaneSlice, OfThePaperIsItsEquation) {
+  const Coefficients paper{samples, 0, make_kernel("paper"), 0, large_cache};
+  const Slice s = plane_slice(paper, through({1, 0.5, -0.3, 0.8}, {16, 15, 16, 17}), {}, {}, context.get());
+  const Vec3 unit = lattice.lattice_unit();
+  // At q: of a coset's layers the sum of weights; of its sites in space the sums of weights and of weighted
+  // samples.
+  const auto mean_at = [&](const Vec4& q) {
+    std::array<double, 2> layers{}, sums{};
+    double space = 0;
+    for (int32_t m = 0; m < lattice.layers(); ++m) {
+      const double t = (q[3] - lattice.layer_frame(m)) * kernel_time_per_frame(lattice);
+      const int c = lattice.coset(m);
+      if (t * t >= 4) continue;
+      const bool first = layers[c] == 0;
+      layers[c] += std::exp(-2 * t * t);
+      const Int3 dims = lattice.space.dims(c);
+      for (int z = 0; z < dims[2]; ++z)
+        for (int y = 0; y < dims[1]; ++y)
+          for (int x = 0; x < dims[0]; ++x) {
+            const Vec3 p = lattice.site_position(c, {x, y, z});
+            double r2 = 0;
+            for (size_t a = 0; a < 3; ++a) r2 += std::pow((q[a] - p[a]) / unit[a], 2);
+            if (first && r2 < 12) space += std::exp(-2 * r2);
+            if (r2 < 4)
+              sums[c] += std::exp(-2 * (r2 + t * t)) * waves({p[0], p[1], p[2], lattice.layer_frame(m)});
+          }
+    }
+    const double r = 2 * std::numbers::sqrt2,
+                 within = std::erf(r) - 2 * std::numbers::inv_sqrtpi * r * std::exp(-r * r);
+    return (sums[0] / layers[0] + sums[1] / layers[1]) / (space * within);
+  };
+  size_t compared = 0;
+  double most = 0;
+  for (int k = 0; k < 2; ++k) {
+    const Int3 dims = s.coset[k].dims();
+    for (int z = 1; z < dims[2]; z += 5)
+      for (int y = 2; y < dims[1]; y += 5)
+        for (int x = 3; x < dims[0]; x += 5) {
+          const Vec4 q = index_point(s, s.lattice_to_slice.point(s.site(k, {x, y, z})));
+          bool inside = true;
+          for (size_t i = 0; i < 4; ++i) inside = inside && q[i] > 3.5 && q[i] < lattice.dims[i] - 4.5;
+          if (!inside) continue;
+          most = larger(most, std::fabs(s.base + s.coset[k].value(x, y, z) - mean_at(q)));
+          ++compared;
+        }
+  }
+  EXPECT_GT(compared, 60u);
+  EXPECT_LT(most, 1e-4);
+}
 
 TEST_F(PlaneSlice, ObliqueWithinFourDecibelsOfTheVolume) {
   const double best = evaluate_snr();
