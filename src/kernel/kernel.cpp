@@ -6,11 +6,9 @@
 //   its stages on D4* and BCC and a line of `entries` in prefilter_tables.inc, and up to a radius of 2 T a
 //     line in cc_tables.inc (until they are designed those of a neighbour will do);
 //   its name above make_kernel in kernel.h, in unknown_name() and in the list of src/api/library.cpp.
-// `bccsplat_bench kernels` designs the numbers and prints these lines: --shape NAME, then --bend NAME, then
-// --design NAME (patterns of stages: shipped_goal in tests/bench/kernels/kernel_design.cpp) and --design-cc.
-// tests/bench/notes/kernels.md says what they optimise and what was tried.
-// tests/unit/kernel covers it: names_test counts the names, accuracy_test holds each to the dB that its line
-// there states, radial_test and temporal_test look at shapes and bends.
+// tests/bench/notes/kernels.md says what the numbers optimise, what was tried, and where the programs are
+// that designed them. tests/unit/kernel covers it: names_test counts the names, accuracy_test holds each to
+// the dB that its line there states, radial_test and temporal_test look at shapes and bends.
 #include "kernel/kernel.h"
 
 #include <algorithm>

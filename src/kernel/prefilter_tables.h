@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shipped prefilters, designed by `bccsplat_bench kernels --design`; kernel.cpp says what else a kernel
-// needs.
+// The shipped prefilters; kernel.cpp says what else a kernel needs, tests/bench/notes/kernels.md how they
+// were designed.
 #pragma once
 
 #include <string_view>

@@ -13,6 +13,9 @@
 
 namespace bccsplat::bench {
 
+// Of the tables: frequencies up to these parts of Nyquist.
+inline constexpr std::array<double, 4> table_rhos{0.3, 0.5, 0.7, 0.9};
+
 //   kernels                    every table; or those named:
 //           --predicted        from the spectra of kernel and prefilter
 //           --measured         random plane waves on periodic lattices
@@ -22,13 +25,6 @@ namespace bccsplat::bench {
 //           --constants        constants and what varies little around them (kernels_constants.cpp)
 //           --interpolation    the stages against exact interpolation (kernels_interpolation.cpp)
 //           --paper            the pipeline of Neophytou & Mueller 2002 (kernels_paper.cpp)
-//   alone:  --design NAME | --design all   designs the prefilters again: prefilter_tables.inc
-//           --design-cc                    the same for the Cartesian lattice: cc_tables.inc
-//           --bend NAME | --bend all       designs the bends of splines in time again
-//           --shape NAME | --shape all     designs phi again (radial16 radial18 radial20 radial24)
-//           --shape-gradient NAME          what phi gains in the gradient for a loss in the values
-//           --shape-constant NAME          what it costs to bring constants back better
-//           --compare NAME PATTERN [3]     a prefilter of other stages (letters: kernel_design.h)
 // Returns the exit status; throws Error on wrong arguments.
 int run_kernels_suite(std::span<const std::string> args, const Report& report);
 
@@ -40,7 +36,7 @@ enum class CartesianKernel { linear, catmull_rom, cubic_interpolating };
                                                       size_t count);
 
 // Signal-to-error in dB of random plane waves of the ball, sampled on a periodic D4* (dimensions 4) or BCC
-// (3), prefiltered in float by the stages themselves and summed at random points. Per rho of design_rhos.
+// (3), prefiltered in float by the stages themselves and summed at random points. Per rho of table_rhos.
 // interpolating: the exact interpolation by conjugate gradients takes the place of the stages.
 [[nodiscard]] std::array<double, 4> measured_snr(const Kernel& kernel, int dimensions,
                                                  bool interpolating = false);

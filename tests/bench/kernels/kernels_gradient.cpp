@@ -5,7 +5,7 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
-#include "tests/bench/kernels/kernel_design.h"
+#include "tests/bench/kernels/kernels.h"
 #include "tests/bench/kernels/kernels_cartesian_field.h"
 #include "tests/bench/kernels/kernels_chain.h"
 #include "tests/support/band_limited.h"
@@ -57,7 +57,7 @@ void run_kernel_gradients(const Report& report) {
   const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
   const auto points = test::random_points(lattice, report.quick ? 300 : 2500, 29, wave_margin);
   Table table;
-  for (const double rho : design_rhos) {
+  for (const double rho : table_rhos) {
     table.next = 0;
     const PlaneWaves field(report.quick ? 60 : 200, rho, 37);
     std::vector<Vec4> truth;

@@ -5,7 +5,6 @@
 #include <random>
 
 #include "kernel/spectrum.h"
-#include "tests/bench/kernels/kernel_design.h"
 #include "tests/bench/kernels/kernels.h"
 #include "tests/bench/kernels/kernels_chain.h"
 #include "tests/bench/kernels/kernels_periodic.h"
@@ -77,8 +76,8 @@ void run_kernel_interpolation(const Report& report) {
         const auto fir = measured_snr(kernel, dimensions), exact = measured_snr(kernel, dimensions, true);
         Row row{word("kernel", name)};
         for (size_t r = 0; r < fir.size(); ++r) {
-          row.push_back(figure("stages, rho " + number(design_rhos[r], 1), fir[r], 1));
-          row.push_back(figure("interpolating, rho " + number(design_rhos[r], 1), exact[r], 1));
+          row.push_back(figure("stages, rho " + number(table_rhos[r], 1), fir[r], 1));
+          row.push_back(figure("interpolating, rho " + number(table_rhos[r], 1), exact[r], 1));
         }
         waves.push_back(row);
       }

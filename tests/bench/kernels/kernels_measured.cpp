@@ -2,7 +2,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/bench/kernels/kernel_design.h"
 #include "tests/bench/kernels/kernels.h"
 #include "tests/bench/kernels/kernels_periodic.h"
 
@@ -40,8 +39,8 @@ std::array<double, 4> measured_snr(const Kernel& kernel, int dimensions, bool in
     return static_cast<double>(state >> 11) / 9007199254740992.0;
   };
   std::array<double, 4> snr{};
-  for (size_t r = 0; r < design_rhos.size(); ++r) {
-    const double radius = 0.5 * design_rhos[r] * period; // of the ball, in steps of the periodic frequencies
+  for (size_t r = 0; r < table_rhos.size(); ++r) {
+    const double radius = 0.5 * table_rhos[r] * period; // of the ball, in steps of the periodic frequencies
     std::vector<Wave> waves;
     while (waves.size() < wave_count) {
       Wave w;
