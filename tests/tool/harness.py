@@ -13,6 +13,7 @@ import zlib
 
 BCC4, SCRATCH, TOP = sys.argv[1:4]
 DATA = os.environ.get('BCCSPLAT_DATA') or os.path.join(TOP, '..', 'shared', 'data')
+LONG = os.environ.get('BCCSPLAT_LONG')  # all cases, twice the sizes: .ci/nightly long
 CODES = {'u8': 'B', 'i8': 'b', 'u16': 'H', 'i16': 'h', 'i32': 'i', 'u32': 'I', 'f32': 'f', 'f64': 'd'}
 NRRD_CODES = {'float': 'f', 'uint8': 'B', 'uint16': 'H', 'int16': 'h', 'int8': 'b'}
 
@@ -20,6 +21,11 @@ NRRD_CODES = {'float': 'f', 'uint8': 'B', 'uint16': 'H', 'int16': 'h', 'int8': '
 def main():
     sys.argv[1:] = []
     unittest.main(verbosity=0)
+
+
+def some(cases, count=1):
+    """All of a list of cases in a long run, else the last ones."""
+    return cases if LONG else cases[-count:]
 
 
 def has_reader(name):
