@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "field/evaluate.h"
 #include "field/sample_grid.h"
+#include "kernel/kernel_time.h"
 #include "slice/hyperslice.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
