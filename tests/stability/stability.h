@@ -12,9 +12,6 @@
 
 namespace host {
 
-// The default kernel's largest deviation from 1 of a reconstructed constant (tests/bench/notes/kernels.md).
-constexpr double default_ripple = 0.0024;
-
 // A bound that a test holds: the largest error it saw is printed beside what is allowed, as a row of a table.
 // It fails where no error was added, as nothing was looked at then.
 class Bound {
