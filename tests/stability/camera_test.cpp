@@ -103,7 +103,7 @@ TEST(StabilityCamera, AnglesNearZeroAndNearAHalfTurn) {
   options.shading = BCCSPLAT_SHADING_OFF;
   const Shot a{.ramp = ramp, .camera = &flat, .options = options},
       b{.ramp = ramp, .camera = &narrow, .options = options};
-  Bound("fovy .01 degrees against orthographic", 5e-3)
+  Bound("fovy 0.01 degrees against orthographic", 5e-3)
       .add(largest_difference(picture(device, slice, a), picture(device, slice, b)));
   // Very wide is finite.
   bccsplat_camera wide = fitted(slice, BCCSPLAT_PROJECTION_PERSPECTIVE);

@@ -189,7 +189,6 @@ Json choice_json(const LatticeChoice& choice, const SeriesDescription& series) {
     if (c.trial) {
       one.update(trial_json(*c.trial, series));
       one["predicted"] = c.predicted;
-      one["foretold"] = c.predicted; // the key that older versions wrote alone
     }
     one["name"] = c.name;
     if (!c.trial) one["psnr"] = nullptr;
