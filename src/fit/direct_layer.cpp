@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/sizes.h"
-#include "fit/holes.h"
+#include "fit/resample/holes.h"
 
 namespace bccsplat {
 

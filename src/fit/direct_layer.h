@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/context.h"
-#include "fit/frame.h"
-#include "fit/site_block.h"
+#include "fit/frame/frame.h"
+#include "fit/kept/site_block.h"
 #include "points/brick.h"
 
 namespace bccsplat {

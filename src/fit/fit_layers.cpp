@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "fit/axis/site_axis.h"
 #include "fit/fit_state.h"
-#include "fit/site_axis.h"
 
 namespace bccsplat {
 

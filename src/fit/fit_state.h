@@ -11,14 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include "fit/beyond/end_layers.h"
 #include "fit/direct_layer.h"
-#include "fit/end_layers.h"
 #include "fit/fit.h"
-#include "fit/holes.h"
-#include "fit/layer.h"
-#include "fit/lowpass.h"
-#include "fit/resample.h"
-#include "fit/site_block.h"
+#include "fit/kept/layer.h"
+#include "fit/kept/site_block.h"
+#include "fit/resample/holes.h"
+#include "fit/resample/lowpass.h"
+#include "fit/resample/resample.h"
 
 namespace bccsplat {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <string>
 
-#include "fit/histogram.h"
-#include "fit/layer_window.h"
+#include "fit/coefficients/layer_window.h"
+#include "fit/kept/histogram.h"
 #include "formats/bcc4/field_base.h"
 
 namespace bccsplat {

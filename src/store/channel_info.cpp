@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "base/error.h"
-#include "fit/packed_block.h"
+#include "fit/kept/packed_block.h"
 
 namespace bccsplat {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/context.h"
-#include "fit/coefficient_layers.h"
+#include "fit/coefficients/coefficient_layers.h"
 #include "fit/fit.h"
 #include "store/series_part.h"
 

@@ -11,8 +11,8 @@
 #include <set>
 #include <vector>
 
-#include "fit/holes.h"
-#include "fit/site_axis.h"
+#include "fit/axis/site_axis.h"
+#include "fit/resample/holes.h"
 #include "formats/bcc4/coding/codes.h"
 #include "store/journal_options.h"
 #include "store/part_report.h"

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "fit/fit.h"
-#include "fit/resampling_rules.h"
+#include "fit/resample/resampling_rules.h"
 #include "formats/bcc4/info.h"
 
 namespace bccsplat {

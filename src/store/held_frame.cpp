@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "base/half.h"
-#include "fit/unpack.h"
+#include "fit/frame/unpack.h"
 
 namespace bccsplat {
 namespace {

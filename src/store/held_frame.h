@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/memory.h"
-#include "fit/frame.h"
+#include "fit/frame/frame.h"
 
 namespace bccsplat {
 

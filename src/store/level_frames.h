@@ -9,7 +9,7 @@
 
 #include "base/context.h"
 #include "fit/fit.h"
-#include "fit/halved_frame.h"
+#include "fit/resample/halved_frame.h"
 
 namespace bccsplat {
 

@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-#include "fit/frame.h"
+#include "fit/frame/frame.h"
 #include "lattice/lattice.h"
 #include "points/sample_source.h"
 #include "store/earlier_frames.h"

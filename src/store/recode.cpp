@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "field/coefficients/sampled_field.h"
-#include "fit/round_layer.h"
+#include "fit/coefficients/round_layer.h"
 #include "formats/bcc4/metadata.h"
 #include "kernel/cc_kernel.h"
 #include "points/crop.h"

@@ -17,7 +17,7 @@
 
 #include "base/context.h"
 #include "field/coefficients/coefficients.h"
-#include "fit/layer_window.h"
+#include "fit/coefficients/layer_window.h"
 #include "formats/bcc4/coding/residuals.h"
 #include "points/slab_layers.h"
 #include "points/values.h"

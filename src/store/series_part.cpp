@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "fit/ends.h"
-#include "fit/lowpass.h"
+#include "fit/beyond/ends.h"
+#include "fit/resample/lowpass.h"
 #include "store/part_report.h"
 #include "store/round_trip.h"
 

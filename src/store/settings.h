@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "base/vec.h"
-#include "fit/filter.h"
-#include "fit/frame.h"
+#include "fit/axis/filter.h"
+#include "fit/frame/frame.h"
 #include "formats/bcc4/info.h"
 #include "lattice/lattice.h"
 

@@ -95,8 +95,8 @@ class VolumeWriter {
   void require_same_series();
   void require_continued_file() const;
   [[nodiscard]] int32_t predicted_layers() const;
-  // Planes outside each face: of frames, which make up for the mirrors behind them (fit/face_table.h), and of
-  // layers and fields, which do not.
+  // Planes outside each face: of frames, which make up for the mirrors behind them (fit/beyond/face_table.h),
+  // and of layers and fields, which do not.
   static constexpr int32_t frame_planes = 2, given_planes = 4;
   [[nodiscard]] Int3 outside_planes(int32_t wanted, int level = 0) const;
   [[nodiscard]] int levels() const;

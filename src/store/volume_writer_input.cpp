@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "fit/box_overlap.h"
+#include "fit/frame/box_overlap.h"
 #include "formats/bcc4/sample_step.h"
 #include "store/channel_info.h"
 #include "store/volume_writer.h"

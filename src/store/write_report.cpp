@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fit/unpack.h"
+#include "fit/frame/unpack.h"
 
 namespace bccsplat {
 

@@ -22,6 +22,7 @@ BEGIN {
   ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "coding < .")
   ladder("field", "footprint < coefficients < .")
+  ladder("fit", "frame / axis / kept < beyond < resample / coefficients < .")
   ladder("splat", "raise | points | loop < sheet < plan < tile < trail < .")
 }
 function ladder(place, rungs, levels, rooms, i, j) {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "fit/coefficient_layers.h"
+#include "fit/coefficients/coefficient_layers.h"
 #include "tests/unit/formats/rebuild.h"
 #include "tests/unit/formats/test_data.h"
 

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
-#include "fit/resample.h"
+#include "fit/resample/resample.h"
 #include "tests/bench/fit/fit_ends.h"
 #include "tests/bench/fit/fit_faces.h"
 #include "tests/bench/fit/fit_fields.h"

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "fit/site_axis.h"
+#include "fit/axis/site_axis.h"
 
 namespace bccsplat::bench {
 

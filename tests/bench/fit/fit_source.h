@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "fit/fit.h"
-#include "fit/unpack.h"
+#include "fit/frame/unpack.h"
 #include "tests/bench/fit/fit_fields.h"
 
 namespace bccsplat::bench {

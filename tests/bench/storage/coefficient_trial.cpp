@@ -9,7 +9,7 @@
 #include <random>
 
 #include "field/evaluate.h"
-#include "fit/layer_window.h"
+#include "fit/coefficients/layer_window.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/coefficient_codes.h"
 #include "kernel/kernel.h"

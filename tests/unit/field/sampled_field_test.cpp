@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "field/evaluate.h"
-#include "fit/layer_window.h"
+#include "fit/coefficients/layer_window.h"
 #include "kernel/cc_kernel.h"
 #include "tests/support/fields.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fit/box_overlap.h"
+#include "fit/frame/box_overlap.h"
 
 #include <algorithm>
 #include <random>

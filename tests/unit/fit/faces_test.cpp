@@ -8,10 +8,10 @@
 #include <numeric>
 #include <random>
 
-#include "fit/ends.h"
-#include "fit/face_noise.h"
-#include "fit/face_table.h"
-#include "fit/site_axis.h"
+#include "fit/axis/site_axis.h"
+#include "fit/beyond/ends.h"
+#include "fit/beyond/face_noise.h"
+#include "fit/beyond/face_table.h"
 
 namespace bccsplat {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "fit/field_model.h"
+#include "fit/beyond/field_model.h"
 
 namespace bccsplat::test {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "fit/halved_frame.h"
-#include "fit/site_axis.h"
+#include "fit/axis/site_axis.h"
+#include "fit/resample/halved_frame.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {

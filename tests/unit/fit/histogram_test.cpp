@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "fit/histogram.h"
+#include "fit/kept/histogram.h"
 
 namespace bccsplat {
 namespace {

@@ -2,7 +2,7 @@
 // Missing data: the fill is smooth, what is known stays, and the lattice knows what is missing.
 #include <gtest/gtest.h>
 
-#include "fit/holes.h"
+#include "fit/resample/holes.h"
 #include "formats/bcc4/coding/mask_runs.h"
 #include "tests/support/larger.h"
 #include "tests/unit/fit/fit_series.h"

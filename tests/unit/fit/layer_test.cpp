@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The form in which layers of floats leave the fit.
-#include "fit/layer.h"
+#include "fit/kept/layer.h"
 
 #include <gtest/gtest.h>
 

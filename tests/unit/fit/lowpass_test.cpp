@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "fit/lowpass.h"
+#include "fit/resample/lowpass.h"
 #include "tests/support/larger.h"
 #include "tests/unit/fit/fit_series.h"
 

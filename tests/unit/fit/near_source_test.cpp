@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "fit/near_source.h"
-#include "fit/nonzero_bits.h"
+#include "fit/axis/near_source.h"
+#include "fit/axis/nonzero_bits.h"
 
 namespace bccsplat {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks of whole numbers: what they lose, and when they are not made.
-#include "fit/packed_block.h"
+#include "fit/kept/packed_block.h"
 
 #include <gtest/gtest.h>
 

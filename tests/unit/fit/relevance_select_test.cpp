@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "base/half.h"
-#include "fit/relevance.h"
+#include "fit/kept/relevance.h"
 #include "tests/support/targets.h"
 
 namespace bccsplat {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "fit/filter.h"
+#include "fit/axis/filter.h"
 
 namespace bccsplat {
 namespace {

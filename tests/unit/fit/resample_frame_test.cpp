@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "base/half.h"
-#include "fit/frame.h"
-#include "fit/scan.h"
-#include "fit/unpack.h"
+#include "fit/frame/frame.h"
+#include "fit/frame/scan.h"
+#include "fit/frame/unpack.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {

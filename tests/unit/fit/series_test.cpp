@@ -2,8 +2,8 @@
 // Laws of the streaming fit: what a series of frames becomes on the lattice.
 #include <gtest/gtest.h>
 
-#include "fit/filter.h"
-#include "fit/near_source.h"
+#include "fit/axis/filter.h"
+#include "fit/axis/near_source.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {

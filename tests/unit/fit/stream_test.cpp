@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "fit/packed_block.h"
+#include "fit/kept/packed_block.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {

@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "fit/halved_frame.h"
-#include "fit/packed_block.h"
+#include "fit/kept/packed_block.h"
+#include "fit/resample/halved_frame.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat {
