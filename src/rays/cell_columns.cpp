@@ -108,24 +108,11 @@ void CellColumns::read_row(size_t c, int j, int k, float* to, std::span<const ui
   for (const auto& [beyond_end, inside] : ends_[c]) to[beyond_end] = to[inside];
 }
 
-std::unique_ptr<CellColumns::Memory> CellColumns::take() {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!idle_.empty()) {
-      std::unique_ptr<Memory> memory = std::move(idle_.back());
-      idle_.pop_back();
-      return memory;
-    }
-  }
+std::unique_ptr<CellColumns::Memory> CellColumns::make_memory() const {
   auto memory = std::make_unique<Memory>();
   memory->memory = Reservation(context_.memory, 3 * shape_.floats() * sizeof(float), "a surface's corners");
   memory->sites.prepare(shape_.stretches);
   return memory;
-}
-
-void CellColumns::give(std::unique_ptr<Memory> memory) {
-  const std::scoped_lock lock(mutex_);
-  idle_.push_back(std::move(memory));
 }
 
 } // namespace bccsplat

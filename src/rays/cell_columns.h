@@ -5,11 +5,11 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <vector>
 
 #include "base/context.h"
+#include "base/pool.h"
 #include "field/slice.h"
 #include "rays/cell_column.h"
 #include "rays/surface_cells.h"
@@ -37,9 +37,9 @@ class CellColumns {
   // Calls body(memory) with the coefficients of the column at (y, z) in reach of stretches first .. last,
   // unless these have none.
   template<class Body> void read(int y, int z, int first, int last, const Body& body) {
-    std::unique_ptr<Memory> memory = take();
+    std::unique_ptr<Memory> memory = memories_.take([this] { return make_memory(); });
     if (fill(y, z, first, last, *memory)) body(*memory);
-    give(std::move(memory));
+    memories_.give_back(std::move(memory));
   }
 
  private:
@@ -48,16 +48,14 @@ class CellColumns {
   void find_present(const Rows& rows, std::vector<uint8_t>& present) const;
   bool fill(int y, int z, int first, int last, Memory& memory) const;
   void read_row(size_t c, int j, int k, float* to, std::span<const uint8_t> filled, size_t first) const;
-  [[nodiscard]] std::unique_ptr<Memory> take();
-  void give(std::unique_ptr<Memory> memory);
+  [[nodiscard]] std::unique_ptr<Memory> make_memory() const;
 
   const Slice& slice_;
   Context context_;
   ColumnSites shape_; // without memory
   Int3 count_{};
   std::array<std::vector<std::array<int, 2>>, 2> ends_; // by coset: sites beyond the ends, and their mirrors
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Memory>> idle_;
+  Pool<Memory> memories_;
 };
 
 } // namespace bccsplat

@@ -12,6 +12,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/pool.h"
 #include "rays/cell_bound.h"
 #include "rays/surface_cells.h"
 #include "shade/view_light.h"
@@ -176,32 +177,27 @@ DrawStats draw_rays(const Shot& shot, const Context& context,
   const auto tiles = [](int pixels) { return static_cast<uint64_t>((pixels + tile_edge - 1) / tile_edge); };
   const uint64_t columns = tiles(view.width);
   stats.tiles = columns * tiles(view.height);
-  std::mutex mutex;
-  std::vector<std::unique_ptr<TileMemory>> idle;
+  std::mutex mutex; // of stats and done
+  Pool<TileMemory> memories;
   uint64_t done = 0;
   context.tasks.parallel_for(stats.tiles, [&](uint64_t n) {
     context.progress.check();
     const auto start = std::chrono::steady_clock::now();
-    std::unique_ptr<TileMemory> memory;
-    {
-      const std::scoped_lock lock(mutex);
-      if (!idle.empty()) memory = std::move(idle.back()), idle.pop_back();
-    }
-    if (!memory) memory = std::make_unique<TileMemory>(rays, options, context);
+    auto memory = memories.take([&] { return std::make_unique<TileMemory>(rays, options, context); });
     const int x = static_cast<int>(n % columns) * tile_edge, y = static_cast<int>(n / columns) * tile_edge;
     memory->planes.begin(x, y, std::min(tile_edge, view.width - x), std::min(tile_edge, view.height - y));
     picture.draw_tile(ways[axes.of_tile[n]], memory->search, memory->planes, context.progress);
     emit(memory->planes.tile);
+    memories.give_back(std::move(memory));
     double fraction;
     {
       const std::scoped_lock lock(mutex);
-      idle.push_back(std::move(memory));
       stats.ms_shade += ms_since(start);
       fraction = static_cast<double>(++done) / static_cast<double>(stats.tiles);
     }
     context.progress.report(fraction);
   });
-  for (const auto& memory : idle)
+  for (const auto& memory : memories.idle())
     if (counts) *counts += memory->search.counts();
   return stats;
 }

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <vector>
 
+#include "base/pool.h"
 #include "splat/plan/plan_tiles.h"
 #include "splat/tile/tile.h"
 
@@ -27,27 +28,19 @@ DrawStats splat(const SplatScene& scene, const SplatOptions& asked, const Contex
   if (kept) kept->set_tiles(plan.tiles.size());
   const TileJob job{&scene, &options, &plan, &kernel, &context, kept, use};
 
-  std::mutex mutex;
-  std::vector<std::unique_ptr<TileMemory>> idle;
+  std::mutex mutex; // of stats and done
+  Pool<TileMemory> memories;
   uint64_t done = 0;
   // Tiles with more to draw go first, so that none of them runs alone at the end.
   const std::vector<size_t> order = tiles_by_work(plan);
   context.tasks.parallel_for(plan.tiles.size(), [&](uint64_t n) {
-    std::unique_ptr<TileMemory> memory;
-    {
-      const std::scoped_lock lock(mutex);
-      if (!idle.empty()) {
-        memory = std::move(idle.back());
-        idle.pop_back();
-      }
-    }
-    if (!memory) memory = std::make_unique<TileMemory>();
+    auto memory = memories.take([] { return std::make_unique<TileMemory>(); });
     DrawStats mine;
     emit(draw_tile(job, plan.tiles[order[n]], *memory, mine));
+    memories.give_back(std::move(memory));
     double fraction;
     {
       const std::scoped_lock lock(mutex);
-      idle.push_back(std::move(memory));
       stats += mine;
       fraction = static_cast<double>(++done) / static_cast<double>(plan.tiles.size());
     }

@@ -216,20 +216,6 @@ SampleBrick LayerMaker::make_brick(const Frames& frames, size_t slot, const Int3
   return {std::move(brick), nullptr};
 }
 
-std::unique_ptr<SiteCounts> LayerMaker::take_counts() {
-  const std::scoped_lock lock(mutex_);
-  if (counts_.empty())
-    return std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_, step_)});
-  auto counts = std::move(counts_.back());
-  counts_.pop_back();
-  return counts;
-}
-
-void LayerMaker::give_back(std::unique_ptr<SiteCounts> counts) {
-  const std::scoped_lock lock(mutex_);
-  counts_.push_back(std::move(counts));
-}
-
 MadeLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps, size_t nearest,
                            bool beyond, const Context& context) {
   SampleLayer layer(lattice, coset);
@@ -240,7 +226,9 @@ MadeLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const L
   constexpr size_t group = 4; // bricks of a task
   context.tasks.parallel_for((slots.size() + group - 1) / group, [&](uint64_t g) {
     context.progress.check();
-    auto counts = take_counts();
+    auto counts = counts_.take([&] {
+      return std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_, step_)});
+    });
     Room room{{}, {}, *counts};
     uint64_t bytes = 0;
     for (size_t s = g * group; s < std::min(slots.size(), (g + 1) * group); ++s) {
@@ -253,7 +241,7 @@ MadeLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const L
       if (brick) layer.set(slots[s], std::move(brick));
     }
     memory.add(bytes, "a slab of layers"); // which bricks are codes is known when they are there
-    give_back(std::move(counts));
+    counts_.give_back(std::move(counts));
   });
   for (const CodingError& e : coding) {
     coding_.squares += e.squares;
@@ -264,13 +252,13 @@ MadeLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const L
 
 uint64_t LayerMaker::clamped() const {
   uint64_t sum = 0;
-  for (const auto& part : counts_) sum += part->sites.clamped;
+  for (const auto& part : counts_.idle()) sum += part->sites.clamped;
   return sum;
 }
 
 SiteCounts LayerMaker::counts() const {
   SiteCounts all{{}, SampleHistogram(quantiser_, step_)};
-  for (const auto& part : counts_) {
+  for (const auto& part : counts_.idle()) {
     all.sites.kept += part->sites.kept;
     all.sites.holes += part->sites.holes;
     all.sites.clamped += part->sites.clamped;

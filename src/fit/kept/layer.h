@@ -4,11 +4,11 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <span>
 #include <vector>
 
 #include "base/context.h"
+#include "base/pool.h"
 #include "fit/kept/histogram.h"
 #include "fit/kept/relevance.h"
 #include "fit/kept/site_block.h"
@@ -75,8 +75,6 @@ class LayerMaker {
   [[nodiscard]] std::shared_ptr<const PackedBrick> pack_unstored(const Brick& brick) const;
   // Returns which sites of a brick are holes, near the source's samples, or within reach of ringing.
   [[nodiscard]] SiteEvidence evidence_of(const Frames& frames, size_t slot, BrickMask& near) const;
-  [[nodiscard]] std::unique_ptr<SiteCounts> take_counts();
-  void give_back(std::unique_ptr<SiteCounts> counts);
 
   Quantiser quantiser_;
   SampleCoder coder_;
@@ -84,8 +82,7 @@ class LayerMaker {
   float ringing_, unit_;
   double step_;
   CodingError coding_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<SiteCounts>> counts_; // idle between uses
+  Pool<SiteCounts> counts_;
 };
 
 } // namespace bccsplat

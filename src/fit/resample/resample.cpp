@@ -7,6 +7,7 @@
 #include <cmath>
 #include <span>
 
+#include "base/pool.h"
 #include "fit/axis/resample_tile.h"
 #include "fit/axis/site_axis.h"
 #include "fit/beyond/face_table.h"
@@ -313,25 +314,15 @@ FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cell
     for (int32_t y = 0; y < bricks[1]; ++y)
       for (int32_t x = 0; x < bricks[0]; x += tile_bricks_) tiles.push_back({x, y, z});
 
-  std::mutex mutex;
-  std::vector<std::unique_ptr<Scratch>> idle;
+  Pool<Scratch> scratches;
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
     context.progress.check();
     Tile tile = find_tile(tiles[i], cells, pool);
     if (tile.active.empty()) return;
-    std::unique_ptr<Scratch> scratch;
-    {
-      const std::scoped_lock lock(mutex);
-      if (!idle.empty()) {
-        scratch = std::move(idle.back());
-        idle.pop_back();
-      }
-    }
-    if (!scratch) scratch = std::make_unique<Scratch>();
+    auto scratch = scratches.take([] { return std::make_unique<Scratch>(); });
     resample_tile(frame, tile, *scratch, context);
     keep_tile(std::move(tile), unit, pool, sites);
-    const std::scoped_lock lock(mutex);
-    idle.push_back(std::move(scratch));
+    scratches.give_back(std::move(scratch));
   });
   return sites;
 }
