@@ -10,8 +10,7 @@
 namespace bccsplat {
 namespace {
 
-// Frames next to an end that a prediction looks at, per widening. More hold up the first layers
-// longer (tests/bench/notes/fit.md).
+// Frames next to an end that a prediction looks at, per widening. More hold up the first layers longer.
 constexpr double frames_used = 6;
 
 } // namespace

@@ -13,8 +13,7 @@ namespace {
 struct Ball {
   double rho, power;
 };
-// Chosen among some ten mixtures (tests/bench/notes/fit.md): slow waves are predicted well, fast ones and
-// noise are not made much worse.
+// Chosen by hand: slow waves are predicted well, fast ones and noise are not made much worse.
 constexpr std::array<Ball, 5> field{{{0.2, 1}, {0.3, 0.3}, {0.5, 0.1}, {0.7, 0.02}, {0.9, 0.003}}};
 
 // Bessel function of order 2, x > 0, by Miller's recurrence: downwards from an order far above x it runs into

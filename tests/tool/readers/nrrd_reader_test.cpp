@@ -132,6 +132,21 @@ TEST(NrrdReader, NeverTakesTimeByItsPlace) {
   EXPECT_REFUSED(refusal(inputs({path})), Exit::bad_input, "gradients");
 }
 
+// A plane in space, aslant: what is across it has the length of a unit.
+TEST(NrrdReader, PlanesHaveAnAxisAcrossThem) {
+  Scratch s;
+  const auto series = open_series(inputs({s.file(
+      "a.nrrd",
+      "NRRD0005\ntype: ushort\ndimension: 3\nsizes: 6 4 5\nspace dimension: 3\nspace directions: (2,1,0) "
+      "(0,1,3) none\nkinds: domain domain time\nendian: little\nencoding: raw\n\n" +
+          payload())}));
+  const std::array<double, 16> m = series->description().affine;
+  const double length = std::sqrt(9.0 + 36 + 4); // of (2, 1, 0) x (0, 1, 3) = (3, -6, 2)
+  const double want[3][3] = {{2, 0, 3 / length}, {1, 1, -6 / length}, {0, 3, 2 / length}};
+  for (size_t r = 0; r < 3; ++r)
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(m[4 * r + c], want[r][c], 1e-12) << r << c;
+}
+
 TEST(NrrdReader, TellsWhatTimeWasKnownBy) {
   Scratch s;
   const std::string plain =

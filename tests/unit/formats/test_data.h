@@ -207,7 +207,7 @@ inline VolumeInfo levels_info() {
     LevelInfo& level = info.levels.emplace_back();
     const double scale = 1 << l;
     level.lattice = Lattice4::fit(LatticeKind::d4star, dims, {scale, scale, scale, 1}, l == 2 ? 2 : 0,
-                                  {l == 1 ? 2 : 0, 0, 0});
+                                  {l == 1 ? 2 : 0, 0, l == 2 ? 2 : 0});
     level.slab_layers = l == 1 ? 8 : 4;
     for (const ChannelInfo& c : info.channels) level.channels.push_back({.scale = c.scale, .kept_range = {}});
   }
