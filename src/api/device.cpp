@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/handles.h"
+#include "api/numbers.h"
 #include "api/structs.h"
 
 using namespace bccsplat;
@@ -42,8 +43,7 @@ bccsplat_status bccsplat_device_create(const bccsplat_device_options* options, b
     require(device, "device");
     *device = nullptr;
     const auto o = read_struct(options, "bccsplat_device_options");
-    if (o.thread_count < 0 || o.thread_count > 4096)
-      fail(Code::invalid_argument, "thread_count ", o.thread_count, " is not in 0 .. 4096");
+    require_range(o.thread_count, 0, most_threads, "bccsplat_device_options.thread_count");
     require_zero(o.reserved, "bccsplat_device_options.reserved");
     *device = new bccsplat_device(o);
   });

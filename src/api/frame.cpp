@@ -22,8 +22,8 @@ constexpr uint32_t all_channels = BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_DEPTH | B
                                   BCCSPLAT_FRAME_TIME | BCCSPLAT_FRAME_DEEP;
 
 void check_size(uint32_t width, uint32_t height) {
-  if (width < 1 || width > 65536 || height < 1 || height > 65536)
-    fail(Code::invalid_argument, "frame: ", width, " x ", height, " is not in 1 .. 65536");
+  if (width < 1 || width > most_pixels || height < 1 || height > most_pixels)
+    fail(Code::invalid_argument, "frame: ", width, " x ", height, " is not in 1 .. ", most_pixels);
 }
 
 const Plane* plane_of(const bccsplat_frame& frame, uint32_t channel) {

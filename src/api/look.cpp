@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "api/handles.h"
+#include "api/numbers.h"
 #include "api/structs.h"
 #include "scene/default_look.h"
 
@@ -12,8 +13,7 @@ bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume, uint32_t
                                          int32_t mode, bccsplat_look* out) {
   return guard([&] {
     require(volume, "volume");
-    if (look < 0 || look > BCCSPLAT_LOOK_LABELS) fail(Code::invalid_argument, "look ", look);
-    if (mode < 0 || mode > BCCSPLAT_MODE_MAXIMUM) fail(Code::invalid_argument, "look: mode ", mode);
+    require_choice(look, BCCSPLAT_LOOK_LABELS, "look"), require_choice(mode, BCCSPLAT_MODE_MAXIMUM, "mode");
     const ValueCounts counts = value_counts(volume->file, channel);
     const auto wanted = static_cast<Look>(look);
     const ValueSurvey survey = survey_for(counts, wanted);

@@ -18,6 +18,10 @@ inline constexpr double largest_distance = 1e30; // what is multiplied by length
 inline constexpr double largest_value = FLT_MAX; // of fields, which are kept as floats
 inline constexpr double least_opacity_stop = 1e-3; // less is seen by nobody, so that no picture is left
 inline constexpr double largest_colour = 1e9;      // products of three stay floats
+inline constexpr int32_t most_threads = 4096;
+inline constexpr uint32_t most_pixels = 65536; // along an edge of a picture
+inline constexpr int32_t largest_tile = 4096;  // pixels along an edge
+inline constexpr uint32_t most_stills = 4096, most_intervals = 256, most_lights = 8;
 inline constexpr uint64_t memory_end = uint64_t{1} << 57; // that a process of any kind can see
 
 inline void require_range(double v, double low, double high, const char* name) {
@@ -33,6 +37,11 @@ inline void require_number(double v, const char* name, double largest = largest_
 inline void require_zero_or(double v, double low, double high, const char* name) {
   if (v != 0 && !(v >= low && v <= high))
     fail(Code::invalid_argument, name, " is ", v, ", neither 0 nor in ", low, " .. ", high);
+}
+
+// One of an enum of the header, whose last number is `last`.
+inline void require_choice(int32_t v, int32_t last, const char* name) {
+  if (v < 0 || v > last) fail(Code::invalid_argument, name, " is ", v, ", not one of 0 .. ", last);
 }
 
 template<size_t n>

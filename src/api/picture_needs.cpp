@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "api/handles.h"
+#include "api/numbers.h"
 #include "api/render_options.h"
 #include "api/structs.h"
 
@@ -19,7 +20,7 @@ bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice, co
   return guard([&] {
     require(slice, "slice"), require(camera, "camera");
     check_output(needs, "needs");
-    if (width == 0 || height == 0 || width > 65536 || height > 65536)
+    if (width == 0 || height == 0 || width > most_pixels || height > most_pixels)
       fail(Code::invalid_argument, "picture needs: ", width, " x ", height, " pixels");
     const OpenSlice& open = slice->open;
     if (!open.slice.is_time_slice() || open.extraction || open.cut.axes)

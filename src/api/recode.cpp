@@ -18,8 +18,7 @@ RecodeSettings read_recode_settings(const bccsplat_recode_options& o) {
   require_zero(o.reserved, "bccsplat_recode_options.reserved");
   RecodeSettings s;
   s.overwrite = o.overwrite != 0;
-  if (o.store < 0 || o.store > BCCSPLAT_STORE_COEFFICIENTS)
-    fail(Code::invalid_argument, "store ", o.store, " is not one of 0 .. ", int{BCCSPLAT_STORE_COEFFICIENTS});
+  require_choice(o.store, BCCSPLAT_STORE_COEFFICIENTS, "bccsplat_recode_options.store");
   if (o.store != BCCSPLAT_STORE_DEFAULT) s.coefficients = o.store == BCCSPLAT_STORE_COEFFICIENTS;
   if (o.value_type < 0 || o.value_type > BCCSPLAT_TYPE_F32)
     fail(Code::invalid_argument, "value_type must be U8, U16, F16 or F32");

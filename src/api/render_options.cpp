@@ -17,8 +17,7 @@ constexpr double smallest_angle = 1e-3, largest_angle = 170;
 
 Camera read_camera(const bccsplat_camera* camera) {
   const auto in = read_struct(camera, "bccsplat_camera");
-  if (in.projection < 0 || in.projection > 2)
-    fail(Code::invalid_argument, "camera: projection ", in.projection);
+  require_choice(in.projection, BCCSPLAT_PROJECTION_PERSPECTIVE, "bccsplat_camera.projection");
   require_numbers(in.position, "bccsplat_camera.position", largest_view);
   require_numbers(in.target, "bccsplat_camera.target", largest_view);
   require_numbers(in.up, "bccsplat_camera.up", largest_view);
@@ -63,19 +62,19 @@ std::vector<IsoSurface> read_surfaces(const bccsplat_render_options& in) {
 
 RenderOptions read_render_options(const bccsplat_render_options* options) {
   const auto in = read_struct(options, "bccsplat_render_options");
-  if (in.set_mask & ~3u) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
-  if (in.mode < 0 || in.mode > 4) fail(Code::invalid_argument, "render options: mode ", in.mode);
-  if (in.quality < 0 || in.quality > 4) fail(Code::invalid_argument, "render options: quality ", in.quality);
-  if (in.shading < 0 || in.shading > 2) fail(Code::invalid_argument, "render options: shading ", in.shading);
-  if (in.disable_skips & ~63u) fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
+  constexpr uint32_t set_bits = BCCSPLAT_RENDER_SET_ISO | BCCSPLAT_RENDER_SET_GRADIENT_NOISE;
+  constexpr uint32_t skip_bits = 2 * uint32_t{BCCSPLAT_SKIP_UNCHANGED} - 1;
+  if (in.set_mask & ~set_bits) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
+  require_choice(in.mode, BCCSPLAT_MODE_MAXIMUM, "bccsplat_render_options.mode");
+  require_choice(in.quality, BCCSPLAT_QUALITY_BEST, "bccsplat_render_options.quality");
+  require_choice(in.shading, BCCSPLAT_SHADING_ON, "bccsplat_render_options.shading");
+  if (in.disable_skips & ~skip_bits)
+    fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
   require_zero_or(in.sheet_step, 1e-3, 16, "bccsplat_render_options.sheet_step");
   require_zero_or(in.opacity_stop, least_opacity_stop, 1, "bccsplat_render_options.opacity_stop");
-  if (in.tile_size < 0 || in.tile_size > 4096)
-    fail(Code::invalid_argument, "render options: tile_size ", in.tile_size);
-  if (in.preintegrate < 0 || in.preintegrate > 2)
-    fail(Code::invalid_argument, "render options: preintegrate ", in.preintegrate);
-  if (in.smooth_edges < 0 || in.smooth_edges > 2)
-    fail(Code::invalid_argument, "render options: smooth_edges ", in.smooth_edges);
+  require_range(in.tile_size, 0, largest_tile, "bccsplat_render_options.tile_size");
+  require_choice(in.preintegrate, BCCSPLAT_PREINTEGRATE_ON, "bccsplat_render_options.preintegrate");
+  require_choice(in.smooth_edges, BCCSPLAT_SMOOTH_EDGES_ON, "bccsplat_render_options.smooth_edges");
   RenderOptions out;
   if (in.preintegrate)
     out.preintegrate = in.preintegrate == BCCSPLAT_PREINTEGRATE_ON ? Preintegrate::on : Preintegrate::off;

@@ -124,7 +124,7 @@ bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t p
                                           uint32_t height, bccsplat_camera* camera) {
   return guard([&] {
     require(slice, "slice");
-    if (projection < 0 || projection > 2) fail(Code::invalid_argument, "camera: projection ", projection);
+    require_choice(projection, BCCSPLAT_PROJECTION_PERSPECTIVE, "projection");
     if (width == 0 || height == 0) fail(Code::invalid_argument, "camera: the image has no pixels");
     require_number(rotate_x_degrees, "rotate_x_degrees", largest_turn);
     require_number(rotate_y_degrees, "rotate_y_degrees", largest_turn);
@@ -177,10 +177,11 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
     }
     const auto in = read_struct(trail, "bccsplat_trail");
     require_zero(in.reserved, "bccsplat_trail.reserved");
-    if (in.content < 0 || in.content > 3) fail(Code::invalid_argument, "trail: content ", in.content);
-    if (in.combine < 0 || in.combine > 4) fail(Code::invalid_argument, "trail: combine ", in.combine);
-    if (in.samples > 4096 || in.intervals > 256)
-      fail(Code::invalid_argument, "trail: at most 4096 samples in each of 256 sub-intervals");
+    require_choice(in.content, BCCSPLAT_TRAIL_MAXIMUM, "bccsplat_trail.content");
+    require_choice(in.combine, BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT, "bccsplat_trail.combine");
+    if (in.samples > most_stills || in.intervals > most_intervals)
+      fail(Code::invalid_argument, "trail: at most ", most_stills, " samples in each of ", most_intervals,
+           " sub-intervals");
     require_numbers(in.interval, "bccsplat_trail.interval");
     if (!(in.interval[0] <= in.interval[1]))
       fail(Code::invalid_argument, "bccsplat_trail.interval ends before it begins");
@@ -228,7 +229,8 @@ bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer, const 
   return guard([&] {
     const Alone alone(renderer, "renderer");
     const auto in = read_struct(lights, "bccsplat_lights");
-    if (in.count > 8) fail(Code::invalid_argument, "lights: ", in.count, " given, at most 8");
+    if (in.count > most_lights)
+      fail(Code::invalid_argument, "lights: ", in.count, " given, at most ", most_lights);
     if (in.count > 0) require(in.lights, "lights");
     Lights out;
     if (in.count > 0) out.lights.clear();

@@ -43,9 +43,8 @@ HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const Volu
   require_zero_or(o.time_length, smallest_length, largest_number, "bccsplat_slice_options.time_length");
   if (!(o.interval[0] <= o.interval[1]))
     fail(Code::invalid_argument, "slice: interval[0] is larger than interval[1]");
-  if (o.slab < 0 || o.slab > BCCSPLAT_SLAB_MAXIMUM) fail(Code::invalid_argument, "slice: slab ", o.slab);
-  if (o.method < 0 || o.method > BCCSPLAT_METHOD_EXTRACTED)
-    fail(Code::invalid_argument, "slice: method ", o.method);
+  require_choice(o.slab, BCCSPLAT_SLAB_MAXIMUM, "bccsplat_slice_options.slab");
+  require_choice(o.method, BCCSPLAT_METHOD_EXTRACTED, "bccsplat_slice_options.method");
   r.interval = {o.interval[0], o.interval[1]};
   r.thickness.length = o.thickness;
   if (o.slab == BCCSPLAT_SLAB_SUM) r.thickness.kind = ThicknessKind::sum;

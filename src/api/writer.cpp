@@ -49,7 +49,7 @@ bool runs_over(const bccsplat_box& box) {
 
 FrameBox read_box(const bccsplat_box* boxes, uint64_t i) {
   const auto box = read_struct(element(boxes, i), "bccsplat_box");
-  if (box.type < 1 || box.type > 9)
+  if (box.type < BCCSPLAT_TYPE_U8 || box.type > BCCSPLAT_TYPE_U32)
     fail(Code::invalid_argument, "box ", i, ": type ", box.type, " is not a type of values");
   require(box.data, "box.data");
   if (runs_over(box)) fail(Code::invalid_argument, "box ", i, ": its strides reach further than memory");

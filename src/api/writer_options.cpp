@@ -34,7 +34,7 @@ std::string text_or(const char* text, const char* otherwise) { return text ? tex
 
 // A number of the C ABI as an enum of the core; 0 is the default.
 template<class Enum> Enum choose(int32_t value, Enum otherwise, int32_t last, const char* name) {
-  if (value < 0 || value > last) fail(Code::invalid_argument, name, " ", value, " is not one of 0 .. ", last);
+  require_choice(value, last, name);
   return value == 0 ? otherwise : static_cast<Enum>(value);
 }
 
@@ -103,9 +103,9 @@ ChannelSettings read_channel(const bccsplat_channel_options& in, uint32_t number
   require_utf8(in.unit, field(".unit").c_str());
   out.unit = text_or(in.unit, "");
   if (in.set_mask & ~3u) fail(Code::invalid_argument, "channel ", out.name, ": unknown bits in set_mask");
-  if (in.source_type < 0 || in.source_type > 9)
+  if (in.source_type < 0 || in.source_type > BCCSPLAT_TYPE_U32)
     fail(Code::invalid_argument, "channel ", out.name, ": source_type ", in.source_type);
-  if (in.value_type < 0 || in.value_type > 4)
+  if (in.value_type < 0 || in.value_type > BCCSPLAT_TYPE_F32)
     fail(Code::invalid_argument, "channel ", out.name, ": value_type must be U8, U16, F16 or F32");
   if (in.source_type != 0) out.source_type = static_cast<SourceType>(in.source_type);
   if (in.value_type != 0) out.value_type = static_cast<ValueType>(in.value_type);
@@ -130,11 +130,11 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   s.overwrite = o.overwrite != 0;
   s.continuity = choose(o.partial, Continuity::none, BCCSPLAT_PARTIAL_APPEND, "partial");
   std::copy(std::begin(o.dims), std::end(o.dims), s.dims.begin());
-  s.lattice = choose(o.lattice, LatticeKind::d4star, 3, "lattice");
+  s.lattice = choose(o.lattice, LatticeKind::d4star, BCCSPLAT_LATTICE_CC, "lattice");
   s.scales = read_scales(o);
-  s.filter = choose(o.filter, Filter::kaiser8, 3, "filter");
+  s.filter = choose(o.filter, Filter::kaiser8, BCCSPLAT_FILTER_BSPLINE3, "filter");
   s.lowpass = o.lowpass != 0;
-  s.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
+  s.nonfinite = choose(o.nonfinite, NonFinite::error, BCCSPLAT_NONFINITE_CLAMP, "nonfinite");
   s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_PERIODIC, "ends");
   read_faces(o.faces, s);
   if (o.periodic_axes > (BCCSPLAT_PERIODIC_X | BCCSPLAT_PERIODIC_Y | BCCSPLAT_PERIODIC_Z))

@@ -85,7 +85,7 @@ void test_recode(void) {
   options.value_step = 0, options.value_type = BCCSPLAT_TYPE_I16;
   REFUSED(INVALID_ARGUMENT, "value_type", bccsplat_volume_recode(volume, path, &options, NULL));
   options.value_type = 0, options.store = 7;
-  REFUSED(INVALID_ARGUMENT, "store 7", bccsplat_volume_recode(volume, path, &options, NULL));
+  REFUSED(INVALID_ARGUMENT, "store is 7", bccsplat_volume_recode(volume, path, &options, NULL));
   options.store = 0, options.reserved = 1;
   REFUSED(INVALID_ARGUMENT, "reserved", bccsplat_volume_recode(volume, path, &options, NULL));
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_recode(NULL, path, NULL, NULL));

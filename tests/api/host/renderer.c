@@ -96,13 +96,17 @@ static void options(bccsplat_renderer* renderer) {
     REFUSED(INVALID_ARGUMENT, word, bccsplat_renderer_set_options(renderer, &o));                            \
   } while (0)
   WRONG("set_mask", o.set_mask = 1u << 31);
-  WRONG("mode", o.mode = 77);
+  WRONG("mode", o.mode = BCCSPLAT_MODE_MAXIMUM + 1);
+  WRONG("mode", o.mode = -1);
+  WRONG("quality", o.quality = BCCSPLAT_QUALITY_BEST + 1);
   WRONG("quality", o.quality = -1);
   WRONG("shading", o.shading = 3);
+  WRONG("shading", o.shading = -1);
   WRONG("disable_skips", o.disable_skips = 1u << 31);
   WRONG("sheet_step", o.sheet_step = 1e-9);
   WRONG("opacity_stop", o.opacity_stop = 2);
   WRONG("tile_size", o.tile_size = -1);
+  WRONG("tile_size", o.tile_size = 4097);
   WRONG("deep_tolerance", o.deep_tolerance = 1.5);
   WRONG("deep_tolerance", o.deep_tolerance = NAN);
   WRONG("preintegrate", o.preintegrate = 3);

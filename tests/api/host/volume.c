@@ -148,8 +148,8 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   EXPECT(look.color_count >= 1 && look.opacity_count >= 1 && look.range[0] <= look.range[1]);
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_look(NULL, 0, 0, 0, &look));
   REFUSED(INVALID_ARGUMENT, "out is NULL", bccsplat_volume_get_look(volume, 0, 0, 0, NULL));
-  REFUSED(INVALID_ARGUMENT, "look 8", bccsplat_volume_get_look(volume, 0, 8, 0, &look));
-  REFUSED(INVALID_ARGUMENT, "mode 5", bccsplat_volume_get_look(volume, 0, 0, 5, &look));
+  REFUSED(INVALID_ARGUMENT, "look is 8", bccsplat_volume_get_look(volume, 0, 8, 0, &look));
+  REFUSED(INVALID_ARGUMENT, "mode is 5", bccsplat_volume_get_look(volume, 0, 0, 5, &look));
   REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_get_look(volume, 1, 0, 0, &look));
   OUTPUT_SIZES(bccsplat_look, bccsplat_volume_get_look(volume, 0, 0, 0, out), (void)0);
 
