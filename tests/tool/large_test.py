@@ -39,7 +39,6 @@ class Large(ToolTest):
     def test_import_verify_slice_render(self):
         series = ('a.raw', '--dims', f'{N},{N},{N},{FRAMES}', '--dtype', 'u8')
         report = self.json('import', *series, '-o', 'a.bcc4', '--max-mem', '8G')
-        print(f'import: {time.monotonic() - begin:.0f} s, {report["bytes"]["file"]} bytes')
         self.assertLess(report['bytes']['file'], N ** 3 * FRAMES / 2)
         verified = self.json('verify', 'a.bcc4', '--against', 'a.raw', '--frames', '0-3')
         self.assertGreater(verified['psnr'], 55)

@@ -3,6 +3,7 @@
 // malformed headers.
 #include "readers/nrrd/nrrd_reader.h"
 
+#include <cmath>
 #include <numeric>
 
 #include "readers/nrrd/nrrd_header.h"
