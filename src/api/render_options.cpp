@@ -63,7 +63,9 @@ std::vector<IsoSurface> read_surfaces(const bccsplat_render_options& in) {
 RenderOptions read_render_options(const bccsplat_render_options* options) {
   const auto in = read_struct(options, "bccsplat_render_options");
   constexpr uint32_t set_bits = BCCSPLAT_RENDER_SET_ISO | BCCSPLAT_RENDER_SET_GRADIENT_NOISE;
-  constexpr uint32_t skip_bits = 2 * uint32_t{BCCSPLAT_SKIP_UNCHANGED} - 1;
+  constexpr uint32_t skip_bits = BCCSPLAT_SKIP_TRANSFER_FUNCTION | BCCSPLAT_SKIP_FRUSTUM |
+                                 BCCSPLAT_SKIP_OCCLUSION | BCCSPLAT_SKIP_EMPTY_SHEETS |
+                                 BCCSPLAT_SKIP_FINE_DETAIL | BCCSPLAT_SKIP_UNCHANGED;
   if (in.set_mask & ~set_bits) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
   require_choice(in.mode, BCCSPLAT_MODE_MAXIMUM, "bccsplat_render_options.mode");
   require_choice(in.quality, BCCSPLAT_QUALITY_BEST, "bccsplat_render_options.quality");

@@ -95,8 +95,9 @@ class Masks {
   [[nodiscard]] int64_t nearest(double position, size_t axis) const;
   // The frame of a moment; of a periodic series counted on beyond its ends.
   [[nodiscard]] int64_t counted_frame(double moment) const;
-  // The number may be counted on in a periodic series. Null: nothing is missing. Where the source goes on without
-  // a damaged mask, the nearest whole one replaces it; where none is whole, nothing counts as missing.
+  // The number may be counted on in a periodic series. Null: nothing is missing. Where the source goes on
+  // without a damaged mask, the nearest whole one replaces it; where none is whole, nothing counts as
+  // missing.
   [[nodiscard]] FrameMaskPtr frame(int64_t counted) const;
   // Appends where the masks of counted frames stand; missing: but those that are held. The read of masks
   // that two frames share is listed twice.
