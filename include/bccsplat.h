@@ -1413,6 +1413,114 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* sli
     int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
     uint32_t height, bccsplat_camera* camera);
 
+/* ---- View: a host's camera, its opaque things, what is cut open ---- */
+
+/* How device depth runs between the near and the far plane. */
+typedef int32_t bccsplat_depth_range;
+enum {
+  BCCSPLAT_DEPTH_RANGE_DEFAULT = 0,
+  BCCSPLAT_DEPTH_RANGE_ZERO_ONE = 1,      /* 0 .. 1: Direct3D, Metal, Vulkan */
+  BCCSPLAT_DEPTH_RANGE_MINUS_ONE_ONE = 2, /* -1 .. 1, in a depth buffer 0 .. 1: OpenGL */
+  BCCSPLAT_DEPTH_RANGE_REVERSED = 3       /* 1 .. 0 */
+};
+
+/* What the numbers of a depth plane are. */
+typedef int32_t bccsplat_depth_kind;
+enum {
+  /* DEVICE where the view has matrices, else PLANAR. */
+  BCCSPLAT_DEPTH_DEFAULT = 0,
+  /* World distance along the view direction from the camera position, as FRAME_DEPTH has it. */
+  BCCSPLAT_DEPTH_PLANAR = 1,
+  /* World distance along the pixel's ray; of orthographic views the same as PLANAR. */
+  BCCSPLAT_DEPTH_RAY = 2,
+  /* What a depth buffer holds, 0 .. 1, by the view's matrices and depth_range. */
+  BCCSPLAT_DEPTH_DEVICE = 3
+};
+
+/* Where a picture is seen from, and the host's own opaque scene around it. A cleared struct is the
+ * default view. A view that has matrices or a camera may be used for any volume in that world. What
+ * lies behind the eye is not drawn; near and far plane say what device depth means and clip
+ * nothing. Pixel (i, j), counted from the top left one, has its centre at (i + 0.5, j + 0.5). */
+typedef struct bccsplat_view {
+  uint32_t struct_size;
+  /* Non-zero: the two matrices count; 0: camera. */
+  uint32_t use_matrices;
+  /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted to what is drawn). */
+  const bccsplat_camera* camera;
+  /* For columns: clip = projection (world_to_view (x, y, z, 1)); row-major, entry [4 row + column],
+   * unless column_major. In perspective the last row of projection gives the distance in front of
+   * the eye (w > 0); off-axis frusta, unequal pixels, mirror images and either handedness are
+   * fine. */
+  double world_to_view[16];
+  double projection[16];
+  /* Non-zero: both are stored column by column, as OpenGL does. */
+  uint32_t column_major;
+  /* Of matrices. DEFAULT: ZERO_ONE. */
+  bccsplat_depth_range depth_range;
+  /* Non-zero: y = +1 after projection is the bottom of the picture (Vulkan), not its top. */
+  uint32_t y_down;
+  /* What `depth` is. */
+  bccsplat_depth_kind depth_kind;
+  /* The frame is a part of a picture of picture_size pixels, its top left pixel at region_begin;
+   * both sizes 0: it is the whole picture. A picture drawn in parts is the picture. */
+  uint32_t picture_size[2];
+  uint32_t region_begin[2];
+  /* The host's opaque scene, one float per pixel of the frame, row 0 at the top: rays end there.
+   * NaN, infinity and device depth at the far plane: nothing is there. NULL: none. Borrowed: by
+   * bccsplat_renderer_set_view until another view is set or the last release, by other calls while
+   * they last. */
+  const float* depth;
+  /* From one row to the next, a multiple of 4, negative for rows from the bottom up (depth then
+   * points to the row at the top); 0: packed. */
+  int64_t depth_row_bytes;
+  /* The host's picture, 4 floats per pixel, linear and premultiplied, which the volume is drawn
+   * over: the frame gets both. NULL: none. Borrowed as depth. */
+  const float* background;
+  int64_t background_row_bytes;
+} bccsplat_view;
+
+/* A half-space that is kept: normal . p + offset >= 0. */
+typedef int32_t bccsplat_clip_space;
+enum {
+  BCCSPLAT_CLIP_SPACE_DEFAULT = 0, /* world */
+  BCCSPLAT_CLIP_SPACE_WORLD = 1,
+  BCCSPLAT_CLIP_SPACE_VOLUME = 2 /* the volume's own world, before an instance's placement */
+};
+typedef struct bccsplat_clip {
+  /* Of any length from 1e-30 on. */
+  double normal[3];
+  double offset;
+  bccsplat_clip_space space;
+  /* 0 */
+  uint32_t reserved;
+  /* Of a scene: the instance that is cut; 0: all. Of a renderer 0. */
+  uint64_t instance;
+} bccsplat_clip;
+enum { BCCSPLAT_MAX_CLIPS = 32 };
+
+/* Makes the six half-spaces of a box: the points that `box_to_world`, a 4x4 row-major affine, takes
+ * the cube [0, 1]^3 to. Space and instance are 0. */
+BCCSPLAT_API bccsplat_status bccsplat_make_box_clips(
+    const double box_to_world[16], bccsplat_clip clips[6]);
+/* The matrices that a camera means, row-major, for a picture of width x height pixels with near and
+ * far plane at these distances (0 < near < far; orthographic: near < far): view space has x to the
+ * right, y up and looks along -z. depth_range and y_down as in bccsplat_view. */
+BCCSPLAT_API bccsplat_status bccsplat_camera_get_matrices(const bccsplat_camera* camera,
+    uint32_t width, uint32_t height, double near_distance, double far_distance,
+    bccsplat_depth_range depth_range, uint32_t y_down, double world_to_view[16],
+    double projection[16]);
+/* Where n points of the world (x, y, z) are in the picture: writes n x 3 doubles, pixel
+ * coordinates (the centre of pixel (i, j) is (i + 0.5, j + 0.5)) and the distance along the view
+ * direction. In perspective a point that is not in front of the eye has pixel coordinates NaN. The
+ * view needs a camera or matrices. width, height: of the frame. */
+BCCSPLAT_API bccsplat_status bccsplat_view_project(const bccsplat_view* view, uint32_t width,
+    uint32_t height, uint64_t n, const double* xyz, double* pixels);
+/* The way back. */
+BCCSPLAT_API bccsplat_status bccsplat_view_unproject(const bccsplat_view* view, uint32_t width,
+    uint32_t height, uint64_t n, const double* pixels, double* xyz);
+
+/* ---- Renderer: looks, options ---- */
+
 /* Piecewise linear in the value, constant beyond the first and last point; colour is linear RGB, 0
  * to 1e9, not premultiplied. */
 typedef struct bccsplat_transfer_function {
@@ -1681,6 +1789,12 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_sli
     const bccsplat_camera* camera, uint32_t width, uint32_t height,
     const bccsplat_render_options* options, bccsplat_picture_needs* needs);
 
+/* The same of any view (NULL: the default one) and of what clips leave (as
+ * bccsplat_renderer_set_clips takes them): a box smaller by what they cut. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_view_needs(const bccsplat_slice* slice,
+    const bccsplat_view* view, const bccsplat_clip* clips, uint64_t clip_count, uint32_t width,
+    uint32_t height, const bccsplat_render_options* options, bccsplat_picture_needs* needs);
+
 /* What the trail holds. */
 typedef int32_t bccsplat_trail_content;
 enum {
@@ -1814,6 +1928,14 @@ BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(
 /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at render). */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(
     bccsplat_renderer* renderer, const bccsplat_camera* camera);
+/* The same and more: a host's matrices, a part of a picture, the host's opaque scene. Takes the
+ * place of set_camera's, and that of this. NULL: the default view. The view's camera is copied. */
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_view(
+    bccsplat_renderer* renderer, const bccsplat_view* view);
+/* What is kept of the slice in the world, all half-spaces together; at most BCCSPLAT_MAX_CLIPS.
+ * What is cut is not drawn. Copied. count 0: all is kept. */
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_clips(
+    bccsplat_renderer* renderer, const bccsplat_clip* clips, uint64_t count);
 /* NULL: that of bccsplat_volume_get_look for the mode of the picture, of several isosurfaces that
  * for mode composite, whose colours tell them apart. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_transfer_function(

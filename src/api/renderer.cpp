@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "api/handles.h"
+#include "api/host_view.h"
 #include "api/numbers.h"
 #include "api/render_options.h"
 #include "api/structs.h"
@@ -21,7 +22,8 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   mutable Users users;
   Ref<bccsplat_device> device;
   Ref<bccsplat_slice> slice;
-  std::optional<Camera> camera;
+  HostView view;
+  std::vector<HalfSpace> clips;
   std::optional<TransferFunction> function;
   Lights lights;
   RenderOptions options;
@@ -211,7 +213,24 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
 bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer, const bccsplat_camera* camera) {
   return guard([&] {
     const Alone alone(renderer, "renderer");
-    renderer->camera = camera ? std::optional(read_camera(camera)) : std::nullopt;
+    HostView view;
+    if (camera) view.camera = read_camera(camera);
+    renderer->view = view;
+  });
+}
+
+bccsplat_status bccsplat_renderer_set_view(bccsplat_renderer* renderer, const bccsplat_view* view) {
+  return guard([&] {
+    const Alone alone(renderer, "renderer");
+    renderer->view = read_view(view);
+  });
+}
+
+bccsplat_status bccsplat_renderer_set_clips(bccsplat_renderer* renderer, const bccsplat_clip* clips,
+                                            uint64_t count) {
+  return guard([&] {
+    const Alone alone(renderer, "renderer");
+    renderer->clips = read_world_clips(clips, count);
   });
 }
 
@@ -290,11 +309,16 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     if (slice.open.extraction)
       fail(Code::unsupported, "slice: extracted points cannot be rendered; use another method");
     const uint64_t read_before = slice.volume->file.reader()->bytes_read();
-    const uint32_t width = frame->image.width, height = frame->image.height;
+    const int width = frame->image.width, height = frame->image.height;
+    const HostView& view = renderer->view;
+    const Camera fitted = fitted_camera(view, slice.open.slice, width, height);
+    Sight sight = view.sight(fitted, width, height);
+    sight.clip = renderer->clips;
+    const HostEnds ends(view, sight, width, height, renderer->device->memory);
     Scene scene;
     scene.slice = &slice.open.slice;
     scene.levels = &slice.kept.levels;
-    scene.camera = renderer->camera.value_or(fit_camera(slice.open.slice, false, 20, 30, width, height));
+    scene.sight = sight;
     scene.function = renderer->function
                          ? *renderer->function
                          : default_function(slice.volume->file, slice.open.channel, renderer->options);
@@ -309,8 +333,9 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     frame->deep = {};                                       // gives its memory back first
     frame->attributes.clear(), frame->camera.reset();
     const RenderStats stats = picture.draw();
+    lay_over(view.background, frame->image);
     frame->attributes = describe_picture(slice, stats);
-    frame->camera = resolve_camera(scene.camera);
+    if (!view.matrices && view.picture[0] == 0) frame->camera = resolve_camera(view.camera.value_or(fitted));
     tell_level(*renderer, stats.level);
     renderer->stats = {stats, slice.volume->file.reader()->bytes_read() - read_before, slice.open.level};
     progress.report(1);

@@ -61,4 +61,16 @@ struct Affine3 {
   bool operator==(const Affine3&) const = default;
 };
 
+// dot(normal, p) + offset >= 0 inside.
+struct HalfSpace {
+  Vec3 normal{};
+  double offset = 0;
+
+  bool operator==(const HalfSpace&) const = default;
+  // The same half-space in the coordinates that `to_here` takes to these.
+  [[nodiscard]] HalfSpace seen_through(const Affine3& to_here) const {
+    return {to_here.transposed(normal), dot(normal, to_here.offset) + offset};
+  }
+};
+
 } // namespace bccsplat

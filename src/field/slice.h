@@ -19,12 +19,6 @@
 
 namespace bccsplat {
 
-// dot(normal, p) + offset >= 0 inside; p in lattice units.
-struct HalfSpace {
-  Vec3 normal{};
-  double offset = 0;
-};
-
 // Points this far beyond an end of the domain count as inside (lattice units): rounding of conversions.
 [[nodiscard]] inline double domain_tolerance(double end) { return 1e-9 * (1 + end); }
 

@@ -177,14 +177,14 @@ struct Picture::Settled {
       : scene(s), options(o), context(c), image(i) {}
 
   void settle_slice() {
-    const WorldCamera camera = resolve_camera(scene.camera);
-    SliceView seen(*scene.slice, camera, image.width, image.height);
+    const Sight sight = sight_of(scene, image.width, image.height);
+    SliceView seen(*scene.slice, sight, image.width, image.height);
     level = level_of(scene, options, seen);
     shot.slice = scene.slice, shot.points = scene.points;
     if (level > 0) {
       const CoarseLevels::Level& coarse = scene.levels->level(*scene.slice, level, context);
       shot.slice = &coarse.slice, shot.points = &coarse.points;
-      seen = SliceView(coarse.slice, camera, image.width, image.height);
+      seen = SliceView(coarse.slice, sight, image.width, image.height);
     }
     view = seen.sheets(step_of(scene, options, level, *shot.slice, seen));
     (void)sheet_range(*shot.slice, view); // refuses what has too many sheets
@@ -201,6 +201,8 @@ struct Picture::Settled {
     shot.quality = options.quality;
     shot.preintegrate = options.preintegrate;
     shot.options = shot_options(options, image);
+    // Nobody knows whether the host's depths are those of the picture before.
+    if (view.ends.distance) shot.options.disable_skips |= skip_unchanged;
     shot.wishes = &options;
   }
 
@@ -253,7 +255,7 @@ struct Picture::Settled {
 
   // Draws by the reference, whose samples are `reference` lattice units apart; field: null for the slice's.
   RenderStats draw_truth(const FieldAt* field, const ReferenceOptions* reference) {
-    view = SliceView(*scene.slice, resolve_camera(scene.camera), image.width, image.height).sheets(1);
+    view = make_view(*scene.slice, sight_of(scene, image.width, image.height), image.width, image.height, 1);
     shot.slice = scene.slice, shot.view = &view;
     settle_look();
     // A field of the caller's has no noise of the kernel.
@@ -298,6 +300,10 @@ RenderStats Picture::draw() {
 
 RenderStats Picture::draw_truth(const FieldAt& field, const ReferenceOptions& reference) {
   return settled_->draw_truth(&field, &reference);
+}
+
+Sight sight_of(const Scene& scene, int width, int height) {
+  return scene.sight ? *scene.sight : make_sight(scene.camera, width, height);
 }
 
 RenderStats render(const Scene& scene, const RenderOptions& options, const Context& context, Image& image) {

@@ -48,6 +48,7 @@ struct Scene {
   const KeptPoints* points = nullptr;   // of the slice; null: made for this picture
   const CoarseLevels* levels = nullptr; // of the slice; null: it is drawn itself at any size
   Camera camera;
+  std::optional<Sight> sight; // instead of the camera
   TransferFunction function;
   Lights lights;
   bool noise_of_ripple = false; // beside that of the lights: what the kernel's ripple makes of gradients
@@ -57,6 +58,9 @@ struct Scene {
   // What earlier pictures of this slice and its levels made; null: nothing is kept.
   Drawers* drawers = nullptr;
 };
+
+// What a picture of this size sees.
+[[nodiscard]] Sight sight_of(const Scene& scene, int width, int height);
 
 struct RenderStats {
   DrawStats drawn; // of the points; zero from the reference integrator

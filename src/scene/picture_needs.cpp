@@ -23,7 +23,8 @@ constexpr double nearly = 1 - 1e-9;
 // Pixels beyond the picture's edge, and source samples beyond what they see, whose field shading asks for.
 constexpr double pixel_margin = 2, sample_margin = 3;
 
-// The half-spaces of points whose pixels lie in the picture and that are in front of the eye.
+// The half-spaces of points whose pixels lie in the picture and that are in front of the eye, and what clips
+// them.
 std::vector<HalfSpace> view_planes(const SheetView& v) {
   std::vector<HalfSpace> planes;
   const auto through_eye = [&](const Vec3& normal, double offset) {
@@ -39,6 +40,8 @@ std::vector<HalfSpace> view_planes(const SheetView& v) {
   between(v.gx, -pixel_margin, v.width - 1 + pixel_margin);
   between(v.gy, -pixel_margin, v.height - 1 + pixel_margin);
   if (v.perspective) through_eye(depth, 0);
+  if (v.in_front) through_eye(depth, v.depth);
+  planes.insert(planes.end(), v.clip.begin(), v.clip.end());
   return planes;
 }
 
@@ -57,9 +60,9 @@ Vec3 meeting_point(const HalfSpace& a, const HalfSpace& b, const HalfSpace& c) {
 
 } // namespace
 
-double distances_per_pixel(const Slice& slice, const Lattice4& lattice, const Camera& camera, int width,
+double distances_per_pixel(const Slice& slice, const Lattice4& lattice, const Sight& sight, int width,
                            int height) {
-  SheetView view = make_view(slice, resolve_camera(camera), width, height, 1);
+  SheetView view = make_view(slice, sight, width, height, 1);
   const Vec3 unit = lattice.lattice_unit();
   for (Vec3* edge : {&view.ex, &view.ey}) {
     *edge = slice.lattice_to_slice.vector(*edge);
@@ -82,8 +85,8 @@ int enough_level(std::span<const LevelOption> levels, const RenderOptions& optio
   return enough;
 }
 
-std::optional<IndexBox> seen_box(const Slice& slice, const Camera& camera, int width, int height) {
-  const SheetView view = make_view(slice, resolve_camera(camera), width, height, 1);
+std::optional<IndexBox> seen_box(const Slice& slice, const Sight& sight, int width, int height) {
+  const SheetView view = make_view(slice, sight, width, height, 1);
   const DrawnBox drawn = drawn_box(slice);
   std::vector<HalfSpace> planes = view_planes(view);
   for (size_t a = 0; a < 3; ++a) {
@@ -114,18 +117,18 @@ std::optional<IndexBox> seen_box(const Slice& slice, const Camera& camera, int w
   return box;
 }
 
-PictureNeeds picture_needs(const OpenVolume& volume, const OpenSlice& slice, const Camera& camera, int width,
+PictureNeeds picture_needs(const OpenVolume& volume, const OpenSlice& slice, const Sight& sight, int width,
                            int height, const RenderOptions& options) {
   std::vector<LevelOption> levels;
   for (uint32_t l = 0; l <= volume.info().levels.size(); ++l)
-    levels.push_back({distances_per_pixel(slice.slice, volume.lattice(l), camera, width, height),
+    levels.push_back({distances_per_pixel(slice.slice, volume.lattice(l), sight, width, height),
                       level_error(volume.info(), slice.channel, l)});
   PictureNeeds needs;
   needs.level = enough_level(levels, options);
   needs.distances_per_pixel = levels.front().per_pixel;
   const Lattice4& lattice = volume.lattice(0);
   for (size_t a = 0; a < 3; ++a) needs.box.end[a] = lattice.domain_end(a);
-  if (const auto seen = seen_box(slice.slice, camera, width, height))
+  if (const auto seen = seen_box(slice.slice, sight, width, height))
     needs.box = clip_to_samples(*seen, lattice), needs.seen = true;
   return needs;
 }

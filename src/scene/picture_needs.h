@@ -18,7 +18,7 @@ namespace bccsplat {
 // Returns how many lattice distances of `lattice` a pixel covers at the centre of the domain, in the
 // direction in which these are fewest. The slice is one in time, of any level of the volume that the lattice
 // is a level of.
-[[nodiscard]] double distances_per_pixel(const Slice& slice, const Lattice4& lattice, const Camera& camera,
+[[nodiscard]] double distances_per_pixel(const Slice& slice, const Lattice4& lattice, const Sight& sight,
                                          int width, int height);
 
 // A level of a volume as pictures see it.
@@ -33,10 +33,9 @@ struct LevelOption {
 // the picture as good as its quality is. Pictures that no coarser slice is drawn for get level 0.
 [[nodiscard]] int enough_level(std::span<const LevelOption> levels, const RenderOptions& options);
 
-// Returns the box of source samples that the camera sees of a time slice, a little more on all sides; none
-// where it sees nothing of it.
-[[nodiscard]] std::optional<IndexBox> seen_box(const Slice& slice, const Camera& camera, int width,
-                                               int height);
+// Returns the box of source samples that is seen of a time slice, a little more on all sides; none where
+// nothing of it is.
+[[nodiscard]] std::optional<IndexBox> seen_box(const Slice& slice, const Sight& sight, int width, int height);
 
 // What a picture of a slice in time needs of its volume.
 struct PictureNeeds {
@@ -45,8 +44,7 @@ struct PictureNeeds {
   bool seen = false;              // whether the camera sees anything
   IndexBox box;                   // of what it sees; all where it sees nothing
 };
-[[nodiscard]] PictureNeeds picture_needs(const OpenVolume& volume, const OpenSlice& slice,
-                                         const Camera& camera, int width, int height,
-                                         const RenderOptions& options);
+[[nodiscard]] PictureNeeds picture_needs(const OpenVolume& volume, const OpenSlice& slice, const Sight& sight,
+                                         int width, int height, const RenderOptions& options);
 
 } // namespace bccsplat

@@ -22,6 +22,10 @@ struct Camera {
 // Throws invalid_argument when position meets target, up is parallel to the view, or a size is senseless.
 [[nodiscard]] WorldCamera resolve_camera(const Camera& camera);
 
+[[nodiscard]] inline Sight make_sight(const Camera& camera, int width, int height) {
+  return make_sight(resolve_camera(camera), width, height);
+}
+
 // Matrices from the world to a picture, for row vectors: x' = x M, and M[r][c] is entry 4 r + c.
 using Matrix4 = std::array<double, size_t{4} * 4>;
 struct PictureMatrices {

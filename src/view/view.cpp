@@ -25,23 +25,24 @@ int64_t SheetView::first_sheet() const {
                      : std::numeric_limits<int64_t>::min() / 2;
 }
 
-SliceView::SliceView(const Slice& slice, const WorldCamera& camera, int width, int height)
-    : camera_(camera), width_(width), height_(height),
+SliceView::SliceView(const Slice& slice, const Sight& sight, int width, int height)
+    : sight_(sight), width_(width), height_(height),
       lattice_to_world_(slice.slice_to_world.after(slice.lattice_to_slice)) {
   if (!(std::fabs(lattice_to_world_.determinant()) > 0) || !std::isfinite(lattice_to_world_.determinant()))
     fail(Code::invalid_argument, "render: the slice has no volume in the world (its affine is singular)");
   to_lattice_ = lattice_to_world_.inverse();
   // forward . (L p) is the depth of p, so L^T forward is the sheets' covector in lattice space.
-  const Vec3 covector = lattice_to_world_.transposed(camera.forward);
+  const Vec3 covector = lattice_to_world_.transposed(sight.forward);
   normal_ = normalized(covector);
   world_per_unit_ = length(covector);
-  distance_ = dot(camera.forward, lattice_to_world_.point(slice.centre()) - camera.position);
+  const Vec3 middle = sight.sheets_meet ? *sight.sheets_meet : lattice_to_world_.point(slice.centre());
+  distance_ = dot(sight.forward, middle - sight.position);
 }
 
 SheetView SliceView::sheets(double step) const {
   SheetView v;
   v.width = width_, v.height = height_;
-  v.perspective = camera_.perspective;
+  v.perspective = sight_.perspective;
   v.lattice_to_world = lattice_to_world_;
   v.normal = normal_;
   v.step = step;
@@ -49,22 +50,20 @@ SheetView SliceView::sheets(double step) const {
   v.depth = distance_ / v.step_world;
   if (!(std::fabs(v.depth) < 1e9))
     fail(Code::invalid_argument, "render: the camera is too far from the volume");
-  const double pixel = camera_.height / height_;
-  // Pixel (0, 0) is the centre of the top left pixel.
-  const Vec3 corner =
-      (-0.5 * (width_ - 1) * pixel) * camera_.right + (0.5 * (height_ - 1) * pixel) * camera_.up;
   if (v.perspective) {
-    v.eye = to_lattice_.point(camera_.position);
-    v.ex = to_lattice_.vector((v.step_world * pixel) * camera_.right);
-    v.ey = to_lattice_.vector((-v.step_world * pixel) * camera_.up);
-    v.ez = to_lattice_.vector(v.step_world * (camera_.forward + corner));
+    v.eye = to_lattice_.point(sight_.position);
+    v.ex = to_lattice_.vector(v.step_world * sight_.across);
+    v.ey = to_lattice_.vector(v.step_world * sight_.down);
+    v.ez = to_lattice_.vector(v.step_world * sight_.corner);
   } else {
-    v.eye = to_lattice_.point(camera_.position + (distance_ * camera_.forward + corner));
-    v.ex = to_lattice_.vector(pixel * camera_.right);
-    v.ey = to_lattice_.vector(-pixel * camera_.up);
-    v.ez = to_lattice_.vector(v.step_world * camera_.forward);
+    v.eye = to_lattice_.point(sight_.position + (distance_ * sight_.forward + sight_.corner));
+    v.ex = to_lattice_.vector(sight_.across);
+    v.ey = to_lattice_.vector(sight_.down);
+    v.ez = to_lattice_.vector(v.step_world * sight_.forward);
   }
   set_duals(v);
+  for (const HalfSpace& h : sight_.clip) v.clip.push_back(h.seen_through(lattice_to_world_));
+  v.in_front = sight_.in_front, v.ends = sight_.ends;
   return v;
 }
 
@@ -78,6 +77,7 @@ SheetView move_view(const SheetView& view, const Slice& from, const Slice& to) {
   v.step = 1 / length(covector);
   v.normal = v.step * covector;
   v.lattice_to_world = to.slice_to_world.after(to.lattice_to_slice);
+  for (HalfSpace& h : v.clip) h = h.seen_through(move.inverse());
   set_duals(v);
   return v;
 }
@@ -97,8 +97,14 @@ std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, do
   // Along the ray every coordinate is that of origin + k * direction.
   const Vec3 direction = view.ray(i, j);
   const Vec3 origin = view.perspective ? view.eye + view.depth * direction : view.sample(i, j, 0);
-  double first = view.perspective ? -view.depth : -std::numeric_limits<double>::infinity();
+  double first = view.perspective || view.in_front ? -view.depth : -std::numeric_limits<double>::infinity();
   double last = std::numeric_limits<double>::infinity();
+  if (view.ends.distance) {
+    const auto nearest = [](double x, int count) {
+      return static_cast<int>(std::clamp(std::nearbyint(x), 0.0, count - 1.0));
+    };
+    last = view.sheet_at(view.ends.at(nearest(i, view.width), nearest(j, view.height)));
+  }
   const auto cut = [&](double slope, double offset) { // slope k + offset >= 0
     if (slope > 0)
       first = std::max(first, -offset / slope);
@@ -112,7 +118,8 @@ std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, do
     cut(direction[a], origin[a] - box.begin[a]);
     cut(-direction[a], box.end[a] - origin[a]);
   }
-  for (const HalfSpace& h : slice.clip) cut(dot(h.normal, direction), dot(h.normal, origin) + h.offset);
+  for (const auto* const clips : {&slice.clip, &view.clip})
+    for (const HalfSpace& h : *clips) cut(dot(h.normal, direction), dot(h.normal, origin) + h.offset);
   return {first, last};
 }
 

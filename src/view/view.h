@@ -14,6 +14,7 @@
 
 #include "base/vec.h"
 #include "field/slice.h"
+#include "view/sight.h"
 
 namespace bccsplat {
 
@@ -31,6 +32,11 @@ struct SheetView {
   Vec3 normal{}; // of the sheets in lattice space: unit length, pointing away from the eye
   // Dual to ex, ey within a sheet: gx.ex = gy.ey = 1, gx.ey = gx.normal = gy.ex = gy.normal = 0.
   Vec3 gx{}, gy{};
+  // What cuts the rays beside the domain: half-spaces in lattice units, the plane of the eye (always in
+  // perspective), and where each ends.
+  std::vector<HalfSpace> clip;
+  bool in_front = false;
+  RayEnds ends;
 
   bool operator==(const SheetView&) const = default;
   // The lengths of ex and ey on sheet k, relative to the vectors above.
@@ -48,20 +54,19 @@ struct SheetView {
   // The first sheet in front of the eye, at least a quarter of a step away; its segment takes in all that is
   // nearer, too.
   [[nodiscard]] int64_t first_sheet() const;
-};
-
-// The camera in the world that a view is made from; right, up and forward are orthonormal.
-struct WorldCamera {
-  bool perspective = false;
-  Vec3 position{}, right{}, up{}, forward{};
-  double height = 0; // of the image plane: orthographic in world units, perspective at distance 1
+  // Sheet number at a planar distance from the eye, world units.
+  [[nodiscard]] double sheet_at(double distance) const { return distance / step_world - depth; }
+  // Returns whether rays are cut by more than the domain and the eye of a view in perspective.
+  [[nodiscard]] bool cut() const { return in_front || ends.distance || !clip.empty(); }
 };
 
 // A slice seen by a camera, before the distance of the sheets is chosen.
 class SliceView {
  public:
   // Throws invalid_argument when the slice has no volume in the world.
-  SliceView(const Slice& slice, const WorldCamera& camera, int width, int height);
+  SliceView(const Slice& slice, const Sight& sight, int width, int height);
+  SliceView(const Slice& slice, const WorldCamera& camera, int width, int height)
+      : SliceView(slice, make_sight(camera, width, height), width, height) {}
   // Returns the view with sheets `step` lattice units apart. Throws invalid_argument when the camera is too
   // far away for them.
   [[nodiscard]] SheetView sheets(double step) const;
@@ -69,14 +74,18 @@ class SliceView {
   [[nodiscard]] const Vec3& normal() const { return normal_; }
 
  private:
-  WorldCamera camera_;
+  Sight sight_;
   int width_, height_;
   Affine3 lattice_to_world_, to_lattice_;
   Vec3 normal_{};
   double world_per_unit_ = 0; // length along the view direction of a lattice unit along the normal
-  double distance_ = 0;       // from the camera to the centre of the domain, along the view direction
+  double distance_ = 0;       // from the camera to sheet 0, along the view direction
 };
 
+[[nodiscard]] inline SheetView make_view(const Slice& slice, const Sight& sight, int width, int height,
+                                         double sheet_step) {
+  return SliceView(slice, sight, width, height).sheets(sheet_step);
+}
 [[nodiscard]] inline SheetView make_view(const Slice& slice, const WorldCamera& camera, int width, int height,
                                          double sheet_step) {
   return SliceView(slice, camera, width, height).sheets(sheet_step);

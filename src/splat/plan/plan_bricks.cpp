@@ -145,6 +145,10 @@ class BrickChoice {
     }
     if (inside_)
       plan_.inside.cells[scene_.points->slot(brick)] = inside_cells(*inside_, weights_, ranges(0, n));
+    if (!(options_.disable_skips & skip_frustum) && clipped(brick)) {
+      out.place = Place::gone;
+      return out;
+    }
     const bool reached = bound_brick(ring_, plan_, brick, b);
     if (plan_.raise.fan.taps > 0 && reached) fan_rect(plan_, b);
     if (!reached || beside_picture(b.rect)) {
@@ -165,6 +169,18 @@ class BrickChoice {
  private:
   [[nodiscard]] const CellRange* ranges(size_t reach, size_t brick) const {
     return scene_.points->cells[reach].data() + brick * cells_per_brick;
+  }
+  // Returns whether no sample that is seen is made of the brick's points or looks at them.
+  [[nodiscard]] bool clipped(const SplatBrick& brick) const {
+    const double d = scene_.points->plane_distance, reach = scene_.slice->kernel.space.radius + looked_at();
+    Vec3 low, high;
+    for (size_t a = 0; a < 3; ++a)
+      low[a] = d * (brick.plane[a] + brick.low[a]), high[a] = d * (brick.plane[a] + brick.high[a]);
+    return std::any_of(scene_.view->clip.begin(), scene_.view->clip.end(), [&](const HalfSpace& h) {
+      double nearest = h.offset;
+      for (size_t a = 0; a < 3; ++a) nearest += std::max(h.normal[a] * low[a], h.normal[a] * high[a]);
+      return nearest < -reach * length(h.normal);
+    });
   }
   [[nodiscard]] bool beside_picture(const std::array<int, 4>& rect) const {
     const SheetView& view = *ring_.view;

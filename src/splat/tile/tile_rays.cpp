@@ -24,7 +24,8 @@ struct PixelForm {
 // The rays of a row of pixels, cut by the half-spaces that make the domain; as ray_interval().
 class RowCuts {
  public:
-  RowCuts(const Slice& slice, const SheetView& view) : perspective_(view.perspective), depth_(view.depth) {
+  RowCuts(const Slice& slice, const SheetView& view)
+      : perspective_(view.perspective), in_front_(view.perspective || view.in_front), depth_(view.depth) {
     const DrawnBox box = drawn_box(slice);
     for (size_t a = 0; a < 3; ++a) {
       Vec3 normal{};
@@ -32,13 +33,14 @@ class RowCuts {
       add(view, normal, -box.begin[a]);
       add(view, -1.0 * normal, box.end[a]);
     }
-    for (const HalfSpace& h : slice.clip) add(view, h.normal, h.offset);
+    for (const auto* const clips : {&slice.clip, &view.clip})
+      for (const HalfSpace& h : *clips) add(view, h.normal, h.offset);
   }
 
   // Sets the sheet numbers first[n] .. last[n] between which the ray of pixel (i[n], j) is inside.
   void row(const std::vector<double>& i, double j, std::vector<double>& first,
            std::vector<double>& last) const {
-    std::fill(first.begin(), first.end(), perspective_ ? -depth_ : -infinite);
+    std::fill(first.begin(), first.end(), in_front_ ? -depth_ : -infinite);
     std::fill(last.begin(), last.end(), infinite);
     const size_t count = i.size();
     const double* const at = i.data();
@@ -83,7 +85,7 @@ class RowCuts {
       (z > 0 ? enters_ : leaves_).push_back({-eye / z, -x / z, -y / z});
   }
 
-  bool perspective_;
+  bool perspective_, in_front_;
   double depth_;
   std::vector<PixelForm> enters_, leaves_, along_; // orthographic: sheet numbers; values that must not be < 0
   std::vector<Fan> fans_;
@@ -124,6 +126,9 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
     const size_t p = y * row;
     const double j = tile.y + y;
     cuts.row(column, j, first, last);
+    if (view.ends.distance)
+      for (size_t x = 0; x < width; ++x)
+        last[x] = std::min(last[x], view.sheet_at(view.ends.at(tile.x + static_cast<int>(x), tile.y + y)));
     for (size_t x = 0; x < width; ++x) {
       const bool meets = first[x] < last[x];
       enter[p + x] = meets ? static_cast<float>(first[x]) : never;

@@ -47,8 +47,9 @@ std::vector<LevelOption> level_options(const Opened& volume, const Slice& slice)
   const VolumeInfo& info = volume.reader->info();
   std::vector<LevelOption> options;
   for (int l = 0; l < info.level_count(); ++l)
-    options.push_back({distances_per_pixel(slice, info.level(l).lattice,
-                                           fit_camera(slice, false, 20, 30, size, size), size, size),
+    options.push_back({distances_per_pixel(
+                           slice, info.level(l).lattice,
+                           make_sight(fit_camera(slice, false, 20, 30, size, size), size, size), size, size),
                        level_error(info, 0, l)});
   return options;
 }

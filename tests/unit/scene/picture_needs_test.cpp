@@ -52,7 +52,7 @@ TEST_F(PictureNeeds, TheBoxHoldsWhatIsSeenAndLittleMore) {
     for (const double zoom : {1.0, 3.0, 12.0}) {
       SCOPED_TRACE(testing::Message() << (perspective ? "perspective " : "orthographic ") << zoom);
       const Camera c = camera(perspective, zoom);
-      const auto box = seen_box(slice_, c, width, height);
+      const auto box = seen_box(slice_, make_sight(c, width, height), width, height);
       ASSERT_TRUE(box);
       Vec3 low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
       std::mt19937 random(7);
@@ -76,10 +76,10 @@ TEST_F(PictureNeeds, NothingIsSeenBesideTheVolume) {
   Camera c = camera(false, 20);
   const WorldCamera w = resolve_camera(c);
   c.position = c.position + 1000 * w.right, c.target = c.target + 1000 * w.right;
-  EXPECT_FALSE(seen_box(slice_, c, width, height));
+  EXPECT_FALSE(seen_box(slice_, make_sight(c, width, height), width, height));
   c = camera(true, 1);
   c.target = 2 * c.position - c.target; // away from it
-  EXPECT_FALSE(seen_box(slice_, c, width, height));
+  EXPECT_FALSE(seen_box(slice_, make_sight(c, width, height), width, height));
 }
 
 TEST_F(PictureNeeds, PixelsAreCountedInTheDistancesOfTheLevel) {
@@ -90,7 +90,7 @@ TEST_F(PictureNeeds, PixelsAreCountedInTheDistancesOfTheLevel) {
         Lattice4::fit(LatticeKind::bcc, {dims[0], dims[1], dims[2], 1}, {scale, scale, scale, 1});
     const Vec3 unit = level.lattice_unit();
     // The view is along z: columns are x, rows y.
-    EXPECT_NEAR(distances_per_pixel(slice, level, c, 64, 64),
+    EXPECT_NEAR(distances_per_pixel(slice, level, make_sight(c, 64, 64), 64, 64),
                 c.ortho_height / 64 / std::max(unit[0], unit[1]), 1e-9);
   }
 }

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// A view as a host gives it: its camera or matrices, the part of the picture that is drawn, and the opaque
+// things around.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "base/memory.h"
+#include "draw/image.h"
+#include "view/camera.h"
+#include "view/host_depth.h"
+
+namespace bccsplat {
+
+struct HostView {
+  std::optional<Camera> camera; // neither: the default view
+  std::optional<MatrixView> matrices;
+  std::array<int, 2> picture{}, begin{}; // picture 0: the image is all of it
+  HostPlane depth, background;           // the latter of 4 floats
+  DepthKind depth_kind = DepthKind::planar;
+
+  [[nodiscard]] bool is_default() const { return !camera && !matrices; }
+  // Size of the whole picture that an image of this size is a part of. Throws invalid_argument where it is
+  // none.
+  [[nodiscard]] std::array<int, 2> picture_size(int width, int height) const;
+  // What an image of this size sees; `fitted` is the camera of the default view.
+  [[nodiscard]] Sight sight(const Camera& fitted, int width, int height) const;
+};
+
+// Returns the camera of the default view of a slice; that of another view has none that counts.
+[[nodiscard]] Camera fitted_camera(const HostView& view, const Slice& slice, int width, int height);
+
+// The ends of rays that a sight points to.
+struct HostEnds {
+  std::vector<float> distance;
+  Reservation memory;
+
+  // Of the view's depth plane into the sight; nothing without one. Throws memory_budget.
+  HostEnds(const HostView& view, Sight& sight, int width, int height, MemoryBudget& budget);
+};
+
+// Lays the picture over the background: premultiplied colours and opacity.
+void lay_over(const HostPlane& background, Image& image);
+
+} // namespace bccsplat
