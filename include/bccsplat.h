@@ -2091,6 +2091,117 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* fr
     bccsplat_image format, const bccsplat_image_options* options, void* bytes, uint64_t capacity,
     uint64_t* size);
 
+/* ---- Scene: volumes in a host's world ---- */
+
+/* What a host talks to every frame: volumes placed in its world, a time, a view. The scene picks the
+ * level and the part of each volume that the view shows, reads and cuts them, keeps what it made,
+ * and draws. */
+typedef struct bccsplat_scene bccsplat_scene;
+
+/* What of an instance shows at times outside its series. */
+typedef int32_t bccsplat_outside;
+enum {
+  BCCSPLAT_OUTSIDE_DEFAULT = 0, /* nothing */
+  BCCSPLAT_OUTSIDE_HIDE = 1,
+  BCCSPLAT_OUTSIDE_HOLD = 2, /* the first or last frame */
+  BCCSPLAT_OUTSIDE_LOOP = 3  /* the series again: from its end it goes on with frame 0 at once */
+};
+
+/* A volume, where and when it is, and how it looks. */
+typedef struct bccsplat_instance {
+  uint32_t struct_size;
+  uint32_t channel;
+  /* 4x4 row-major affine from the volume's own world to that of the scene; mirror images and
+   * different scales per axis are fine. All zero: identity. */
+  double placement[16];
+  /* The volume shows its moment time_offset + time_scale * (time of the scene). time_scale 0: 1. */
+  double time_scale;
+  double time_offset;
+  bccsplat_outside outside;
+  /* Non-zero: it is not drawn. */
+  uint32_t hidden;
+  /* Copied; NULL: that of bccsplat_volume_get_look. Its unit_distance is a length of the scene's
+   * world; 0: one mean voxel as it is placed. */
+  const bccsplat_transfer_function* transfer_function;
+  /* What its extinction is multiplied by, up to 1e6; 0: 1. Two instances of 0.5 in one place are
+   * the volume. */
+  double density;
+} bccsplat_instance;
+
+/* What a picture of a scene took. */
+typedef struct bccsplat_scene_status {
+  uint32_t struct_size;
+  /* 1: the frame holds the picture that was asked for; 0: a coarser one, or one in part, because
+   * the budget ended. */
+  uint32_t complete;
+  /* Of the work to the complete picture, 0 .. 1. */
+  double progress;
+  /* Instances that the view shows. */
+  uint32_t drawn;
+  /* Slices that were cut for this picture; others were there. */
+  uint32_t cut;
+  /* Of the volumes' levels the finest that was drawn. */
+  uint32_t level;
+  uint32_t reserved;
+  uint64_t bytes_read;
+  /* Wall time for cutting slices, for drawing, and in all. */
+  double ms_cut;
+  double ms_draw;
+  double ms_total;
+} bccsplat_scene_status;
+
+BCCSPLAT_API bccsplat_status bccsplat_scene_create(bccsplat_device* device, bccsplat_scene** scene);
+BCCSPLAT_API void bccsplat_scene_retain(bccsplat_scene* scene);
+BCCSPLAT_API void bccsplat_scene_release(bccsplat_scene* scene);
+/* Adds a volume of the scene's device, which the scene retains; the same one may be added several
+ * times. instance NULL: the defaults. id: a number from 1 on that no instance had before. Also:
+ * NOT_FOUND (channel). */
+BCCSPLAT_API bccsplat_status bccsplat_scene_add(bccsplat_scene* scene,
+    const bccsplat_volume* volume, const bccsplat_instance* instance, uint64_t* id);
+/* Also: NOT_FOUND (id, channel). */
+BCCSPLAT_API bccsplat_status bccsplat_scene_set_instance(
+    bccsplat_scene* scene, uint64_t id, const bccsplat_instance* instance);
+/* Also: NOT_FOUND (id). */
+BCCSPLAT_API bccsplat_status bccsplat_scene_remove(bccsplat_scene* scene, uint64_t id);
+/* In the unit of the volumes' times; 0 at the start. */
+BCCSPLAT_API bccsplat_status bccsplat_scene_set_time(bccsplat_scene* scene, double time);
+/* As bccsplat_renderer_set_clips; a clip of an instance that is gone cuts nothing. */
+BCCSPLAT_API bccsplat_status bccsplat_scene_set_clips(
+    bccsplat_scene* scene, const bccsplat_clip* clips, uint64_t count);
+/* As bccsplat_renderer_set_lights. */
+BCCSPLAT_API bccsplat_status bccsplat_scene_set_lights(
+    bccsplat_scene* scene, const bccsplat_lights* lights);
+/* The box of the scene's world (x0 y0 z0 x1 y1 z1) around all instances that are not hidden,
+ * whatever the time; without any WRONG_STATE. */
+BCCSPLAT_API bccsplat_status bccsplat_scene_get_bounds(
+    const bccsplat_scene* scene, double bounds[6]);
+/* As bccsplat_slice_fit_camera, of the box around the instances. Also: WRONG_STATE without any. */
+BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* scene,
+    int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
+    uint32_t height, bccsplat_camera* camera);
+/* Draws the scene at its time. view NULL: the default view of all instances. options NULL: the
+ * defaults; disable_skips, reference and sheet_step as of a renderer; an iso value or surfaces are
+ * for all instances.
+ *
+ * budget_ms: 0: until the picture is complete. Else about as long as the call takes once data are
+ * in memory, at least some milliseconds: a coarse picture comes first, and calls that follow with
+ * nothing changed go on where the last one ended, until status->complete. Reading is cut off, too:
+ * without data the frame keeps what it had, and progress is 0.
+ *
+ * Several instances are drawn together, right in depth where they overlap: extinctions add, and
+ * colours mix by them; in modes composite and (opaque, nearest first) isosurface, without
+ * FRAME_DEEP. One instance is drawn as a renderer does. status may be NULL. Also:
+ * INVALID_ARGUMENT, UNSUPPORTED and LIMIT_EXCEEDED as bccsplat_renderer_render, reading. */
+BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene,
+    const bccsplat_view* view, bccsplat_frame* frame, const bccsplat_render_options* options,
+    double budget_ms, bccsplat_scene_status* status);
+/* Reads what a picture of width x height pixels at that time will need, into the volumes' caches:
+ * for an idle thread of the host's, ahead of the time that will be drawn. Also: as
+ * bccsplat_scene_render. */
+BCCSPLAT_API bccsplat_status bccsplat_scene_prefetch(const bccsplat_scene* scene,
+    const bccsplat_view* view, uint32_t width, uint32_t height,
+    const bccsplat_render_options* options, double time);
+
 #ifdef __cplusplus
 }
 #endif

@@ -21,11 +21,6 @@ namespace {
 constexpr uint32_t all_channels = BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE |
                                   BCCSPLAT_FRAME_TIME | BCCSPLAT_FRAME_DEEP;
 
-void check_size(uint32_t width, uint32_t height) {
-  if (width < 1 || width > most_pixels || height < 1 || height > most_pixels)
-    fail(Code::invalid_argument, "frame: ", width, " x ", height, " is not in 1 .. ", most_pixels);
-}
-
 const Plane* plane_of(const bccsplat_frame& frame, uint32_t channel) {
   switch (channel) {
   case BCCSPLAT_FRAME_RGBA:
@@ -110,7 +105,7 @@ bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, u
     require(frame, "frame");
     *frame = nullptr;
     require(device, "device");
-    check_size(width, height);
+    require_pixels(width, height, "frame");
     if (channels & ~all_channels)
       fail(Code::invalid_argument, "frame: unknown channel bits ", channels & ~all_channels);
     auto f = std::make_unique<bccsplat_frame>();
@@ -142,7 +137,7 @@ bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uin
     require(frame, "frame");
     *frame = nullptr;
     require(device, "device"), require(rgba, "rgba");
-    check_size(width, height);
+    require_pixels(width, height, "frame");
     const uint64_t row = row_bytes ? row_bytes : uint64_t{width} * 16;
     if (row % sizeof(float) != 0 || row < uint64_t{width} * 16)
       fail(Code::invalid_argument, "frame: row_bytes ", row, " must be a multiple of 4 and hold ", width,

@@ -31,7 +31,8 @@ enum class Kind : uint32_t {
   renderer = 0x42435231,
   frame = 0x42434631,
   writer = 0x42435731,
-  cancel_token = 0x42435431
+  cancel_token = 0x42435431,
+  scene = 0x42434531
 };
 
 struct Counted {

@@ -20,6 +20,7 @@ inline constexpr double least_opacity_stop = 1e-3; // less is seen by nobody, so
 inline constexpr double largest_colour = 1e9;      // products of three stay floats
 inline constexpr int32_t most_threads = 4096;
 inline constexpr uint32_t most_pixels = 65536; // along an edge of a picture
+inline constexpr double largest_turn = 1e6;    // degrees
 inline constexpr int32_t largest_tile = 4096;  // pixels along an edge
 inline constexpr uint32_t most_stills = 4096, most_intervals = 256, most_lights = 8;
 inline constexpr uint64_t memory_end = uint64_t{1} << 57; // that a process of any kind can see
@@ -60,6 +61,12 @@ template<size_t n> void require_range(const double (&v)[n], double low, double h
 // An array of the host's: as many elements as it says fit into memory.
 inline void require_count(uint64_t n, uint64_t bytes_each, const char* name) {
   if (n > memory_end / bytes_each) fail(Code::invalid_argument, name, " is ", n, ": more than memory holds");
+}
+
+// name: of what has so many pixels.
+inline void require_pixels(uint32_t width, uint32_t height, const char* name) {
+  if (width == 0 || height == 0 || width > most_pixels || height > most_pixels)
+    fail(Code::invalid_argument, name, ": ", width, " x ", height, " is not in 1 .. ", most_pixels);
 }
 
 } // namespace bccsplat::api

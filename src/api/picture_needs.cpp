@@ -14,18 +14,14 @@ using namespace bccsplat::api;
 
 namespace {
 
-void check_pixels(uint32_t width, uint32_t height) {
-  if (width == 0 || height == 0 || width > most_pixels || height > most_pixels)
-    fail(Code::invalid_argument, "picture needs: ", width, " x ", height, " pixels");
-}
-
 void tell_needs(const bccsplat_slice& slice, const Sight& sight, uint32_t width, uint32_t height,
                 const bccsplat_render_options* options, bccsplat_picture_needs* needs) {
   const OpenSlice& open = slice.open;
   if (!open.slice.is_time_slice() || open.extraction || open.cut.axes)
     fail(Code::unsupported, "picture needs: of slices in time alone, along the axes of the volume");
-  const PictureNeeds found = picture_needs(slice.volume->file, open, sight, static_cast<int>(width),
-                                           static_cast<int>(height), read_render_options(options));
+  const PictureNeeds found =
+      picture_needs(slice.volume->file, open.channel, open.slice, sight, static_cast<int>(width),
+                    static_cast<int>(height), read_render_options(options));
   bccsplat_picture_needs out{};
   out.level = static_cast<uint32_t>(found.level);
   out.distances_per_pixel = found.distances_per_pixel;
@@ -46,7 +42,7 @@ bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice, co
   return guard([&] {
     require(slice, "slice"), require(camera, "camera");
     check_output(needs, "needs");
-    check_pixels(width, height);
+    require_pixels(width, height, "picture needs");
     const Camera c = read_camera(camera);
     tell_needs(*slice, make_sight(c, static_cast<int>(width), static_cast<int>(height)), width, height,
                options, needs);
@@ -60,7 +56,7 @@ bccsplat_status bccsplat_slice_get_view_needs(const bccsplat_slice* slice, const
   return guard([&] {
     require(slice, "slice");
     check_output(needs, "needs");
-    check_pixels(width, height);
+    require_pixels(width, height, "picture needs");
     const HostView v = read_view(view);
     const std::vector<HalfSpace> planes = read_world_clips(clips, clip_count);
     const int w = static_cast<int>(width), h = static_cast<int>(height);

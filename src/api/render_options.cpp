@@ -104,4 +104,72 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
   return out;
 }
 
+void write_camera(const Camera& camera, bccsplat_camera* out) {
+  bccsplat_camera c{};
+  c.projection = camera.perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE : BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
+  for (size_t a = 0; a < 3; ++a)
+    c.position[a] = camera.position[a], c.target[a] = camera.target[a], c.up[a] = camera.up[a];
+  c.fovy_degrees = camera.fovy_degrees, c.ortho_height = camera.ortho_height;
+  write_struct(out, c, "camera");
+}
+
+TransferFunction read_function(const bccsplat_transfer_function* function) {
+  const auto in = read_struct(function, "bccsplat_transfer_function");
+  require_zero(in.reserved, "bccsplat_transfer_function.reserved");
+  if (in.color_count > 0) require(in.colors, "colors");
+  if (in.opacity_count > 0) require(in.opacities, "opacities");
+  TransferFunction f;
+  for (uint32_t i = 0; i < in.color_count; ++i) {
+    const double* p = in.colors + 4 * size_t{i};
+    require_number(p[0], "bccsplat_transfer_function.colors: a value", largest_value);
+    f.colors.push_back({p[0], {p[1], p[2], p[3]}});
+  }
+  for (uint32_t i = 0; i < in.opacity_count; ++i) {
+    const double* p = in.opacities + 2 * size_t{i};
+    require_number(p[0], "bccsplat_transfer_function.opacities: a value", largest_value);
+    f.opacities.push_back({p[0], p[1]});
+  }
+  require_zero_or(in.unit_distance, 1 / largest_distance, largest_distance,
+                  "bccsplat_transfer_function.unit_distance");
+  f.unit_distance = in.unit_distance;
+  f.check();
+  return f;
+}
+
+namespace {
+
+constexpr double most_shininess = 1e6;
+
+// Towards a light: its length counts for nothing, but must be one.
+void check_direction(const double (&v)[3]) {
+  require_numbers(v, "bccsplat_light.direction");
+  const double length = std::hypot(v[0], v[1], v[2]);
+  require_zero_or(length, smallest_length, 2 * largest_number, "bccsplat_light.direction: its length");
+}
+
+} // namespace
+
+Lights read_lights(const bccsplat_lights* lights) {
+  const auto in = read_struct(lights, "bccsplat_lights");
+  if (in.count > most_lights)
+    fail(Code::invalid_argument, "lights: ", in.count, " given, at most ", most_lights);
+  if (in.count > 0) require(in.lights, "lights");
+  Lights out;
+  if (in.count > 0) out.lights.clear();
+  for (uint32_t i = 0; i < in.count; ++i) {
+    check_direction(in.lights[i].direction);
+    require_range(in.lights[i].color, 0, largest_colour, "bccsplat_light.color");
+    out.lights.push_back({vec3(in.lights[i].direction), vec3(in.lights[i].color)});
+  }
+  if (in.ambient != 0 || in.diffuse != 0 || in.specular != 0 || in.shininess != 0) {
+    require_range(in.ambient, 0, largest_colour, "bccsplat_lights.ambient");
+    require_range(in.diffuse, 0, largest_colour, "bccsplat_lights.diffuse");
+    require_range(in.specular, 0, largest_colour, "bccsplat_lights.specular");
+    require_range(in.shininess, 0, most_shininess, "bccsplat_lights.shininess");
+    out.ambient = in.ambient, out.diffuse = in.diffuse, out.specular = in.specular,
+    out.shininess = in.shininess;
+  }
+  return out;
+}
+
 } // namespace bccsplat::api

@@ -14,6 +14,10 @@ namespace bccsplat::api {
 // These throw invalid_argument where a value is senseless. NULL options are the defaults; their callback is
 // not looked at.
 [[nodiscard]] Camera read_camera(const bccsplat_camera* camera);
+[[nodiscard]] TransferFunction read_function(const bccsplat_transfer_function* function);
+// Null: the defaults.
+[[nodiscard]] Lights read_lights(const bccsplat_lights* lights);
+void write_camera(const Camera& camera, bccsplat_camera* out);
 [[nodiscard]] RenderOptions read_render_options(const bccsplat_render_options* options);
 
 } // namespace bccsplat::api

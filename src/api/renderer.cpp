@@ -51,38 +51,6 @@ struct bccsplat_renderer : Object<Kind::renderer> {
 
 namespace {
 
-constexpr double largest_turn = 1e6; // degrees
-constexpr double most_shininess = 1e6;
-
-// Towards a light: its length counts for nothing, but must be one.
-void check_direction(const double (&v)[3]) {
-  require_numbers(v, "bccsplat_light.direction");
-  const double length = std::hypot(v[0], v[1], v[2]);
-  require_zero_or(length, smallest_length, 2 * largest_number, "bccsplat_light.direction: its length");
-}
-
-TransferFunction read_function(const bccsplat_transfer_function& in) {
-  require_zero(in.reserved, "bccsplat_transfer_function.reserved");
-  if (in.color_count > 0) require(in.colors, "colors");
-  if (in.opacity_count > 0) require(in.opacities, "opacities");
-  TransferFunction f;
-  for (uint32_t i = 0; i < in.color_count; ++i) {
-    const double* p = in.colors + 4 * size_t{i};
-    require_number(p[0], "bccsplat_transfer_function.colors: a value", largest_value);
-    f.colors.push_back({p[0], {p[1], p[2], p[3]}});
-  }
-  for (uint32_t i = 0; i < in.opacity_count; ++i) {
-    const double* p = in.opacities + 2 * size_t{i};
-    require_number(p[0], "bccsplat_transfer_function.opacities: a value", largest_value);
-    f.opacities.push_back({p[0], p[1]});
-  }
-  require_zero_or(in.unit_distance, 1 / largest_distance, largest_distance,
-                  "bccsplat_transfer_function.unit_distance");
-  f.unit_distance = in.unit_distance;
-  f.check();
-  return f;
-}
-
 // Tells the log where another level of the slice was drawn than last time.
 void tell_level(const bccsplat_renderer& renderer, int level) {
   if (level == (renderer.stats ? renderer.stats->level : 0)) return;
@@ -133,12 +101,7 @@ bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t p
     const bool perspective = projection == BCCSPLAT_PROJECTION_PERSPECTIVE;
     const Camera c =
         fit_camera(slice->open.slice, perspective, rotate_x_degrees, rotate_y_degrees, width, height);
-    bccsplat_camera out{};
-    out.projection = perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE : BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
-    for (size_t a = 0; a < 3; ++a)
-      out.position[a] = c.position[a], out.target[a] = c.target[a], out.up[a] = c.up[a];
-    out.fovy_degrees = c.fovy_degrees, out.ortho_height = c.ortho_height;
-    write_struct(camera, out, "camera");
+    write_camera(c, camera);
   });
 }
 
@@ -199,8 +162,7 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
       for (const double part : colors.back()) require_range(part, 0, largest_colour, "bccsplat_trail.colors");
     }
     std::optional<TransferFunction> function;
-    if (in.transfer_function)
-      function = read_function(read_struct(in.transfer_function, "bccsplat_transfer_function"));
+    if (in.transfer_function) function = read_function(in.transfer_function);
     renderer->trail.reset();
     renderer->trail_function = std::move(function);
     renderer->trail_options = options;
@@ -238,35 +200,14 @@ bccsplat_status bccsplat_renderer_set_transfer_function(bccsplat_renderer* rende
                                                         const bccsplat_transfer_function* function) {
   return guard([&] {
     const Alone alone(renderer, "renderer");
-    renderer->function =
-        function ? std::optional(read_function(read_struct(function, "bccsplat_transfer_function")))
-                 : std::nullopt;
+    renderer->function = function ? std::optional(read_function(function)) : std::nullopt;
   });
 }
 
 bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer, const bccsplat_lights* lights) {
   return guard([&] {
     const Alone alone(renderer, "renderer");
-    const auto in = read_struct(lights, "bccsplat_lights");
-    if (in.count > most_lights)
-      fail(Code::invalid_argument, "lights: ", in.count, " given, at most ", most_lights);
-    if (in.count > 0) require(in.lights, "lights");
-    Lights out;
-    if (in.count > 0) out.lights.clear();
-    for (uint32_t i = 0; i < in.count; ++i) {
-      check_direction(in.lights[i].direction);
-      require_range(in.lights[i].color, 0, largest_colour, "bccsplat_light.color");
-      out.lights.push_back({vec3(in.lights[i].direction), vec3(in.lights[i].color)});
-    }
-    if (in.ambient != 0 || in.diffuse != 0 || in.specular != 0 || in.shininess != 0) {
-      require_range(in.ambient, 0, largest_colour, "bccsplat_lights.ambient");
-      require_range(in.diffuse, 0, largest_colour, "bccsplat_lights.diffuse");
-      require_range(in.specular, 0, largest_colour, "bccsplat_lights.specular");
-      require_range(in.shininess, 0, most_shininess, "bccsplat_lights.shininess");
-      out.ambient = in.ambient, out.diffuse = in.diffuse, out.specular = in.specular,
-      out.shininess = in.shininess;
-    }
-    renderer->lights = std::move(out);
+    renderer->lights = read_lights(lights);
   });
 }
 

@@ -127,8 +127,7 @@ namespace {
 // The sight of a view that has a camera of its own.
 Sight read_sight(const bccsplat_view* view, uint32_t width, uint32_t height) {
   require(view, "view");
-  if (width == 0 || height == 0 || width > most_pixels || height > most_pixels)
-    fail(Code::invalid_argument, "view: ", width, " x ", height, " pixels");
+  require_pixels(width, height, "view");
   const HostView v = read_view(view);
   if (v.is_default()) fail(Code::invalid_argument, "view: it has neither camera nor matrices");
   return v.sight({}, static_cast<int>(width), static_cast<int>(height));

@@ -32,6 +32,11 @@ class Progress {
   Progress(Progress& whole, double begin, double end)
       : whole_(&whole), begin_(begin), length_(end - begin), counts_(whole.counts_) {}
 
+  // What ends at a time, beside the progress of the call it works for, which outlives it and is not told how
+  // far it is: it ends with Code::cancelled, too.
+  Progress(const Progress& call, std::chrono::steady_clock::time_point end)
+      : call_(&call), end_(end), timed_(true) {}
+
   // A token whose cancels from now on end the call as cancel() does, at most two; they outlive this. Null:
   // none.
   void watch(const CancelToken* token) {
@@ -49,7 +54,7 @@ class Progress {
   void cancel() noexcept { whole_ ? whole_->cancel() : cancelled_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool cancelled() const noexcept {
     if (whole_) return whole_->cancelled();
-    if (cancelled_.load(std::memory_order_relaxed)) return true;
+    if (cancelled_.load(std::memory_order_relaxed) || (call_ && call_->cancelled())) return true;
     for (const Watched& w : std::span(tokens_).first(watched_))
       if (w.token->cancelled_since(w.cancels_before)) return true;
     return false;
@@ -65,12 +70,14 @@ class Progress {
   void check() {
     if (whole_) return whole_->check();
     if (callback_ && since_last() >= interval) ask(-1);
+    if (timed_ && Clock::now() >= end_) cancel();
     throw_if_cancelled();
   }
 
   void report(double fraction) {
     if (whole_) return whole_->report(begin_ + length_ * fraction);
     if (callback_) ask(fraction);
+    if (timed_ && Clock::now() >= end_) cancel();
     throw_if_cancelled();
   }
 
@@ -110,6 +117,9 @@ class Progress {
   Callback callback_;
   std::array<Watched, 2> tokens_{};
   size_t watched_ = 0;
+  const Progress* call_ = nullptr;
+  std::chrono::steady_clock::time_point end_{};
+  bool timed_ = false;
   Progress* whole_ = nullptr; // null: the call's own
   double begin_ = 0, length_ = 1;
   bool counts_ = false;

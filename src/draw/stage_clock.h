@@ -7,6 +7,9 @@
 namespace bccsplat {
 
 using StageClock = std::chrono::steady_clock;
+[[nodiscard]] inline double ms_since(StageClock::time_point from) {
+  return std::chrono::duration<double, std::milli>(StageClock::now() - from).count();
+}
 // Adds the milliseconds since `from` to `sum` and starts the next stage.
 inline void add_lap(StageClock::time_point& from, double& sum) {
   const auto now = StageClock::now();

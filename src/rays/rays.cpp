@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/pool.h"
+#include "draw/stage_clock.h"
 #include "rays/cell_bound.h"
 #include "rays/surface_cells.h"
 #include "shade/view_light.h"
@@ -127,10 +128,6 @@ std::shared_ptr<SurfaceCells> find_cells(const Shot& shot, KeptSurfaceCells* kep
   const uint64_t rays = static_cast<uint64_t>(shot.view->width) * shot.view->height;
   if (kept && !(without & skip_unchanged)) return kept->find(slice, target, context, rays);
   return std::make_shared<SurfaceCells>(cells_for_rays(slice, target, rays, context));
-}
-
-double ms_since(std::chrono::steady_clock::time_point from) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - from).count();
 }
 
 } // namespace

@@ -21,10 +21,9 @@ Sight HostView::sight(const Camera& fitted, int width, int height) const {
 }
 
 Camera fitted_camera(const HostView& view, const Slice& slice, int width, int height) {
-  constexpr double rotate_x = 20, rotate_y = 30; // degrees
   if (!view.is_default()) return {};
   const auto [whole_width, whole_height] = view.picture_size(width, height);
-  return fit_camera(slice, false, rotate_x, rotate_y, whole_width, whole_height);
+  return fit_camera(slice, false, default_rotate_x, default_rotate_y, whole_width, whole_height);
 }
 
 HostEnds::HostEnds(const HostView& view, Sight& sight, int width, int height, MemoryBudget& budget) {

@@ -29,6 +29,9 @@ struct HostView {
   [[nodiscard]] Sight sight(const Camera& fitted, int width, int height) const;
 };
 
+// The angles of the default view, degrees.
+inline constexpr double default_rotate_x = 20, default_rotate_y = 30;
+
 // Returns the camera of the default view of a slice; that of another view has none that counts.
 [[nodiscard]] Camera fitted_camera(const HostView& view, const Slice& slice, int width, int height);
 

@@ -12,6 +12,7 @@
 #include "base/grid.h"
 #include "draw/deep.h"
 #include "draw/edge_smoother.h"
+#include "draw/stage_clock.h"
 #include "view/sheet_metric.h"
 
 namespace bccsplat {
@@ -148,10 +149,6 @@ ClassTable table_of(const Scene& scene, const RenderOptions& options, const Tran
   const double unit = function.unit_distance > 0 ? function.unit_distance : mean_voxel(*scene.slice);
   return make_class_table(function, bounds[0], bounds[1], base, unit,
                           quality_settings(options.quality).table_entries);
-}
-
-double ms_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 } // namespace

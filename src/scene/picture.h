@@ -41,6 +41,8 @@ struct RenderOptions : SheetWishes {
   // Takes four samples of edge pixels, in isosurfaces without a trail that are not deep. Pictures are
   // compared sample by sample without.
   bool smooth_edges = false;
+
+  bool operator==(const RenderOptions&) const = default;
 };
 
 struct Scene {

@@ -117,18 +117,18 @@ std::optional<IndexBox> seen_box(const Slice& slice, const Sight& sight, int wid
   return box;
 }
 
-PictureNeeds picture_needs(const OpenVolume& volume, const OpenSlice& slice, const Sight& sight, int width,
-                           int height, const RenderOptions& options) {
+PictureNeeds picture_needs(const OpenVolume& volume, uint32_t channel, const Slice& slice, const Sight& sight,
+                           int width, int height, const RenderOptions& options) {
   std::vector<LevelOption> levels;
   for (uint32_t l = 0; l <= volume.info().levels.size(); ++l)
-    levels.push_back({distances_per_pixel(slice.slice, volume.lattice(l), sight, width, height),
-                      level_error(volume.info(), slice.channel, l)});
+    levels.push_back({distances_per_pixel(slice, volume.lattice(l), sight, width, height),
+                      level_error(volume.info(), channel, l)});
   PictureNeeds needs;
   needs.level = enough_level(levels, options);
   needs.distances_per_pixel = levels.front().per_pixel;
   const Lattice4& lattice = volume.lattice(0);
   for (size_t a = 0; a < 3; ++a) needs.box.end[a] = lattice.domain_end(a);
-  if (const auto seen = seen_box(slice.slice, sight, width, height))
+  if (const auto seen = seen_box(slice, sight, width, height))
     needs.box = clip_to_samples(*seen, lattice), needs.seen = true;
   return needs;
 }

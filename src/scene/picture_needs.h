@@ -11,7 +11,7 @@
 #include "scene/picture.h"
 #include "slice/part.h"
 #include "view/camera.h"
-#include "volume/open_slice.h"
+#include "volume/open_volume.h"
 
 namespace bccsplat {
 
@@ -37,14 +37,16 @@ struct LevelOption {
 // nothing of it is.
 [[nodiscard]] std::optional<IndexBox> seen_box(const Slice& slice, const Sight& sight, int width, int height);
 
-// What a picture of a slice in time needs of its volume.
+// What a picture of a channel at a moment needs of its volume. The slice is one in time, of any level, or its
+// place alone.
 struct PictureNeeds {
   int level = 0;                  // that is enough
   double distances_per_pixel = 0; // of level 0
   bool seen = false;              // whether the camera sees anything
   IndexBox box;                   // of what it sees; all where it sees nothing
 };
-[[nodiscard]] PictureNeeds picture_needs(const OpenVolume& volume, const OpenSlice& slice, const Sight& sight,
-                                         int width, int height, const RenderOptions& options);
+[[nodiscard]] PictureNeeds picture_needs(const OpenVolume& volume, uint32_t channel, const Slice& slice,
+                                         const Sight& sight, int width, int height,
+                                         const RenderOptions& options);
 
 } // namespace bccsplat

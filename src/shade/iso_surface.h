@@ -16,6 +16,8 @@ struct IsoSurface {
   double value = 0;
   double opacity = 1;
   std::optional<Vec3> color; // linear; none: the transfer function's at the value
+
+  bool operator==(const IsoSurface&) const = default;
 };
 
 // Returns whether light passes any of the surfaces.

@@ -13,6 +13,8 @@ struct SheetWishes {
   std::optional<GradientMethod> gradient;
   std::optional<KernelForm> kernel_form;
   std::optional<RaiseFilter> raise;
+
+  bool operator==(const SheetWishes&) const = default;
 };
 
 // Returns the options of the sheets of a shot, without pre-integration, which its points decide.

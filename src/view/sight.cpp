@@ -103,8 +103,9 @@ Vec3 Sight::project(const Vec3& world) const {
   return {(yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant, distance};
 }
 
-Sight Sight::region(double x, double y) const {
+Sight Sight::region(int x, int y) const {
   Sight part = *this;
+  if (ends.distance) part.ends.distance += static_cast<size_t>(y) * ends.row + static_cast<size_t>(x);
   part.corner = corner + (x * across + y * down);
   return part;
 }

@@ -41,13 +41,14 @@ struct Sight {
   std::optional<Vec3> sheets_meet; // a point that sheet 0 passes through; none: the centre of the domain
   RayEnds ends;
 
+  bool operator==(const Sight&) const = default;
   // Of the pixel, its centre at (i, j): a point of the ray at a planar distance.
   [[nodiscard]] Vec3 point(double i, double j, double distance) const;
   // Returns pixel coordinates and planar distance of a point. In perspective one beside or behind the camera
   // has no pixel: NaN.
   [[nodiscard]] Vec3 project(const Vec3& world) const;
   // Returns the same sight of a part of the picture, whose pixel (0, 0) is pixel (x, y) of this one.
-  [[nodiscard]] Sight region(double x, double y) const;
+  [[nodiscard]] Sight region(int x, int y) const;
 };
 
 [[nodiscard]] Sight make_sight(const WorldCamera& camera, int width, int height);

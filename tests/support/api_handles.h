@@ -21,6 +21,7 @@ struct Releaser {
   void operator()(bccsplat_slice* h) const { bccsplat_slice_release(h); }
   void operator()(bccsplat_renderer* h) const { bccsplat_renderer_release(h); }
   void operator()(bccsplat_frame* h) const { bccsplat_frame_release(h); }
+  void operator()(bccsplat_scene* h) const { bccsplat_scene_release(h); }
   void operator()(bccsplat_cancel_token* h) const { bccsplat_cancel_token_release(h); }
 };
 template<class T> using Handle = std::unique_ptr<T, Releaser>;

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+// Settles, for each instance, which moment, level and box a view shows of it; keeps the slices that are cut
+// for that; and draws one instance as a picture of its slice, several as deep pictures that are merged. What
+// a budget makes of it is in host_scene_budget.cpp.
+#include "scene/host_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "draw/stage_clock.h"
+#include "scene/default_look.h"
+#include "scene/host_scene_parts.h"
+#include "scene/merge_deep.h"
+#include "scene/picture_needs.h"
+
+namespace bccsplat {
+namespace {
+
+// Part of a volume that a box is worth cutting for: what moves a little does not cut anew.
+constexpr double worth_cutting = 0.7;
+
+// A place in the world without points: the whole volume.
+Slice place_of(const Instance& instance) {
+  const VolumeInfo& info = instance.volume->info();
+  Slice place;
+  for (size_t a = 0; a < 3; ++a) place.domain_end[a] = info.lattice.domain_end(a), place.basis[a][a] = 1;
+  place.slice_to_world = instance.placement.after(info.affine);
+  return place;
+}
+
+bool covers(const std::optional<IndexBox>& has, const std::optional<IndexBox>& wanted) {
+  if (!has) return true;
+  if (!wanted) return false;
+  for (size_t a = 0; a < 3; ++a)
+    if (has->begin[a] > wanted->begin[a] || has->end[a] < wanted->end[a]) return false;
+  return true;
+}
+
+double share_of(const IndexBox& box, const Lattice4& lattice) {
+  double share = 1;
+  for (size_t a = 0; a < 3; ++a)
+    if (lattice.domain_end(a) > 0) share *= (box.end[a] - box.begin[a]) / lattice.domain_end(a);
+  return share;
+}
+
+// Returns the frame that an instance shows at a time of the scene; none: it shows nothing.
+std::optional<double> frame_at(const Instance& instance, double time) {
+  const TimeAxis& times = instance.volume->times();
+  const double first = times.first(), last = times.last();
+  if (!(last > first)) return 0;
+  double t = instance.time_offset + instance.time_scale * time;
+  if (instance.outside == Outside::loop)
+    t = first + (t - first) - (last - first) * std::floor((t - first) / (last - first));
+  else if (instance.outside == Outside::hold)
+    t = std::clamp(t, first, last);
+  const double rounding = 1e-9 * (last - first);
+  if (!(t >= first - rounding && t <= last + rounding)) return std::nullopt;
+  return times.index_of(std::clamp(t, first, last));
+}
+
+TransferFunction function_of(const Instance& instance, const Slice& slice, const RenderOptions& options) {
+  TransferFunction f =
+      instance.function ? *instance.function : default_function(*instance.volume, instance.channel, options);
+  // Extinction is per unit distance.
+  if (instance.density != 1)
+    f.unit_distance = (f.unit_distance > 0 ? f.unit_distance : mean_voxel(slice)) / instance.density;
+  return f;
+}
+
+void clear(Image& image) {
+  const auto fill = [&](const Plane& plane, float value) {
+    for (int y = 0; plane.pixels && y < image.height; ++y)
+      std::fill_n(plane.at(0, y), static_cast<size_t>(image.width) * plane.components, value);
+  };
+  fill(image.rgba, 0);
+  fill(image.depth, std::numeric_limits<float>::infinity());
+  fill(image.value, std::numeric_limits<float>::quiet_NaN());
+  fill(image.time, std::numeric_limits<float>::quiet_NaN());
+  if (image.deep) {
+    *image.deep = {};
+    image.deep->first.assign(static_cast<size_t>(image.width) * image.height + 1, 0);
+  }
+}
+
+} // namespace
+
+HostScene::HostScene() : frame_(std::make_unique<Frame>()) {}
+HostScene::~HostScene() = default;
+
+uint64_t HostScene::add(const Instance& instance) {
+  auto placed = std::make_unique<Placed>();
+  placed->instance = instance;
+  instances_.emplace(next_, std::move(placed));
+  ++version_;
+  return next_++;
+}
+
+void HostScene::set(uint64_t id, const Instance& instance) {
+  Placed& placed = find(id);
+  const bool other = instance.channel != placed.instance.channel;
+  placed.instance = instance;
+  if (other) placed.fine.reset(), placed.coarse.reset();
+  ++version_;
+}
+
+void HostScene::remove(uint64_t id) {
+  (void)find(id);
+  instances_.erase(id);
+  ++version_;
+}
+
+const Instance& HostScene::instance(uint64_t id) const { return find(id).instance; }
+
+HostScene::Placed& HostScene::find(uint64_t id) const {
+  const auto found = instances_.find(id);
+  if (found == instances_.end()) fail(Code::not_found, "scene: there is no instance ", id);
+  return *found->second;
+}
+
+DrawnBox HostScene::bounds() const {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  DrawnBox box{{none, none, none}, {-none, -none, -none}};
+  for (const auto& [id, placed] : instances_) {
+    if (placed->instance.hidden) continue;
+    const Slice place = place_of(placed->instance);
+    const DrawnBox drawn = drawn_box(place);
+    for (const Vec3& corner : box_corners(drawn.begin, drawn.end)) {
+      const Vec3 p = place.slice_to_world.point(corner);
+      for (size_t a = 0; a < 3; ++a)
+        box.begin[a] = std::min(box.begin[a], p[a]), box.end[a] = std::max(box.end[a], p[a]);
+    }
+  }
+  if (box.begin[0] > box.end[0]) fail(Code::wrong_state, "scene: it has no instance that is not hidden");
+  return box;
+}
+
+Camera HostScene::fit(bool perspective, double rotate_x, double rotate_y, int width, int height) const {
+  const DrawnBox box = bounds();
+  Slice place;
+  place.domain_begin = box.begin, place.domain_end = box.end;
+  return fit_camera(place, perspective, rotate_x, rotate_y, static_cast<uint32_t>(width),
+                    static_cast<uint32_t>(height));
+}
+
+Sight HostScene::sight_of(const ScenePicture& picture, int width, int height) const {
+  Camera fitted;
+  if (picture.view.is_default()) {
+    const auto [whole_width, whole_height] = picture.view.picture_size(width, height);
+    fitted = fit(false, default_rotate_x, default_rotate_y, whole_width, whole_height);
+  }
+  return picture.view.sight(fitted, width, height);
+}
+
+Sight HostScene::sight_of(uint64_t id, const Sight& sight) const {
+  const Placed& placed = find(id);
+  Sight own = sight;
+  const Slice place = place_of(placed.instance);
+  own.sheets_meet = place.slice_to_world.point(place.centre());
+  const Affine3 to_volume = placed.instance.placement.inverse();
+  for (const SceneClip& c : clips_)
+    if (c.instance == 0 || c.instance == id)
+      own.clip.push_back(c.of_volume ? c.plane.seen_through(to_volume) : c.plane);
+  return own;
+}
+
+std::vector<HostScene::Need> HostScene::needs(const Sight& sight, const RenderOptions& options, double at,
+                                              int width, int height) const {
+  std::vector<Need> out;
+  for (const auto& [id, placed] : instances_) {
+    const Instance& instance = placed->instance;
+    if (instance.hidden) continue;
+    const std::optional<double> frame = frame_at(instance, at);
+    if (!frame) continue;
+    Need need;
+    need.placed = placed.get(), need.frame = *frame, need.sight = sight_of(id, sight);
+    const PictureNeeds found = picture_needs(*instance.volume, instance.channel, place_of(instance),
+                                             need.sight, width, height, options);
+    if (!found.seen) continue;
+    need.level = static_cast<uint32_t>(found.level);
+    if (share_of(found.box, instance.volume->lattice(0)) < worth_cutting) need.box = found.box;
+    out.push_back(std::move(need));
+  }
+  return out;
+}
+
+SliceRequest HostScene::Need::request() const {
+  const Instance& instance = placed->instance;
+  HypersliceOptions cut;
+  cut.time_length = std::cbrt(std::fabs(instance.volume->info().affine.determinant()));
+  cut.box = box;
+  return request_slice(*instance.volume, instance.channel, nullptr, level, Hyperplane(0, 0, 0, 1, -frame),
+                       cut, false);
+}
+
+bool HostScene::Need::met_by(const std::unique_ptr<SceneCut>& cut) const {
+  return cut && cut->frame == frame && cut->open.level == level && covers(cut->open.cut.box, box);
+}
+
+void HostScene::cut(const Need& need, std::unique_ptr<SceneCut>& into, const Context& context,
+                    SceneStats& stats) const {
+  const auto start = std::chrono::steady_clock::now();
+  if (!need.met_by(into)) {
+    into.reset(); // before the next one takes memory
+    auto made = std::make_unique<SceneCut>();
+    made->open = cut_slice(*need.placed->instance.volume, need.request(), context);
+    made->frame = need.frame;
+    made->slice_to_world = made->open.slice.slice_to_world;
+    into = std::move(made);
+    stats.bytes_read += into->open.slice.bytes_read;
+    ++stats.cut;
+  }
+  const Affine3 placed = need.placed->instance.placement.after(into->slice_to_world);
+  if (!(placed == into->open.slice.slice_to_world)) {
+    // What is kept is of the slice in its place.
+    into->drawers.forget();
+    into->open.slice.slice_to_world = placed;
+    into->kept = std::make_unique<SliceKeep>();
+  }
+  stats.ms_cut += ms_since(start);
+}
+
+void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, CutOf cut_of,
+                     const Context& context, Image& image, SceneStats& stats) const {
+  const auto start = std::chrono::steady_clock::now();
+  const auto scene_of = [&](const Need& need) {
+    SceneCut& cut = *(need.placed->*cut_of);
+    Scene scene;
+    scene.slice = &cut.open.slice, scene.points = &cut.kept->points, scene.levels = &cut.kept->levels;
+    scene.sight = need.sight;
+    scene.function = function_of(need.placed->instance, cut.open.slice, picture.options);
+    scene.lights = lights_;
+    scene.lights.noise = noise_of(*need.placed->instance.volume, cut.open, picture.gradient_noise);
+    scene.noise_of_ripple = !picture.gradient_noise;
+    scene.drawers = &cut.drawers;
+    return scene;
+  };
+  if (shown.empty()) {
+    clear(image);
+  } else if (shown.size() == 1) {
+    const Scene scene = scene_of(shown.front());
+    Picture single(scene, picture.options, context, image); // refused, an image stays as it was
+    if (image.deep) *image.deep = {};                       // gives its memory back first
+    (void)single.draw();
+  } else {
+    if (image.deep || image.value.pixels || image.time.pixels)
+      fail(Code::unsupported, "scene: several instances have colour and depth alone, in one picture");
+    // A picture's own planes are not looked at.
+    std::vector<DeepImage> deep(shown.size());
+    std::vector<const DeepImage*> all;
+    ImageStorage scratch(image.width, image.height);
+    const Reservation memory(context.memory,
+                             sizeof(float) * 4 * static_cast<uint64_t>(image.width) * image.height,
+                             "a picture of several instances");
+    for (size_t n = 0; n < shown.size(); ++n) {
+      scratch.image.deep = &deep[n];
+      const Scene scene = scene_of(shown[n]);
+      Progress share(context.progress, static_cast<double>(n) / static_cast<double>(shown.size()),
+                     static_cast<double>(n + 1) / static_cast<double>(shown.size()));
+      (void)bccsplat::render(scene, picture.options, context.with(share), scratch.image);
+      all.push_back(&deep[n]);
+    }
+    merge_deep(all, context, image);
+  }
+  stats.ms_draw += ms_since(start);
+}
+
+SceneStats HostScene::render(const ScenePicture& picture, const Context& context, Image& image) {
+  const auto start = std::chrono::steady_clock::now();
+  SceneStats stats;
+  Sight sight = sight_of(picture, image.width, image.height);
+  const HostEnds ends(picture.view, sight, image.width, image.height, context.memory);
+  const std::vector<Need> shown = needs(sight, picture.options, time_, image.width, image.height);
+  stats.drawn = static_cast<uint32_t>(shown.size());
+  for (const Need& need : shown)
+    stats.level = &need == &shown.front() ? need.level : std::min(stats.level, need.level);
+  if (picture.budget_ms > 0) {
+    draw_within(picture, sight, shown, start, context, image, stats);
+  } else {
+    for (const Need& need : shown) cut(need, need.placed->fine, context, stats);
+    draw(picture, shown, &Placed::fine, context, image, stats);
+    stats.drew = true;
+    frame_->forget();
+  }
+  if (stats.drew) lay_over(picture.view.background, image);
+  stats.ms_total = ms_since(start);
+  if (stats.complete) frame_->complete_ms = stats.ms_total;
+  return stats;
+}
+
+void HostScene::prefetch(const ScenePicture& picture, double at, int width, int height,
+                         const Context& context) const {
+  const Sight sight = sight_of(picture, width, height);
+  for (const Need& need : needs(sight, picture.options, at, width, height))
+    prefetch_slice(need.request(), context);
+}
+
+} // namespace bccsplat

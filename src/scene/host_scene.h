@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Volumes in a host's world: what a picture of them needs is chosen, cut, kept, and drawn.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "scene/host_view.h"
+#include "scene/picture.h"
+#include "volume/open_slice.h"
+
+namespace bccsplat {
+
+// What of an instance shows at times outside its series.
+enum class Outside : uint8_t { hide, hold, loop };
+
+struct Instance {
+  const OpenVolume* volume = nullptr;
+  uint32_t channel = 0;
+  Affine3 placement; // from the volume's world to the scene's
+  double time_scale = 1, time_offset = 0;
+  Outside outside = Outside::hide;
+  bool hidden = false;
+  std::optional<TransferFunction> function; // none: the channel's look
+  double density = 1;                       // what its extinction is multiplied by
+};
+
+// A half-space of the scene's world, or of the world of each volume.
+struct SceneClip {
+  HalfSpace plane;
+  bool of_volume = false;
+  uint64_t instance = 0; // 0: all
+};
+
+struct ScenePicture {
+  HostView view;
+  RenderOptions options;
+  std::optional<double> gradient_noise; // as noise_of() takes it
+  double budget_ms = 0;                 // 0: until it is complete
+};
+
+struct SceneStats {
+  bool complete = true, drew = false; // drew: the image was written
+  double progress = 1;
+  uint32_t drawn = 0, cut = 0, level = 0;
+  uint64_t bytes_read = 0;
+  double ms_cut = 0, ms_draw = 0, ms_total = 0;
+};
+
+struct SceneCut; // host_scene_parts.h
+
+// The volumes outlive it. All calls but const ones need it alone.
+class HostScene {
+ public:
+  HostScene();
+  ~HostScene();
+  // Returns the instance's number, from 1 on.
+  uint64_t add(const Instance& instance);
+  // These throw not_found where there is no such instance.
+  void set(uint64_t id, const Instance& instance);
+  void remove(uint64_t id);
+  [[nodiscard]] const Instance& instance(uint64_t id) const;
+
+  void set_time(double time) { time_ = time; }
+  void set_clips(std::vector<SceneClip> clips) { clips_ = std::move(clips), ++version_; }
+  void set_lights(Lights lights) { lights_ = std::move(lights), ++version_; }
+
+  // Of the instances that are not hidden. Throws wrong_state where there is none.
+  [[nodiscard]] DrawnBox bounds() const;
+  [[nodiscard]] Camera fit(bool perspective, double rotate_x, double rotate_y, int width, int height) const;
+  // Throws what cutting and drawing do; of a budget that ends nothing but what the picture itself is refused
+  // for.
+  SceneStats render(const ScenePicture& picture, const Context& context, Image& image);
+  void prefetch(const ScenePicture& picture, double at, int width, int height, const Context& context) const;
+
+ private:
+  struct Placed;
+  struct Need;
+  struct Frame;
+  class Budget;
+  using CutOf = std::unique_ptr<SceneCut> Placed::*;
+
+  [[nodiscard]] Placed& find(uint64_t id) const;
+  [[nodiscard]] Sight sight_of(const ScenePicture& picture, int width, int height) const;
+  // What an instance is seen by: cut by its clips.
+  [[nodiscard]] Sight sight_of(uint64_t id, const Sight& sight) const;
+  // What a sight shows of the instances at a time.
+  [[nodiscard]] std::vector<Need> needs(const Sight& sight, const RenderOptions& options, double at,
+                                        int width, int height) const;
+  void cut(const Need& need, std::unique_ptr<SceneCut>& into, const Context& context,
+           SceneStats& stats) const;
+  [[nodiscard]] bool cut_within(double ms, std::span<const Need> shown, CutOf into, const Context& context,
+                                SceneStats& stats) const;
+  void draw(const ScenePicture& picture, std::span<const Need> shown, CutOf cut_of, const Context& context,
+            Image& image, SceneStats& stats) const;
+  [[nodiscard]] bool draw_coarse(const ScenePicture& picture, const Sight& sight, double ms,
+                                 const Context& context, const Image& image, SceneStats& stats);
+  void draw_within(const ScenePicture& picture, const Sight& sight, std::span<const Need> shown,
+                   std::chrono::steady_clock::time_point start, const Context& context, Image& image,
+                   SceneStats& stats);
+
+  std::map<uint64_t, std::unique_ptr<Placed>> instances_;
+  uint64_t next_ = 1, version_ = 0; // the latter of all that a picture shows but the time
+  double time_ = 0;
+  std::vector<SceneClip> clips_;
+  Lights lights_;
+  std::unique_ptr<Frame> frame_; // that calls with a budget are at work on
+};
+
+} // namespace bccsplat

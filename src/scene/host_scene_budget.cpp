@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// A picture within a budget of time. A coarse one comes first: a quarter of the pixels along each side,
+// draft, of a level that is enough for that. Then the slices of the complete picture are cut, and it is drawn
+// band by band of rows; a call that follows goes on with the next band. A slice that takes longer to cut than
+// a budget is given twice the time by each call, so that it is cut in the end.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+#include "draw/stage_clock.h"
+#include "scene/host_scene.h"
+#include "scene/host_scene_parts.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr int coarse_pixels = 4; // along each side of a pixel of the first picture
+constexpr int band_rows = 32;
+constexpr double least_ms = 2; // for cutting
+// Parts of the work, for progress alone.
+constexpr double coarse_share = 0.1, cut_share = 0.4;
+
+using Clock = StageClock;
+
+uint64_t hash_of(const RayEnds& ends, int width, int height) {
+  uint64_t hash = 0xcbf29ce484222325; // FNV-1a, by whole numbers
+  for (int y = 0; ends.distance && y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      uint32_t bits;
+      const float d = ends.at(x, y);
+      std::memcpy(&bits, &d, sizeof bits);
+      hash = (hash ^ bits) * 0x100000001b3;
+    }
+  return hash;
+}
+
+// Rows of an image, from `begin` on.
+Image rows_of(const Image& image, int begin, int count) {
+  Image part = image;
+  part.height = count;
+  for (Plane* plane : {&part.rgba, &part.depth, &part.value, &part.time})
+    if (plane->pixels) plane->pixels = plane->at(0, begin);
+  return part;
+}
+
+void copy_planes(const Image& from, const Image& to, int pixels) {
+  const auto copy = [&](const Plane& source, const Plane& target) {
+    if (!target.pixels) return;
+    const size_t floats = static_cast<size_t>(source.components);
+    for (int y = 0; y < to.height; ++y)
+      for (int x = 0; x < to.width; ++x)
+        std::copy_n(source.at(std::min(x / pixels, from.width - 1), std::min(y / pixels, from.height - 1)),
+                    floats, target.at(x, y));
+  };
+  copy(from.rgba, to.rgba), copy(from.depth, to.depth), copy(from.value, to.value), copy(from.time, to.time);
+}
+
+std::unique_ptr<ImageStorage> like(const Image& image, int width, int height) {
+  return std::make_unique<ImageStorage>(width, height, image.depth.pixels, image.value.pixels,
+                                        image.time.pixels);
+}
+
+} // namespace
+
+// How much of a call's time is left.
+class HostScene::Budget {
+ public:
+  Budget(double ms, Clock::time_point start) : start_(start), ms_(ms) {}
+  [[nodiscard]] double left() const { return ms_ - ms_since(start_); }
+  [[nodiscard]] static Clock::time_point after(double ms) {
+    return Clock::now() +
+           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(ms));
+  }
+
+ private:
+  Clock::time_point start_;
+  double ms_;
+};
+
+// Cuts what is needed, for at most so many milliseconds; returns whether all of it is there.
+bool HostScene::cut_within(double ms, std::span<const Need> shown, CutOf into, const Context& context,
+                           SceneStats& stats) const {
+  Progress until(context.progress, Budget::after(ms));
+  try {
+    for (const Need& need : shown) cut(need, need.placed->*into, context.with(until), stats);
+  } catch (const Error& e) {
+    if (e.code() != Code::cancelled) throw;
+    context.progress.throw_if_cancelled(); // by the host
+    return false;
+  }
+  return true;
+}
+
+// Draws the first picture of a view; returns whether there was time to cut what it is made of.
+bool HostScene::draw_coarse(const ScenePicture& picture, const Sight& sight, double ms,
+                            const Context& context, const Image& image, SceneStats& stats) {
+  const int width = (image.width + coarse_pixels - 1) / coarse_pixels,
+            height = (image.height + coarse_pixels - 1) / coarse_pixels;
+  constexpr double middle = (coarse_pixels - 1) / 2.0;
+  Sight coarse = sight;
+  coarse.corner = sight.corner + (middle * sight.across + middle * sight.down);
+  coarse.across = static_cast<double>(coarse_pixels) * sight.across;
+  coarse.down = static_cast<double>(coarse_pixels) * sight.down;
+  std::vector<float> ends;
+  if (sight.ends.distance) {
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        ends.push_back(sight.ends.at(std::min(coarse_pixels * x + coarse_pixels / 2, image.width - 1),
+                                     std::min(coarse_pixels * y + coarse_pixels / 2, image.height - 1)));
+    coarse.ends = {ends.data(), static_cast<size_t>(width)};
+  }
+  ScenePicture draft = picture;
+  draft.options.quality = Quality::draft, draft.options.sheet_step = 0, draft.options.smooth_edges = false;
+  const std::vector<Need> shown = needs(coarse, draft.options, time_, width, height);
+  if (!cut_within(ms, shown, &Placed::coarse, context, stats)) return false;
+  const auto small = like(image, width, height);
+  draw(draft, shown, &Placed::coarse, context, small->image, stats);
+  frame_->done = like(image, image.width, image.height);
+  copy_planes(small->image, frame_->done->image, coarse_pixels);
+  return true;
+}
+
+void HostScene::draw_within(const ScenePicture& picture, const Sight& sight, std::span<const Need> shown,
+                            Clock::time_point start, const Context& context, Image& image,
+                            SceneStats& stats) {
+  if (image.deep) fail(Code::unsupported, "scene: a deep picture has no budget");
+  const Budget budget(picture.budget_ms, start);
+  Frame& frame = *frame_;
+  Frame::Key key{version_,        hash_of(sight.ends, image.width, image.height),
+                 time_,           image.width,
+                 image.height,    sight,
+                 picture.options, picture.gradient_noise};
+  key.sight.ends = {};
+  if (!frame.key || !(*frame.key == key)) {
+    frame.forget();
+    frame.key = key, frame.rows = 0, frame.allowance_ms = 0;
+  }
+  stats.complete = false, stats.progress = 0;
+  // Where a complete picture fits, a coarse one is not worth its time.
+  const bool fits = frame.complete_ms && *frame.complete_ms < budget.left();
+  if (!frame.done && !fits) {
+    frame.allowance_ms = std::max({2 * frame.allowance_ms, budget.left(), least_ms});
+    if (!draw_coarse(picture, sight, frame.allowance_ms, context, image, stats)) return;
+    frame.allowance_ms = 0;
+  }
+  stats.progress = coarse_share;
+  bool first = !frame.done || budget.left() > 0 || stats.cut == 0;
+  const bool there = std::all_of(shown.begin(), shown.end(),
+                                 [](const Need& need) { return need.met_by(need.placed->fine); });
+  if (first && !there) {
+    frame.allowance_ms = std::max({2 * frame.allowance_ms, budget.left(), least_ms});
+    first = cut_within(frame.allowance_ms, shown, &Placed::fine, context, stats);
+  } else if (first) {
+    (void)cut_within(budget.left(), shown, &Placed::fine, context, stats); // puts them in their places
+  }
+  if (first) {
+    if (!frame.done) frame.done = like(image, image.width, image.height);
+    stats.progress = cut_share;
+    double longest = 0;
+    while (frame.rows < image.height && (first || budget.left() > longest)) {
+      const double before = budget.left();
+      const int rows = std::min(band_rows, image.height - frame.rows);
+      Image band = rows_of(frame.done->image, frame.rows, rows);
+      std::vector<Need> of_band(shown.begin(), shown.end());
+      for (Need& need : of_band) need.sight = need.sight.region(0, frame.rows);
+      draw(picture, of_band, &Placed::fine, context, band, stats);
+      frame.rows += rows, first = false;
+      longest = std::max(longest, before - budget.left());
+    }
+    stats.progress = cut_share + (1 - cut_share) * frame.rows / image.height;
+  }
+  if (!frame.done) return;
+  copy_planes(frame.done->image, image, 1);
+  stats.drew = true;
+  stats.complete = frame.rows == image.height;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a host's scene keeps of its instances, and of a picture that it draws in several calls.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "draw/image.h"
+#include "scene/drawers.h"
+#include "scene/host_scene.h"
+#include "scene/minify.h"
+#include "slice/part.h"
+
+namespace bccsplat {
+
+// A slice that is cut, with what pictures of it keep.
+struct SceneCut {
+  double frame = 0;
+  OpenSlice open;
+  Affine3 slice_to_world; // before the instance is placed
+  std::unique_ptr<SliceKeep> kept = std::make_unique<SliceKeep>();
+  Drawers drawers;
+};
+
+struct HostScene::Placed {
+  Instance instance;
+  std::unique_ptr<SceneCut> fine, coarse; // of complete pictures, and of the first ones within a budget
+};
+
+// What of an instance a view shows.
+struct HostScene::Need {
+  Placed* placed = nullptr;
+  double frame = 0;
+  uint32_t level = 0;
+  std::optional<IndexBox> box; // none: all of it
+  Sight sight;                 // with the clips that cut it
+
+  [[nodiscard]] SliceRequest request() const;
+  [[nodiscard]] bool met_by(const std::unique_ptr<SceneCut>& cut) const;
+};
+
+// A picture under way: which one, and how far it is.
+struct HostScene::Frame {
+  struct Key {
+    uint64_t version = 0, depths = 0;
+    double time = 0;
+    int width = 0, height = 0;
+    Sight sight;
+    RenderOptions options;
+    std::optional<double> gradient_noise;
+    bool operator==(const Key&) const = default;
+  };
+  std::optional<Key> key;             // none: none is under way
+  int rows = 0;                       // that are complete
+  double allowance_ms = 0;            // for cutting, more each time that it was not enough
+  std::optional<double> complete_ms;  // what the last complete picture took
+  std::unique_ptr<ImageStorage> done; // the picture so far, without the background
+
+  void forget() { key.reset(), done.reset(); }
+};
+
+} // namespace bccsplat

@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: Apache-2.0
+// Volumes in a host's scene: one instance is a renderer's picture, several are right in depth, time and place
+// are as they are set, and a budget ends in the picture.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support.h"
+
+using namespace host;
+
+namespace {
+
+using Scene = Handle<bccsplat_scene>;
+using Pixels = std::vector<float>; // 4 per pixel
+constexpr uint32_t width = 80, height = 64;
+
+class Scenes : public testing::Test {
+ protected:
+  void SetUp() override {
+    device_ = make_device();
+    Series s;
+    s.nx = s.ny = s.nz = 40, s.first = 10, s.step = 2;
+    s.field = [](double x, double y, double z, double t) {
+      const double dx = x - 14 - t, dy = y - 18, dz = z - 20 + t / 2;
+      return 100 * std::exp(-(dx * dx + dy * dy + dz * dz) / 50);
+    };
+    auto o = options_of(s);
+    o.levels = 1;
+    const Writer writer = make_writer(device_, folder_.file("s.bcc4"), o);
+    ASSERT_OK(add_frames(writer.get(), s));
+    ASSERT_OK(bccsplat_writer_finish(writer.get(), nullptr));
+    volume_ = open(device_, folder_.file("s.bcc4"));
+    scene_ = make_scene();
+    function_.colors = colors_, function_.color_count = 2;
+    function_.opacities = opacities_, function_.opacity_count = 2;
+    function_.unit_distance = 1;
+  }
+  [[nodiscard]] Scene make_scene() const {
+    bccsplat_scene* s = nullptr;
+    EXPECT_OK(bccsplat_scene_create(device_.get(), &s));
+    return Scene(s);
+  }
+  [[nodiscard]] bccsplat_instance instance() const {
+    auto i = sized<bccsplat_instance>();
+    i.transfer_function = &function_;
+    return i;
+  }
+  uint64_t add(const bccsplat_instance& i, const Scene* to = nullptr) const {
+    uint64_t id = 0;
+    EXPECT_OK(bccsplat_scene_add((to ? *to : scene_).get(), volume_.get(), &i, &id));
+    return id;
+  }
+  // Looks at the whole volume, whatever else the scene holds.
+  [[nodiscard]] bccsplat_camera camera(bool perspective = true) const {
+    auto c = sized<bccsplat_camera>();
+    EXPECT_OK(bccsplat_slice_fit_camera(cut_time(volume_, 3).get(),
+                                        perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE
+                                                    : BCCSPLAT_PROJECTION_ORTHOGRAPHIC,
+                                        20, 35, width, height, &c));
+    return c;
+  }
+  [[nodiscard]] Frame frame(uint32_t channels = 0) const {
+    bccsplat_frame* f = nullptr;
+    EXPECT_OK(bccsplat_frame_create(device_.get(), width, height, channels, &f));
+    return Frame(f);
+  }
+  [[nodiscard]] static Pixels pixels(const Frame& f) {
+    auto plane = sized<bccsplat_plane>();
+    EXPECT_OK(bccsplat_frame_get_channel(f.get(), BCCSPLAT_FRAME_RGBA, &plane));
+    return {plane.pixels, plane.pixels + size_t{4} * width * height};
+  }
+  [[nodiscard]] Pixels draw(const bccsplat_camera& c, const bccsplat_render_options* options = nullptr,
+                            const Scene* of = nullptr) {
+    auto v = sized<bccsplat_view>();
+    v.camera = &c;
+    const Frame f = frame(BCCSPLAT_FRAME_DEPTH);
+    status_ = sized<bccsplat_scene_status>();
+    EXPECT_OK(bccsplat_scene_render((of ? *of : scene_).get(), &v, f.get(), options, 0, &status_));
+    EXPECT_EQ(status_.complete, 1u);
+    EXPECT_EQ(status_.progress, 1);
+    return pixels(f);
+  }
+  void set_time(double t) { ASSERT_OK(bccsplat_scene_set_time(scene_.get(), t)); }
+
+  const Folder folder_;
+  Device device_;
+  Volume volume_;
+  Scene scene_;
+  bccsplat_scene_status status_{};
+  bccsplat_transfer_function function_ = sized<bccsplat_transfer_function>();
+  double colors_[8] = {10, 1, 0.2, 0.1, 100, 0.2, 0.9, 1};
+  double opacities_[4] = {5, 0, 90, 0.25};
+};
+
+float sum_of(const Pixels& p) {
+  float sum = 0;
+  for (size_t n = 3; n < p.size(); n += 4) sum += p[n];
+  return sum;
+}
+
+void place(bccsplat_instance& i, const std::array<double, 12>& rows) {
+  std::copy(rows.begin(), rows.end(), i.placement), i.placement[15] = 1;
+}
+
+TEST_F(Scenes, OneInstanceIsTheRenderersPicture) {
+  (void)add(instance());
+  set_time(10 + 2 * 3.25);
+  bccsplat_renderer* created = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device_.get(), &created));
+  const Renderer renderer(created);
+  const Slice slice = cut_time(volume_, 3.25);
+  ASSERT_OK(bccsplat_renderer_set_slice(created, slice.get()));
+  ASSERT_OK(bccsplat_renderer_set_transfer_function(created, &function_));
+  auto options = sized<bccsplat_render_options>();
+  options.quality = BCCSPLAT_QUALITY_FINE; // of level 0
+  ASSERT_OK(bccsplat_renderer_set_options(created, &options));
+  for (const bool perspective : {false, true}) {
+    const bccsplat_camera c = camera(perspective);
+    ASSERT_OK(bccsplat_renderer_set_camera(created, &c));
+    const Frame f = frame();
+    ASSERT_OK(bccsplat_renderer_render(created, f.get()));
+    EXPECT_EQ(draw(c, &options), pixels(f));
+    EXPECT_EQ(status_.drawn, 1u);
+    EXPECT_EQ(status_.level, 0u);
+  }
+  EXPECT_EQ(status_.cut, 0u) << "the slice was there";
+}
+
+TEST_F(Scenes, NothingIsDrawnOfNothing) {
+  const bccsplat_camera c = camera();
+  EXPECT_EQ(sum_of(draw(c)), 0);
+  auto v = sized<bccsplat_view>();
+  const Frame f = frame();
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), &v, f.get(), nullptr, 0, nullptr), BCCSPLAT_ERROR_WRONG_STATE)
+      << "there is no default view of nothing";
+  auto i = instance();
+  i.hidden = 1;
+  const uint64_t id = add(i);
+  set_time(15);
+  EXPECT_EQ(sum_of(draw(c)), 0);
+  i.hidden = 0;
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &i));
+  EXPECT_GT(sum_of(draw(c)), 10);
+  ASSERT_OK(bccsplat_scene_remove(scene_.get(), id));
+  EXPECT_EQ(sum_of(draw(c)), 0);
+  EXPECT_EQ(bccsplat_scene_remove(scene_.get(), id), BCCSPLAT_ERROR_NOT_FOUND);
+  EXPECT_EQ(bccsplat_scene_set_instance(scene_.get(), id, &i), BCCSPLAT_ERROR_NOT_FOUND);
+}
+
+TEST_F(Scenes, APlacedVolumeSeenByAPlacedCameraIsTheVolume) {
+  const uint64_t id = add(instance());
+  set_time(15);
+  const bccsplat_camera c = camera();
+  auto fine = sized<bccsplat_render_options>();
+  fine.quality = BCCSPLAT_QUALITY_FINE;
+  const Pixels own = draw(c, &fine);
+  // Turned by 90 degrees about z, twice as large, and moved: the camera likewise.
+  auto moved = instance();
+  place(moved, {0, -2, 0, 100, 2, 0, 0, -30, 0, 0, 2, 7});
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &moved));
+  function_.unit_distance = 2;
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &moved));
+  const auto turn = [](const double(&p)[3], double(&out)[3], bool point) {
+    out[0] = -2 * p[1] + (point ? 100 : 0), out[1] = 2 * p[0] - (point ? 30 : 0),
+    out[2] = 2 * p[2] + (point ? 7 : 0);
+  };
+  auto there = sized<bccsplat_camera>();
+  there.projection = c.projection, there.fovy_degrees = c.fovy_degrees;
+  turn(c.position, there.position, true), turn(c.target, there.target, true), turn(c.up, there.up, false);
+  EXPECT_LT(largest_difference(draw(there, &fine), own), 1e-4);
+  EXPECT_EQ(status_.cut, 0u) << "a volume that moves is not cut anew";
+  double bounds[6];
+  ASSERT_OK(bccsplat_scene_get_bounds(scene_.get(), bounds));
+  const double expected[6] = {100 - 78, -30, 7, 100, -30 + 78, 7 + 78};
+  for (size_t n = 0; n < 6; ++n) EXPECT_NEAR(bounds[n], expected[n], 1e-9) << n;
+  auto fitted = sized<bccsplat_camera>();
+  ASSERT_OK(bccsplat_scene_fit_camera(scene_.get(), 0, 0, 0, width, height, &fitted));
+  EXPECT_NEAR(fitted.target[0], 61, 1e-9);
+}
+
+TEST_F(Scenes, AMirrorImageIsOne) {
+  const uint64_t id = add(instance());
+  set_time(15);
+  auto c = sized<bccsplat_camera>();
+  c.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC, c.ortho_height = 60;
+  c.position[0] = c.position[1] = c.target[0] = c.target[1] = 19.5, c.position[2] = -50, c.up[1] = 1;
+  auto fine = sized<bccsplat_render_options>();
+  fine.quality = BCCSPLAT_QUALITY_FINE;
+  const Pixels own = draw(c, &fine);
+  auto mirrored = instance();
+  place(mirrored, {-1, 0, 0, 39, 0, 1, 0, 0, 0, 0, 1, 0}); // about x = 19.5, the middle of the picture
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &mirrored));
+  const Pixels mirror = draw(c, &fine);
+  double off = 0, other = 0;
+  for (size_t y = 0; y < height; ++y)
+    for (size_t x = 0; x < width; ++x)
+      for (size_t k = 0; k < 4; ++k) {
+        off = larger(off,
+                     std::fabs(mirror[4 * (width * y + x) + k] - own[4 * (width * y + width - 1 - x) + k]));
+        other = larger(other, std::fabs(mirror[4 * (width * y + x) + k] - own[4 * (width * y + x) + k]));
+      }
+  EXPECT_LT(off, 2e-3); // sites stand elsewhere in the pixels
+  EXPECT_GT(other, 0.1);
+}
+
+TEST_F(Scenes, TimeIsScaledAndGoesOnAsAsked) {
+  auto i = instance();
+  const uint64_t id = add(i);
+  const bccsplat_camera c = camera();
+  set_time(15);
+  const Pixels at_15 = draw(c);
+  set_time(24);
+  const Pixels last = draw(c);
+  EXPECT_NE(last, at_15);
+  set_time(24.5);
+  EXPECT_EQ(sum_of(draw(c)), 0) << "hidden outside the series";
+  i.outside = BCCSPLAT_OUTSIDE_HOLD;
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &i));
+  EXPECT_EQ(draw(c), last);
+  i.outside = BCCSPLAT_OUTSIDE_LOOP; // 14 long
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &i));
+  for (const double t : {15.0 + 14, 15.0 - 28}) {
+    set_time(t);
+    EXPECT_EQ(draw(c), at_15) << t;
+  }
+  i.outside = BCCSPLAT_OUTSIDE_HIDE, i.time_scale = 0.5, i.time_offset = 10;
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &i));
+  set_time(10);
+  EXPECT_EQ(draw(c), at_15);
+}
+
+TEST_F(Scenes, TwoHalvesInOnePlaceAreTheVolume) {
+  auto options = sized<bccsplat_render_options>();
+  options.opacity_stop = 1;
+  (void)add(instance());
+  set_time(15);
+  const bccsplat_camera c = camera();
+  const Pixels whole = draw(c, &options);
+  const Scene two = make_scene();
+  auto half = instance();
+  half.density = 0.5;
+  (void)add(half, &two), (void)add(half, &two);
+  ASSERT_OK(bccsplat_scene_set_time(two.get(), 15));
+  EXPECT_LT(largest_difference(draw(c, &options, &two), whole), 4e-3);
+  EXPECT_EQ(status_.drawn, 2u);
+}
+
+// One behind the other, whichever was added first: as one picture over the other.
+TEST_F(Scenes, InstancesAreRightInDepth) {
+  auto options = sized<bccsplat_render_options>();
+  options.opacity_stop = 1, options.shading = BCCSPLAT_SHADING_OFF;
+  auto c = sized<bccsplat_camera>();
+  c.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC, c.ortho_height = 60;
+  c.position[0] = c.position[1] = c.target[0] = c.target[1] = 19.5, c.position[2] = -200, c.up[1] = 1;
+  auto near = instance(), far = instance();
+  place(near, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -60});
+  place(far, {1, 0, 0, 4, 0, 1, 0, 3, 0, 0, 1, 60});
+  near.time_offset = -3;
+  const auto alone = [&](const bccsplat_instance& i) {
+    const Scene s = make_scene();
+    (void)add(i, &s);
+    EXPECT_OK(bccsplat_scene_set_time(s.get(), 16));
+    return draw(c, &options, &s);
+  };
+  const Pixels front = alone(near), back = alone(far);
+  for (const bool swapped : {false, true}) {
+    const Scene s = make_scene();
+    (void)add(swapped ? far : near, &s), (void)add(swapped ? near : far, &s);
+    ASSERT_OK(bccsplat_scene_set_time(s.get(), 16));
+    const Pixels both = draw(c, &options, &s);
+    double off = 0;
+    for (size_t p = 0; p < both.size(); ++p)
+      off = larger(off, std::fabs(both[p] - front[p] - (1 - front[p / 4 * 4 + 3]) * back[p]));
+    EXPECT_LT(off, 4e-3);
+  }
+}
+
+TEST_F(Scenes, ClipsCutTheInstancesTheyName) {
+  auto options = sized<bccsplat_render_options>();
+  options.opacity_stop = 1;
+  const uint64_t first = add(instance());
+  auto beside = instance();
+  place(beside, {1, 0, 0, 40, 0, 1, 0, 0, 0, 0, 1, 0});
+  const uint64_t second = add(beside);
+  set_time(15);
+  auto c = sized<bccsplat_camera>();
+  c.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC, c.ortho_height = 80;
+  c.position[0] = c.target[0] = 39.5, c.position[1] = c.target[1] = 19.5, c.position[2] = -200, c.up[1] = 1;
+  const Pixels whole = draw(c, &options);
+  // x points to the left: instance 1 is on the right half.
+  const auto half_sum = [](const Pixels& p, bool right) {
+    float sum = 0;
+    for (size_t n = 0; n < p.size() / 4; ++n)
+      if ((n % width >= width / 2) == right) sum += p[4 * n + 3];
+    return sum;
+  };
+  bccsplat_clip clip{};
+  clip.normal[1] = 1, clip.offset = -1000, clip.instance = second;
+  ASSERT_OK(bccsplat_scene_set_clips(scene_.get(), &clip, 1));
+  Pixels cut = draw(c, &options);
+  EXPECT_NEAR(half_sum(cut, true), half_sum(whole, true), 0.02 * half_sum(whole, true));
+  EXPECT_LT(half_sum(cut, false), 0.02 * half_sum(whole, false));
+  // In the volume's own space the second one is where the first is.
+  clip = {};
+  clip.normal[0] = 1, clip.offset = -39.5, clip.space = BCCSPLAT_CLIP_SPACE_VOLUME;
+  ASSERT_OK(bccsplat_scene_set_clips(scene_.get(), &clip, 1));
+  EXPECT_LT(sum_of(draw(c, &options)), 0.01 * sum_of(whole)) << "both cut away";
+  clip.space = BCCSPLAT_CLIP_SPACE_WORLD;
+  ASSERT_OK(bccsplat_scene_set_clips(scene_.get(), &clip, 1));
+  cut = draw(c, &options);
+  EXPECT_LT(half_sum(cut, true), 0.02 * half_sum(whole, true));
+  EXPECT_GT(half_sum(cut, false), 0.9 * half_sum(whole, false));
+  (void)first;
+}
+
+TEST_F(Scenes, ABoxOfTheVolumeIsReadForWhatClipsLeave) {
+  (void)add(instance());
+  set_time(15);
+  const bccsplat_camera c = camera();
+  auto options = sized<bccsplat_render_options>();
+  options.quality = BCCSPLAT_QUALITY_FINE, options.shading = BCCSPLAT_SHADING_OFF;
+  std::vector<bccsplat_clip> faces(6);
+  const std::array<double, 16> box{9, 0, 0, 12, 0, 10, 0, 14, 0, 0, 11, 15, 0, 0, 0, 1};
+  ASSERT_OK(bccsplat_make_box_clips(box.data(), faces.data()));
+  ASSERT_OK(bccsplat_scene_set_clips(scene_.get(), faces.data(), faces.size()));
+  const Pixels part = draw(c, &options); // of a slice in a box
+  ASSERT_GT(sum_of(part), 5);
+  const Scene other = make_scene();
+  (void)add(instance(), &other);
+  ASSERT_OK(bccsplat_scene_set_time(other.get(), 15));
+  (void)draw(c, &options, &other); // the whole slice, which is kept
+  ASSERT_OK(bccsplat_scene_set_clips(other.get(), faces.data(), faces.size()));
+  EXPECT_LT(largest_difference(draw(c, &options, &other), part), 5e-5);
+  EXPECT_EQ(status_.cut, 0u);
+}
+
+TEST_F(Scenes, ABudgetEndsInThePicture) {
+  (void)add(instance());
+  const bccsplat_camera c = camera();
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  Pixels behind(size_t{4} * width * height, 0.25f), ends(size_t{width} * height, 1e6f);
+  v.background = behind.data(), v.depth = ends.data();
+  for (const double t : {15.0, 16.5}) {
+    set_time(t);
+    const Frame whole = frame(BCCSPLAT_FRAME_VALUE), parts = frame(BCCSPLAT_FRAME_VALUE);
+    auto status = sized<bccsplat_scene_status>();
+    int calls = 0;
+    double before = -1;
+    do {
+      ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, parts.get(), nullptr, 1e-3, &status));
+      ASSERT_TRUE(status.progress > before || status.progress == 0) << status.progress;
+      before = status.progress;
+      ASSERT_LT(++calls, 60);
+    } while (!status.complete);
+    EXPECT_GT(calls, 1) << "a picture of two bands does not fit into a microsecond";
+    EXPECT_EQ(status.progress, 1);
+    const Pixels budgeted = pixels(parts);
+    ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, whole.get(), nullptr, 0, &status));
+    EXPECT_LT(largest_difference(budgeted, pixels(whole)), 1e-4);
+  }
+  // Something else is another picture, from its beginning.
+  auto status = sized<bccsplat_scene_status>();
+  const Frame f = frame();
+  set_time(12);
+  ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), nullptr, 1e-3, &status));
+  EXPECT_EQ(status.complete, 0u);
+  ends.assign(ends.size(), 60);
+  do ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), nullptr, 1e-3, &status));
+  while (!status.complete);
+  const Frame whole = frame();
+  ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, whole.get(), nullptr, 0, &status));
+  EXPECT_LT(largest_difference(pixels(f), pixels(whole)), 1e-4);
+  // A generous one is the picture at once.
+  ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), nullptr, 1e6, &status));
+  EXPECT_EQ(status.complete, 1u);
+  EXPECT_LT(largest_difference(pixels(f), pixels(whole)), 1e-4);
+}
+
+TEST_F(Scenes, PrefetchLeavesNothingToRead) {
+  (void)add(instance());
+  const bccsplat_camera c = camera();
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  ASSERT_OK(bccsplat_scene_prefetch(scene_.get(), &v, width, height, nullptr, 15));
+  set_time(15);
+  (void)draw(c);
+  EXPECT_EQ(status_.cut, 1u);
+  EXPECT_EQ(status_.bytes_read, 0u);
+  EXPECT_OK(bccsplat_scene_prefetch(scene_.get(), &v, width, height, nullptr, 99)) << "nothing is there";
+}
+
+TEST_F(Scenes, NonsenseIsRefused) {
+  auto i = instance();
+  uint64_t id = 0;
+  const auto refused = [&](int32_t status) {
+    return bccsplat_scene_add(scene_.get(), volume_.get(), &i, &id) == status;
+  };
+  i.channel = 3;
+  EXPECT_TRUE(refused(BCCSPLAT_ERROR_NOT_FOUND));
+  i = instance();
+  place(i, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0});
+  EXPECT_TRUE(refused(BCCSPLAT_ERROR_INVALID_ARGUMENT)) << "flat";
+  place(i, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+  i.placement[12] = 3; // column-major
+  EXPECT_TRUE(refused(BCCSPLAT_ERROR_INVALID_ARGUMENT));
+  EXPECT_NE(std::string(bccsplat_last_error()).find("row-major"), std::string::npos);
+  i = instance(), i.density = -1;
+  EXPECT_TRUE(refused(BCCSPLAT_ERROR_INVALID_ARGUMENT));
+  i = instance(), i.outside = 4;
+  EXPECT_TRUE(refused(BCCSPLAT_ERROR_INVALID_ARGUMENT));
+  EXPECT_EQ(bccsplat_scene_set_time(scene_.get(), NAN), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  const Device other = make_device();
+  const Volume elsewhere = open(other, folder_.file("s.bcc4"));
+  EXPECT_EQ(bccsplat_scene_add(scene_.get(), elsewhere.get(), nullptr, &id), BCCSPLAT_ERROR_INVALID_HANDLE);
+  ASSERT_OK(bccsplat_scene_add(scene_.get(), volume_.get(), nullptr, &id));
+  ASSERT_OK(bccsplat_scene_add(scene_.get(), volume_.get(), nullptr, &id));
+  set_time(15);
+  const Frame deep = frame(BCCSPLAT_FRAME_DEEP);
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), nullptr, deep.get(), nullptr, 0, nullptr),
+            BCCSPLAT_ERROR_UNSUPPORTED);
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), nullptr, deep.get(), nullptr, 10, nullptr),
+            BCCSPLAT_ERROR_UNSUPPORTED);
+  const Frame f = frame();
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), nullptr, f.get(), nullptr, -1, nullptr),
+            BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_OK(bccsplat_scene_render(scene_.get(), nullptr, f.get(), nullptr, 0, nullptr));
+}
+
+} // namespace
