@@ -2093,9 +2093,9 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* fr
 
 /* ---- Scene: volumes in a host's world ---- */
 
-/* What a host talks to every frame: volumes placed in its world, a time, a view. The scene picks the
- * level and the part of each volume that the view shows, reads and cuts them, keeps what it made,
- * and draws. */
+/* What a host talks to every frame: volumes placed in its world, a time, a view. The scene picks
+ * the level and the part of each volume that the view shows, reads and cuts them, keeps what it
+ * made, and draws. */
 typedef struct bccsplat_scene bccsplat_scene;
 
 /* What of an instance shows at times outside its series. */
@@ -2179,19 +2179,24 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_get_bounds(
 BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* scene,
     int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
     uint32_t height, bccsplat_camera* camera);
-/* Draws the scene at its time. view NULL: the default view of all instances. options NULL: the
- * defaults; disable_skips, reference and sheet_step as of a renderer; an iso value or surfaces are
- * for all instances.
+/* Draws the scene at its time. view NULL: the default view of all instances (WRONG_STATE without
+ * any). options NULL: the defaults, else as of a renderer; an iso value and surfaces are for all
+ * instances.
  *
- * budget_ms: 0: until the picture is complete. Else about as long as the call takes once data are
- * in memory, at least some milliseconds: a coarse picture comes first, and calls that follow with
- * nothing changed go on where the last one ended, until status->complete. Reading is cut off, too:
- * without data the frame keeps what it had, and progress is 0.
+ * budget_ms: 0: until the picture is complete. Else about the time that the call takes: a coarse
+ * picture comes first, and calls that follow with nothing changed (view, depths, options, scene) go
+ * on where the last one ended, until status->complete. Cutting a slice is cut off as well: the
+ * frame then keeps what it had, and progress is 0 until there is a first picture; where a slice
+ * takes longer than the budget each call gives it twice the time of the one before. A complete
+ * picture is that of budget 0 up to rounding. options->progress is not called, FRAME_DEEP is
+ * UNSUPPORTED.
  *
- * Several instances are drawn together, right in depth where they overlap: extinctions add, and
- * colours mix by them; in modes composite and (opaque, nearest first) isosurface, without
- * FRAME_DEEP. One instance is drawn as a renderer does. status may be NULL. Also:
- * INVALID_ARGUMENT, UNSUPPORTED and LIMIT_EXCEEDED as bccsplat_renderer_render, reading. */
+ * One instance in view is drawn as a renderer does. Several are drawn together, right in depth
+ * where they overlap: extinctions add, and colours mix by them. Each takes the time of a deep
+ * picture, some four times that of a flat one. They have modes composite and isosurface, and of the
+ * frame RGBA and DEPTH alone (else UNSUPPORTED). status may be NULL. Also: INVALID_ARGUMENT,
+ * UNSUPPORTED and LIMIT_EXCEEDED as bccsplat_renderer_render, OUT_OF_DOMAIN (frames that a part of
+ * a series does not have), reading. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene,
     const bccsplat_view* view, bccsplat_frame* frame, const bccsplat_render_options* options,
     double budget_ms, bccsplat_scene_status* status);

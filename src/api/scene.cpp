@@ -69,13 +69,15 @@ struct AskedPicture {
   Token token;
   Progress progress;
 
-  AskedPicture(const bccsplat_view* view, const bccsplat_render_options* options)
-      : AskedPicture(view, options, read_struct(options, "bccsplat_render_options")) {}
+  AskedPicture(const bccsplat_view* view, const bccsplat_render_options* options, double budget_ms = 0)
+      : AskedPicture(view, options, budget_ms, read_struct(options, "bccsplat_render_options")) {}
 
  private:
-  AskedPicture(const bccsplat_view* view, const bccsplat_render_options* options,
+  AskedPicture(const bccsplat_view* view, const bccsplat_render_options* options, double budget_ms,
                const bccsplat_render_options& in)
-      : token(read_token(in.cancel_token)), progress(progress_callback(in.progress, in.progress_user)) {
+      : token(read_token(in.cancel_token)),
+        progress(progress_callback(budget_ms > 0 ? nullptr : in.progress, in.progress_user)) {
+    picture.budget_ms = budget_ms;
     picture.view = read_view(view);
     picture.options = read_render_options(options);
     if (in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE) picture.gradient_noise = in.gradient_noise;
@@ -193,8 +195,7 @@ bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view
     if (frame->device.get() != scene->device.get())
       fail(Code::invalid_handle, "scene: the frame belongs to another device");
     require_range(budget_ms, 0, largest_budget, "budget_ms");
-    AskedPicture asked(view, options);
-    asked.picture.budget_ms = budget_ms;
+    AskedPicture asked(view, options, budget_ms);
     const SceneStats stats =
         scene->scene.render(asked.picture, scene->device->context(asked.progress), frame->image);
     if (stats.drew) {

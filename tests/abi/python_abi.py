@@ -62,7 +62,8 @@ class Header:
     def arguments(self, text):
         if text.strip() == "void":
             return []
-        return [self.type(re.sub(r"\w+$", "", argument.strip())) for argument in text.split(",")]
+        pointers = re.sub(r"(\w+)\[\d+\]", r"*\1", text)
+        return [self.type(re.sub(r"\w+$", "", argument.strip())) for argument in pointers.split(",")]
 
     def fields(self, body):
         out = []

@@ -18,7 +18,8 @@ top, examples, scratch = sys.argv[1:]
 sys.path.insert(0, os.path.join(top, "examples", "python"))
 sys.dont_write_bytecode = True
 import bccsplat  # noqa: E402
-from bccsplat import Cancelled, CancelToken, Channel, Device, Error, Frame, Renderer, Slice, Status, TransferFunction  # noqa: E402
+from bccsplat import Cancelled, CancelToken, Channel, Device, Error, Frame, RenderOptions, Renderer, Scene, Slice  # noqa: E402
+from bccsplat import Status, TransferFunction, View, box_clips, camera_matrices  # noqa: E402
 from bccsplat import Volume, WouldBlock, Writer, abi, join_parts, join_streams, look_at  # noqa: E402
 from bccsplat import _library as loaded  # noqa: E402
 from bccsplat.__main__ import main  # noqa: E402
@@ -352,6 +353,74 @@ def pictures(device, volume, cut, folder):
     shared.close()
 
 
+def scenes(device, volume, cut):
+    """A volume among a host's own things: by matrices, behind its depths, cut open, twice."""
+    renderer, frame = Renderer(device), Frame(device, 60, 40)
+    renderer.set_slice(cut)
+    camera = cut.fit_camera(60, 40, projection="perspective")
+    renderer.set_camera(camera)
+    renderer.render(frame)
+    whole = frame.rgba().copy()
+    world_to_view, projection = camera_matrices(camera, 60, 40, 1, 1000, "reversed")
+    view = View(world_to_view=world_to_view, projection=projection, depth_range="reversed")
+    renderer.set_view(view)
+    renderer.render(frame)
+    assert np.allclose(frame.rgba(), whole, atol=2e-5)
+    points = np.array([[3.0, 4, 5], [7, 8, 9]])
+    pixels = view.project(points, 60, 40)
+    assert np.allclose(view.unproject(pixels, 60, 40), points)
+    clip = world_to_view @ [*points[0], 1]
+    ndc = projection @ clip
+    assert np.allclose(pixels[0, :2], [(ndc[0] / ndc[3] + 1) * 30, (1 - ndc[1] / ndc[3]) * 20])
+    near, behind = np.ones((40, 60), np.float32), np.full((40, 60, 4), 0.5, np.float32)  # depth 1 is the near plane
+    renderer.set_view(View(world_to_view=world_to_view, projection=projection, depth_range="reversed", depth=near,
+                           background=behind))
+    renderer.render(frame)
+    assert np.array_equal(frame.rgba(), behind)
+    raises(ValueError, None, renderer.render, Frame(device, 61, 40))
+    raises(ValueError, None, View, world_to_view=world_to_view)
+    renderer.set_view(None)
+    renderer.set_clips([(1, 0, 0, 1e6)])
+    renderer.set_camera(camera)
+    renderer.render(frame)
+    assert np.array_equal(frame.rgba(), whole)
+    renderer.set_clips([])
+    faces = box_clips(np.diag([2.0, 3, 4, 1]))
+    assert faces[0] == (0.5, 0, 0, 0) and faces[5] == (0, 0, -0.25, 1)
+    needs = cut.view_needs(View(camera), 60, 40)
+    assert list(needs.box) == list(cut.picture_needs(camera, 60, 40).box)
+
+    scene = Scene(device)
+    first = scene.add(volume, outside="hold")
+    scene.set_time(volume.info().time_first)
+    width, bounds = volume.info().dims[0], scene.bounds()
+    view = View(scene.fit_camera(60, 40))
+    assert scene.render(frame, view, RenderOptions(quality="draft")).complete == 1
+    one = frame.rgba()[..., 3].sum()
+    beside = np.eye(4)
+    beside[0, 3] = bounds[3] - bounds[0]
+    second = scene.add(volume, outside="hold", placement=beside, density=0.5)
+    assert first == 1 and second == 2 and scene.bounds()[3] > bounds[3] and width > 1
+    status = scene.render(frame, View(scene.fit_camera(60, 40)))
+    assert status.drawn == 2
+    scene.set_instance(second, hidden=True)
+    scene.render(frame, view, RenderOptions(quality="draft"))
+    assert np.isclose(frame.rgba()[..., 3].sum(), one)
+    scene.set_clips([(1, 0, 0, -1e6)])
+    assert scene.render(frame, view).drawn == 0 and not frame.rgba().any()
+    scene.set_clips([abi.Clip(normal=(1, 0, 0), offset=1e6, space=abi.CLIP_SPACE_VOLUME, instance=first)])
+    scene.set_lights([((1, 0, 0), (1, 1, 1))])
+    calls = 0
+    while not scene.render(frame, view, budget_ms=1e-3).complete:
+        calls += 1
+    assert calls > 0
+    scene.prefetch(volume.info().time_first, 60, 40, view)
+    scene.remove(second)
+    raises(Error, Status.NOT_FOUND, scene.remove, second)
+    scene.close()
+    renderer.close()
+
+
 def cancelling(device, folder):
     """A token ends every long call that has it, before it begins or under way, until it is reset."""
     path, token = os.path.join(folder, "s.bcc4"), CancelToken()
@@ -618,6 +687,7 @@ with Device(threads=2) as device:
     volume_facts(volume)
     cut = slices(volume)
     pictures(device, volume, cut, scratch)
+    scenes(device, volume, cut)
     cancelling(device, scratch)
     layers(device, scratch)
     refused_and_short(device, scratch)
@@ -631,6 +701,6 @@ unreadable(scratch)
 symbols = set(open(os.path.join(top, "tests", "abi", "symbols.txt"), encoding="utf-8").read().split())
 assert set(abi.FUNCTIONS) == symbols
 never = symbols - called - {"bccsplat_abi_version"}  # that one at import
-for kind in ("device", "volume", "slice", "renderer", "frame", "writer", "cancel_token"):
+for kind in ("device", "volume", "slice", "renderer", "frame", "writer", "cancel_token", "scene"):
     never.discard("bccsplat_%s_retain" % kind)  # one method for all: Handle.share
 assert not never, never

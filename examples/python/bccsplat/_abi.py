@@ -101,6 +101,18 @@ RANGES_MISSING = 1
 PROJECTION_DEFAULT = 0
 PROJECTION_ORTHOGRAPHIC = 1
 PROJECTION_PERSPECTIVE = 2
+DEPTH_RANGE_DEFAULT = 0
+DEPTH_RANGE_ZERO_ONE = 1
+DEPTH_RANGE_MINUS_ONE_ONE = 2
+DEPTH_RANGE_REVERSED = 3
+DEPTH_DEFAULT = 0
+DEPTH_PLANAR = 1
+DEPTH_RAY = 2
+DEPTH_DEVICE = 3
+CLIP_SPACE_DEFAULT = 0
+CLIP_SPACE_WORLD = 1
+CLIP_SPACE_VOLUME = 2
+MAX_CLIPS = 32
 MODE_DEFAULT = 0
 MODE_COMPOSITE = 1
 MODE_ISOSURFACE = 2
@@ -162,6 +174,10 @@ FRAME_DEEP = 16
 IMAGE_PNG = 1
 IMAGE_EXR = 2
 IMAGE_DEEP_EXR = 3
+OUTSIDE_DEFAULT = 0
+OUTSIDE_HIDE = 1
+OUTSIDE_HOLD = 2
+OUTSIDE_LOOP = 3
 
 bccsplat_progress_fn = CFUNCTYPE(c_int32, c_void_p, c_double)
 bccsplat_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
@@ -612,6 +628,38 @@ class Camera(Struct):
         ("ortho_height", c_double)]
 
 
+class View(Struct):
+    use_matrices: int
+    camera: Any
+    world_to_view: Array[c_double]
+    projection: Array[c_double]
+    column_major: int
+    depth_range: int
+    y_down: int
+    depth_kind: int
+    picture_size: Array[c_uint32]
+    region_begin: Array[c_uint32]
+    depth: int | None
+    depth_row_bytes: int
+    background: int | None
+    background_row_bytes: int
+    _fields_ = [("struct_size", c_uint32), ("use_matrices", c_uint32), ("camera", POINTER(Camera)),
+        ("world_to_view", c_double * 16), ("projection", c_double * 16), ("column_major", c_uint32),
+        ("depth_range", c_int32), ("y_down", c_uint32), ("depth_kind", c_int32),
+        ("picture_size", c_uint32 * 2), ("region_begin", c_uint32 * 2), ("depth", c_void_p),
+        ("depth_row_bytes", c_int64), ("background", c_void_p), ("background_row_bytes", c_int64)]
+
+
+class Clip(Structure):
+    normal: Array[c_double]
+    offset: float
+    space: int
+    reserved: int
+    instance: int
+    _fields_ = [("normal", c_double * 3), ("offset", c_double), ("space", c_int32), ("reserved", c_uint32),
+        ("instance", c_uint64)]
+
+
 class TransferFunction(Struct):
     color_count: int
     colors: int | None
@@ -798,6 +846,36 @@ class ImageOptions(Struct):
         ("progress_user", c_void_p), ("cancel_token", c_void_p)]
 
 
+class Instance(Struct):
+    channel: int
+    placement: Array[c_double]
+    time_scale: float
+    time_offset: float
+    outside: int
+    hidden: int
+    transfer_function: Any
+    density: float
+    _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("placement", c_double * 16),
+        ("time_scale", c_double), ("time_offset", c_double), ("outside", c_int32), ("hidden", c_uint32),
+        ("transfer_function", POINTER(TransferFunction)), ("density", c_double)]
+
+
+class SceneStatus(Struct):
+    complete: int
+    progress: float
+    drawn: int
+    cut: int
+    level: int
+    reserved: int
+    bytes_read: int
+    ms_cut: float
+    ms_draw: float
+    ms_total: float
+    _fields_ = [("struct_size", c_uint32), ("complete", c_uint32), ("progress", c_double),
+        ("drawn", c_uint32), ("cut", c_uint32), ("level", c_uint32), ("reserved", c_uint32),
+        ("bytes_read", c_uint64), ("ms_cut", c_double), ("ms_draw", c_double), ("ms_total", c_double)]
+
+
 # Result and arguments of every function.
 FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_version": (c_int32,),
@@ -873,15 +951,24 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_slice_get_points": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_slice_fit_camera": (c_int32, c_void_p, c_int32, c_double, c_double, c_uint32, c_uint32,
         POINTER(Camera),),
+    "bccsplat_make_box_clips": (c_int32, c_void_p, POINTER(Clip),),
+    "bccsplat_camera_get_matrices": (c_int32, POINTER(Camera), c_uint32, c_uint32, c_double, c_double,
+        c_int32, c_uint32, c_void_p, c_void_p,),
+    "bccsplat_view_project": (c_int32, POINTER(View), c_uint32, c_uint32, c_uint64, c_void_p, c_void_p,),
+    "bccsplat_view_unproject": (c_int32, POINTER(View), c_uint32, c_uint32, c_uint64, c_void_p, c_void_p,),
     "bccsplat_volume_get_look": (c_int32, c_void_p, c_uint32, c_int32, c_int32, POINTER(Look),),
     "bccsplat_slice_get_picture_needs": (c_int32, c_void_p, POINTER(Camera), c_uint32, c_uint32,
         POINTER(RenderOptions), POINTER(PictureNeeds),),
+    "bccsplat_slice_get_view_needs": (c_int32, c_void_p, POINTER(View), POINTER(Clip), c_uint64, c_uint32,
+        c_uint32, POINTER(RenderOptions), POINTER(PictureNeeds),),
     "bccsplat_renderer_create": (c_int32, c_void_p, c_void_p,),
     "bccsplat_renderer_retain": (None, c_void_p,),
     "bccsplat_renderer_release": (None, c_void_p,),
     "bccsplat_renderer_set_slice": (c_int32, c_void_p, c_void_p,),
     "bccsplat_renderer_set_trail": (c_int32, c_void_p, POINTER(Trail),),
     "bccsplat_renderer_set_camera": (c_int32, c_void_p, POINTER(Camera),),
+    "bccsplat_renderer_set_view": (c_int32, c_void_p, POINTER(View),),
+    "bccsplat_renderer_set_clips": (c_int32, c_void_p, POINTER(Clip), c_uint64,),
     "bccsplat_renderer_set_transfer_function": (c_int32, c_void_p, POINTER(TransferFunction),),
     "bccsplat_renderer_set_lights": (c_int32, c_void_p, POINTER(Lights),),
     "bccsplat_renderer_set_options": (c_int32, c_void_p, POINTER(RenderOptions),),
@@ -900,4 +987,20 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_frame_save_stream": (c_int32, c_void_p, c_int32, POINTER(WriteStream), POINTER(ImageOptions),),
     "bccsplat_frame_save_memory": (c_int32, c_void_p, c_int32, POINTER(ImageOptions), c_void_p, c_uint64,
         c_void_p,),
+    "bccsplat_scene_create": (c_int32, c_void_p, c_void_p,),
+    "bccsplat_scene_retain": (None, c_void_p,),
+    "bccsplat_scene_release": (None, c_void_p,),
+    "bccsplat_scene_add": (c_int32, c_void_p, c_void_p, POINTER(Instance), c_void_p,),
+    "bccsplat_scene_set_instance": (c_int32, c_void_p, c_uint64, POINTER(Instance),),
+    "bccsplat_scene_remove": (c_int32, c_void_p, c_uint64,),
+    "bccsplat_scene_set_time": (c_int32, c_void_p, c_double,),
+    "bccsplat_scene_set_clips": (c_int32, c_void_p, POINTER(Clip), c_uint64,),
+    "bccsplat_scene_set_lights": (c_int32, c_void_p, POINTER(Lights),),
+    "bccsplat_scene_get_bounds": (c_int32, c_void_p, c_void_p,),
+    "bccsplat_scene_fit_camera": (c_int32, c_void_p, c_int32, c_double, c_double, c_uint32, c_uint32,
+        POINTER(Camera),),
+    "bccsplat_scene_render": (c_int32, c_void_p, POINTER(View), c_void_p, POINTER(RenderOptions), c_double,
+        POINTER(SceneStatus),),
+    "bccsplat_scene_prefetch": (c_int32, c_void_p, POINTER(View), c_uint32, c_uint32, POINTER(RenderOptions),
+        c_double,),
 }

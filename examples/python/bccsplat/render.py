@@ -68,6 +68,13 @@ class Frame(Child):
 
     _pixels: Array | None = None
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height."""
+        plane = _abi.Plane()
+        call("frame_get_channel", self.pointer, self.RGBA, byref(plane))
+        return plane.width, plane.height
+
     def channel(self, channel: int) -> Array:
         """The pixels themselves, [row, column, component] or [row, column]; the array keeps them alive."""
         plane = _abi.Plane()
@@ -157,6 +164,126 @@ class Frame(Child):
         return options
 
 
+class RenderOptions:
+    """How pictures are drawn. surfaces: (value, opacity) or (value, opacity, linear RGB) of each isosurface, instead of
+    iso_value. Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
+
+    def __init__(self, *, mode: int | str | None = None, quality: int | str | None = None,
+                 shading: int | str | None = None, preintegrate: int | str | None = None,
+                 smooth_edges: int | str | None = None, iso_value: float | None = None,
+                 gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
+                 progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> None:
+        o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
+                               shading=choose("SHADING", shading),
+                               preintegrate=choose("PREINTEGRATE", preintegrate),
+                               smooth_edges=choose("SMOOTH_EDGES", smooth_edges), cancel_token=token_of(cancel),
+                               **options)
+        if iso_value is not None:
+            o.set_mask |= _abi.RENDER_SET_ISO
+            o.iso_value = iso_value
+        array = (_abi.IsoSurface * max(len(surfaces), 1))()
+        for surface, (value, opacity, *color) in zip(array, surfaces):
+            surface.value, surface.opacity = value, opacity
+            if color:
+                surface.color[:], surface.use_color = [*color[0]], 1
+        o.surfaces, o.surface_count = array, len(surfaces)
+        if gradient_noise is not None:
+            o.set_mask |= _abi.RENDER_SET_GRADIENT_NOISE
+            o.gradient_noise = gradient_noise
+        self.watch = Watch(progress)
+        o.progress = self.watch.function
+        self.struct, self._kept = o, (array, cancel)
+
+
+class View:
+    """A camera, or a host's world_to_view and projection (4x4, for columns), with the host's opaque scene around.
+
+    depth_range: "zero_one", "minus_one_one" or "reversed". depth: float32 [height, width], of a kind "device" (the default
+    of matrices), "planar" (of cameras) or "ray". background: float32 [height, width, 4], linear and premultiplied.
+    part: (x, y, width, height of the whole picture) of which the frame is a part, its first pixel at (x, y).
+    """
+
+    def __init__(self, camera: _abi.Camera | None = None, *, world_to_view: Any = None, projection: Any = None,
+                 depth_range: int | str | None = None, y_down: bool = False, depth: Array | None = None,
+                 depth_kind: int | str | None = None, background: Array | None = None,
+                 part: tuple[int, int, int, int] | None = None) -> None:
+        v = _abi.View(depth_range=choose("DEPTH_RANGE", depth_range), depth_kind=choose("DEPTH", depth_kind),
+                      y_down=int(y_down))
+        if (world_to_view is None) != (projection is None):
+            raise ValueError("give both world_to_view and projection, or a camera")
+        if projection is not None:
+            v.use_matrices = 1
+            v.world_to_view[:] = np.asarray(world_to_view, np.float64).reshape(16).tolist()
+            v.projection[:] = np.asarray(projection, np.float64).reshape(16).tolist()
+        if camera is not None:
+            v.camera = ctypes.pointer(camera)
+        if part is not None:
+            v.region_begin[:], v.picture_size[:] = [*part[:2]], [*part[2:]]
+        planes = [None if p is None else np.ascontiguousarray(p, np.float32) for p in (depth, background)]
+        for plane, shape in zip(planes, (2, 3)):
+            if plane is not None and plane.ndim != shape:
+                raise ValueError("depth is [height, width], background [height, width, 4]")
+        v.depth, v.background = [None if p is None else p.ctypes.data for p in planes]
+        self.struct, self.planes = v, planes
+
+    def check(self, width: int, height: int) -> None:
+        """That the planes are as large as a frame."""
+        for plane, shape in zip(self.planes, ((height, width), (height, width, 4))):
+            if plane is not None and plane.shape != shape:
+                raise ValueError("a plane of shape %s for a frame of %s" % (plane.shape, shape))
+
+    def project(self, points: Any, width: int, height: int) -> Array:
+        """[n, 3] points of the world to pixel coordinates and distance along the view direction."""
+        return self._points("view_project", points, width, height)
+
+    def unproject(self, pixels: Any, width: int, height: int) -> Array:
+        """The way back."""
+        return self._points("view_unproject", pixels, width, height)
+
+    def _points(self, function: str, points: Any, width: int, height: int) -> Array:
+        given = np.ascontiguousarray(points, np.float64).reshape(-1, 3)
+        out = np.empty_like(given)
+        call(function, byref(self.struct), width, height, len(given), given.ctypes.data, out.ctypes.data)
+        return out
+
+
+def lights_struct(lights: Sequence[tuple[Sequence[float], Sequence[float]]], ambient: float, diffuse: float,
+                  specular: float, shininess: float) -> _abi.Lights:
+    array = (_abi.Light * max(len(lights), 1))()
+    for light, (direction, color) in zip(array, lights):
+        light.direction[:], light.color[:] = [*direction], [*color]
+    return _abi.Lights(count=len(lights), lights=array, ambient=ambient, diffuse=diffuse, specular=specular,
+                       shininess=shininess)
+
+
+def camera_matrices(camera: _abi.Camera, width: int, height: int, near: float, far: float,
+                    depth_range: int | str | None = None, y_down: bool = False) -> tuple[Array, Array]:
+    """world_to_view and projection of a camera, 4x4 each."""
+    world_to_view, projection = np.empty((4, 4)), np.empty((4, 4))
+    call("camera_get_matrices", byref(camera), width, height, near, far, choose("DEPTH_RANGE", depth_range), int(y_down),
+         world_to_view.ctypes.data, projection.ctypes.data)
+    return world_to_view, projection
+
+
+def box_clips(box_to_world: Any) -> list[tuple[float, float, float, float]]:
+    """The half-spaces (a, b, c, d) of a box: what a 4x4 affine takes the cube [0, 1]^3 to."""
+    matrix = np.ascontiguousarray(box_to_world, np.float64).reshape(16)
+    faces = (_abi.Clip * 6)()
+    call("make_box_clips", matrix.ctypes.data, faces)
+    return [(f.normal[0], f.normal[1], f.normal[2], f.offset) for f in faces]
+
+
+def clip_array(clips: Sequence[Any]) -> Any:
+    """Half-spaces a x + b y + c z + d >= 0 as (a, b, c, d), or as Clip structs."""
+    array = (_abi.Clip * max(len(clips), 1))()
+    for n, clip in enumerate(clips):
+        if isinstance(clip, _abi.Clip):
+            array[n] = clip
+        else:
+            array[n].normal[:], array[n].offset = [*clip[:3]], clip[3]
+    return array
+
+
 class Renderer(Child):
     """Draws a slice into frames. What is not set stays at the defaults of the header."""
 
@@ -194,6 +321,17 @@ class Renderer(Child):
         """Such as from Slice.fit_camera or look_at; None: the default view."""
         call("renderer_set_camera", self.pointer, None if camera is None else byref(camera))
 
+    def set_view(self, view: View | None) -> None:
+        """A camera or matrices, depths and a background; None: the default view."""
+        call("renderer_set_view", self.pointer, None if view is None else byref(view.struct))
+        self._view = view  # whose planes are borrowed
+
+    _view: View | None = None
+
+    def set_clips(self, clips: Sequence[Any]) -> None:
+        """Half-spaces of the world that are kept, (a, b, c, d) with a x + b y + c z + d >= 0 each."""
+        call("renderer_set_clips", self.pointer, clip_array(clips), len(clips))
+
     def set_transfer_function(self, function: TransferFunction | None) -> None:
         struct = None if function is None else function.struct()
         call("renderer_set_transfer_function", self.pointer, None if struct is None else byref(struct))
@@ -201,43 +339,23 @@ class Renderer(Child):
     def set_lights(self, lights: Sequence[tuple[Sequence[float], Sequence[float]]] = (), *, ambient: float = 0.0,
                    diffuse: float = 0.0, specular: float = 0.0, shininess: float = 0.0) -> None:
         """lights: (direction towards the light, linear RGB), at most 8."""
-        array = (_abi.Light * max(len(lights), 1))()
-        for light, (direction, color) in zip(array, lights):
-            light.direction[:], light.color[:] = [*direction], [*color]
-        call("renderer_set_lights", self.pointer,
-             byref(_abi.Lights(count=len(lights), lights=array, ambient=ambient, diffuse=diffuse, specular=specular,
-                               shininess=shininess)))
+        call("renderer_set_lights", self.pointer, byref(lights_struct(lights, ambient, diffuse, specular, shininess)))
 
     def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
                     shading: int | str | None = None, preintegrate: int | str | None = None,
                     smooth_edges: int | str | None = None, iso_value: float | None = None,
                     gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
                     progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> None:
-        """surfaces: (value, opacity) or (value, opacity, linear RGB) of each isosurface, instead of iso_value.
-        Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
-        o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
-                               shading=choose("SHADING", shading),
-                               preintegrate=choose("PREINTEGRATE", preintegrate),
-                               smooth_edges=choose("SMOOTH_EDGES", smooth_edges), cancel_token=token_of(cancel),
-                               **options)
-        if iso_value is not None:
-            o.set_mask |= _abi.RENDER_SET_ISO
-            o.iso_value = iso_value
-        array = (_abi.IsoSurface * max(len(surfaces), 1))()
-        for surface, (value, opacity, *color) in zip(array, surfaces):
-            surface.value, surface.opacity = value, opacity
-            if color:
-                surface.color[:], surface.use_color = [*color[0]], 1
-        o.surfaces, o.surface_count = array, len(surfaces)
-        if gradient_noise is not None:
-            o.set_mask |= _abi.RENDER_SET_GRADIENT_NOISE
-            o.gradient_noise = gradient_noise
-        watch = Watch(progress)
-        o.progress = watch.function
-        call("renderer_set_options", self.pointer, byref(o))
-        self._watch = watch  # the one before is of no use to the library any more
+        """As RenderOptions."""
+        made = RenderOptions(mode=mode, quality=quality, shading=shading, preintegrate=preintegrate,
+                             smooth_edges=smooth_edges, iso_value=iso_value, gradient_noise=gradient_noise,
+                             surfaces=surfaces, progress=progress, cancel=cancel, **options)
+        call("renderer_set_options", self.pointer, byref(made.struct))
+        self._watch = made.watch  # the one before is of no use to the library any more
 
     def render(self, frame: Frame) -> None:
+        if self._view is not None:
+            self._view.check(*frame.size)
         call("renderer_render", self.pointer, frame.pointer, watch=self._watch)
 
     def cancel(self) -> None:

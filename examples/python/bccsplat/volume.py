@@ -304,6 +304,15 @@ class Slice(Child):
              byref(camera))
         return camera
 
+    def view_needs(self, view: Any, width: int, height: int, clips: Any = None, *, mode: int | str | None = None,
+                   quality: int | str | None = None) -> _abi.PictureNeeds:
+        """The same of a View (None: the default one) and of an array of Clip structs."""
+        needs = _abi.PictureNeeds()
+        options = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality))
+        call("slice_get_view_needs", self.pointer, None if view is None else byref(view.struct), clips,
+             0 if clips is None else len(clips), width, height, byref(options), byref(needs))
+        return needs
+
     def picture_needs(self, camera: _abi.Camera, width: int, height: int, *, mode: int | str | None = None,
                       quality: int | str | None = None) -> _abi.PictureNeeds:
         """The level and the box that a picture of this time slice needs, told by a slice of any level."""

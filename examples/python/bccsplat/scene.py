@@ -1,0 +1,106 @@
+"""Scene: volumes in a host's world."""
+from __future__ import annotations
+
+import ctypes
+from ctypes import byref
+from typing import Any, Sequence
+
+import numpy as np
+
+from . import _abi
+from ._library import call, choose
+from .device import Child, Device
+from .render import Frame, RenderOptions, TransferFunction, View, clip_array, lights_struct
+from .volume import Volume
+
+
+class Scene(Child):
+    """Volumes with a place and a time, drawn together.
+
+        scene = Scene(device)
+        left = scene.add(volume)
+        right = scene.add(volume, placement=moved, time_offset=2)
+        scene.set_time(5)
+        scene.render(frame)
+    """
+
+    _kind = "scene"
+
+    def __init__(self, device: Device) -> None:
+        super().__init__(device)
+        self._volumes: dict[int, Volume] = {}
+        self._create("scene_create", device.pointer)
+
+    @staticmethod
+    def _instance(placement: Any, outside: int | str | None, hidden: bool,
+                  transfer_function: TransferFunction | None, options: dict[str, Any]) -> tuple[_abi.Instance, Any]:
+        instance = _abi.Instance(outside=choose("OUTSIDE", outside), hidden=int(hidden), **options)
+        if placement is not None:
+            instance.placement[:] = np.asarray(placement, np.float64).reshape(16).tolist()
+        function = None if transfer_function is None else transfer_function.struct()
+        if function is not None:
+            instance.transfer_function = ctypes.pointer(function)
+        return instance, function
+
+    def add(self, volume: Volume, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
+            transfer_function: TransferFunction | None = None, **options: Any) -> int:
+        """Returns the instance's number. placement: 4x4. outside: "hide", "hold" or "loop". Further options by the names
+        of bccsplat_instance: channel, time_scale, time_offset, density."""
+        instance, _function = self._instance(placement, outside, hidden, transfer_function, options)
+        number = ctypes.c_uint64()
+        call("scene_add", self.pointer, volume.pointer, byref(instance), byref(number))
+        self._volumes[number.value] = volume.share()  # and with it what the volume borrows from Python
+        return number.value
+
+    def set_instance(self, number: int, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
+                     transfer_function: TransferFunction | None = None, **options: Any) -> None:
+        """All of it anew: what is not given is the default."""
+        instance, _function = self._instance(placement, outside, hidden, transfer_function, options)
+        call("scene_set_instance", self.pointer, number, byref(instance))
+
+    def remove(self, number: int) -> None:
+        call("scene_remove", self.pointer, number)
+        del self._volumes[number]
+
+    def set_time(self, time: float) -> None:
+        call("scene_set_time", self.pointer, time)
+
+    def set_clips(self, clips: Sequence[Any]) -> None:
+        """Half-spaces that are kept: (a, b, c, d) of the world, or abi.Clip structs, which may name a space and an
+        instance."""
+        call("scene_set_clips", self.pointer, clip_array(clips), len(clips))
+
+    def set_lights(self, lights: Sequence[tuple[Sequence[float], Sequence[float]]] = (), *, ambient: float = 0.0,
+                   diffuse: float = 0.0, specular: float = 0.0, shininess: float = 0.0) -> None:
+        """As those of a Renderer."""
+        call("scene_set_lights", self.pointer, byref(lights_struct(lights, ambient, diffuse, specular, shininess)))
+
+    def bounds(self) -> tuple[float, ...]:
+        """x0 y0 z0 x1 y1 z1 around all instances that are not hidden."""
+        bounds = (ctypes.c_double * 6)()
+        call("scene_get_bounds", self.pointer, bounds)
+        return tuple(bounds)
+
+    def fit_camera(self, width: int, height: int, rotate_x: float = 20, rotate_y: float = 30,
+                   projection: int | str | None = None) -> _abi.Camera:
+        camera = _abi.Camera()
+        call("scene_fit_camera", self.pointer, choose("PROJECTION", projection), rotate_x, rotate_y, width, height,
+             byref(camera))
+        return camera
+
+    def render(self, frame: Frame, view: View | None = None, options: RenderOptions | None = None,
+               budget_ms: float = 0) -> _abi.SceneStatus:
+        """Draws the scene at its time. budget_ms: 0 until the picture is complete, else see status.complete."""
+        if view is not None:
+            view.check(*frame.size)
+        status, o = _abi.SceneStatus(), options or RenderOptions()
+        call("scene_render", self.pointer, None if view is None else byref(view.struct), frame.pointer, byref(o.struct),
+             budget_ms, byref(status), watch=o.watch)
+        return status
+
+    def prefetch(self, time: float, width: int, height: int, view: View | None = None,
+                 options: RenderOptions | None = None) -> None:
+        """Reads what a picture at that time will need."""
+        o = options or RenderOptions()
+        call("scene_prefetch", self.pointer, None if view is None else byref(view.struct), width, height,
+             byref(o.struct), time, watch=o.watch)
