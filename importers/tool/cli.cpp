@@ -60,6 +60,16 @@ Option Command::add_text(const std::string& names, const std::string& type, cons
   return Option(app_->add_option_function<std::string>(names, read, help)->type_name(type));
 }
 
+Option Command::add_texts(const std::string& names, const std::string& type, const std::string& help,
+                          const Read& read) const {
+  const auto read_all = [read](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) read(text);
+  };
+  return Option(app_->add_option_function<std::vector<std::string>>(names, read_all, help)
+                    ->type_name(type)
+                    ->allow_extra_args(false));
+}
+
 namespace {
 
 // Returns what the user may have meant by an argument nothing takes.

@@ -60,6 +60,9 @@ class Command {
   using Read = std::function<void(const std::string& text)>;
   Option add_text(const std::string& names, const std::string& type, const std::string& help,
                   const Read& read) const;
+  // The same of an option that may be given several times, each with one text.
+  Option add_texts(const std::string& names, const std::string& type, const std::string& help,
+                   const Read& read) const;
 
  private:
   CLI::App* app_;

@@ -66,7 +66,8 @@ inline void require_count(uint64_t n, uint64_t bytes_each, const char* name) {
 // name: of what has so many pixels.
 inline void require_pixels(uint32_t width, uint32_t height, const char* name) {
   if (width == 0 || height == 0 || width > most_pixels || height > most_pixels)
-    fail(Code::invalid_argument, name, ": ", width, " x ", height, " is not in 1 .. ", most_pixels);
+    fail(Code::invalid_argument, name, ": ", width, " x ", height, " pixels are not 1 to ", most_pixels,
+         " a side");
 }
 
 } // namespace bccsplat::api

@@ -22,6 +22,13 @@ for other in middle between; do
 done
 if cmp -s middle.png between.png; then echo "half a frame makes no difference" && exit 1; fi
 
+"$examples/scene_host" blobs.bcc4 scene.png 4 >report
+grep -q "^right eye: level 0, 0.0 ms to cut" report
+"$examples/scene_host" blobs.bcc4 later.png 8 >report
+head=$(od -A n -t x1 -N 24 scene.png | tr -d ' \n')
+[[ $head == 89504e470d0a1a0a0000000d49484452000003c0000001e0 ]] # 960 x 480
+if cmp -s scene.png later.png; then echo "nothing moves in the scene" && exit 1; fi
+
 if "$examples/render_frame" missing.bcc4 none.png 2>message; then exit 1; fi
 grep -q missing.bcc4 message
 if "$examples/render_frame" blobs.bcc4 none.png 99 2>message; then exit 1; fi

@@ -19,6 +19,7 @@
 #include "tool/progress.h"
 #include "tool/view/camera_file.h"
 #include "tool/view/exposure.h"
+#include "tool/view/host_things.h"
 #include "tool/view/picture_cut.h"
 #include "tool/view/picture_output.h"
 #include "tool/view/picture_sequence.h"
@@ -45,7 +46,41 @@ struct CameraChoice {
   std::array<uint32_t, 2> size{512, 512};
 };
 
-CameraChoice choose_camera(const RenderArguments& a) {
+// What is shared with other programs, read and agreed with the other options.
+HostThings host_things(const RenderArguments& a) {
+  HostThings host;
+  host.clips = a.clips;
+  if (host.clips.size() > BCCSPLAT_MAX_CLIPS)
+    fail_usage("--clip and --box make ", host.clips.size(), " half-spaces, a box six; at most ",
+               int{BCCSPLAT_MAX_CLIPS});
+  if (!a.view_matrix.empty()) {
+    if (a.camera != "ortho" || a.view || a.rotate_x || a.rotate_y || a.zoom || a.turntable)
+      fail_usage(
+          "--view-matrix is the view: --camera, --view, --rotate-x, --rotate-y, --zoom and --turntable "
+          "do not change it");
+    if (a.annotate || !a.title.empty())
+      fail_usage("--annotate draws scales and axes by a camera, which --view-matrix does not tell");
+    if (a.mode == BCCSPLAT_MODE_XRAY && !lower(a.output).ends_with(".exr"))
+      fail_usage("--view-matrix: an X-ray is exposed by a camera; write it as .exr");
+    read_view_matrices(a.view_matrix, host);
+  }
+  if (!a.over.empty()) host.over = read_host_picture(a.over);
+  return host;
+}
+
+// The pixels of a picture.
+std::array<uint32_t, 2> picture_size(const RenderArguments& a, const HostThings& host,
+                                     const std::array<uint32_t, 2>& otherwise) {
+  if (host.over) {
+    const std::array<uint32_t, 2> size{host.over->width, host.over->height};
+    if (a.size && *a.size != size)
+      fail_usage("--size: ", a.over, " has ", size[0], " x ", size[1], " pixels, and so has the picture");
+    return size;
+  }
+  return a.size.value_or(host.resolution.value_or(otherwise));
+}
+
+CameraChoice choose_camera(const RenderArguments& a, const HostThings& host) {
   CameraChoice choice;
   if (lower(a.camera).ends_with(".json")) {
     choice.file = read_camera_file(a.camera);
@@ -57,7 +92,7 @@ CameraChoice choose_camera(const RenderArguments& a) {
         "--camera", a.camera,
         {{"ortho", BCCSPLAT_PROJECTION_ORTHOGRAPHIC}, {"persp", BCCSPLAT_PROJECTION_PERSPECTIVE}});
   }
-  if (a.size) choice.size = *a.size;
+  choice.size = picture_size(a, host, choice.size);
   return choice;
 }
 
@@ -120,6 +155,7 @@ struct Scene {
   const Device& device;
   const Volume& volume;
   CameraChoice camera;
+  const HostThings& host;
   PictureCutter cutter;
   Renderer renderer;
   std::optional<TransferFunction> trail_function;
@@ -150,7 +186,9 @@ struct Scene {
     times.slice = cut.info;
     times.kernel = times.slice.kernel;
     check(bccsplat_renderer_set_slice(renderer.get(), cut.slice.get()), "");
-    check(bccsplat_renderer_set_camera(renderer.get(), &cut.camera), a.camera);
+    const bccsplat_view seen = host.view(cut.camera);
+    check(bccsplat_renderer_set_view(renderer.get(), &seen),
+          a.view_matrix.empty() ? a.camera : a.view_matrix);
     if (a.trail) {
       // Set anew it would be made anew.
       const auto interval = trail_interval(*a.trail, a.which.index || a.frames, volume, picture.where);
@@ -302,17 +340,20 @@ void refuse_outputs(const RenderArguments& a, const std::vector<Picture>& pictur
     if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
 }
 
-Renderer create_renderer(const Device& device, const bccsplat_render_options& options) {
+Renderer create_renderer(const Device& device, const bccsplat_render_options& options,
+                         const HostThings& host) {
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");
   Renderer renderer(created);
   check(bccsplat_renderer_set_options(created, &options), "render options");
+  check(bccsplat_renderer_set_clips(created, host.clips.data(), host.clips.size()), "--clip");
   return renderer;
 }
 
 Exit run_render(RenderArguments a) {
   check_arguments(a);
-  const CameraChoice camera = choose_camera(a);
+  const HostThings host = host_things(a);
+  const CameraChoice camera = choose_camera(a, host);
   prepare_annotation(a, camera.size);
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const auto start = Clock::now();
@@ -340,8 +381,9 @@ Exit run_render(RenderArguments a) {
               .device = device,
               .volume = volume,
               .camera = camera,
-              .cutter = {volume, channel, !a.which.level, options, {camera.size[0], camera.size[1]}},
-              .renderer = create_renderer(device, options),
+              .host = host,
+              .cutter = {volume, channel, !a.which.level, options, {camera.size[0], camera.size[1]}, host},
+              .renderer = create_renderer(device, options, host),
               .trail_function = std::nullopt,
               .trail = {0, 0},
               .open_ms = open_ms,

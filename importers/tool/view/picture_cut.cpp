@@ -52,8 +52,9 @@ PictureCut PictureCutter::cut(const Cut& where, const std::function<bccsplat_cam
   out.slice = slice_at(cut, out.info), out.domain = out.info, out.camera = camera(out.slice);
   if (!choose_ || !merged || v.level_count == 0) return out;
   auto needs = sized<bccsplat_picture_needs>();
-  check(bccsplat_slice_get_picture_needs(out.slice.get(), &out.camera, size_.width, size_.height, &options_,
-                                         &needs),
+  const bccsplat_view view = host_.view(out.camera);
+  check(bccsplat_slice_get_view_needs(out.slice.get(), &view, host_.clips.data(), host_.clips.size(),
+                                      size_.width, size_.height, &options_, &needs),
         "picture");
   const bool simple = where.method == BCCSPLAT_METHOD_DEFAULT && where.lattice == BCCSPLAT_LATTICE_DEFAULT &&
                       where.spacing == 0;

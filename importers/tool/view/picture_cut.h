@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "tool/view/host_things.h"
 #include "tool/view/slice_choice.h"
 
 namespace bcc4 {
@@ -24,11 +25,11 @@ struct PictureSize {
 // it took is told of the first picture.
 class PictureCutter {
  public:
-  // The volume must outlive it. choose: whether to ask what a picture needs, of files with coarser levels;
-  // else it is cut as told.
+  // The volume and what is shared with a host must outlive it. choose: whether to ask what a picture needs,
+  // of files with coarser levels; else it is cut as told.
   PictureCutter(const Volume& volume, uint32_t channel, bool choose, const bccsplat_render_options& options,
-                const PictureSize& size)
-      : volume_(volume), channel_(channel), choose_(choose), options_(options), size_(size) {}
+                const PictureSize& size, const HostThings& host)
+      : volume_(volume), channel_(channel), choose_(choose), options_(options), size_(size), host_(host) {}
 
   // The camera is made for any slice of the picture.
   [[nodiscard]] PictureCut cut(const Cut& where, const std::function<bccsplat_camera(const Slice&)>& camera);
@@ -46,6 +47,7 @@ class PictureCutter {
   bool choose_;
   bccsplat_render_options options_;
   PictureSize size_;
+  const HostThings& host_;
   std::vector<Kept> kept_; // of the last picture: what told its level, and what was drawn
 };
 

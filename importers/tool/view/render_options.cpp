@@ -7,6 +7,7 @@
 
 #include "readers/sequence.h"
 #include "tool/cli.h"
+#include "tool/view/host_things.h"
 #include "tool/view/iso_surfaces.h"
 #include "tool/view/slice_sweep.h"
 #include "tool/view/transfer_function.h"
@@ -153,6 +154,28 @@ void add_camera(Command command, RenderArguments& a) {
              "Degrees about the vertical axis, applied first (default 30; 0 looks along z, from behind)");
   add_number(command, "--zoom", a.zoom,
              "Factor on the size of what is seen, about the middle of the picture");
+}
+
+// Adds what a picture shares with other programs.
+void add_host(Command command, RenderArguments& a) {
+  command.add_texts("--clip", "A,B,C,D",
+                    "Draw only what has A x + B y + C z + D >= 0 in the world; may be given several times",
+                    [&a](const std::string& t) { a.clips.push_back(parse_clip(t)); });
+  command.add_text("--box", "X0,Y0,Z0,X1,Y1,Z1", "Draw only what is in this box of the world",
+                   [&a](const std::string& t) {
+                     const auto faces = parse_box(t);
+                     a.clips.insert(a.clips.end(), faces.begin(), faces.end());
+                   });
+  command
+      .add_option("--view-matrix", a.view_matrix,
+                  "Another program's view: {\"world_to_view\": [16], \"projection\": [16], \"depth\": "
+                  "\"0..1\", \"-1..1\" or \"reversed\"}, row by row, for columns")
+      .type_name("FILE.json");
+  command
+      .add_option("--over", a.over,
+                  "Another program's picture, with Z as distance along the view direction: what is nearer "
+                  "hides the volume, the volume what is behind; its size is the picture's")
+      .type_name("FILE.exr");
 }
 
 // Which colours and opacities values have.
@@ -336,6 +359,7 @@ void add_render_options(Command command, RenderArguments& a) {
   add_sweep(command, a.which);
   add_pictures(command, a);
   add_camera(command, a);
+  add_host(command, a);
   add_colours(command, a);
   add_mode(command, a);
   add_sampling(command, a);
