@@ -95,6 +95,19 @@ float distance_to_target(const bccsplat_camera& c) {
       std::hypot(c.target[0] - c.position[0], c.target[1] - c.position[1], c.target[2] - c.position[2]));
 }
 
+// A half-space behind the plane that faces the camera at this distance.
+bccsplat_clip behind(const bccsplat_camera& c, double distance) {
+  bccsplat_clip half{};
+  double norm = 0;
+  for (size_t a = 0; a < 3; ++a) norm += std::pow(c.target[a] - c.position[a], 2);
+  for (size_t a = 0; a < 3; ++a) {
+    half.normal[a] = (c.target[a] - c.position[a]) / std::sqrt(norm);
+    half.offset -= half.normal[a] * c.position[a];
+  }
+  half.offset -= distance;
+  return half;
+}
+
 // A depth range, whether +1 is the bottom, whether matrices are stored by columns.
 struct Convention {
   int32_t range;
@@ -205,22 +218,14 @@ TEST_F(Views, HalvesBeforeAndBehindADepthAddUp) {
     v.depth = plane.data();
     const Pixels before = draw(&v);
     v.depth = nullptr;
-    bccsplat_clip half{};
-    double along[3], norm = 0;
-    for (size_t a = 0; a < 3; ++a) along[a] = c.target[a] - c.position[a], norm += along[a] * along[a];
-    for (size_t a = 0; a < 3; ++a) {
-      half.normal[a] = along[a] / std::sqrt(norm);
-      half.offset -= half.normal[a] * c.position[a];
-    }
-    half.offset -= middle;
-    clip({half});
-    const Pixels behind = draw(&v);
+    clip({behind(c, middle)});
+    const Pixels rest = draw(&v);
     clip({});
     double off = 0, changed = 0;
     for (size_t p = 0; p < whole.size(); p += 4) {
-      off = larger(off, std::fabs((1 - whole[p + 3]) - (1 - before[p + 3]) * (1 - behind[p + 3])));
+      off = larger(off, std::fabs((1 - whole[p + 3]) - (1 - before[p + 3]) * (1 - rest[p + 3])));
       for (size_t k = 0; k < 3; ++k)
-        off = larger(off, std::fabs(whole[p + k] - before[p + k] - (1 - before[p + 3]) * behind[p + k]));
+        off = larger(off, std::fabs(whole[p + k] - before[p + k] - (1 - before[p + 3]) * rest[p + k]));
       changed = larger(changed, std::fabs(whole[p + 3] - before[p + 3]));
     }
     EXPECT_LT(off, 2e-4);
@@ -270,12 +275,12 @@ TEST_F(Views, TheBackgroundShowsThrough) {
   const bccsplat_camera c = camera(false);
   bccsplat_view v = view_of(c);
   const Pixels own = draw(&v);
-  Pixels behind(own.size());
-  for (size_t p = 0; p < behind.size(); ++p) behind[p] = static_cast<float>(p % 7) / 8;
-  v.background = behind.data();
+  Pixels below(own.size());
+  for (size_t p = 0; p < below.size(); ++p) below[p] = static_cast<float>(p % 7) / 8;
+  v.background = below.data();
   const Pixels both = draw(&v);
   for (size_t p = 0; p < own.size(); ++p)
-    ASSERT_NEAR(both[p], own[p] + (1 - own[p / 4 * 4 + 3]) * behind[p], 1e-6);
+    ASSERT_NEAR(both[p], own[p] + (1 - own[p / 4 * 4 + 3]) * below[p], 1e-6);
 }
 
 TEST_F(Views, ClipsTakeAwayAndNothingElse) {
@@ -319,6 +324,116 @@ TEST_F(Views, ClipsTakeAwayAndNothingElse) {
     for (const float p : draw(&v)) ASSERT_EQ(p, 0.0f);
     clip({});
   }
+}
+
+TEST_F(Views, EveryModeIsCut) {
+  for (const bool perspective : {false, true}) {
+    const bccsplat_camera c = camera(perspective);
+    bccsplat_view v = view_of(c);
+    const float middle = distance_to_target(c) - 2;
+    const Pixels plane(size_t{width} * height, middle);
+    struct Parts {
+      Pixels whole, before, behind, before_depth, behind_depth;
+    };
+    const auto parts = [&] {
+      Parts p;
+      v.depth = nullptr;
+      p.whole = draw(&v);
+      v.depth = plane.data();
+      p.before = draw(&v), p.before_depth = depth_;
+      v.depth = nullptr;
+      clip({behind(c, middle)});
+      p.behind = draw(&v), p.behind_depth = depth_;
+      clip({});
+      return p;
+    };
+    auto o = sized<bccsplat_render_options>();
+    o.mode = BCCSPLAT_MODE_XRAY;
+    ASSERT_OK(bccsplat_renderer_set_options(renderer_.get(), &o));
+    Parts p = parts();
+    double largest = 0;
+    for (size_t i = 0; i < p.whole.size(); i += 4) {
+      ASSERT_NEAR(p.before[i] + p.behind[i], p.whole[i], 1e-3 * (1 + std::fabs(p.whole[i])));
+      largest = larger(largest, std::min(p.before[i], p.behind[i]));
+    }
+    EXPECT_GT(largest, 100) << "both have a part of it";
+    o.mode = BCCSPLAT_MODE_MAXIMUM;
+    ASSERT_OK(bccsplat_renderer_set_options(renderer_.get(), &o));
+    p = parts();
+    for (size_t i = 0; i < p.whole.size(); i += 4)
+      ASSERT_NEAR(std::max(p.before[i + 3], p.behind[i + 3]), p.whole[i + 3], 0.02);
+    o.mode = BCCSPLAT_MODE_ISOSURFACE, o.set_mask = BCCSPLAT_RENDER_SET_ISO, o.iso_value = 60;
+    o.smooth_edges = BCCSPLAT_SMOOTH_EDGES_OFF;
+    ASSERT_OK(bccsplat_renderer_set_options(renderer_.get(), &o));
+    p = parts();
+    int near = 0, far = 0;
+    for (size_t i = 0; i < plane.size(); ++i) {
+      if (std::isfinite(p.before_depth[i])) {
+        ASSERT_LE(p.before_depth[i], middle + 1e-3);
+        // Where there is a front, it is what the whole picture shows.
+        ASSERT_NEAR(p.before[4 * i], p.whole[4 * i], 0.01); // that one by rays
+        ++near;
+      }
+      if (std::isfinite(p.behind_depth[i])) {
+        ASSERT_GE(p.behind_depth[i], middle - 1e-3);
+        ++far;
+      }
+    }
+    EXPECT_GT(near, 20);
+    EXPECT_GT(far, 20);
+  }
+}
+
+TEST_F(Views, TrailsAreCutAsTheirSlicesAre) {
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -2, trail.interval[1] = 2;
+  ASSERT_OK(bccsplat_renderer_set_trail(renderer_.get(), &trail));
+  const bccsplat_camera c = camera(true);
+  bccsplat_view v = view_of(c);
+  const Pixels whole = draw(&v);
+  const Pixels plane(size_t{width} * height, distance_to_target(c));
+  v.depth = plane.data();
+  const Pixels before = draw(&v);
+  v.depth = nullptr;
+  clip({behind(c, distance_to_target(c))});
+  const Pixels rest = draw(&v);
+  clip({behind(c, 1e4)});
+  for (const float p : draw(&v)) ASSERT_EQ(p, 0.0f);
+  double off = 0, least = 1;
+  for (size_t i = 3; i < whole.size(); i += 4) {
+    off = larger(off, std::fabs((1 - whole[i]) - (1 - before[i]) * (1 - rest[i])));
+    least = std::min<double>(least, 1 - std::min(before[i], rest[i]));
+  }
+  EXPECT_LT(off, 2e-4);
+  EXPECT_LT(least, 0.95);
+}
+
+// Sheets beside the slow integration of the same field, with a slope of depths and two faces.
+TEST_F(Views, TheReferenceCutsAlike) {
+  set_shading(BCCSPLAT_SHADING_ON);
+  const bccsplat_camera c = camera(true);
+  bccsplat_view v = view_of(c);
+  Pixels slope(size_t{width} * height);
+  for (size_t p = 0; p < slope.size(); ++p)
+    slope[p] = distance_to_target(c) + 0.15f * static_cast<float>(column(p) - 36);
+  v.depth = slope.data();
+  bccsplat_clip top{};
+  top.normal[1] = -1, top.normal[0] = 0.2, top.offset = 6;
+  clip({behind(c, distance_to_target(c) - 5), top});
+  const auto by = [&](int32_t reference) {
+    auto o = sized<bccsplat_render_options>();
+    o.quality = BCCSPLAT_QUALITY_BEST, o.reference = reference;
+    EXPECT_OK(bccsplat_renderer_set_options(renderer_.get(), &o));
+    return draw(&v);
+  };
+  const Pixels sheets = by(0), truth = by(1);
+  double squares = 0;
+  float largest = 0;
+  for (size_t p = 0; p < truth.size(); ++p)
+    squares += std::pow(sheets[p] - truth[p], 2), largest = std::max(largest, truth[p]);
+  ASSERT_GT(largest, 0.2);
+  const double decibels = 10 * std::log10(largest * largest * static_cast<double>(truth.size()) / squares);
+  EXPECT_GT(decibels, 45);
 }
 
 // The edges of a box by the matrices, and those of the picture of it.

@@ -11,6 +11,7 @@
 #include "tests/bench/cancel/cancel.h"
 #include "tests/bench/evaluate/evaluate.h"
 #include "tests/bench/fit/fit.h"
+#include "tests/bench/host/host_frames.h"
 #include "tests/bench/import/import.h"
 #include "tests/bench/kernels/kernels.h"
 #include "tests/bench/moments/moments.h"
@@ -43,7 +44,8 @@ constexpr Suite suites[] = {
     {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite},
     {"paper", bccsplat::bench::run_paper_suite},     {"import", bccsplat::bench::run_import_suite},
     {"moments", bccsplat::bench::run_moments_suite}, {"pictures", bccsplat::bench::run_pictures_suite},
-    {"cancel", bccsplat::bench::run_cancel_suite},   {"rays", bccsplat::bench::run_rays_suite}};
+    {"cancel", bccsplat::bench::run_cancel_suite},   {"rays", bccsplat::bench::run_rays_suite},
+    {"scene", bccsplat::bench::run_scene_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");
