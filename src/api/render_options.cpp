@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads and checks what pictures are asked to be: cameras, options, transfer functions, lights.
 #include "api/render_options.h"
 
 #include <cmath>

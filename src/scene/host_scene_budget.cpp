@@ -23,14 +23,16 @@ constexpr double coarse_share = 0.1, cut_share = 0.4;
 
 using Clock = StageClock;
 
+// FNV-1a, by whole numbers instead of bytes.
 uint64_t hash_of(const RayEnds& ends, int width, int height) {
-  uint64_t hash = 0xcbf29ce484222325; // FNV-1a, by whole numbers
+  constexpr uint64_t offset_basis = 0xcbf29ce484222325, prime = 0x100000001b3;
+  uint64_t hash = offset_basis;
   for (int y = 0; ends.distance && y < height; ++y)
     for (int x = 0; x < width; ++x) {
       uint32_t bits;
       const float d = ends.at(x, y);
       std::memcpy(&bits, &d, sizeof bits);
-      hash = (hash ^ bits) * 0x100000001b3;
+      hash = (hash ^ bits) * prime;
     }
   return hash;
 }
@@ -144,7 +146,7 @@ void HostScene::draw_within(const ScenePicture& picture, const Sight& sight, std
     if (!draw_coarse(picture, sight, frame.allowance_ms, context, image, stats)) return;
     frame.allowance_ms = 0;
   }
-  stats.progress = coarse_share;
+  stats.progress = frame.done ? coarse_share : 0;
   bool first = !frame.done || budget.left() > 0 || stats.cut == 0;
   const bool there = std::all_of(shown.begin(), shown.end(),
                                  [](const Need& need) { return need.met_by(need.placed->fine); });

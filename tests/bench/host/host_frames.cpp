@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// A host's loop, 30 pictures of a scene at a time: what of each is read, cut and drawn.
 #include "tests/bench/host/host_frames.h"
 
 #include <algorithm>
