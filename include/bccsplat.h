@@ -2197,9 +2197,9 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* sce
  * frame RGBA and DEPTH alone (else UNSUPPORTED). status may be NULL. Also: INVALID_ARGUMENT,
  * UNSUPPORTED and LIMIT_EXCEEDED as bccsplat_renderer_render, OUT_OF_DOMAIN (frames that a part of
  * a series does not have), reading. */
-BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene,
-    const bccsplat_view* view, bccsplat_frame* frame, const bccsplat_render_options* options,
-    double budget_ms, bccsplat_scene_status* status);
+BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view* view,
+    bccsplat_frame* frame, const bccsplat_render_options* options, double budget_ms,
+    bccsplat_scene_status* status);
 /* Reads what a picture of width x height pixels at that time will need, into the volumes' caches:
  * for an idle thread of the host's, ahead of the time that will be drawn. Also: as
  * bccsplat_scene_render. */

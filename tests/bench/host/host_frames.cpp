@@ -124,7 +124,7 @@ class HostFrames {
 
 std::vector<Row> rows_of(uint32_t edge, int frames, int levels) {
   MomentSeries series;
-  series.edge = edge, series.frames = 8, series.levels = levels, series.sparse = true;
+  series.edge = edge, series.frames = 16, series.levels = levels;
   const WrittenSeries written = write_series(series);
   HostFrames hosts(written.file, edge, frames);
   const Wish wishes[] = {{.name = "time stands, camera moves", .still = true},
