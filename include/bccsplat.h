@@ -74,7 +74,7 @@
  * that it draws belong to one.
  *
  * THREADS: different objects may be used from any threads. One object: calls that take it as const
- * may run at the same time; other calls need it alone, and of renderers and writers get WRONG_STATE
+ * may run at the same time; other calls need it alone, and of renderers, scenes and writers get WRONG_STATE
  * where another call is using them, from another thread or around a callback.
  * bccsplat_renderer_cancel and the functions of cancel tokens may come at any time. Results do not
  * depend on the thread count, bit for bit.
@@ -2201,8 +2201,8 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const 
     bccsplat_frame* frame, const bccsplat_render_options* options, double budget_ms,
     bccsplat_scene_status* status);
 /* Reads what a picture of width x height pixels at that time will need, into the volumes' caches:
- * for an idle thread of the host's, ahead of the time that will be drawn. Also: as
- * bccsplat_scene_render. */
+ * for an idle thread of the host's, ahead of the time that will be drawn. It may run while other
+ * threads draw or change the scene. Also: as bccsplat_scene_render. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_prefetch(const bccsplat_scene* scene,
     const bccsplat_view* view, uint32_t width, uint32_t height,
     const bccsplat_render_options* options, double time);

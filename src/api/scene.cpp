@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
 
 #include "api/handles.h"
 #include "api/host_view.h"
@@ -18,6 +21,7 @@ struct bccsplat_scene : Object<Kind::scene> {
   mutable Users users;
   Ref<bccsplat_device> device;
   std::map<uint64_t, Ref<bccsplat_volume>> volumes; // of instances; outlive them
+  mutable std::mutex volumes_mutex;                 // of them and of which instances there are
   HostScene scene;
 };
 
@@ -113,6 +117,7 @@ bccsplat_status bccsplat_scene_add(bccsplat_scene* scene, const bccsplat_volume*
       fail(Code::invalid_handle, "scene: the volume belongs to another device");
     const Instance in = read_instance(instance, *volume);
     const Ref<bccsplat_volume> held(const_cast<bccsplat_volume*>(volume));
+    const std::scoped_lock lock(scene->volumes_mutex);
     const uint64_t number = scene->scene.add(in);
     scene->volumes.emplace(number, held);
     *id = number;
@@ -131,7 +136,10 @@ bccsplat_status bccsplat_scene_set_instance(bccsplat_scene* scene, uint64_t id,
 bccsplat_status bccsplat_scene_remove(bccsplat_scene* scene, uint64_t id) {
   return guard([&] {
     const Alone alone(scene, "scene");
+    Ref<bccsplat_volume> last; // is released without the lock
+    const std::scoped_lock lock(scene->volumes_mutex);
     scene->scene.remove(id);
+    last = scene->volumes.at(id);
     scene->volumes.erase(id);
   });
 }
@@ -219,12 +227,20 @@ bccsplat_status bccsplat_scene_prefetch(const bccsplat_scene* scene, const bccsp
                                         uint32_t width, uint32_t height,
                                         const bccsplat_render_options* options, double time) {
   return guard([&] {
-    const Shared shared(scene, "scene");
+    // It may run beside everything else: an idle thread reads ahead while another one draws.
+    require(scene, "scene");
     require_pixels(width, height, "scene");
     require_number(time, "time");
     AskedPicture asked(view, options);
-    scene->scene.prefetch(asked.picture, time, static_cast<int>(width), static_cast<int>(height),
-                          scene->device->context(asked.progress));
+    std::vector<std::pair<Ref<bccsplat_volume>, SliceRequest>> reads;
+    {
+      const std::scoped_lock lock(scene->volumes_mutex);
+      for (HostScene::Prefetch& p : scene->scene.prefetch_requests(
+               asked.picture, time, static_cast<int>(width), static_cast<int>(height)))
+        reads.emplace_back(scene->volumes.at(p.instance), std::move(p.request));
+    }
+    for (const auto& [volume, request] : reads)
+      prefetch_slice(request, scene->device->context(asked.progress));
     asked.progress.report(1);
   });
 }

@@ -92,6 +92,7 @@ HostScene::~HostScene() = default;
 uint64_t HostScene::add(const Instance& instance) {
   auto placed = std::make_unique<Placed>();
   placed->instance = instance;
+  const std::scoped_lock lock(changing_);
   instances_.emplace(next_, std::move(placed));
   ++version_;
   return next_++;
@@ -100,15 +101,24 @@ uint64_t HostScene::add(const Instance& instance) {
 void HostScene::set(uint64_t id, const Instance& instance) {
   Placed& placed = find(id);
   const bool other = instance.channel != placed.instance.channel;
-  placed.instance = instance;
+  {
+    const std::scoped_lock lock(changing_);
+    placed.instance = instance;
+  }
   if (other) placed.fine.reset(), placed.coarse.reset();
   ++version_;
 }
 
 void HostScene::remove(uint64_t id) {
   (void)find(id);
+  const std::scoped_lock lock(changing_);
   instances_.erase(id);
   ++version_;
+}
+
+void HostScene::set_clips(std::vector<SceneClip> clips) {
+  const std::scoped_lock lock(changing_);
+  clips_ = std::move(clips), ++version_;
 }
 
 const Instance& HostScene::instance(uint64_t id) const { return find(id).instance; }
@@ -174,7 +184,7 @@ std::vector<HostScene::Need> HostScene::needs(const Sight& sight, const RenderOp
     const std::optional<double> frame = frame_at(instance, at);
     if (!frame) continue;
     Need need;
-    need.placed = placed.get(), need.frame = *frame, need.sight = sight_of(id, sight);
+    need.id = id, need.placed = placed.get(), need.frame = *frame, need.sight = sight_of(id, sight);
     const PictureNeeds found = picture_needs(*instance.volume, instance.channel, place_of(instance),
                                              need.sight, width, height, options);
     if (!found.seen) continue;
@@ -289,11 +299,14 @@ SceneStats HostScene::render(const ScenePicture& picture, const Context& context
   return stats;
 }
 
-void HostScene::prefetch(const ScenePicture& picture, double at, int width, int height,
-                         const Context& context) const {
+std::vector<HostScene::Prefetch> HostScene::prefetch_requests(const ScenePicture& picture, double at,
+                                                              int width, int height) const {
+  const std::scoped_lock lock(changing_);
   const Sight sight = sight_of(picture, width, height);
+  std::vector<Prefetch> out;
   for (const Need& need : needs(sight, picture.options, at, width, height))
-    prefetch_slice(need.request(), context);
+    out.push_back({need.id, need.request()});
+  return out;
 }
 
 } // namespace bccsplat

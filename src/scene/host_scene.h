@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <utility>
@@ -55,7 +56,8 @@ struct SceneStats {
 
 struct SceneCut; // host_scene_parts.h
 
-// The volumes outlive it. All calls but const ones need it alone.
+// The volumes outlive it. All calls but const ones need it alone, and those but prefetch_requests() find
+// nobody who changes it.
 class HostScene {
  public:
   HostScene();
@@ -68,7 +70,7 @@ class HostScene {
   [[nodiscard]] const Instance& instance(uint64_t id) const;
 
   void set_time(double time) { time_ = time; }
-  void set_clips(std::vector<SceneClip> clips) { clips_ = std::move(clips), ++version_; }
+  void set_clips(std::vector<SceneClip> clips);
   void set_lights(Lights lights) { lights_ = std::move(lights), ++version_; }
 
   // Of the instances that are not hidden. Throws wrong_state where there is none.
@@ -77,7 +79,14 @@ class HostScene {
   // Throws what cutting and drawing do; of a budget that ends nothing but what the picture itself is refused
   // for.
   SceneStats render(const ScenePicture& picture, const Context& context, Image& image);
-  void prefetch(const ScenePicture& picture, double at, int width, int height, const Context& context) const;
+  // What a picture at a time will need: the cuts that it is made of, and their instances. May be called while
+  // another thread uses or changes the scene.
+  struct Prefetch {
+    uint64_t instance = 0;
+    SliceRequest request;
+  };
+  [[nodiscard]] std::vector<Prefetch> prefetch_requests(const ScenePicture& picture, double at, int width,
+                                                        int height) const;
 
  private:
   struct Placed;
@@ -105,6 +114,7 @@ class HostScene {
                    std::chrono::steady_clock::time_point start, const Context& context, Image& image,
                    SceneStats& stats);
 
+  mutable std::mutex changing_; // what needs() looks at, beside what prefetches from another thread
   std::map<uint64_t, std::unique_ptr<Placed>> instances_;
   uint64_t next_ = 1, version_ = 0; // the latter of all that a picture shows but the time
   double time_ = 0;

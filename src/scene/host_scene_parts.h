@@ -29,6 +29,7 @@ struct HostScene::Placed {
 
 // What of an instance a view shows.
 struct HostScene::Need {
+  uint64_t id = 0;
   Placed* placed = nullptr;
   double frame = 0;
   uint32_t level = 0;

@@ -3,9 +3,10 @@
 // are as they are set, and a budget ends in the picture.
 #include <algorithm>
 #include <array>
-#include <chrono>
+#include <atomic>
 #include <cmath>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "support.h"
@@ -392,6 +393,29 @@ TEST_F(Scenes, PrefetchLeavesNothingToRead) {
   EXPECT_EQ(status_.cut, 1u);
   EXPECT_EQ(status_.bytes_read, 0u);
   EXPECT_OK(bccsplat_scene_prefetch(scene_.get(), &v, width, height, nullptr, 99)) << "nothing is there";
+}
+
+TEST_F(Scenes, AnotherThreadReadsAheadWhileThisOneDraws) {
+  const uint64_t id = add(instance());
+  const bccsplat_camera c = camera();
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  std::atomic<bool> done{false};
+  std::thread ahead([&] {
+    for (int n = 0; !done; ++n)
+      EXPECT_OK(bccsplat_scene_prefetch(scene_.get(), &v, width, height, nullptr, 10 + n % 28 * 0.5));
+  });
+  for (int n = 0; n < 20; ++n) {
+    set_time(10 + n % 10);
+    auto i = instance();
+    i.placement[15] = 0, i.density = 1 + n % 2;
+    ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &i));
+    const uint64_t other = add(i);
+    (void)draw(c);
+    ASSERT_OK(bccsplat_scene_remove(scene_.get(), other));
+  }
+  done = true;
+  ahead.join();
 }
 
 TEST_F(Scenes, NonsenseIsRefused) {
