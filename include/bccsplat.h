@@ -74,8 +74,8 @@
  * that it draws belong to one.
  *
  * THREADS: different objects may be used from any threads. One object: calls that take it as const
- * may run at the same time; other calls need it alone, and of renderers, scenes and writers get WRONG_STATE
- * where another call is using them, from another thread or around a callback.
+ * may run at the same time; other calls need it alone, and of renderers, scenes and writers get
+ * WRONG_STATE where another call is using them, from another thread or around a callback.
  * bccsplat_renderer_cancel and the functions of cancel tokens may come at any time. Results do not
  * depend on the thread count, bit for bit.
  *
