@@ -1439,8 +1439,9 @@ enum {
 
 /* Where a picture is seen from, and the host's own opaque scene around it. A cleared struct is the
  * default view. A view that has matrices or a camera may be used for any volume in that world. What
- * lies behind the eye is not drawn; near and far plane say what device depth means and clip
- * nothing. Pixel (i, j), counted from the top left one, has its centre at (i + 0.5, j + 0.5). */
+ * lies behind the eye is not drawn, but by an orthographic camera, whose position is any point along
+ * the rays; near and far plane say what device depth means and clip nothing. Pixel (i, j), counted
+ * from the top left one, has its centre at (i + 0.5, j + 0.5). */
 typedef struct bccsplat_view {
   uint32_t struct_size;
   /* Non-zero: the two matrices count; 0: camera. */
@@ -2192,11 +2193,13 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* sce
  * UNSUPPORTED.
  *
  * One instance in view is drawn as a renderer does. Several are drawn together, right in depth
- * where they overlap: extinctions add, and colours mix by them. Each takes the time of a deep
- * picture, some four times that of a flat one. They have modes composite and isosurface, and of the
- * frame RGBA and DEPTH alone (else UNSUPPORTED). status may be NULL. Also: INVALID_ARGUMENT,
- * UNSUPPORTED and LIMIT_EXCEEDED as bccsplat_renderer_render, OUT_OF_DOMAIN (frames that a part of
- * a series does not have), reading. */
+ * where they overlap: extinctions add, and colours mix by them. In mode composite they share their
+ * sheets, as far from each other as the finest lattice asks for, and take about the sum of their
+ * times. In mode isosurface, or where one lattice is more than some thirty times as fine as another,
+ * each takes the time of a deep picture, some three times that of a flat one, and FRAME_DEEP is
+ * UNSUPPORTED. So are other modes, FRAME_VALUE and FRAME_TIME. status may be NULL. Also:
+ * INVALID_ARGUMENT, UNSUPPORTED and LIMIT_EXCEEDED as bccsplat_renderer_render, OUT_OF_DOMAIN
+ * (frames that a part of a series does not have), reading. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view* view,
     bccsplat_frame* frame, const bccsplat_render_options* options, double budget_ms,
     bccsplat_scene_status* status);

@@ -29,4 +29,9 @@ void Drawers::forget() {
   for (const auto& drawer : drawers_) drawer->forget();
 }
 
+DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
+                        const std::function<void(const TilePixels&)>& emit) {
+  return draw_sheets_together(shots, context, emit);
+}
+
 } // namespace bccsplat

@@ -2,7 +2,9 @@
 // The drawers of this build, with all that they keep from picture to picture.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "draw/drawer.h"
@@ -30,5 +32,10 @@ class Drawers {
   RayDrawer* rays_;
   std::vector<std::unique_ptr<Drawer>> drawers_; // by preference, sheets last
 };
+
+// Draws several shots of mode composite, without trails, into one picture: their views have the same pixels
+// and sheets, each of its own lattice. `emit` is as Drawer's; depths of tiles are those of the first view.
+DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
+                        const std::function<void(const TilePixels&)>& emit);
 
 } // namespace bccsplat

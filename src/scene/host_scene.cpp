@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Settles, for each instance, which moment, level and box a view shows of it; keeps the slices that are cut
-// for that; and draws one instance as a picture of its slice, several as deep pictures that are merged. What
+// for that; and draws one instance as a picture of its slice, several together (together.h). What
 // a budget makes of it is in host_scene_budget.cpp.
 #include "scene/host_scene.h"
 
@@ -9,11 +9,12 @@
 #include <limits>
 
 #include "base/error.h"
+#include "draw/deep.h"
 #include "draw/stage_clock.h"
 #include "scene/default_look.h"
 #include "scene/host_scene_parts.h"
-#include "scene/merge_deep.h"
 #include "scene/picture_needs.h"
+#include "scene/together.h"
 
 namespace bccsplat {
 namespace {
@@ -254,24 +255,12 @@ void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, C
     if (image.deep) *image.deep = {};                       // gives its memory back first
     (void)single.draw();
   } else {
-    if (image.deep || image.value.pixels || image.time.pixels)
-      fail(Code::unsupported, "scene: several instances have colour and depth alone, in one picture");
-    // A picture's own planes are not looked at.
-    std::vector<DeepImage> deep(shown.size());
-    std::vector<const DeepImage*> all;
-    ImageStorage scratch(image.width, image.height);
-    const Reservation memory(context.memory,
-                             sizeof(float) * 4 * static_cast<uint64_t>(image.width) * image.height,
-                             "a picture of several instances");
-    for (size_t n = 0; n < shown.size(); ++n) {
-      scratch.image.deep = &deep[n];
-      const Scene scene = scene_of(shown[n]);
-      Progress share(context.progress, static_cast<double>(n) / static_cast<double>(shown.size()),
-                     static_cast<double>(n + 1) / static_cast<double>(shown.size()));
-      (void)bccsplat::render(scene, picture.options, context.with(share), scratch.image);
-      all.push_back(&deep[n]);
+    std::vector<Scene> scenes;
+    for (const Need& need : shown) {
+      scenes.push_back(scene_of(need));
+      scenes.back().sight->sheets_meet = shown.front().sight.sheets_meet;
     }
-    merge_deep(all, context, image);
+    render_together(scenes, picture.options, context, image);
   }
   stats.ms_draw += ms_since(start);
 }

@@ -64,6 +64,8 @@ struct Scene {
 // What a picture of this size sees.
 [[nodiscard]] Sight sight_of(const Scene& scene, int width, int height);
 
+class SettledPicture; // settled_picture.h
+
 struct RenderStats {
   DrawStats drawn; // of the points; zero from the reference integrator
   int threads = 0;
@@ -90,9 +92,13 @@ class Picture {
   RenderStats draw_truth(const FieldAt& field, const ReferenceOptions& reference);
 
  private:
-  struct Settled;
-  std::unique_ptr<Settled> settled_;
+  const RenderOptions& options_;
+  int threads_;
+  std::unique_ptr<SettledPicture> settled_;
 };
+
+// Throws what Picture does where a picture cannot be drawn whatever is seen.
+void check_picture(const Scene& scene, const RenderOptions& options, const Image& image);
 
 // Settles and draws.
 RenderStats render(const Scene& scene, const RenderOptions& options, const Context& context, Image& image);

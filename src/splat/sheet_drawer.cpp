@@ -65,6 +65,51 @@ void SheetDrawer::prepare(const Shot& shot, const Context& context) {
   if (shot.points) (void)shot.points->of(*shot.slice, context);
 }
 
+namespace {
+
+// What shots that share their sheets are drawn by: as finely as the one that asks for most.
+SplatOptions shared_options(std::span<const Shot* const> shots) {
+  SplatOptions shared = sheet_options(*shots.front());
+  bool differences = false; // the kernel's own gradient is not known to all
+  for (const Shot* shot : shots) {
+    const SplatOptions o = sheet_options(*shot);
+    if (o.kernel_form == KernelForm::exact) shared.kernel_form = KernelForm::exact;
+    if (o.gradient == GradientMethod::analytic) shared.gradient = o.gradient;
+    differences = differences || shot->slice->kernel.normalised || corrected(*shot);
+    shared.disable_skips |= o.disable_skips;
+  }
+  if (differences && shared.gradient == GradientMethod::analytic)
+    shared.gradient = GradientMethod::fourth_order;
+  return shared;
+}
+
+} // namespace
+
+DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context& context,
+                               const std::function<void(const TilePixels&)>& emit) {
+  SplatOptions options = shared_options(shots);
+  const std::vector<KeptPoints> of_picture(shots.size());
+  std::vector<ClassTable> tables;
+  std::vector<Lights> lights;
+  std::vector<SplatScene> scenes;
+  tables.reserve(shots.size()), lights.reserve(shots.size());
+  uint64_t points_total = 0;
+  for (size_t n = 0; n < shots.size(); ++n) {
+    const Shot& shot = *shots[n];
+    const SplatPoints& points = (shot.points ? shot.points : &of_picture[n])->of(*shot.slice, context);
+    ClassTable& table = tables.emplace_back(*shot.table);
+    if (Integrals(shot, points).needed(*shot.function, table))
+      table.integrals = integrate_values(*shot.function, table), options.preintegrate = true;
+    scenes.push_back({shot.slice, &points, shot.view, &table,
+                      &lights.emplace_back(lights_of(shot, options.kernel_form)), shot.sums});
+    points_total += points.count;
+  }
+  DrawStats stats = splat_together(scenes, options, context, emit);
+  stats.points_total += points_total;
+  stats.preintegrated = options.preintegrate;
+  return stats;
+}
+
 DrawStats SheetDrawer::draw(const Shot& shot, const Context& context,
                             const std::function<void(const TilePixels&)>& emit) {
   SplatOptions options = sheet_options(shot);

@@ -2,6 +2,8 @@
 // Draws shots by sheets: every mode, any slice, with a trail or without.
 #pragma once
 
+#include <span>
+
 #include "draw/drawer.h"
 #include "splat/tile/kept_sheets.h"
 
@@ -19,5 +21,10 @@ class SheetDrawer : public Drawer {
  private:
   KeptSheets kept_; // of shots whose points are kept
 };
+
+// Draws several shots of mode composite into one picture; their views have the same pixels and sheets. `emit`
+// is as Drawer's.
+DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context& context,
+                               const std::function<void(const TilePixels&)>& emit);
 
 } // namespace bccsplat

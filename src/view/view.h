@@ -70,6 +70,8 @@ class SliceView {
   // Returns the view with sheets `step` lattice units apart. Throws invalid_argument when the camera is too
   // far away for them.
   [[nodiscard]] SheetView sheets(double step) const;
+  // Length along the view direction of a lattice unit along the normal.
+  [[nodiscard]] double world_per_unit() const { return world_per_unit_; }
   // Of the sheets in lattice space, as SheetView::normal.
   [[nodiscard]] const Vec3& normal() const { return normal_; }
 
@@ -78,8 +80,8 @@ class SliceView {
   int width_, height_;
   Affine3 lattice_to_world_, to_lattice_;
   Vec3 normal_{};
-  double world_per_unit_ = 0; // length along the view direction of a lattice unit along the normal
-  double distance_ = 0;       // from the camera to sheet 0, along the view direction
+  double world_per_unit_ = 0;
+  double distance_ = 0; // from the camera to sheet 0, along the view direction
 };
 
 [[nodiscard]] inline SheetView make_view(const Slice& slice, const Sight& sight, int width, int height,

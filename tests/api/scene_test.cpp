@@ -280,6 +280,54 @@ TEST_F(Scenes, InstancesAreRightInDepth) {
   }
 }
 
+// What shows of the one is the same whatever the spacing of another that hardly absorbs: sheets are then
+// nearer to each other, and where that is too near deep pictures are merged.
+TEST_F(Scenes, InstancesOfOtherSpacingStandInEachOther) {
+  auto options = sized<bccsplat_render_options>();
+  options.opacity_stop = 1, options.shading = BCCSPLAT_SHADING_OFF;
+  (void)add(instance());
+  set_time(15);
+  const bccsplat_camera c = camera();
+  const Pixels alone = draw(c, &options);
+  for (const double scale : {3.0, 0.3, 0.01}) {
+    const Scene s = make_scene();
+    auto other = instance();
+    const double at = 19.5 * (1 - scale);
+    place(other, {scale, 0, 0, at, 0, scale, 0, at, 0, 0, scale, at});
+    other.density = 1e-6;
+    (void)add(other, &s), (void)add(instance(), &s);
+    ASSERT_OK(bccsplat_scene_set_time(s.get(), 15));
+    EXPECT_LT(largest_difference(draw(c, &options, &s), alone), scale > 0.1 ? 2e-3 : 4e-3) << scale;
+    EXPECT_EQ(status_.drawn, 2u);
+  }
+}
+
+TEST_F(Scenes, ADeepPictureOfSeveralFlattensToTheFlatOne) {
+  auto other = instance();
+  place(other, {1, 0, 0, 6, 0, 1, 0, 3, 0, 0, 1, -4});
+  (void)add(instance()), (void)add(other);
+  set_time(15);
+  const bccsplat_camera c = camera();
+  auto options = sized<bccsplat_render_options>();
+  options.opacity_stop = 1;
+  const Pixels flat = draw(c, &options);
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  const Frame f = frame(BCCSPLAT_FRAME_DEEP);
+  ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), &options, 0, nullptr));
+  auto deep = sized<bccsplat_deep>();
+  ASSERT_OK(bccsplat_frame_get_deep(f.get(), &deep));
+  Pixels sums(flat.size());
+  for (size_t p = 0; p < size_t{width} * height; ++p)
+    for (uint64_t n = deep.first[p]; n < deep.first[p + 1]; ++n) {
+      const float* const sample = deep.samples + 6 * n; // front, back, alpha, red, green, blue
+      const float open = 1 - sums[4 * p + 3];
+      for (size_t k = 0; k < 4; ++k) sums[4 * p + k] += open * sample[k == 3 ? 2 : 3 + k];
+    }
+  EXPECT_GT(sum_of(flat), 100);
+  EXPECT_LT(largest_difference(sums, flat), 1e-5);
+}
+
 TEST_F(Scenes, ClipsCutTheInstancesTheyName) {
   auto options = sized<bccsplat_render_options>();
   options.opacity_stop = 1;
@@ -444,8 +492,14 @@ TEST_F(Scenes, NonsenseIsRefused) {
   ASSERT_OK(bccsplat_scene_add(scene_.get(), volume_.get(), nullptr, &id));
   ASSERT_OK(bccsplat_scene_add(scene_.get(), volume_.get(), nullptr, &id));
   set_time(15);
-  const Frame deep = frame(BCCSPLAT_FRAME_DEEP);
-  EXPECT_EQ(bccsplat_scene_render(scene_.get(), nullptr, deep.get(), nullptr, 0, nullptr),
+  const Frame deep = frame(BCCSPLAT_FRAME_DEEP), value = frame(BCCSPLAT_FRAME_VALUE);
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), nullptr, value.get(), nullptr, 0, nullptr),
+            BCCSPLAT_ERROR_UNSUPPORTED)
+      << "of two volumes";
+  auto surfaces = sized<bccsplat_render_options>();
+  surfaces.mode = BCCSPLAT_MODE_ISOSURFACE, surfaces.iso_value = 50;
+  surfaces.set_mask = BCCSPLAT_RENDER_SET_ISO;
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), nullptr, deep.get(), &surfaces, 0, nullptr),
             BCCSPLAT_ERROR_UNSUPPORTED);
   EXPECT_EQ(bccsplat_scene_render(scene_.get(), nullptr, deep.get(), nullptr, 10, nullptr),
             BCCSPLAT_ERROR_UNSUPPORTED);

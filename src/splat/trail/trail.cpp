@@ -23,24 +23,28 @@ bool same_domain(const SplatScene& a, const SplatScene& b) {
 }
 
 // Everything planned for tiles of one size.
-struct PlannedTrail {
-  std::vector<TrailObject> objects; // the slice first
+struct Planned {
+  std::vector<TrailObject> objects; // as listed
   DrawStats stats;
 };
 
-// `alone` are the options of the slice, `together` those of the trail; `copies` is as make_plan's.
-PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sources,
-                        const SplatOptions& alone, const SplatOptions& together, const Context& context,
-                        MemoryBudget* copies) {
-  PlannedTrail planned;
-  planned.objects.resize(1 + sources.size());
-  std::vector<DrawStats> stats(planned.objects.size());
+// A scene and what it is planned by.
+struct Listed {
+  const SplatScene* scene;
+  const SplatOptions* options;
+};
+
+// `copies` is as make_plan's.
+Planned plan_objects(std::span<const Listed> list, const Context& context, MemoryBudget* copies) {
+  Planned planned;
+  planned.objects.resize(list.size());
+  const bool alike = std::all_of(list.begin(), list.end(),
+                                 [&](const Listed& l) { return same_domain(*l.scene, *list.front().scene); });
+  std::vector<DrawStats> stats(list.size());
   context.tasks.parallel_for(stats.size(), [&](uint64_t n) {
-    const SplatScene& scene = n == 0 ? slice : sources[n - 1];
-    const SplatOptions& options = n == 0 ? alone : together;
-    planned.objects[n] = {&scene, make_plan(scene, options, context, stats[n], copies),
-                          kernel_polynomial(scene.slice->kernel.space, options.kernel_form),
-                          !same_domain(scene, slice)};
+    const auto& [scene, options] = list[n];
+    planned.objects[n] = {scene, make_plan(*scene, *options, context, stats[n], copies),
+                          kernel_polynomial(scene->slice->kernel.space, options->kernel_form), !alike};
   });
   for (const DrawStats& s : stats) planned.stats += s;
   return planned;
@@ -78,6 +82,33 @@ template<class Bytes> bool fits_all_threads(size_t tiles, const Bytes& bytes, co
   return largest <= (context.memory.limit() - context.memory.used()) / threads;
 }
 
+// Draws tiles by all threads: draw(n, memory, stats) with the memory that bytes(n) asks for.
+template<class Bytes, class Draw>
+DrawStats draw_tiles(size_t tiles, const Bytes& bytes, const Context& context, const Draw& draw) {
+  DrawStats stats;
+  std::mutex mutex;
+  TrailMemoryPool pool(context.memory);
+  struct Loan {
+    TrailMemoryPool& pool;
+    std::unique_ptr<TrailMemoryPool::Held> held;
+    ~Loan() { pool.give_back(std::move(held)); }
+  };
+  uint64_t done = 0;
+  context.tasks.parallel_for(tiles, [&](uint64_t n) {
+    const Loan loan{pool, pool.take(bytes(n))};
+    DrawStats mine;
+    draw(n, loan.held->memory, mine);
+    double fraction;
+    {
+      const std::scoped_lock lock(mutex);
+      stats += mine;
+      fraction = static_cast<double>(++done) / static_cast<double>(tiles);
+    }
+    context.progress.report(fraction);
+  });
+  return stats;
+}
+
 } // namespace
 
 DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
@@ -98,7 +129,9 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
     alone.preintegrate = post && options.mode == RenderMode::composite && !slice.table->integrals.empty();
   }
 
-  PlannedTrail planned;
+  std::vector<Listed> list{{&slice, &alone}};
+  for (const SplatScene& source : sources) list.push_back({&source, &together});
+  Planned planned;
   TrailJob job;
   job.stills = stills;
   job.combine = post ? TrailCombine::physical : combine;
@@ -106,7 +139,7 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
   const auto plan = [&](int tile_size, MemoryBudget* copies) {
     // All objects share one grid of tiles.
     together.tile_size = alone.tile_size = options.tile_size > 0 ? options.tile_size : tile_size;
-    planned = plan_trail(slice, sources, alone, together, context, copies);
+    planned = plan_objects(list, context, copies);
     job.slice = apart ? nullptr : &planned.objects[0];
     job.sources = std::span(planned.objects).subspan(1);
   };
@@ -117,33 +150,45 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
   DrawStats stats = planned.stats;
   const std::vector<PlannedTile>& tiles = planned.objects[0].plan.tiles;
   const TileJob alone_job{&slice, &alone, &planned.objects[0].plan, &planned.objects[0].kernel, &context};
+  stats += draw_tiles(tiles.size(), bytes, context, [&](uint64_t n, TrailMemory& memory, DrawStats& mine) {
+    if (!apart) return emit(draw_trail_tile(job, n, tiles[n], nullptr, memory, mine));
+    const TilePixels front = draw_tile(alone_job, tiles[n], memory.slice, mine);
+    const TilePixels trail = draw_trail_tile(job, n, tiles[n], post ? nullptr : &front, memory, mine);
+    emit(post ? lay_over(front, trail, memory) : trail);
+  });
+  return stats;
+}
 
-  std::mutex mutex;
-  TrailMemoryPool pool(context.memory);
-  struct Loan {
-    TrailMemoryPool& pool;
-    std::unique_ptr<TrailMemoryPool::Held> held;
-    ~Loan() { pool.give_back(std::move(held)); }
+DrawStats splat_together(std::span<const SplatScene> scenes, const SplatOptions& options,
+                         const Context& context, const std::function<void(const TilePixels&)>& emit) {
+  SplatOptions together = options;
+  together.raise = {}; // objects share the samples of their sheets
+  std::vector<Listed> list;
+  std::vector<SheetShare> shares;
+  std::vector<TrailStill> stills;
+  shares.reserve(scenes.size());
+  for (size_t n = 0; n < scenes.size(); ++n) {
+    list.push_back({&scenes[n], &together});
+    shares.push_back({static_cast<uint32_t>(n), 1});
+    stills.push_back({std::span(shares).subspan(n, 1), scenes[n].table, 1, scenes[n].slice->frame});
+  }
+  Planned planned;
+  TrailJob job;
+  job.stills = stills, job.combine = TrailCombine::physical;
+  job.options = &together, job.context = &context, job.main = &scenes.front();
+  const auto plan = [&](int tile_size, MemoryBudget* copies) {
+    together.tile_size = options.tile_size > 0 ? options.tile_size : tile_size;
+    planned = plan_objects(list, context, copies);
+    job.sources = planned.objects;
   };
-  uint64_t done = 0;
-  context.tasks.parallel_for(tiles.size(), [&](uint64_t n) {
-    const Loan loan{pool, pool.take(bytes(n))};
-    TrailMemory* const memory = &loan.held->memory;
-    DrawStats mine;
-    if (apart) {
-      const TilePixels front = draw_tile(alone_job, tiles[n], memory->slice, mine);
-      const TilePixels trail = draw_trail_tile(job, n, tiles[n], post ? nullptr : &front, *memory, mine);
-      emit(post ? lay_over(front, trail, *memory) : trail);
-    } else {
-      emit(draw_trail_tile(job, n, tiles[n], nullptr, *memory, mine));
-    }
-    double fraction;
-    {
-      const std::scoped_lock lock(mutex);
-      stats += mine;
-      fraction = static_cast<double>(++done) / static_cast<double>(tiles.size());
-    }
-    context.progress.report(fraction);
+  const auto bytes = [&](uint64_t n) { return tile_bytes(job, nullptr, n); };
+  plan(large_trail_tile, &context.memory);
+  if (!fits_all_threads(planned.objects[0].plan.tiles.size(), bytes, context))
+    plan(small_trail_tile, nullptr);
+  DrawStats stats = planned.stats;
+  const std::vector<PlannedTile>& tiles = planned.objects[0].plan.tiles;
+  stats += draw_tiles(tiles.size(), bytes, context, [&](uint64_t n, TrailMemory& memory, DrawStats& mine) {
+    emit(draw_trail_tile(job, n, tiles[n], nullptr, memory, mine));
   });
   return stats;
 }

@@ -31,4 +31,9 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
                            const SplatOptions& options, const Context& context,
                            const std::function<void(const TilePixels&)>& emit);
 
+// Draws scenes in mode composite into one picture, as far as each is in its own domain; none has a trail.
+// Their views have the same pixels and sheets.
+DrawStats splat_together(std::span<const SplatScene> scenes, const SplatOptions& options,
+                         const Context& context, const std::function<void(const TilePixels&)>& emit);
+
 } // namespace bccsplat

@@ -44,7 +44,9 @@ class TrailTile {
     analytic_ = options_.shading && options_.gradient == GradientMethod::analytic;
     const SplatPlan& plan = objects_.front()->plan;
     differences_ = options_.shading && !analytic_ ? plan.sheets.border : 0;
-    halfway_ = plan.sheets.halfway, around_ = std::max(differences_, halfway_);
+    halfway_ = plan.sheets.halfway;
+    for (const TrailObject* o : objects_) halfway_ = std::min(halfway_, o->plan.sheets.halfway);
+    around_ = std::max(differences_, halfway_);
     m_.sheets.resize(std::max(m_.sheets.size(), objects_.size()));
     sources_.reserve(objects_.size());
     for (size_t i = 0; i < objects_.size(); ++i) {

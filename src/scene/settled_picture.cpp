@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/settled_picture.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/grid.h"
+#include "draw/deep.h"
+#include "draw/edge_smoother.h"
+
+namespace bccsplat {
+namespace {
+
+// Returns whether the same lattice units are the same point of slice space.
+bool same_place(const Slice& a, const Slice& b) {
+  return a.domain_begin == b.domain_begin && a.domain_end == b.domain_end &&
+         a.lattice_to_slice.linear == b.lattice_to_slice.linear &&
+         a.lattice_to_slice.offset == b.lattice_to_slice.offset;
+}
+
+bool masked(const Slice& slice, const Trail* trail) {
+  return slice.mask || (trail && std::any_of(trail->sources.begin(), trail->sources.end(),
+                                             [](const TrailSource& s) { return s.slice.mask != nullptr; }));
+}
+
+bool corrected(const Slice& slice, const Trail* trail) {
+  return slice.corrections ||
+         (trail && std::any_of(trail->sources.begin(), trail->sources.end(),
+                               [](const TrailSource& s) { return s.slice.corrections != nullptr; }));
+}
+
+ShotOptions shot_options(const RenderOptions& options, const Image& image) {
+  ShotOptions o;
+  o.mode = options.mode;
+  o.shading = shaded(options);
+  o.without_ripple = options.without_ripple && o.shading;
+  if (o.mode == RenderMode::isosurface) o.surfaces = drawn_surfaces(options);
+  o.opacity_stop = options.opacity_stop;
+  o.disable_skips = options.disable_skips;
+  o.tile_size = options.tile_size;
+  o.with_value = image.value.pixels, o.with_time = image.time.pixels;
+  o.with_deep = image.deep, o.deep_tolerance = options.deep_tolerance;
+  return o;
+}
+
+// Returns the level of the slice that is drawn; `view` is of the slice itself.
+int level_of(const Scene& scene, const RenderOptions& options, const SliceView& view) {
+  // A trail is on the lattice of its slice, and the mean of a maximum is not the maximum of a mean.
+  if (!scene.levels || scene.trail || options.mode == RenderMode::maximum ||
+      (options.disable_skips & skip_fine_detail))
+    return 0;
+  if (!quality_settings(options.quality).coarse_levels && options.mode != RenderMode::xray) return 0;
+  return minification_level(*scene.slice, view);
+}
+
+// Returns the least distance that sheets may have, lattice units.
+double least_step(const Slice& slice) { return 2 * slice.kernel.space.radius / most_sheets_in_reach; }
+
+// Returns the distance of the sheets, in lattice units of the slice that is drawn. A step asked for stays the
+// same length at every level, down to what the smoother field can show. Corrections and masks are as fine as
+// the source, however coarse the lattice; coarser levels have no corrections, and their sheets are as far
+// from each other as without the mask.
+double step_of(const Scene& scene, const RenderOptions& options, int level, const Slice& slice,
+               const SliceView& view) {
+  constexpr double finest_coarse_step = 1.0 / 16;
+  double step = options.sheet_step > 0 ? options.sheet_step : quality_settings(options.quality).sheet_step;
+  if (options.sheet_step > 0 && level > 0) step = std::max(std::ldexp(step, -level), finest_coarse_step);
+  if (options.sheet_step == 0 &&
+      (corrected(slice, scene.trail) || (level == 0 && masked(slice, scene.trail))))
+    step /= std::max(1.0, length(slice.lattice_to_slice.vector(view.normal()))); // source samples per unit
+  return std::max(step, least_step(slice));
+}
+
+// Returns the table of a transfer function over values `bounds`, in the units of the scene's own slice.
+ClassTable table_of(const Scene& scene, const RenderOptions& options, const TransferFunction& function,
+                    const std::array<double, 2>& bounds, float base) {
+  const double unit = function.unit_distance > 0 ? function.unit_distance : mean_voxel(*scene.slice);
+  return make_class_table(function, bounds[0], bounds[1], base, unit,
+                          quality_settings(options.quality).table_entries);
+}
+
+} // namespace
+
+void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
+  for (int y = 0; y < tile.height; ++y) {
+    const size_t row = plane_index(0, y, tile.pitch);
+    const int py = tile.y + y;
+    float* rgba = image.rgba.at(tile.x, py);
+    const float *const red = tile.red + row, *const green = tile.green + row, *const blue = tile.blue + row,
+                       *const alpha = tile.alpha + row;
+    for (int x = 0; x < tile.width; ++x, rgba += 4)
+      rgba[0] = red[x], rgba[1] = green[x], rgba[2] = blue[x], rgba[3] = alpha[x];
+    if (!image.depth.pixels && !image.value.pixels && !image.time.pixels) continue;
+    for (int x = 0; x < tile.width; ++x) {
+      const size_t p = row + x;
+      const int px = tile.x + x;
+      if (image.depth.pixels)
+        *image.depth.at(px, py) = static_cast<float>((tile.depth[p] + view.depth) * view.step_world);
+      if (image.value.pixels) *image.value.at(px, py) = tile.value[p];
+      if (image.time.pixels) *image.time.at(px, py) = tile.time[p];
+    }
+  }
+}
+
+void SettledPicture::settle_level() {
+  const Sight sight = sight_of(scene_, image_.width, image_.height);
+  seen_.emplace(*scene_.slice, sight, image_.width, image_.height);
+  level_ = level_of(scene_, options_, *seen_);
+  shot_.slice = scene_.slice, shot_.points = scene_.points;
+  if (level_ > 0) {
+    const CoarseLevels::Level& coarse = scene_.levels->level(*scene_.slice, level_, context_);
+    shot_.slice = &coarse.slice, shot_.points = &coarse.points;
+    seen_.emplace(coarse.slice, sight, image_.width, image_.height);
+  }
+  step_ = step_of(scene_, options_, level_, *shot_.slice, *seen_);
+}
+
+double SettledPicture::least_apart() const { return least_step(*shot_.slice) * seen_->world_per_unit(); }
+
+void SettledPicture::settle_view(std::optional<double> sheets_apart) {
+  if (sheets_apart) step_ = *sheets_apart / seen_->world_per_unit();
+  view_ = seen_->sheets(step_);
+  (void)sheet_range(*shot_.slice, view_); // refuses what has too many sheets
+  shot_.view = &view_;
+}
+
+void SettledPicture::settle_look() {
+  shot_.function = &scene_.function;
+  table_ = table_of(scene_, options_, scene_.function, shot_.slice->bounds, shot_.slice->base);
+  shot_.table = &table_;
+  shot_.lights = &scene_.lights;
+  shot_.noise_of_ripple = scene_.noise_of_ripple;
+  shot_.voxel = mean_voxel(*scene_.slice); // at every level, so that levels are lit alike
+  shot_.quality = options_.quality;
+  shot_.preintegrate = options_.preintegrate;
+  shot_.options = shot_options(options_, image_);
+  // Nobody knows whether the host's depths are those of the picture before.
+  if (view_.ends.distance) shot_.options.disable_skips |= skip_unchanged;
+  shot_.wishes = &options_;
+}
+
+void SettledPicture::settle_trail() {
+  if (!scene_.trail || scene_.trail->moments.empty()) return;
+  trail_.combine = scene_.combine;
+  trail_.functions = scene_.trail_functions;
+  for (const TransferFunction& f : scene_.trail_functions)
+    trail_.tables.push_back(table_of(scene_, options_, f, scene_.trail->bounds, scene_.slice->base));
+  for (const TrailSource& source : scene_.trail->sources) {
+    const SheetView* of_source = &view_;
+    if (!same_place(*scene_.slice, source.slice))
+      of_source = &moved_.emplace_back(move_view(view_, *scene_.slice, source.slice));
+    trail_.sources.push_back({&source.slice, &source.points, of_source});
+  }
+  for (const TrailMoment& m : scene_.trail->moments)
+    trail_.stills.push_back({m.shares, std::min(static_cast<size_t>(m.interval), trail_.functions.size() - 1),
+                             static_cast<float>(m.weight), m.frame});
+  shot_.trail = &trail_;
+}
+
+void SettledPicture::settle_drawer() {
+  Drawers& drawers = scene_.drawers ? *scene_.drawers : of_picture_;
+  shot_.sums = &drawers.sums;
+  drawer_ = &drawers.drawer_of(shot_, !options_.rays || scene_.trail);
+  drawer_->prepare(shot_, context_);
+}
+
+RenderStats SettledPicture::draw() {
+  // Trails end at the pixel centre's surface and deep samples have one depth: neither has edges to be
+  // smoothed.
+  EdgeSmoother edges(options_.smooth_edges && !shot_.trail && !image_.deep, context_, image_, shot_.options);
+  DeepCollector deep(context_.memory);
+  RenderStats stats;
+  stats.drawn = drawer_->draw(shot_, context_, [&](const TilePixels& tile) {
+    write_tile(tile, view_, image_);
+    edges.add(tile);
+    if (tile.deep) deep.add(tile, view_, context_.progress);
+  });
+  if (!shot_.trail) {
+    const EdgeStats smoothed = edges.smooth(shot_, context_);
+    stats.edge_pixels = smoothed.pixels;
+    stats.drawn.ms_shade += smoothed.ms;
+  }
+  if (image_.deep) *image_.deep = deep.collect(image_.width, image_.height, context_.progress);
+  stats.sheet_step = std::ldexp(view_.step, level_);
+  stats.level = level_;
+  return stats;
+}
+
+RenderStats SettledPicture::draw_truth(const FieldAt* field, const ReferenceOptions* reference) {
+  view_ =
+      make_view(*scene_.slice, sight_of(scene_, image_.width, image_.height), image_.width, image_.height, 1);
+  shot_.slice = scene_.slice, shot_.view = &view_;
+  settle_look();
+  // A field of the caller's has no noise of the kernel.
+  if (field) shot_.noise_of_ripple = false;
+  const FieldAt own = slice_field(
+      *scene_.slice, shot_.options.without_ripple
+                         ? lattice_sums(*scene_.slice, scene_.drawers ? &scene_.drawers->sums : nullptr)
+                         : nullptr);
+  const ReferenceOptions steps = reference ? *reference
+                                 : options_.mode == RenderMode::composite
+                                     ? ReferenceOptions{reference_step(scene_.function, scene_.slice->bounds)}
+                                     : ReferenceOptions{};
+  draw_reference(shot_, field ? *field : own, steps, context_, image_);
+  RenderStats stats;
+  stats.drawn.points_total = static_cast<uint64_t>(scene_.slice->points());
+  stats.sheet_step = steps.step;
+  return stats;
+}
+
+} // namespace bccsplat
