@@ -6,6 +6,7 @@
 #include "api/numbers.h"
 #include "api/streams.h"
 #include "api/structs.h"
+#include "volume/values_at.h"
 #include "volume/volume_source.h"
 
 using namespace bccsplat;
@@ -38,6 +39,31 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
     made->token = token;
     *volume = made.release();
   });
+}
+
+// world: points are places in the world and times, else index units.
+void evaluate(const bccsplat_volume* volume, uint32_t channel, uint64_t n, const double* xyzt, float* values,
+              float* gradients, bool world) {
+  require(volume, "volume");
+  const Coefficients& all = volume->file.coefficients(channel, nullptr);
+  if (n == 0) return;
+  require(xyzt, "xyzt"), require(values, "values");
+  require_count(n, sizeof(Vec4), "n");
+  Progress progress;
+  watch(progress, volume->token);
+  progress.throw_if_cancelled();
+  const std::span points(reinterpret_cast<const Vec4*>(xyzt), n);
+  std::span<std::array<float, 4>> slopes;
+  if (gradients) slopes = {reinterpret_cast<std::array<float, 4>*>(gradients), n};
+  const Context context = volume->device->context(progress);
+  const EvaluateMisses misses =
+      world ? values_at_world(volume->file, channel, points, {values, n}, slopes, context)
+            : values_at(volume->file, channel, points, {values, n}, slopes, context);
+  volume->note_repeats(all);
+  if (misses.outside > 0)
+    fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain; ",
+         first_outside(volume->file, points, world));
+  if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");
 }
 
 } // namespace
@@ -81,25 +107,12 @@ bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t
 
 bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, uint32_t channel, uint64_t n,
                                                  const double* xyzt, float* values, float* gradients) {
-  return guard([&] {
-    require(volume, "volume");
-    const Coefficients& c = volume->file.coefficients(channel, nullptr);
-    if (n == 0) return;
-    require(xyzt, "xyzt"), require(values, "values");
-    require_count(n, sizeof(Vec4), "n");
-    Progress progress;
-    watch(progress, volume->token);
-    progress.throw_if_cancelled();
-    const std::span points(reinterpret_cast<const Vec4*>(xyzt), n);
-    std::span<std::array<float, 4>> slopes;
-    if (gradients) slopes = {reinterpret_cast<std::array<float, 4>*>(gradients), n};
-    const EvaluateMisses misses =
-        evaluate4(c, points, {values, n}, slopes, volume->device->context(progress));
-    volume->note_repeats(c);
-    if (misses.outside > 0)
-      fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain");
-    if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");
-  });
+  return guard([&] { evaluate(volume, channel, n, xyzt, values, gradients, false); });
+}
+
+bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume, uint32_t channel, uint64_t n,
+                                               const double* xyzt, float* values, float* gradients) {
+  return guard([&] { evaluate(volume, channel, n, xyzt, values, gradients, true); });
 }
 
 bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume, bccsplat_progress_fn progress,

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "field/point_axes.h"
+#include "field/slice.h"
 #include "kernel/kernel_time.h"
 #include "points/brick.h"
 
@@ -65,7 +66,8 @@ size_t ScalePoints(const PointAxes& axes, const Vec4* points, const uint64_t* at
   constexpr double infinity = std::numeric_limits<double>::infinity();
   // Whatever t is, it is within where there is no time.
   const Vec4 take{1, 1, 1, axes.per_layer != 0 ? 1.0 : 0.0};
-  Vec4 low{}, high = axes.end;
+  Vec4 low, high;
+  for (size_t a = 0; a < 4; ++a) low[a] = -axes.slack[a], high[a] = axes.end[a] + axes.slack[a];
   if (!clip) low.fill(-infinity), high.fill(infinity);
   size_t misses = 0;
   for (size_t i = 0; i < count; ++i) {
@@ -102,7 +104,7 @@ HWY_EXPORT(ScalePoints);
 
 PointAxes::PointAxes(const Lattice4& lattice, size_t points) {
   const Vec3 unit = lattice.lattice_unit();
-  for (size_t a = 0; a < 4; ++a) end[a] = lattice.domain_end(a);
+  for (size_t a = 0; a < 4; ++a) end[a] = lattice.domain_end(a), slack[a] = domain_tolerance(end[a]);
   const Vec3 first = lattice.first_sample();
   for (size_t a = 0; a < 3; ++a) scale[a] = 1 / unit[a], shift[a] = first[a];
   scale[3] = kernel_time_per_frame(lattice);

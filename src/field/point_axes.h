@@ -16,6 +16,7 @@ namespace bccsplat {
 // The volume's domain, and the way from index units to lattice units and kernel time.
 struct PointAxes {
   Vec4 end{};            // of the domain, per axis; infinite where there is no time
+  Vec4 slack{};          // points this far beyond an end count as inside: rounding of conversions
   Vec4 scale{}, shift{}; // index units -> lattice units, kernel time: times scale, plus shift
   double per_layer = 0;  // layers per frame; 0 where there is no time
   std::array<int32_t, 3> cells{};

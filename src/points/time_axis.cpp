@@ -46,9 +46,22 @@ double TimeAxis::time_of(double index) const {
   return in_segment(i, index - static_cast<double>(i));
 }
 
-double TimeAxis::index_of(double time) const {
+double TimeAxis::slope_at(double index) const {
+  if (times_.empty()) return step_;
+  if (times_.size() == 1) return 1;
+  const auto i = std::min(static_cast<size_t>(std::max(index, 0.0)), times_.size() - 2);
+  const double u = index - static_cast<double>(i);
+  return (times_[i + 1] - times_[i]) * 6 * u * (1 - u) + slopes_[i] * (3 * u * u - 4 * u + 1) +
+         slopes_[i + 1] * (3 * u * u - 2 * u);
+}
+
+bool TimeAxis::holds(double time) const {
   const double span = last() - first(), slack = 1e-9 * (span + std::fabs(last()) * 1e-3);
-  if (!(time >= first() - slack && time <= last() + slack))
+  return time >= first() - slack && time <= last() + slack;
+}
+
+double TimeAxis::index_of(double time) const {
+  if (!holds(time))
     fail(Code::out_of_domain, "time ", time, " is outside the series, ", first(), " to ", last());
   time = std::clamp(time, first(), last());
   if (times_.empty()) return std::clamp((time - first_) / step_, 0.0, count_ - 1);

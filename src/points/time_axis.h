@@ -20,6 +20,10 @@ class TimeAxis {
   // Both throw out_of_domain outside the series; a rounding error beyond an end counts as the end.
   [[nodiscard]] double index_of(double time) const;
   [[nodiscard]] double time_of(double index) const;
+  // Returns d time / d index, of an index inside the series.
+  [[nodiscard]] double slope_at(double index) const;
+  // Returns whether index_of() finds one.
+  [[nodiscard]] bool holds(double time) const;
 
  private:
   [[nodiscard]] double in_segment(size_t segment, double fraction) const;

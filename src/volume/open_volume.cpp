@@ -3,9 +3,13 @@
 // as they are first asked for.
 #include "volume/open_volume.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/machine.h"
 #include "base/text.h"
 #include "formats/bcc4/frame_sources.h"
+#include "slice/part.h"
 #include "volume/volume_cache.h"
 
 namespace bccsplat {
@@ -35,6 +39,33 @@ std::string choose_kernel(const VolumeInfo& info, const char* asked) {
   if (asked && *asked) return asked;
   if (!info.coefficient_kernel.empty()) return info.coefficient_kernel;
   return info.recommended_kernel;
+}
+
+// The box around the points of the domain, index units; points outside count as the nearest inside.
+IndexBox box_around(std::span<const Vec4> points, const Lattice4& lattice) {
+  IndexBox box;
+  for (size_t a = 0; a < 3; ++a) box.begin[a] = lattice.domain_end(a);
+  for (const Vec4& p : points)
+    for (size_t a = 0; a < 3; ++a) {
+      const double x = std::isnan(p[a]) ? 0 : std::clamp(p[a], 0.0, lattice.domain_end(a));
+      box.begin[a] = std::min(box.begin[a], x), box.end[a] = std::max(box.end[a], x);
+    }
+  return box;
+}
+
+double part_of_bricks(const BrickBox& box, const Lattice3& lattice) {
+  double part = 1;
+  for (size_t a = 0; a < 3; ++a) {
+    const int32_t all = (lattice.dims(0)[a] + brick_edge - 1) / brick_edge;
+    part *= static_cast<double>(std::min(box.end[a], all) - box.begin[a]) / all;
+  }
+  return part;
+}
+
+bool covers(const BrickBox& outer, const BrickBox& inner) {
+  for (size_t a = 0; a < 3; ++a)
+    if (inner.begin[a] < outer.begin[a] || inner.end[a] > outer.end[a]) return false;
+  return true;
 }
 
 // A kernel that is not made for the lattice fails where it is used.
@@ -150,6 +181,23 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients(uint32_t channel_in
       channel_index, std::move(k), level, region, *samples_[level], cache_of_level(cache_bytes_, level));
   parts_[key] = {region, made};
   return made;
+}
+
+std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel_index,
+                                                                std::span<const Vec4> points) const {
+  constexpr double few = 0.25; // of all bricks
+  const std::shared_ptr<const Coefficients> all = coefficients(channel_index, nullptr, 0, BrickBox{});
+  const Lattice4& lattice = this->lattice(0);
+  const BrickBox region = bricks_around(box_around(points, lattice), lattice, BeyondBox::field);
+  const double share = part_of_bricks(region, lattice.space);
+  const std::scoped_lock lock(mutex_);
+  Probed& probed = probed_[channel_index];
+  if (share > few || probed.made >= 1) return all;
+  if (probed.part.coefficients && covers(probed.part.region, region)) return probed.part.coefficients;
+  probed.made += share;
+  probed.part = {region, make_coefficients(channel_index, kernel_, 0, region, *samples_[0],
+                                           static_cast<uint64_t>(few * static_cast<double>(cache_bytes_)))};
+  return probed.part.coefficients;
 }
 
 std::unique_ptr<Coefficients> OpenVolume::rehearsal(uint32_t channel_index, const char* kernel_name,

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -57,6 +58,11 @@ class OpenVolume {
   // a series plays in a box as it does in all of it; not longer than the volume.
   [[nodiscard]] std::shared_ptr<const Coefficients>
   coefficients(uint32_t channel, const char* kernel_name, uint32_t level, const BrickBox& region) const;
+  // Returns the coefficients that values at these points (index units) are made of at level 0: those of the
+  // bricks around them while they are few, and kept until others are asked for; of all once that many have
+  // been made.
+  [[nodiscard]] std::shared_ptr<const Coefficients> coefficients_at(uint32_t channel,
+                                                                    std::span<const Vec4> points) const;
   // Coefficients to go through the motions with, of samples that are not the volume's own. holding: as if
   // they held what the volume's hold.
   [[nodiscard]] std::unique_ptr<Coefficients> rehearsal(uint32_t channel, const char* kernel_name,
@@ -95,6 +101,12 @@ class OpenVolume {
   mutable std::mutex mutex_;
   mutable std::map<Key, std::unique_ptr<Coefficients>> coefficients_;
   mutable std::map<Key, Part> parts_;
+  // What coefficients_at() gave last of a channel, and the part of all bricks that it has made so far.
+  struct Probed {
+    Part part;
+    double made = 0;
+  };
+  mutable std::map<uint32_t, Probed> probed_;
   mutable std::atomic<bool> repeats_told_{false};
 };
 

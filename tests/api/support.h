@@ -79,6 +79,7 @@ struct Series {
   uint32_t nx = 20, ny = 19, nz = 18, nt = 8;
   double first = 0, step = 1;
   Field field = blob;
+  std::vector<double> times{}; // instead of first and step
 };
 
 // All frames of a series as float boxes into a writer.
@@ -93,7 +94,8 @@ inline bccsplat_status add_frames(bccsplat_writer* writer, const Series& s, uint
     box.type = BCCSPLAT_TYPE_F32;
     box.data = frame.data();
     box.dims[0] = s.nx, box.dims[1] = s.ny, box.dims[2] = s.nz;
-    const bccsplat_status status = bccsplat_writer_add_frame(writer, channel, s.first + s.step * t, &box, 1);
+    const double time = s.times.empty() ? s.first + s.step * t : s.times[t];
+    const bccsplat_status status = bccsplat_writer_add_frame(writer, channel, time, &box, 1);
     if (status != BCCSPLAT_OK) return status;
   }
   return BCCSPLAT_OK;

@@ -179,6 +179,10 @@ def files(device, folder):
     inner, step = points.clip(0.1, 4.9), np.array([1e-3, 0, 0, 0])
     rise = (volumes[0].evaluate(inner + step) - volumes[0].evaluate(inner - step)) / 2e-3
     assert np.abs(volumes[0].evaluate_with_gradients(inner)[1][:, 0] - rise).max() < 2e-3
+    info = volumes[0].info()
+    affine = np.array(info.affine[:]).reshape(4, 4)
+    placed = np.c_[inner[:, :3] @ affine[:3, :3].T + affine[:3, 3], [volumes[0].index_to_time(t) for t in inner[:, 3]]]
+    assert np.abs(volumes[0].evaluate_world(placed)[0] - volumes[0].evaluate(inner)).max() < 1e-3
     recorded_evaluate(volumes[0], points, out)
     partly = raises(Error, Status.OUT_OF_DOMAIN, volumes[0].evaluate, [[0, 0, 0, 0], [99, 0, 0, 0]], out=out[:2])
     assert partly.name == "BCCSPLAT_ERROR_OUT_OF_DOMAIN" and np.isnan(out[1]) and not np.isnan(out[0])

@@ -935,6 +935,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_evaluate": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_volume_evaluate_channel": (c_int32, c_void_p, c_uint32, c_uint64, c_void_p, c_void_p,
         c_void_p,),
+    "bccsplat_volume_evaluate_world": (c_int32, c_void_p, c_uint32, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_volume_verify": (c_int32, c_void_p, bccsplat_progress_fn, c_void_p, POINTER(VerifyReport),),
     "bccsplat_volume_recode": (c_int32, c_void_p, c_char_p, POINTER(RecodeOptions), POINTER(WriterReport),),
     "bccsplat_volume_recode_stream": (c_int32, c_void_p, POINTER(WriteStream), POINTER(RecodeOptions),

@@ -148,6 +148,15 @@ class Volume(Child):
              slopes.ctypes.data)
         return values, slopes
 
+    def evaluate_world(self, points: Any, channel: int = 0) -> tuple[Array, Array]:
+        """Values, and their slopes, at points [..., 4] of the world: x, y, z in the unit of space, and time. Slopes are
+        per unit of space and time."""
+        at = _points(points, 4)
+        values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
+        call("volume_evaluate_world", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data,
+             slopes.ctypes.data)
+        return values, slopes
+
     def verify(self, progress: Progress | None = None) -> _abi.VerifyReport:
         """What a check of all bytes found. Where some cannot be read, Error with the report of the others in `report`."""
         report, watch = _abi.VerifyReport(), Watch(progress)

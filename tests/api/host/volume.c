@@ -225,7 +225,8 @@ static void evaluate(const bccsplat_volume* volume) {
   OK(bccsplat_volume_evaluate(volume, 0, NULL, NULL, NULL)); /* no points, no arrays */
   OK(bccsplat_volume_evaluate(volume, 1, at[0], values, gradients[0]));
   EXPECT(fabs(values[0] - 100) < 2 && fabs(gradients[0][1]) < 2);
-  REFUSED(OUT_OF_DOMAIN, "1 of 3", bccsplat_volume_evaluate(volume, 3, at[0], values, NULL));
+  REFUSED(OUT_OF_DOMAIN, "1 of 3 points lie outside the domain; point 1 has the index -1 along x",
+          bccsplat_volume_evaluate(volume, 3, at[0], values, NULL));
   EXPECT(isnan(values[1]) && fabs(values[2] - 100) < 2); /* the others are there */
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_evaluate(NULL, 1, at[0], values, NULL));
   REFUSED(INVALID_ARGUMENT, "xyzt is NULL", bccsplat_volume_evaluate(volume, 1, NULL, values, NULL));
@@ -233,6 +234,12 @@ static void evaluate(const bccsplat_volume* volume) {
   OK(bccsplat_volume_evaluate_channel(volume, 0, 1, at[2], values, NULL));
   REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_evaluate_channel(volume, 1, 1, at[0], values, NULL));
   REFUSED(INVALID_ARGUMENT, "volume", bccsplat_volume_evaluate_channel(NULL, 0, 1, at[0], values, NULL));
+  OK(bccsplat_volume_evaluate_world(volume, 0, 1, at[2], &values[1], gradients[0]));
+  EXPECT(fabsf(values[1] - values[0]) < 1e-4f);
+  REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_evaluate_world(volume, 1, 1, at[0], values, NULL));
+  REFUSED(OUT_OF_DOMAIN, "point 1 has the index -1 along x",
+          bccsplat_volume_evaluate_world(volume, 0, 3, at[0], values, NULL));
+  REFUSED(INVALID_ARGUMENT, "volume", bccsplat_volume_evaluate_world(NULL, 0, 1, at[0], values, NULL));
 }
 
 void test_volume(void) {

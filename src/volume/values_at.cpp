@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/values_at.h"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/text.h"
+
+namespace bccsplat {
+namespace {
+
+// Index units of a point of the world; the last one is NaN at times outside the series.
+Vec4 to_index(const OpenVolume& volume, const Affine3& to_space, const Vec4& world) {
+  const Vec3 p = to_space.point({world[0], world[1], world[2]});
+  const TimeAxis& times = volume.times();
+  const bool is_static = volume.info().lattice.is_static();
+  double t = std::numeric_limits<double>::quiet_NaN();
+  if (is_static)
+    t = 0;
+  else if (times.holds(world[3]))
+    t = times.index_of(world[3]);
+  return {p[0], p[1], p[2], t};
+}
+
+} // namespace
+
+EvaluateMisses values_at(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
+                         std::span<float> values, std::span<std::array<float, 4>> gradients,
+                         const Context& context) {
+  return evaluate4(*volume.coefficients_at(channel, points), points, values, gradients, context);
+}
+
+EvaluateMisses values_at_world(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
+                               std::span<float> values, std::span<std::array<float, 4>> gradients,
+                               const Context& context) {
+  const Reservation memory(context.memory, points.size() * sizeof(Vec4), "points of the world");
+  const Affine3 to_space = volume.info().affine.inverse();
+  std::vector<Vec4> at(points.size());
+  for (size_t n = 0; n < at.size(); ++n) at[n] = to_index(volume, to_space, points[n]);
+  const EvaluateMisses misses = values_at(volume, channel, at, values, gradients, context);
+  for (size_t n = 0; n < gradients.size(); ++n) {
+    std::array<float, 4>& g = gradients[n];
+    const Vec3 space = to_space.transposed({g[0], g[1], g[2]});
+    const double per_time = std::isnan(at[n][3]) ? 1 : 1 / volume.times().slope_at(at[n][3]);
+    g = {static_cast<float>(space[0]), static_cast<float>(space[1]), static_cast<float>(space[2]),
+         static_cast<float>(g[3] * per_time)};
+  }
+  return misses;
+}
+
+std::string first_outside(const OpenVolume& volume, std::span<const Vec4> points, bool world) {
+  const Lattice4& lattice = volume.lattice(0);
+  const Affine3 to_space = world ? volume.info().affine.inverse() : Affine3{};
+  for (size_t n = 0; n < points.size(); ++n) {
+    const Vec4 p = world ? to_index(volume, to_space, points[n]) : points[n];
+    for (size_t a = 0; a < (lattice.is_static() ? 3u : 4u); ++a) {
+      const double end = lattice.domain_end(a), slack = domain_tolerance(end);
+      if (p[a] >= -slack && p[a] <= end + slack) continue;
+      if (world && a == 3)
+        return concat("point ", n, " has the time ", points[n][3], ", outside ", volume.times().first(),
+                      " to ", volume.times().last());
+      return concat("point ", n, " has the index ", p[a], " along ", "xyzt"[a], ", outside 0 to ", end);
+    }
+  }
+  return {};
+}
+
+} // namespace bccsplat
