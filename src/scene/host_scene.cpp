@@ -224,10 +224,9 @@ void HostScene::cut(const Need& need, std::unique_ptr<SceneCut>& into, const Con
   }
   const Affine3 placed = need.placed->instance.placement.after(into->slice_to_world);
   if (!(placed == into->open.slice.slice_to_world)) {
-    // What is kept is of the slice in its place.
-    into->drawers.forget();
+    into->drawers.forget(); // what they keep is of the slice in its place
     into->open.slice.slice_to_world = placed;
-    into->kept = std::make_unique<SliceKeep>();
+    into->kept->levels.place(placed);
   }
   stats.ms_cut += ms_since(start);
 }

@@ -16,7 +16,8 @@ namespace bccsplat {
 namespace {
 
 constexpr int coarse_pixels = 4; // along each side of a pixel of the first picture
-constexpr int band_rows = 32;
+// Rows of a band: what a splat reaches over is drawn twice where bands meet.
+constexpr int fewest_rows = 8, most_rows = 32;
 constexpr double least_ms = 2; // for cutting
 // Parts of the work, for progress alone.
 constexpr double coarse_share = 0.1, cut_share = 0.4;
@@ -64,6 +65,15 @@ std::unique_ptr<ImageStorage> like(const Image& image, int width, int height) {
 }
 
 } // namespace
+
+void HostScene::Frame::begin(const Image& image, const Context& context) {
+  uint64_t floats = 4; // a pixel
+  for (const Plane* plane : {&image.depth, &image.value, &image.time}) floats += plane->pixels ? 1 : 0;
+  memory = {}; // gives its bytes back first
+  memory = Reservation(context.memory, floats * sizeof(float) * image.width * image.height,
+                       "a picture that is drawn in several calls");
+  done = like(image, image.width, image.height);
+}
 
 // How much of a call's time is left.
 class HostScene::Budget {
@@ -118,7 +128,7 @@ bool HostScene::draw_coarse(const ScenePicture& picture, const Sight& sight, dou
   if (!cut_within(ms, shown, &Placed::coarse, context, stats)) return false;
   const auto small = like(image, width, height);
   draw(draft, shown, &Placed::coarse, context, small->image, stats);
-  frame_->done = like(image, image.width, image.height);
+  frame_->begin(image, context);
   copy_planes(small->image, frame_->done->image, coarse_pixels);
   return true;
 }
@@ -157,18 +167,20 @@ void HostScene::draw_within(const ScenePicture& picture, const Sight& sight, std
     (void)cut_within(budget.left(), shown, &Placed::fine, context, stats); // puts them in their places
   }
   if (first) {
-    if (!frame.done) frame.done = like(image, image.width, image.height);
+    if (!frame.done) frame.begin(image, context);
     stats.progress = cut_share;
-    double longest = 0;
-    while (frame.rows < image.height && (first || budget.left() > longest)) {
+    const auto rows_in = [&](double ms) {
+      return frame.row_ms > 0 ? static_cast<int>(std::clamp(ms / frame.row_ms, 0.0, 1.0 * most_rows)) : 0;
+    };
+    while (frame.rows < image.height && (first || rows_in(budget.left()) >= fewest_rows)) {
       const double before = budget.left();
-      const int rows = std::min(band_rows, image.height - frame.rows);
+      const int rows = std::min(std::max(rows_in(before), fewest_rows), image.height - frame.rows);
       Image band = rows_of(frame.done->image, frame.rows, rows);
       std::vector<Need> of_band(shown.begin(), shown.end());
       for (Need& need : of_band) need.sight = need.sight.region(0, frame.rows);
       draw(picture, of_band, &Placed::fine, context, band, stats);
       frame.rows += rows, first = false;
-      longest = std::max(longest, before - budget.left());
+      frame.row_ms = (before - budget.left()) / rows;
     }
     stats.progress = cut_share + (1 - cut_share) * frame.rows / image.height;
   }

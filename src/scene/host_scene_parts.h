@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/memory.h"
 #include "draw/image.h"
 #include "scene/drawers.h"
 #include "scene/host_scene.h"
@@ -55,9 +56,13 @@ struct HostScene::Frame {
   int rows = 0;                       // that are complete
   double allowance_ms = 0;            // for cutting, more each time that it was not enough
   std::optional<double> complete_ms;  // what the last complete picture took
+  double row_ms = 0;                  // what a row of the last band took; 0: none was drawn
   std::unique_ptr<ImageStorage> done; // the picture so far, without the background
+  Reservation memory;                 // of it
 
-  void forget() { key.reset(), done.reset(); }
+  // Makes room for a picture like this one.
+  void begin(const Image& image, const Context& context);
+  void forget() { key.reset(), done.reset(), memory = {}; }
 };
 
 } // namespace bccsplat

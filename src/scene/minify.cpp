@@ -20,6 +20,10 @@ const CoarseLevels::Level& CoarseLevels::level(const Slice& base, int n, const C
   return *levels_[static_cast<size_t>(n) - 1];
 }
 
+void CoarseLevels::place(const Affine3& slice_to_world) {
+  for (const auto& level : levels_) level->slice.slice_to_world = slice_to_world;
+}
+
 int minification_level(const Slice& slice, const SliceView& seen) {
   const SheetView view = seen.sheets(1);
   // The size of a pixel at the centre of the domain, in the direction where it is smallest; it is negative

@@ -25,10 +25,12 @@ class CoarseLevels {
   // Level n >= 1 has 2^n times the lattice distance of `base`, which must be the same slice at every call.
   // Concurrent calls are allowed. Throws memory_budget, cancelled.
   [[nodiscard]] const Level& level(const Slice& base, int n, const Context& context) const;
+  // Follows the base, which stands elsewhere in the world from now on. While no other call is under way.
+  void place(const Affine3& slice_to_world);
 
  private:
   mutable std::mutex mutex_;
-  mutable std::vector<std::unique_ptr<const Level>> levels_; // [n - 1]
+  mutable std::vector<std::unique_ptr<Level>> levels_; // [n - 1]
 };
 
 // What pictures of a slice keep with it.

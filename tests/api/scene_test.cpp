@@ -183,6 +183,25 @@ TEST_F(Scenes, APlacedVolumeSeenByAPlacedCameraIsTheVolume) {
   EXPECT_NEAR(fitted.target[0], 61, 1e-9);
 }
 
+// Small pictures are of coarser slices, which go where the volume goes.
+TEST_F(Scenes, WhatIsFarAwayMovesAsWell) {
+  auto c = sized<bccsplat_camera>();
+  c.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC, c.ortho_height = 250;
+  c.position[2] = -300, c.up[1] = 1;
+  auto moved = instance();
+  place(moved, {0, -1, 0, 30, 1, 0, 0, -25, 0, 0, 1, 0});
+  const uint64_t id = add(instance());
+  set_time(15);
+  const Pixels before = draw(c);
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &moved));
+  const Scene fresh = make_scene();
+  (void)add(moved, &fresh);
+  ASSERT_OK(bccsplat_scene_set_time(fresh.get(), 15));
+  const Pixels after = draw(c);
+  EXPECT_EQ(after, draw(c, nullptr, &fresh));
+  EXPECT_NE(after, before);
+}
+
 TEST_F(Scenes, AMirrorImageIsOne) {
   const uint64_t id = add(instance());
   set_time(15);
