@@ -235,9 +235,10 @@ enum { BCCSPLAT_LOG_WARNING = 1, BCCSPLAT_LOG_INFO = 2 };
 typedef void (*bccsplat_log_fn)(void* user, bccsplat_log_level level, const char* message);
 
 /* A host's own task system: run body(task, i) once for each i in [0, count), in any order and on
- * any threads, and return when all have returned. body never throws. Calls may nest. Files and
- * streams are read inside these tasks: a body may wait for a disk or a network, with as many reads
- * in flight as the host runs bodies at a time unless max_reads says fewer. */
+ * any threads, and return when all have returned; a runner that leaves some out ends the call
+ * that it ran for with WRONG_STATE. body never throws. Calls may nest. Files and streams are read
+ * inside these tasks: a body may wait for a disk or a network, with as many reads in flight as
+ * the host runs bodies at a time unless max_reads says fewer. */
 typedef void (*bccsplat_task_fn)(void* task, uint64_t index);
 typedef void (*bccsplat_runner_fn)(void* user, uint64_t count, bccsplat_task_fn body, void* task);
 
@@ -478,10 +479,12 @@ enum {
   /* As KEEP, and what such a pair has is not coded again. The host adds everything from the start,
    * with the same options, attributes and sources (WRONG_STATE otherwise, and the pair stays as it
    * is: for options at create, with the name of the first that differs, for attributes, sources and
-   * types that follow from the first boxes when the first slab is there) and the same samples,
-   * which are not compared; the file is the same byte for byte as one written undisturbed. What the
-   * two files have of each other is checked: from where they do not fit, or nothing is there, all
-   * is written anew. */
+   * types that follow from the first boxes when the first slab is there) and the same samples.
+   * These are not compared, but placeholders will not do: the last slabs are made of them, and
+   * where what is written comes to lie elsewhere the call ends with WRONG_STATE and the pair stays
+   * as it is. The file is the same byte for byte as one written undisturbed. What the two files
+   * have of each other is checked: from where they do not fit, or nothing is there, all is written
+   * anew. */
   BCCSPLAT_PARTIAL_RESUME = 2,
   /* `path` is a finished file whose series goes on; it is replaced at finish, and stays as it is
    * until then. WRONG_STATE at create, with the file and what differs, when it is a part or
@@ -1105,16 +1108,24 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
     uint64_t index, const char** name, uint64_t* bytes, uint32_t* crc32);
 /* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats.
  * gradients: NULL or n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is
- * evaluated even when the call fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A
- * static volume ignores t. Where a file was written with FACES_MIRROR or ENDS_MIRROR the field is
- * mirrored at its ends for the kernel's sake: within three samples of such an end it is less
- * accurate where the field is not level there, in values and derivatives alike. The token of the
- * volume cancels it; for progress a host hands over its points in parts. Also: reading,
- * OUT_OF_DOMAIN, HOLE, UNSUPPORTED (on CC, a kernel that reaches further than 2 T). */
+ * evaluated even when the call fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN,
+ * and the error's text names the first of them outside and its axis. A point beyond an end by
+ * what rounding makes, 1e-9 of the axis, is inside. A static volume ignores t. Of few points
+ * close together no more is read and made than what lies around them. Where a file was written
+ * with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake:
+ * within three samples of such an end it is less accurate where the field is not level there, in
+ * values and derivatives alike. The token of the volume cancels it; for progress a host hands
+ * over its points in parts. Also: reading, OUT_OF_DOMAIN, HOLE, UNSUPPORTED (on CC, a kernel that
+ * reaches further than 2 T). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(
     const bccsplat_volume* volume, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* The same for any channel. Also: NOT_FOUND (channel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume,
+    uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients);
+/* The same at places in the world: xyzt: n x 4 doubles, x y z in the unit of space and the time, as
+ * the volume's affine and bccsplat_volume_time_to_index place its indices. gradients: value per
+ * world length and per time unit. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume,
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* Reads the whole file and checks every checksum and structural rule. OK even when damage is found:
  * see the report. The device's log gets a line for each damage, which says where it is and which
@@ -1437,11 +1448,11 @@ enum {
   BCCSPLAT_DEPTH_DEVICE = 3
 };
 
-/* Where a picture is seen from, and the host's own opaque scene around it. A cleared struct is the
- * default view. A view that has matrices or a camera may be used for any volume in that world. What
- * lies behind the eye is not drawn, but by an orthographic camera, whose position is any point along
- * the rays; near and far plane say what device depth means and clip nothing. Pixel (i, j), counted
- * from the top left one, has its centre at (i + 0.5, j + 0.5). */
+/* Where a picture is seen from, and the host's own opaque scene around it. A cleared struct is
+ * the default view. A view that has matrices or a camera may be used for any volume in that
+ * world. What lies behind the eye is not drawn, but by an orthographic camera, whose position is
+ * any point along the rays; near and far plane say what device depth means and clip nothing.
+ * Pixel (i, j), counted from the top left one, has its centre at (i + 0.5, j + 0.5). */
 typedef struct bccsplat_view {
   uint32_t struct_size;
   /* Non-zero: the two matrices count; 0: camera. */
@@ -2061,7 +2072,8 @@ BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
 BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(
     const bccsplat_frame* frame, uint32_t channel, bccsplat_plane* plane);
 /* The samples of the last render into the frame; the pointers are good until the next one or the
- * last release. Also: NOT_FOUND when the frame has no FRAME_DEEP, WRONG_STATE before a render. */
+ * last release. Also: NOT_FOUND when the frame has no FRAME_DEEP, WRONG_STATE before a render and
+ * after one that was cancelled or failed on its way, which gave the samples back. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_get_deep(
     const bccsplat_frame* frame, bccsplat_deep* deep);
 /* OpenEXR scanline file, ZIP, float: R, G, B, A unnamed first, the others as depth.Z, value.Y,
@@ -2193,13 +2205,13 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* sce
  * UNSUPPORTED.
  *
  * One instance in view is drawn as a renderer does. Several are drawn together, right in depth
- * where they overlap: extinctions add, and colours mix by them. In mode composite they share their
- * sheets, as far from each other as the finest lattice asks for, and take about the sum of their
- * times. In mode isosurface, or where one lattice is more than some thirty times as fine as another,
- * each takes the time of a deep picture, some three times that of a flat one, and FRAME_DEEP is
- * UNSUPPORTED. So are other modes, FRAME_VALUE and FRAME_TIME. status may be NULL. Also:
- * INVALID_ARGUMENT, UNSUPPORTED and LIMIT_EXCEEDED as bccsplat_renderer_render, OUT_OF_DOMAIN
- * (frames that a part of a series does not have), reading. */
+ * where they overlap: extinctions add, and colours mix by them. In mode composite they share
+ * their sheets, as far from each other as the finest lattice asks for, and take about the sum of
+ * their times. In mode isosurface, or where one lattice is more than some thirty times as fine as
+ * another, each takes the time of a deep picture, some three times that of a flat one, and
+ * FRAME_DEEP is UNSUPPORTED. So are other modes, FRAME_VALUE and FRAME_TIME. status may be NULL.
+ * Also: INVALID_ARGUMENT, UNSUPPORTED and LIMIT_EXCEEDED as bccsplat_renderer_render,
+ * OUT_OF_DOMAIN (frames that a part of a series does not have), reading. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view* view,
     bccsplat_frame* frame, const bccsplat_render_options* options, double budget_ms,
     bccsplat_scene_status* status);

@@ -79,7 +79,10 @@ void Bcc4Writer::State::skip_chunks(const WrittenSlab& slab) {
   for (const Bcc4Chunk& entry : slab.chunks) {
     if (entry.offset != file.position())
       fail(Code::wrong_state, "writer: the unfinished file has slab ", slab.slab, " at offset ", entry.offset,
-           " instead of ", file.position(), "; start anew without resuming");
+           " instead of ", file.position(),
+           ": other samples were given for what was written before; the file and its journal are as they "
+           "were: "
+           "give the same samples, or start anew without resuming");
     file.skip(entry.stored());
     index->enter_chunk(slab.at, entry);
   }

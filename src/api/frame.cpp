@@ -47,7 +47,10 @@ void check_sequence(const bccsplat_image_options& o) {
 
 const DeepImage& deep_of(const bccsplat_frame& frame) {
   if (!frame.image.deep) fail(Code::not_found, "frame: it was made without BCCSPLAT_FRAME_DEEP");
-  if (frame.deep.first.empty()) fail(Code::wrong_state, "frame: nothing was rendered into it yet");
+  if (frame.deep.first.empty())
+    fail(Code::wrong_state,
+         "frame: it has no samples: nothing was rendered into it yet, or the last render was "
+         "cancelled or failed");
   return frame.deep;
 }
 

@@ -43,7 +43,8 @@ Affine3 read_affine(const double (&m)[16]) {
   if (std::all_of(std::begin(m), std::end(m), [](double v) { return v == 0; })) return a;
   require_numbers(m, "bccsplat_writer_options.affine");
   if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
-    fail(Code::invalid_argument, "bccsplat_writer_options.affine: the last row must be 0 0 0 1");
+    fail(Code::invalid_argument,
+         "bccsplat_writer_options.affine: the last row must be 0 0 0 1; it is row-major");
   for (size_t r = 0; r < 3; ++r) {
     for (size_t c = 0; c < 3; ++c) a.linear[r][c] = m[4 * r + c];
     a.offset[r] = m[4 * r + 3];

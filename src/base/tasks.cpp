@@ -11,6 +11,7 @@
 
 #include <pthread.h>
 
+#include "base/error.h"
 #include "base/usual_floats.h"
 
 namespace bccsplat {
@@ -133,13 +134,18 @@ void Tasks::parallel_for(uint64_t count, const std::function<void(uint64_t)>& bo
   }
   Pool::Job job(count, body);
   if (runner_) {
-    runner_(count, [&job](uint64_t index) {
+    std::atomic<uint64_t> ran{0};
+    runner_(count, [&job, &ran](uint64_t index) {
+      ran.fetch_add(1, std::memory_order_relaxed);
       if (job.failed.load(std::memory_order_relaxed)) return;
       const UsualFloats floats;
       const bool outer = std::exchange(inside_parallel_for, true);
       job.run_one(index);
       inside_parallel_for = outer;
     });
+    if (ran != count && !job.error)
+      fail(Code::wrong_state, "device: the runner ran ", ran.load(), " of ", count,
+           " bodies before it returned");
   } else {
     {
       const std::scoped_lock lock(start_);

@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "kernel/prefilter_tables.h"
 #include "kernel/radial.h"
 
@@ -113,11 +114,11 @@ size_t edit_distance(std::string_view a, std::string_view b) {
   const auto nearest = std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
     return edit_distance(name, a) < edit_distance(name, b);
   });
-  fail(Code::not_found, "unknown kernel '", name, "'; did you mean '", *nearest,
-       "'? Kernels are fast, default, fine, exact, paper, gauss09 or SPACE+TIME with SPACE radial16, "
-       "radial18, "
-       "radial20 or "
-       "radial24 and TIME b2, b3 or b4");
+  // Where most letters differ something else was meant.
+  const bool alike = 2 * edit_distance(name, *nearest) <= std::max(name.size(), nearest->size());
+  fail(Code::not_found, "unknown kernel '", name, alike ? concat("'; did you mean '", *nearest, "'?") : "'.",
+       " Kernels are fast, default, fine, exact, paper, gauss09 or SPACE+TIME with SPACE radial16, radial18, "
+       "radial20 or radial24 and TIME b2, b3 or b4");
 }
 
 } // namespace

@@ -17,6 +17,33 @@ static void backwards(void* user, uint64_t count, bccsplat_task_fn body, void* t
   while (count > 0) body(task, --count);
 }
 
+/* One that forgets the last body. */
+static void forgetful(void* user, uint64_t count, bccsplat_task_fn body, void* task) {
+  uint64_t n;
+  (void)user;
+  for (n = 0; n + 1 < count; ++n) body(task, n);
+}
+
+static void runners_that_leave_bodies_out(void) {
+  SIZED(bccsplat_device_options, o);
+  SIZED(bccsplat_volume_options, from);
+  const bccsplat_hyperplane plane = at_frame(1.5);
+  bccsplat_device *whole = NULL, *device = NULL;
+  bccsplat_volume* volume = NULL;
+  bccsplat_slice* slice = NULL;
+  OK(bccsplat_device_create(NULL, &whole));
+  write_series(whole, scratch("forgotten.bcc4"));
+  o.thread_count = 4;
+  o.runner = forgetful;
+  OK(bccsplat_device_create(&o, &device));
+  OK(bccsplat_volume_open_file(device, scratch("forgotten.bcc4"), &from, &volume));
+  REFUSED(WRONG_STATE, "bodies before it returned", bccsplat_slice_create(volume, &plane, NULL, &slice));
+  EXPECT(slice == NULL);
+  bccsplat_volume_release(volume);
+  bccsplat_device_release(device);
+  bccsplat_device_release(whole);
+}
+
 static void counts(bccsplat_device* device) {
   SIZED(bccsplat_device_info, info);
   OK(bccsplat_device_get_info(device, &info));
@@ -174,6 +201,7 @@ void test_device(void) {
   bccsplat_device_release(NULL);
 
   threads_and_runners();
+  runners_that_leave_bodies_out();
   log_of_damage();
   budget();
   max_sites();

@@ -47,6 +47,7 @@ TEST(KernelNames, AMisspeltNameIsRefusedWithTheNearest) {
   EXPECT_NE(message("radial20+b5").find("did you mean 'radial20+b"), std::string::npos);
   EXPECT_NE(message("radial20").find("unknown kernel"), std::string::npos);
   EXPECT_NE(message("Default").find("unknown kernel"), std::string::npos);
+  EXPECT_EQ(message("lanczos").find("did you mean"), std::string::npos) << "that is another one";
   EXPECT_NE(message("default ").find("did you mean 'default'"), std::string::npos);
 }
 
