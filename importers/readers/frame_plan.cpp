@@ -78,9 +78,14 @@ void check_rising(const SeriesTimes& times) {
   for (size_t i = 0; i < times.values.size(); ++i) {
     if (!std::isfinite(times.values[i]))
       fail_input("time of frame ", i, " is not a finite number (", times.origin, ")");
-    if (i > 0 && times.values[i] <= times.values[i - 1])
+    if (i > 0 && times.values[i] == times.values[i - 1])
+      fail_input("times must rise, but frames ", i - 1, " and ", i, " are both at ", times.values[i], " (",
+                 times.origin, "): leave one out with --frames, or give other times by --dt or --times");
+    if (i > 0 && times.values[i] < times.values[i - 1])
       fail_input("times must rise, but frame ", i - 1, " is at ", times.values[i - 1], " and frame ", i,
-                 " at ", times.values[i], " (", times.origin, "): give --dt or --times");
+                 " at ", times.values[i], " (", times.origin,
+                 "): sort the frames by time first (files by the order in which they are given, a NetCDF "
+                 "file by cdo sorttimestamp); --dt and --times would keep them in this order");
   }
 }
 
