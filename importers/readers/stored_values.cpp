@@ -37,9 +37,8 @@ Type StoredValues::value_type() const {
   return type_size(type) < 4 || type == Type::f32 ? Type::f32 : Type::f64;
 }
 
-void StoredValues::convert(Bytes& bytes) const {
-  if (value_type() == type && fills.empty() && !valid) return;
-  const Type to = value_type();
+void StoredValues::convert(Bytes& bytes, Type to) const {
+  if (to == type && !scaled() && fills.empty() && !valid) return;
   const size_t count = bytes.size() / type_size(type);
   Bytes out(count * type_size(to));
   visit_type(type, [&](auto zero) {

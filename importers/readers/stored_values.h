@@ -23,8 +23,10 @@ struct StoredValues {
   [[nodiscard]] bool scaled() const { return slope != 1 || intercept != 0; }
   // Tells the channel its steps, and the reader's user how its values come about.
   void describe(Channel& channel, SeriesDescription& series) const;
-  // Replaces numbers of `type` by values of value_type(); NaN for no data.
-  void convert(Bytes& bytes) const;
+  // Replaces numbers of `type` by values of value_type(), or of another type that holds them, f32 or f64; NaN
+  // for no data.
+  void convert(Bytes& bytes) const { convert(bytes, value_type()); }
+  void convert(Bytes& bytes, Type to) const;
 };
 
 } // namespace bcc4

@@ -15,15 +15,17 @@ bool one_of(const std::string& text, std::initializer_list<const char*> words) {
 }
 
 // Tells a role by the attributes of the coordinate variable (CF conventions, chapter 4).
-std::optional<AxisRole> by_attributes(const NetcdfFile& file, const NetcdfDimension& dim) {
-  const NetcdfVariable* coordinate = file.find(dim.name);
+std::optional<AxisRole> by_attributes(const NetcdfFile& file, const NetcdfVariable& variable,
+                                      const NetcdfDimension& dim) {
+  const NetcdfVariable* coordinate = file.near(variable, dim.name);
   if (!coordinate) return std::nullopt;
   const std::string axis = lower(file.text(*coordinate, "axis"));
   if (axis.size() == 1 && std::string("xyzt").find(axis) != std::string::npos)
     return static_cast<AxisRole>(std::string("xyzt").find(axis));
   const std::string units = lower(file.text(*coordinate, "units"));
   const std::string standard = file.text(*coordinate, "standard_name");
-  if (units.find(" since ") != std::string::npos || standard == "time" || standard == "forecast_period")
+  if (units.find(" since ") != std::string::npos || units.find(" as %y") != std::string::npos ||
+      standard == "time" || standard == "forecast_period")
     return AxisRole::t;
   if (one_of(units, {"degrees_east", "degree_east", "degree_e", "degrees_e"}) ||
       one_of(standard, {"longitude", "grid_longitude", "projection_x_coordinate"}))
@@ -68,7 +70,8 @@ NetcdfAxes find_axes(const NetcdfFile& file, const NetcdfVariable& variable, con
   for (const bool attributes : {true, false})
     for (size_t a = 0; a < n; ++a) {
       if (found[a]) continue;
-      const auto role = attributes ? by_attributes(file, variable.dims[a]) : by_name(variable.dims[a]);
+      const auto role =
+          attributes ? by_attributes(file, variable, variable.dims[a]) : by_name(variable.dims[a]);
       if (!role || (!attributes && taken[static_cast<size_t>(*role)])) continue;
       if (taken[static_cast<size_t>(*role)])
         fail_input(file.path(), ": two dimensions of ", variable.name, " are ",

@@ -12,10 +12,12 @@
 namespace bcc4 {
 
 // Opens a variable of three spatial axes and time, any of which may be absent; --channel names variables,
-// without it the file must hold one candidate. Axes are known by the CF conventions (attribute axis, units,
-// standard_name, positive), then by the names of dimensions, then by their place: time, z, y, x from slowest
-// to fastest. Packed values are unpacked; _FillValue, missing_value and valid_range mark holes. Files of a
-// sequence are joined along time.
+// those of groups with the group (run1/f), without it the file must hold one candidate. Axes are known by the
+// CF conventions (attribute axis, units, standard_name, positive), then by the names of dimensions, then by
+// their place: time, z, y, x from slowest to fastest. Packed values and coordinates are unpacked;
+// _FillValue, missing_value and valid_range mark holes. Files of a sequence are joined along time, each by
+// its own scale, direction of axes and date of reference; what is at other places or in other units is
+// refused.
 [[nodiscard]] std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence,
                                                        const ReaderOptions& options);
 

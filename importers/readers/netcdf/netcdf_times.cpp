@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// The coordinate variable of time has the word, in whatever form its units say; where there is none, a
+// variable of text that holds a date for each frame.
+#include "readers/netcdf/netcdf_times.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "readers/calendar.h"
+#include "readers/error.h"
+#include "readers/netcdf/netcdf_values.h"
+
+namespace bcc4 {
+namespace {
+
+// Returns the text of dates along the dimension: WRF's Times(Time, DateStrLen), and others called like the
+// dimension with or without an s.
+const NetcdfVariable* dates_along(const NetcdfFile& file, const NetcdfVariable& v,
+                                  const NetcdfDimension& dim) {
+  for (const std::string& name : {dim.name, dim.name + "s", std::string("Times")})
+    if (const NetcdfVariable* found = file.near(v, name); found && found->text && !found->dims.empty() &&
+                                                          found->dims.size() <= 2 &&
+                                                          found->dims[0].id == dim.id)
+      return found;
+  return nullptr;
+}
+
+// Makes dates times since `epoch`, the text of a date at or before the first one.
+void set_dates(NetcdfTimes& times, const std::vector<Date>& dates, const std::string& unit,
+               const std::string& epoch) {
+  const auto calendar = calendar_by_name(times.calendar);
+  const auto zero = parse_date(epoch);
+  for (const Date& date : dates) {
+    const auto seconds = calendar && zero ? seconds_between(*zero, date, *calendar) : std::nullopt;
+    if (!seconds) {
+      times.values.clear();
+      times.unread = concat(day_text(date), " is no day of the calendar \"", times.calendar, "\"");
+      return;
+    }
+    times.values.push_back(*seconds / seconds_in(unit).value());
+  }
+  times.unit = unit;
+  times.epoch = epoch;
+}
+
+NetcdfTimes times_of_text(const NetcdfFile& file, const NetcdfVariable& text) {
+  NetcdfTimes times;
+  times.origin = concat("the dates in ", text.name);
+  times.calendar = file.text(text, "calendar");
+  std::vector<Date> dates;
+  const std::vector<std::string> lines = file.lines(text);
+  for (const std::string& line : lines) {
+    const auto date = parse_date(line);
+    if (!date) {
+      times.unread = concat("\"", line.substr(0, 40), "\" is no date such as 2000-01-31_12:00:00");
+      return times;
+    }
+    dates.push_back(*date);
+  }
+  if (lines.empty()) return times;
+  std::string epoch(trim(lines[0]));
+  if (const size_t behind_day = epoch.find_first_of("_Tt"); behind_day != std::string::npos)
+    epoch[behind_day] = ' ';
+  set_dates(times, dates, "hours", epoch);
+  return times;
+}
+
+// Dates as the numbers YYYYMMDD and a fraction of the day, as of GrADS and CDO.
+void set_numbered_dates(NetcdfTimes& times, const std::vector<double>& numbers) {
+  std::vector<Date> dates;
+  for (const double n : numbers) {
+    const auto date = date_of_number(n);
+    if (!date) {
+      times.unread = concat(n, " is no date YYYYMMDD");
+      return;
+    }
+    dates.push_back(*date);
+  }
+  if (!dates.empty()) set_dates(times, dates, "days", day_text(dates[0]));
+}
+
+NetcdfTimes times_of_numbers(const NetcdfFile& file, const NetcdfVariable& coordinate) {
+  NetcdfTimes times;
+  times.origin = concat("coordinate variable ", coordinate.name);
+  times.calendar = file.text(coordinate, "calendar");
+  const std::string units = file.text(coordinate, "units");
+  const std::vector<double> numbers = coordinate_values(file, coordinate);
+  if (units.find("%Y") != std::string::npos) {
+    times.origin = concat("the dates in ", coordinate.name);
+    if (lower(units).starts_with("day as %y%m%d"))
+      set_numbered_dates(times, numbers);
+    else
+      times.unread = concat("they are written as \"", units, "\"");
+    return times;
+  }
+  const size_t since = units.find(" since ");
+  times.values = numbers;
+  times.unit = std::string(trim(units.substr(0, since)));
+  if (since != std::string::npos) times.epoch = std::string(trim(units.substr(since + 7)));
+  return times;
+}
+
+std::string told_units(const NetcdfTimes& times) {
+  return concat(times.unit, times.epoch.empty() ? "" : " since ", times.epoch,
+                times.calendar.empty() ? "" : concat(", calendar ", times.calendar));
+}
+
+// Returns the seconds from the 0 of `first` to that of `times`, where both are known.
+std::optional<double> seconds_apart(const NetcdfTimes& first, const NetcdfTimes& times) {
+  const auto calendar = calendar_by_name(first.calendar);
+  if (first.calendar != times.calendar && (!calendar || calendar != calendar_by_name(times.calendar)))
+    return std::nullopt;
+  if (first.epoch == times.epoch) return 0;
+  const auto from = parse_date(first.epoch), to = parse_date(times.epoch);
+  return from && to && calendar ? seconds_between(*from, *to, *calendar) : std::nullopt;
+}
+
+// Converts times to the unit and the date of `first`.
+void count_from(const NetcdfTimes& first, NetcdfTimes& times, const std::string& path) {
+  const auto apart = seconds_apart(first, times);
+  if (apart && *apart == 0 && times.unit == first.unit) return;
+  const auto from = seconds_in(times.unit), to = seconds_in(first.unit);
+  if (!apart || !from || !to)
+    fail_input(path, ": its times are in \"", told_units(times), "\", not as those of the first file in \"",
+               told_units(first), "\", and cannot be converted: give --dt or --times");
+  for (double& t : times.values) t = (t * *from + *apart) / *to;
+}
+
+} // namespace
+
+NetcdfTimes netcdf_times(const NetcdfFile& file, const NetcdfVariable& v, const NetcdfDimension& dim) {
+  if (const NetcdfVariable* coordinate = file.coordinate(v, dim)) return times_of_numbers(file, *coordinate);
+  if (const NetcdfVariable* text = dates_along(file, v, dim)) return times_of_text(file, *text);
+  return {};
+}
+
+void NetcdfClock::add(NetcdfTimes times, uint64_t frames, const std::string& path) {
+  if (times.values.size() != frames || !times.unread.empty()) {
+    if (untold_.empty()) untold_ = path;
+    if (all_.unread.empty()) all_.unread = times.unread;
+  } else {
+    if (told_ && !told_by_user_) count_from(all_, times, path);
+    told_ = true;
+  }
+  if (!begun_)
+    all_ = std::move(times);
+  else
+    all_.values.insert(all_.values.end(), times.values.begin(), times.values.end());
+  begun_ = true;
+}
+
+void NetcdfClock::describe(SeriesDescription& d) const {
+  if (untold_.empty()) {
+    d.times = {all_.values, all_.unit, all_.origin};
+    if (!all_.epoch.empty()) d.attributes.emplace_back("time_epoch", all_.epoch);
+    if (!all_.calendar.empty()) d.attributes.emplace_back("time_calendar", all_.calendar);
+  } else if (!told_by_user_ && !all_.unread.empty()) {
+    d.warnings.push_back(concat("the times of ", untold_, " are not read (", all_.unread,
+                                "): frames are counted; --dt or --times sets their times"));
+  } else if (!told_by_user_ && told_) {
+    d.warnings.push_back(concat(untold_, " does not tell the times of its frames, as others do: frames are ",
+                                "counted; --dt or --times sets their times"));
+  }
+}
+
+} // namespace bcc4
