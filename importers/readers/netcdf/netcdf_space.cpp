@@ -90,20 +90,18 @@ void note_levels(SeriesDescription& d, const NetcdfLine& line, const EvenLevels&
                            " even ones, linearly between them; --spacing keeps them as they are"));
 }
 
-// Says of which axes the places are not known, if some are.
+// Says of which axes the places are not known, where some are or would be.
 void describe_unknown(SeriesDescription& d, const NetcdfSpace& space, const std::vector<std::string>& unknown,
                       bool some_known) {
   if (unknown.empty()) return;
-  const bool one = unknown.size() == 1;
+  const std::string instead =
+      concat("along ", join(unknown),
+             " the index is the coordinate, without a unit; --spacing SX,SY,SZ sets another");
   if (!space.curvilinear.empty())
-    d.warnings.push_back(concat("the places along ", join(unknown), " are told by ", join(space.curvilinear),
-                                " over several axes together (a curvilinear grid), which cannot be kept: ",
-                                one ? "its index is the coordinate" : "their indices are the coordinates",
-                                ", without a unit; --spacing SX,SY,SZ sets another"));
+    d.warnings.push_back(concat("a curvilinear grid: ", join(space.curvilinear),
+                                " tell places over several axes together, which cannot be kept; ", instead));
   else if (some_known)
-    d.notes.push_back(concat("the file has no even coordinates of ", join(unknown), ": ",
-                             one ? "its index is the coordinate" : "their indices are the coordinates",
-                             "; --spacing SX,SY,SZ sets others"));
+    d.notes.push_back("not all axes have coordinates: " + instead);
 }
 
 // Axes of one unit give the world that unit; `axes` is how many there are, those without a unit included.
