@@ -53,7 +53,7 @@ bool has_holes(const StoredValues& s) { return !s.fills.empty() || s.valid; }
 } // namespace
 
 std::vector<std::string> chosen_variables(const NetcdfFile& file, const ReaderOptions& options) {
-  const std::vector<std::string> names = candidates(file);
+  std::vector<std::string> names = candidates(file);
   if (options.channels.empty()) {
     if (names.empty()) fail_input(file.path(), ": no variable of numbers over three or four dimensions");
     if (names.size() > 1)

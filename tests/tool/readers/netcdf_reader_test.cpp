@@ -3,72 +3,20 @@
 // holes, series of files, uneven levels, and what is refused.
 #include "readers/netcdf/netcdf_reader.h"
 
-#include <netcdf.h>
-
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "netcdf_files.h"
 #include "openings.h"
 
 namespace bcc4::test {
 namespace {
 
-void check(int status) { ASSERT_EQ(status, NC_NOERR) << nc_strerror(status); }
-
-struct Dim {
-  const char* name;
-  size_t size;
-  const char* units = nullptr; // of a coordinate variable: 0, step, 2 step ...
-  double step = 1;
-};
-
-// A file with one variable `v` over the dimensions, slowest first, holding 0, 1, 2 ...
-struct Nc {
-  explicit Nc(const std::string& path, const std::vector<Dim>& dims, nc_type type = NC_FLOAT,
-              int format = NC_CLASSIC_MODEL, double first_time = 0) {
-    check(nc_create(path.c_str(), NC_CLOBBER | format, &id));
-    std::vector<int> ids(dims.size());
-    for (size_t d = 0; d < dims.size(); ++d) {
-      check(nc_def_dim(id, dims[d].name, dims[d].size, &ids[d]));
-      count *= dims[d].size;
-      if (!dims[d].units) continue;
-      int axis = 0;
-      check(nc_def_var(id, dims[d].name, NC_DOUBLE, 1, &ids[d], &axis));
-      check(nc_put_att_text(id, axis, "units", std::strlen(dims[d].units), dims[d].units));
-      axes.push_back({axis, d});
-    }
-    check(nc_def_var(id, "v", type, static_cast<int>(dims.size()), ids.data(), &variable));
-    lines = dims;
-    start = first_time;
-  }
-  void finish() {
-    check(nc_enddef(id));
-    for (const auto& [axis, d] : axes) {
-      std::vector<double> at(lines[d].size);
-      for (size_t i = 0; i < at.size(); ++i)
-        at[i] = (d == 0 ? start : 0) + lines[d].step * static_cast<double>(i);
-      check(nc_put_var_double(id, axis, at.data()));
-    }
-    std::vector<double> values(count);
-    std::iota(values.begin(), values.end(), 0.0);
-    check(nc_put_var_double(id, variable, values.data()));
-    check(nc_close(id));
-  }
-  int id = -1, variable = -1;
-  size_t count = 1;
-  double start = 0;
-  std::vector<std::pair<int, size_t>> axes;
-  std::vector<Dim> lines;
-};
-
-const std::vector<Dim> plain{{"time", 5}, {"z", 4}, {"y", 3}, {"x", 2}};
-
 TEST(NetcdfReader, ReadsEveryFormatAndType) {
   Scratch s;
   for (const int format : {0, NC_64BIT_OFFSET, NC_CDF5, NC_NETCDF4})
     for (const nc_type type : {NC_BYTE, NC_SHORT, NC_INT, NC_FLOAT, NC_DOUBLE}) {
-      Nc nc(s.path("a.nc"), plain, type, format);
+      NcFile nc(s.path("a.nc"), plain_dims, type, format);
       nc.finish();
       const auto reader = open_series(inputs({s.path("a.nc")}));
       ASSERT_EQ(reader->description().dims, (std::array<uint64_t, 4>{2, 3, 4, 5}));
@@ -81,10 +29,10 @@ TEST(NetcdfReader, ReadsEveryFormatAndType) {
 TEST(NetcdfReader, KnowsAxesByAttributesNamesAndPlace) {
   Scratch s;
   // The order of the file is x, t, y, z from slowest to fastest; nothing in it is in its usual place.
-  Nc attributes(s.path("a.nc"), {{"a", 2, "degrees_east", 2.5},
-                                 {"b", 5, "hours since 2000-01-01", 6},
-                                 {"c", 3, "degrees_north", -1},
-                                 {"d", 4, "hPa", 100}});
+  NcFile attributes(s.path("a.nc"), {{"a", 2, "degrees_east", 2.5},
+                                     {"b", 5, "hours since 2000-01-01", 6},
+                                     {"c", 3, "degrees_north", -1},
+                                     {"d", 4, "hPa", 100}});
   attributes.finish();
   const auto reader = open_series(inputs({s.path("a.nc")}));
   const SeriesDescription& d = reader->description();
@@ -98,14 +46,14 @@ TEST(NetcdfReader, KnowsAxesByAttributesNamesAndPlace) {
       for (size_t z = 0; z < 4; ++z)
         EXPECT_EQ(frame[x + 2 * (y + 3 * z)], static_cast<double>(z + 4 * (y + 3 * (2 + 5 * x))));
 
-  Nc places(s.path("b.nc"), {{"p", 5}, {"q", 4}, {"r", 3}, {"s", 2}});
+  NcFile places(s.path("b.nc"), {{"p", 5}, {"q", 4}, {"r", 3}, {"s", 2}});
   places.finish();
   EXPECT_EQ(open_series(inputs({s.path("b.nc")}))->description().dims, (std::array<uint64_t, 4>{2, 3, 4, 5}));
   ReaderOptions letters = inputs({s.path("b.nc")});
   letters.axes = "tzyx";
   EXPECT_EQ(open_series(letters)->description().dims, (std::array<uint64_t, 4>{5, 4, 3, 2}));
 
-  Nc twice(s.path("c.nc"), {{"t", 5}, {"a", 4, "degrees_north"}, {"b", 3, "degrees_north"}, {"x", 2}});
+  NcFile twice(s.path("c.nc"), {{"t", 5}, {"a", 4, "degrees_north"}, {"b", 3, "degrees_north"}, {"x", 2}});
   twice.finish();
   EXPECT_REFUSED(refusal(inputs({s.path("c.nc")})), Exit::bad_input, "--axes");
 }
@@ -113,7 +61,7 @@ TEST(NetcdfReader, KnowsAxesByAttributesNamesAndPlace) {
 TEST(NetcdfReader, TakesLongitudeAndLatitudeForOneUnit) {
   Scratch s;
   const auto read = [&](const char* level) {
-    Nc nc(
+    NcFile nc(
         s.path("a.nc"),
         {{"time", 2}, {"lev", 3, level, 100}, {"lat", 4, "degrees_north", 2}, {"lon", 5, "degrees_east", 2}});
     nc.finish();
@@ -133,14 +81,14 @@ TEST(NetcdfReader, TakesLongitudeAndLatitudeForOneUnit) {
 
 TEST(NetcdfReader, UnpacksValuesAndMarksHoles) {
   Scratch s;
-  Nc nc(s.path("a.nc"), plain, NC_SHORT);
+  NcFile nc(s.path("a.nc"), plain_dims, NC_SHORT);
   const double scale = 0.5, offset = 10;
   const short fill = 7, range[2] = {2, 100};
-  check(nc_put_att_double(nc.id, nc.variable, "scale_factor", NC_DOUBLE, 1, &scale));
-  check(nc_put_att_double(nc.id, nc.variable, "add_offset", NC_DOUBLE, 1, &offset));
-  check(nc_put_att_short(nc.id, nc.variable, "_FillValue", NC_SHORT, 1, &fill));
-  check(nc_put_att_short(nc.id, nc.variable, "valid_range", NC_SHORT, 2, range));
-  check(nc_put_att_text(nc.id, nc.variable, "units", 1, "K"));
+  check_nc(nc_put_att_double(nc.id, nc.variable, "scale_factor", NC_DOUBLE, 1, &scale));
+  check_nc(nc_put_att_double(nc.id, nc.variable, "add_offset", NC_DOUBLE, 1, &offset));
+  check_nc(nc_put_att_short(nc.id, nc.variable, "_FillValue", NC_SHORT, 1, &fill));
+  check_nc(nc_put_att_short(nc.id, nc.variable, "valid_range", NC_SHORT, 2, range));
+  check_nc(nc_put_att_text(nc.id, nc.variable, "units", 1, "K"));
   nc.finish();
   const auto reader = open_series(inputs({s.path("a.nc")}));
   const Channel& channel = reader->description().channels[0];
@@ -156,8 +104,9 @@ TEST(NetcdfReader, UnpacksValuesAndMarksHoles) {
 TEST(NetcdfReader, JoinsFilesAlongTime) {
   Scratch s;
   for (int i = 0; i < 3; ++i) {
-    Nc nc(s.path("day" + std::to_string(i) + ".nc"),
-          {{"time", 2, "hours since 2000-01-01", 12}, {"z", 4}, {"y", 3}, {"x", 2}}, NC_FLOAT, 0, 24.0 * i);
+    NcFile nc(s.path("day" + std::to_string(i) + ".nc"),
+              {{"time", 2, "hours since 2000-01-01", 12}, {"z", 4}, {"y", 3}, {"x", 2}}, NC_FLOAT, 0,
+              24.0 * i);
     nc.finish();
   }
   const auto reader = open_series(inputs({s.path("day#.nc")}));
@@ -171,8 +120,9 @@ TEST(NetcdfReader, JoinsFilesAlongTime) {
 TEST(NetcdfReader, ReadsTheFirstHeaderOnce) {
   Scratch s;
   for (int i = 0; i < 2; ++i) {
-    Nc nc(s.path("day" + std::to_string(i) + ".nc"),
-          {{"time", 2, "hours since 2000-01-01", 12}, {"z", 4}, {"y", 3}, {"x", 2}}, NC_FLOAT, 0, 24.0 * i);
+    NcFile nc(s.path("day" + std::to_string(i) + ".nc"),
+              {{"time", 2, "hours since 2000-01-01", 12}, {"z", 4}, {"y", 3}, {"x", 2}}, NC_FLOAT, 0,
+              24.0 * i);
     nc.finish();
   }
   // Described and read through one opening; the second file is opened for each.
@@ -181,16 +131,16 @@ TEST(NetcdfReader, ReadsTheFirstHeaderOnce) {
 
 // 3 x 2 samples at depths 0, 10, 20, 50 holding depth^2; a hole at 20 in column 0.
 std::string depths(const std::string& path, bool falling) {
-  Nc nc(path, {{"depth", 4, "m"}, {"y", 3}, {"x", 2}});
-  check(nc_put_att_text(nc.id, nc.axes[0].first, "positive", 4, "down"));
-  check(nc_enddef(nc.id));
+  NcFile nc(path, {{"depth", 4, "m"}, {"y", 3}, {"x", 2}});
+  check_nc(nc_put_att_text(nc.id, nc.axes[0].first, "positive", 4, "down"));
+  check_nc(nc_enddef(nc.id));
   std::vector<double> at{0, 10, 20, 50}, values;
   if (falling) std::reverse(at.begin(), at.end());
   for (const double depth : at)
     for (int i = 0; i < 6; ++i) values.push_back(i == 0 && depth == 20 ? NAN : depth * depth);
-  check(nc_put_var_double(nc.id, nc.axes[0].first, at.data()));
-  check(nc_put_var_double(nc.id, nc.variable, values.data()));
-  check(nc_close(nc.id));
+  check_nc(nc_put_var_double(nc.id, nc.axes[0].first, at.data()));
+  check_nc(nc_put_var_double(nc.id, nc.variable, values.data()));
+  check_nc(nc_close(nc.id));
   return path;
 }
 
@@ -219,11 +169,11 @@ TEST(NetcdfReader, SamplesUnevenDepthsEvenlyBelowZero) {
 
 TEST(NetcdfReader, TakesLimitedNumbersOfEvenLevels) {
   Scratch s;
-  Nc nc(s.path("a.nc"), {{"z", 4, "m"}, {"y", 3}, {"x", 2}});
-  check(nc_enddef(nc.id));
+  NcFile nc(s.path("a.nc"), {{"z", 4, "m"}, {"y", 3}, {"x", 2}});
+  check_nc(nc_enddef(nc.id));
   const double close[] = {0, 0.001, 100, 1000};
-  check(nc_put_var_double(nc.id, nc.axes[0].first, close));
-  check(nc_close(nc.id));
+  check_nc(nc_put_var_double(nc.id, nc.axes[0].first, close));
+  check_nc(nc_close(nc.id));
   const auto reader = open_series(inputs({s.path("a.nc")}));
   EXPECT_EQ(reader->description().dims[2], 17u);
   EXPECT_EQ(reader->description().affine[10], 1000.0 / 16);
@@ -231,11 +181,11 @@ TEST(NetcdfReader, TakesLimitedNumbersOfEvenLevels) {
 
 TEST(NetcdfReader, WarnsOfLevelsOutOfOrderAndNeedsNoTime) {
   Scratch s;
-  Nc nc(s.path("a.nc"), {{"time", 3}, {"level", 4, "hPa"}, {"y", 3}, {"x", 2}});
-  check(nc_enddef(nc.id));
+  NcFile nc(s.path("a.nc"), {{"time", 3}, {"level", 4, "hPa"}, {"y", 3}, {"x", 2}});
+  check_nc(nc_enddef(nc.id));
   const double uneven[] = {1000, 850, 900, 100};
-  check(nc_put_var_double(nc.id, nc.axes[0].first, uneven));
-  check(nc_close(nc.id));
+  check_nc(nc_put_var_double(nc.id, nc.axes[0].first, uneven));
+  check_nc(nc_close(nc.id));
   const auto reader = open_series(inputs({s.path("a.nc")}));
   ASSERT_EQ(reader->description().warnings.size(), 1u);
   EXPECT_NE(reader->description().warnings[0].find("level is not evenly spaced"), std::string::npos);
@@ -246,10 +196,10 @@ TEST(NetcdfReader, WarnsOfLevelsOutOfOrderAndNeedsNoTime) {
 
 TEST(NetcdfReader, AsksWhichVariableAndRefusesDamage) {
   Scratch s;
-  Nc nc(s.path("a.nc"), plain);
+  NcFile nc(s.path("a.nc"), plain_dims);
   int ids[4], other = 0;
-  for (int d = 0; d < 4; ++d) check(nc_inq_dimid(nc.id, plain[d].name, &ids[d]));
-  check(nc_def_var(nc.id, "w", NC_FLOAT, 4, ids, &other));
+  for (int d = 0; d < 4; ++d) check_nc(nc_inq_dimid(nc.id, plain_dims[d].name, &ids[d]));
+  check_nc(nc_def_var(nc.id, "w", NC_FLOAT, 4, ids, &other));
   nc.finish();
   EXPECT_REFUSED(refusal(inputs({s.path("a.nc")})), Exit::usage, "v and w");
   ReaderOptions o = inputs({s.path("a.nc")});
