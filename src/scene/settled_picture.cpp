@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Settles a shot in the order of settled_picture.h, and has it drawn with smooth edges and deep samples.
 #include "scene/settled_picture.h"
 
 #include <algorithm>
