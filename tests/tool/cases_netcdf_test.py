@@ -87,8 +87,8 @@ class Cases(ToolTest):
         names = [f'in{i}.nc' for i in range(len(files))]
         for name, data in zip(names, files):
             self.write(name, data)
-        self.bcc4('import', *names, *options, '--lattice', 'cc', '--exact', '-o', 'o.bcc4')
-        self.bcc4('export', 'o.bcc4', '--all', '-o', 'o.nrrd')
+        self.bcc4('import', *names, *options, '--lattice', 'cc', '--exact', '--overwrite', '-o', 'o.bcc4')
+        self.bcc4('export', 'o.bcc4', '--all', '--overwrite', '-o', 'o.nrrd')
         nrrd = Nrrd(self.path('o.nrrd'))
         self.assertEqual(nrrd.sizes[3], 4 * len(files))
         self.times = [float(t) for t in nrrd.keys['axis 3 index values'].split()]
@@ -205,7 +205,7 @@ class Cases(ToolTest):
                 v[:] = float(run[-1])
         self.refused(2, 'run1/f and run2/f', 'import', 'a.nc', '-o', 'o.bcc4', output='o.bcc4')
         self.bcc4('import', 'a.nc', '--channel', 'run2/f', '-o', 'o.bcc4')
-        self.bcc4('export', 'o.bcc4', '--all', '-o', 'o.nrrd')
+        self.bcc4('export', 'o.bcc4', '--all', '--overwrite', '-o', 'o.nrrd')
         self.assertEqual(set(Nrrd(self.path('o.nrrd')).values), {2})
 
 
