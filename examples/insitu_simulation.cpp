@@ -4,7 +4,7 @@
 // the D4* lattice says at which moment it is and where its sites are; the solver steps to that moment and
 // sums the particles' kernels there. Then the file is opened and drawn, with a trail of the motion. It uses
 // the public header only.
-#include <bccsplat.h>
+#include <bccsplat.hpp>
 
 #include <array>
 #include <cmath>
@@ -17,33 +17,13 @@
 
 namespace {
 
+using namespace bccsplat::client;
 using Vec3 = std::array<double, 3>;
 
 constexpr uint32_t size = 64, frames = 24; // domain [0, size-1]^3 voxels, frame numbers 0 .. frames-1
 constexpr double radius = 4;               // of a particle's kernel, voxels
 constexpr double softening = 3;            // of gravity, voxels
 constexpr double longest_step = 0.25;      // frames
-
-struct Release {
-  void operator()(bccsplat_device* h) const { bccsplat_device_release(h); }
-  void operator()(bccsplat_writer* h) const { bccsplat_writer_release(h); } // unfinished: leaves no file
-  void operator()(bccsplat_volume* h) const { bccsplat_volume_release(h); }
-  void operator()(bccsplat_slice* h) const { bccsplat_slice_release(h); }
-  void operator()(bccsplat_renderer* h) const { bccsplat_renderer_release(h); }
-  void operator()(bccsplat_frame* h) const { bccsplat_frame_release(h); }
-};
-template<class T> using Handle = std::unique_ptr<T, Release>;
-
-void check(bccsplat_status status) {
-  if (status != BCCSPLAT_OK)
-    throw std::runtime_error(std::string(bccsplat_last_error()) + " (" + bccsplat_status_name(status) + ")");
-}
-
-template<class T> T sized() {
-  T t{};
-  t.struct_size = sizeof(T);
-  return t;
-}
 
 class Solver {
  public:
@@ -120,29 +100,27 @@ class Solver {
   double time_ = 0;
 };
 
-void simulate(bccsplat_device* device, const char* path) {
+void simulate(const Device& device, const char* path) {
   auto channel = sized<bccsplat_channel_options>();
   channel.name = "density", channel.air_threshold = 1e-3;
   auto options = sized<bccsplat_writer_options>();
   options.dims[0] = options.dims[1] = options.dims[2] = size, options.dims[3] = frames;
   options.channels = &channel, options.channel_count = 1, options.overwrite = 1;
-  bccsplat_writer* w = nullptr;
-  check(bccsplat_writer_create(device, path, &options, &w));
-  const Handle<bccsplat_writer> writer(w);
+  const Writer writer = make(bccsplat_writer_create, device.get(), path, &options);
 
   Solver solver(600);
   std::vector<float> samples;
   auto g = sized<bccsplat_layer_geometry>();
   g.layer_count = 1;
   for (int64_t layer = 0; layer < g.layer_count; ++layer) {
-    check(bccsplat_writer_get_layer_geometry(w, layer, &g));
+    check(bccsplat_writer_get_layer_geometry(writer.get(), layer, &g));
     solver.advance_to(g.frame);
     samples.assign(g.dims[0] * g.dims[1] * g.dims[2], 0);
     solver.sum_density(g, samples);
-    check(bccsplat_writer_add_layer(w, 0, layer, samples.data(), samples.size()));
+    check(bccsplat_writer_add_layer(writer.get(), 0, layer, samples.data(), samples.size()));
   }
   auto report = sized<bccsplat_writer_report>();
-  check(bccsplat_writer_finish(w, &report));
+  check(bccsplat_writer_finish(writer.get(), &report));
   std::printf("%lld layers, %.1f %% of %llu lattice sites kept; a grid would have %llu samples\n",
               static_cast<long long>(g.layer_count),
               100 * static_cast<double>(report.sites_kept) / static_cast<double>(report.sites_total),
@@ -150,33 +128,25 @@ void simulate(bccsplat_device* device, const char* path) {
               static_cast<unsigned long long>(report.cc_samples));
 }
 
-void draw(bccsplat_device* device, const char* path, const char* picture) {
-  bccsplat_volume* v = nullptr;
-  check(bccsplat_volume_open_file(device, path, nullptr, &v));
-  const Handle<bccsplat_volume> volume(v);
+void draw(const Device& device, const char* path, const char* picture) {
+  const Volume volume = make(bccsplat_volume_open_file, device.get(), path, nullptr);
   auto plane = sized<bccsplat_hyperplane>();
   plane.d = 1, plane.e = -0.6 * (frames - 1); // between two frames
-  bccsplat_slice* s = nullptr;
-  check(bccsplat_slice_create(v, &plane, nullptr, &s));
-  const Handle<bccsplat_slice> slice(s);
-  bccsplat_renderer* r = nullptr;
-  check(bccsplat_renderer_create(device, &r));
-  const Handle<bccsplat_renderer> renderer(r);
-  check(bccsplat_renderer_set_slice(r, s));
+  const Slice slice = make(bccsplat_slice_create, volume.get(), &plane, nullptr);
+  const Renderer renderer = make(bccsplat_renderer_create, device.get());
+  check(bccsplat_renderer_set_slice(renderer.get(), slice.get()));
   auto camera = sized<bccsplat_camera>();
-  check(bccsplat_slice_fit_camera(s, BCCSPLAT_PROJECTION_ORTHOGRAPHIC, 20, 30, 512, 512, &camera));
+  check(bccsplat_slice_fit_camera(slice.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, 20, 30, 512, 512, &camera));
   camera.ortho_height *= 0.5; // the box is mostly empty
-  check(bccsplat_renderer_set_camera(r, &camera));
+  check(bccsplat_renderer_set_camera(renderer.get(), &camera));
   auto trail = sized<bccsplat_trail>();
   trail.interval[0] = -6;
-  check(bccsplat_renderer_set_trail(r, &trail));
-  bccsplat_frame* f = nullptr;
-  check(bccsplat_frame_create(device, 512, 512, BCCSPLAT_FRAME_RGBA, &f));
-  const Handle<bccsplat_frame> frame(f);
-  check(bccsplat_renderer_render(r, f));
+  check(bccsplat_renderer_set_trail(renderer.get(), &trail));
+  const Frame frame = make(bccsplat_frame_create, device.get(), 512u, 512u, BCCSPLAT_FRAME_RGBA);
+  check(bccsplat_renderer_render(renderer.get(), frame.get()));
   auto image = sized<bccsplat_image_options>();
   image.overwrite = image.use_background = 1; // black
-  check(bccsplat_frame_save_png(f, picture, &image));
+  check(bccsplat_frame_save_png(frame.get(), picture, &image));
 }
 
 } // namespace
@@ -187,11 +157,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    bccsplat_device* d = nullptr;
-    check(bccsplat_device_create(nullptr, &d));
-    const Handle<bccsplat_device> device(d);
-    simulate(d, argv[1]);
-    if (argc == 3) draw(d, argv[1], argv[2]);
+    const Device device = make(bccsplat_device_create, nullptr);
+    simulate(device, argv[1]);
+    if (argc == 3) draw(device, argv[1], argv[2]);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 1;

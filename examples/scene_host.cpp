@@ -4,7 +4,7 @@
 // It ray-traces a floor, a ball and the edges of the volume's box into a picture and a depth plane, as a
 // host's engine would rasterise them, hands both over with its matrices, and gets the volume in its scene:
 // behind the ball, before the floor, cut open by a plane, for two eyes side by side.
-#include <bccsplat.h>
+#include <bccsplat.hpp>
 
 #include <algorithm>
 #include <array>
@@ -16,20 +16,10 @@
 
 namespace {
 
+using namespace bccsplat::client;
+
 constexpr uint32_t width = 480, height = 480; // of each eye
 using Point = std::array<double, 3>;
-
-void check(bccsplat_status status, const char* what) {
-  if (status == BCCSPLAT_OK) return;
-  std::fprintf(stderr, "%s: %s (%s)\n", what, bccsplat_last_error(), bccsplat_status_name(status));
-  std::exit(1);
-}
-
-template<class T> T sized() {
-  T t{};
-  t.struct_size = sizeof t;
-  return t;
-}
 
 Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -62,8 +52,7 @@ struct Eye {
   Eye(const bccsplat_camera& camera, double sideways, double distance) {
     view.use_matrices = 1;
     check(bccsplat_camera_get_matrices(&camera, width, height, 0.01 * distance, 100 * distance,
-                                       BCCSPLAT_DEPTH_RANGE_DEFAULT, 0, view.world_to_view, view.projection),
-          "camera");
+                                       BCCSPLAT_DEPTH_RANGE_DEFAULT, 0, view.world_to_view, view.projection));
     view.world_to_view[3] -= sideways;
     view.projection[2] -= view.projection[0] * sideways / distance;
     view.depth = depth.data(), view.depth_kind = BCCSPLAT_DEPTH_PLANAR;
@@ -73,7 +62,7 @@ struct Eye {
   [[nodiscard]] Point unproject(double x, double y, double distance) const {
     const double pixel[3] = {x, y, distance};
     Point p;
-    check(bccsplat_view_unproject(&view, width, height, 1, pixel, p.data()), "unproject");
+    check(bccsplat_view_unproject(&view, width, height, 1, pixel, p.data()));
     return p;
   }
   void put(size_t pixel, double distance, const std::array<float, 3>& color) {
@@ -126,7 +115,7 @@ void draw_box(Eye& eye, const Things& things) {
         if (corner & 1) p[second] += size[second];
         if (corner & 2) p[third] += size[third];
         double pixel[3];
-        check(bccsplat_view_project(&eye.view, width, height, 1, p.data(), pixel), "project");
+        check(bccsplat_view_project(&eye.view, width, height, 1, p.data(), pixel));
         if (!(pixel[0] >= 0 && pixel[0] < width && pixel[1] >= 0 && pixel[1] < height)) continue;
         eye.put(size_t{width} * static_cast<size_t>(pixel[1]) + static_cast<size_t>(pixel[0]), pixel[2],
                 {0.9f, 0.9f, 0.6f});
@@ -134,32 +123,22 @@ void draw_box(Eye& eye, const Things& things) {
     }
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
-  if (argc < 3) {
-    std::fprintf(stderr, "usage: scene_host FILE.bcc4 OUT.png [TIME]\n");
-    return 2;
-  }
-  bccsplat_device* device = nullptr;
-  bccsplat_volume* volume = nullptr;
-  bccsplat_scene* scene = nullptr;
-  bccsplat_frame* both = nullptr;
+void draw(const char* file, const char* picture, const double* time) {
+  const Device device = make(bccsplat_device_create, nullptr);
+  const Volume volume = make(bccsplat_volume_open_file, device.get(), file, nullptr);
+  const Scene scene = make(bccsplat_scene_create, device.get());
   uint64_t id = 0;
-  check(bccsplat_device_create(nullptr, &device), "device");
-  check(bccsplat_volume_open_file(device, argv[1], nullptr, &volume), argv[1]);
-  check(bccsplat_scene_create(device, &scene), "scene");
-  check(bccsplat_scene_add(scene, volume, nullptr, &id), "scene");
+  check(bccsplat_scene_add(scene.get(), volume.get(), nullptr, &id));
   auto info = sized<bccsplat_volume_info>();
-  check(bccsplat_volume_get_info(volume, &info), "volume");
-  check(bccsplat_scene_set_time(scene, argc > 3 ? std::atof(argv[3]) : info.time_first), "time");
+  check(bccsplat_volume_get_info(volume.get(), &info));
+  check(bccsplat_scene_set_time(scene.get(), time ? *time : info.time_first));
 
   double box[6];
-  check(bccsplat_scene_get_bounds(scene, box), "bounds");
+  check(bccsplat_scene_get_bounds(scene.get(), box));
   const Things things(box);
   auto camera = sized<bccsplat_camera>();
-  check(bccsplat_scene_fit_camera(scene, BCCSPLAT_PROJECTION_PERSPECTIVE, 20, 30, width, height, &camera),
-        "camera");
+  check(bccsplat_scene_fit_camera(scene.get(), BCCSPLAT_PROJECTION_PERSPECTIVE, 20, 30, width, height,
+                                  &camera));
   const Point away = Point{camera.position[0], camera.position[1], camera.position[2]} -
                      Point{camera.target[0], camera.target[1], camera.target[2]};
   const double distance = std::sqrt(dot(away, away));
@@ -169,29 +148,40 @@ int main(int argc, char** argv) {
   const Point towards = normalised({away[0], 0, away[2]}), middle = 0.5 * (things.low + things.high);
   for (size_t a = 0; a < 3; ++a) open.normal[a] = -towards[a];
   open.offset = dot(towards, middle) + 0.12 * distance;
-  check(bccsplat_scene_set_clips(scene, &open, 1), "clips");
+  check(bccsplat_scene_set_clips(scene.get(), &open, 1));
 
-  check(bccsplat_frame_create(device, 2 * width, height, 0, &both), "frame");
+  const Frame both = make(bccsplat_frame_create, device.get(), 2 * width, height, 0u);
   auto plane = sized<bccsplat_plane>();
-  check(bccsplat_frame_get_channel(both, BCCSPLAT_FRAME_RGBA, &plane), "frame");
+  check(bccsplat_frame_get_channel(both.get(), BCCSPLAT_FRAME_RGBA, &plane));
   for (const int side : {-1, 1}) {
     Eye eye(camera, side * 0.03 * distance, distance);
     draw_things(eye, things);
     draw_box(eye, things);
-    bccsplat_frame* half = nullptr;
-    check(bccsplat_frame_wrap(device, width, height, plane.pixels + (side < 0 ? 0 : size_t{4} * width),
-                              plane.row_bytes, &half),
-          "frame");
+    float* const pixels = plane.pixels + (side < 0 ? 0 : size_t{4} * width);
+    const Frame half = make(bccsplat_frame_wrap, device.get(), width, height, pixels, plane.row_bytes);
     auto status = sized<bccsplat_scene_status>();
-    check(bccsplat_scene_render(scene, &eye.view, half, nullptr, 0, &status), "render");
+    check(bccsplat_scene_render(scene.get(), &eye.view, half.get(), nullptr, 0, &status));
     std::printf("%s eye: level %u, %.1f ms to cut, %.1f ms to draw\n", side < 0 ? "left" : "right",
                 status.level, status.ms_cut, status.ms_draw);
-    bccsplat_frame_release(half);
   }
   auto options = sized<bccsplat_image_options>();
   options.overwrite = 1;
-  check(bccsplat_frame_save_png(both, argv[2], &options), argv[2]);
-  bccsplat_frame_release(both), bccsplat_scene_release(scene);
-  bccsplat_volume_release(volume), bccsplat_device_release(device);
+  check(bccsplat_frame_save_png(both.get(), picture, &options));
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: scene_host FILE.bcc4 OUT.png [TIME]\n");
+    return 2;
+  }
+  try {
+    const double time = argc > 3 ? std::atof(argv[3]) : 0;
+    draw(argv[1], argv[2], argc > 3 ? &time : nullptr);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 1;
+  }
   return 0;
 }

@@ -18,18 +18,11 @@ uint32_t srgb_byte(float linear) {
   return static_cast<uint32_t>(s * 255 + 0.5f);
 }
 
-template<class T> T sized() {
-  T t{};
-  t.struct_size = sizeof(T);
-  return t;
-}
-
 } // namespace
 
 void check(bccsplat_status status) {
   if (status == BCCSPLAT_CANCELLED) throw Cancelled{};
-  if (status != BCCSPLAT_OK)
-    throw std::runtime_error(std::string(bccsplat_last_error()) + " (" + bccsplat_status_name(status) + ")");
+  bccsplat::client::check(status);
 }
 
 Worker::Worker(bccsplat_device* device, const bccsplat_volume* volume, std::array<double, 2> range)

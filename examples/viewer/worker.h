@@ -5,7 +5,7 @@
 
 #include "viewer/surfaces.h"
 
-#include <bccsplat.h>
+#include <bccsplat.hpp>
 
 #include <array>
 #include <atomic>
@@ -21,15 +21,8 @@
 
 namespace viewer {
 
-struct Release {
-  void operator()(bccsplat_device* h) const { bccsplat_device_release(h); }
-  void operator()(bccsplat_volume* h) const { bccsplat_volume_release(h); }
-  void operator()(bccsplat_slice* h) const { bccsplat_slice_release(h); }
-  void operator()(bccsplat_renderer* h) const { bccsplat_renderer_release(h); }
-  void operator()(bccsplat_frame* h) const { bccsplat_frame_release(h); }
-  void operator()(bccsplat_cancel_token* h) const { bccsplat_cancel_token_release(h); }
-};
-template<class T> using Handle = std::unique_ptr<T, Release>;
+using bccsplat::client::Handle;
+using bccsplat::client::sized;
 
 struct Cancelled {};
 // Throws what went wrong, or Cancelled when a newer wish ended the call.

@@ -2,29 +2,18 @@
 // The objects of the C API as values that release themselves, and its status codes as exceptions.
 #pragma once
 
-#include <memory>
-
-#include "bccsplat.h"
+#include "bccsplat.hpp"
 #include "readers/error.h"
 
 namespace bcc4 {
 
-template<auto Release> struct Releaser {
-  template<class T> void operator()(T* object) const { Release(object); }
-};
-using Device = std::unique_ptr<bccsplat_device, Releaser<bccsplat_device_release>>;
-using Writer = std::unique_ptr<bccsplat_writer, Releaser<bccsplat_writer_release>>;
-using Volume = std::unique_ptr<bccsplat_volume, Releaser<bccsplat_volume_release>>;
-using Slice = std::unique_ptr<bccsplat_slice, Releaser<bccsplat_slice_release>>;
-using Renderer = std::unique_ptr<bccsplat_renderer, Releaser<bccsplat_renderer_release>>;
-using Image = std::unique_ptr<bccsplat_frame, Releaser<bccsplat_frame_release>>;
-
-// A struct of the API, cleared, with its size filled in.
-template<class T> [[nodiscard]] T sized() {
-  T value{};
-  value.struct_size = sizeof(T);
-  return value;
-}
+using bccsplat::client::Device;
+using bccsplat::client::Renderer;
+using bccsplat::client::sized;
+using bccsplat::client::Slice;
+using bccsplat::client::Volume;
+using bccsplat::client::Writer;
+using Image = bccsplat::client::Frame;
 
 // A failed call of the library.
 class StatusError : public Error {

@@ -21,7 +21,7 @@ if(TARGET bccsplat)
   if(TARGET bccsplat_static)
     install(TARGETS bccsplat_static EXPORT bccsplatTargets ARCHIVE COMPONENT development)
   endif()
-  install(FILES include/bccsplat.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+  install(FILES include/bccsplat.h include/bccsplat.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
   install(EXPORT bccsplatTargets NAMESPACE bccsplat:: DESTINATION ${BCCSPLAT_PACKAGE_DIR} COMPONENT development)
   configure_package_config_file(src/cmake/bccsplatConfig.cmake.in ${PROJECT_BINARY_DIR}/bccsplatConfig.cmake
     INSTALL_DESTINATION ${BCCSPLAT_PACKAGE_DIR})
