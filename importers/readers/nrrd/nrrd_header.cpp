@@ -62,6 +62,13 @@ struct Parser {
     return std::isfinite(value) ? std::optional(value) : std::nullopt;
   }
 
+  // Returns whether samples are cells; nothing when that is not known.
+  std::optional<bool> centering(const std::string& text) const {
+    if (text == "???" || text == "none") return std::nullopt;
+    if (text != "cell" && text != "node") lines.refuse("\"", text, "\" is neither cell nor node");
+    return text == "cell";
+  }
+
   // Returns the vectors of a list such as "(1,0,0) none (0,2,0)".
   std::vector<std::optional<std::vector<double>>> vectors(std::string_view text) const {
     std::vector<std::optional<std::vector<double>>> out;
@@ -128,9 +135,13 @@ struct Parser {
     } else if (name == "spacings") {
       const auto parts = per_axis(value);
       for (size_t a = 0; a < parts.size(); ++a) h.axes[a].spacing = axis_number(parts[a]);
-    } else if (name == "axismins") {
+    } else if (name == "axismins" || name == "axismaxs") {
       const auto parts = per_axis(value);
-      for (size_t a = 0; a < parts.size(); ++a) h.axes[a].min = axis_number(parts[a]);
+      for (size_t a = 0; a < parts.size(); ++a)
+        (name == "axismins" ? h.axes[a].min : h.axes[a].max) = axis_number(parts[a]);
+    } else if (name == "centers" || name == "centerings") {
+      const auto parts = per_axis(value);
+      for (size_t a = 0; a < parts.size(); ++a) h.axes[a].cells = centering(lower(parts[a]));
     } else if (name == "kinds") {
       const auto parts = per_axis(value);
       for (size_t a = 0; a < parts.size(); ++a)
@@ -170,8 +181,7 @@ struct Parser {
     } else if (name == "blocksize") {
       lines.refuse("blocks of bytes have no values to read");
     }
-    // Other fields (min, max, thicknesses, centers, measurement frame ...) say nothing that is
-    // needed here.
+    // Other fields (min, max, thicknesses, measurement frame ...) say nothing that is needed here.
   }
 
   void set_encoding(const std::string& v) {

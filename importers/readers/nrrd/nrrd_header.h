@@ -19,7 +19,8 @@ struct NrrdAxis {
   std::string kind; // lower case, "" when unknown
   std::string label;
   std::string unit;
-  std::optional<double> spacing, min;
+  std::optional<double> spacing, min, max;
+  std::optional<bool> cells;                    // samples are cells, or nodes; unknown
   std::optional<std::vector<double>> direction; // world vector; absent or "none": not in space
 };
 

@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "readers/affine.h"
 #include "readers/components.h"
 #include "readers/dense_reader.h"
 #include "readers/error.h"
 #include "readers/file_times.h"
 #include "readers/frame_plan.h"
 #include "readers/nrrd/nrrd_header.h"
+#include "readers/nrrd/nrrd_place.h"
+#include "readers/same_place.h"
 #include "readers/utf8.h"
 
 namespace bcc4 {
@@ -100,48 +101,6 @@ Roles find_roles(const NrrdHeader& h) {
   return out;
 }
 
-void set_affine(SeriesDescription& d, const NrrdHeader& h, const std::vector<AxisRole>& roles) {
-  std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  std::array<double, 3> origin{};
-  bool spacing = false, directions = false, has_z = false;
-  for (size_t a = 0; a < roles.size(); ++a) {
-    if (roles[a] > AxisRole::z) continue;
-    const auto r = static_cast<size_t>(roles[a]);
-    const NrrdAxis& axis = h.axes[a];
-    has_z |= r == 2;
-    if (axis.direction) {
-      columns[r] = {};
-      for (size_t i = 0; i < std::min<size_t>(3, axis.direction->size()); ++i)
-        columns[r][i] = (*axis.direction)[i];
-      directions = true;
-    } else if (axis.spacing) {
-      columns[r][r] = *axis.spacing;
-      spacing = true;
-    }
-    if (!axis.direction && axis.min) origin[r] = *axis.min;
-    if (!axis.unit.empty() && d.spatial_unit.empty()) d.spatial_unit = axis.unit;
-  }
-  if (directions && !has_z) { // a plane in space: the missing axis is across it
-    const auto &u = columns[0], &v = columns[1];
-    columns[2] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-    const double length = std::hypot(columns[2][0], columns[2][1], columns[2][2]);
-    for (double& c : columns[2]) c = length > 0 ? c / length : 0;
-  }
-  if (h.origin)
-    for (size_t i = 0; i < std::min<size_t>(3, h.origin->size()); ++i) origin[i] = (*h.origin)[i];
-  if (!h.space_units.empty()) d.spatial_unit = h.space_units[0];
-  d.affine = affine_from_columns(columns, origin);
-  if (!(std::abs(determinant(d.affine)) > 0))
-    fail_input(h.path, ": the space directions or spacings span no volume: give --spacing");
-  d.affine_origin = directions ? "space directions and origin"
-                    : spacing  ? "spacings"
-                               : "none given: one unit per voxel";
-  if (!h.space.empty()) d.attributes.emplace_back("space", h.space);
-  if (h.space.find("left-handed") != std::string::npos || h.space.starts_with("left-anterior-superior"))
-    d.notes.push_back(
-        concat("the file's space is ", h.space, ", which is left-handed: coordinates are kept as they are"));
-}
-
 void set_times(SeriesDescription& d, const NrrdHeader& h, size_t axis_number) {
   const NrrdAxis& axis = h.axes[axis_number];
   d.times.unit = axis.unit;
@@ -157,10 +116,10 @@ void set_times(SeriesDescription& d, const NrrdHeader& h, size_t axis_number) {
     d.times.origin = concat("\"", key, "values\" of the header");
     return;
   }
-  double step = axis.spacing.value_or(0);
-  if (points_in_time(axis)) step = (*axis.direction)[3];
+  const AxisPlace place = axis_place(axis, false); // moments are nodes unless the file says otherwise
+  const double step = points_in_time(axis) ? (*axis.direction)[3] : place.step.value_or(0);
   if (!(step > 0)) return;
-  const double first = axis.min.value_or(h.origin && h.origin->size() == 4 ? (*h.origin)[3] : 0);
+  const double first = place.first.value_or(h.origin && h.origin->size() == 4 ? (*h.origin)[3] : 0);
   for (uint64_t i = 0; i < axis.size; ++i) d.times.values.push_back(first + static_cast<double>(i) * step);
   d.times.origin = concat("spacing ", step, " of axis ", axis_number);
 }
@@ -223,7 +182,7 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
     const std::string& name = file.header.path;
     if (file_per_frame && frames > 1) fail_usage(name, " is a series of its own: give it alone");
     if (file.header.type != h.type || file.layout.swap != layout.swap || sizes(file.layout) != sizes(layout))
-      fail_input(name, ": its sizes or type differ from those of ", path);
+      fail_input(name, ": its sizes or type differ from those of ", path, ": convert the files to one kind");
     for (Segment& s : nrrd_segments(file.header, layout_bytes(file.layout, name))) {
       check_segment(s);
       segments.push_back(std::move(s));
@@ -232,12 +191,18 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
     for (const std::string& data : file.header.data_files) d.files.push_back({data, file_size(data)});
   };
   add_file(first);
+  set_affine(d, h, first.roles.roles, options);
   std::vector<FileTime> times{file_time(h)};
+  const std::array samples{layout.size_of(AxisRole::x), layout.size_of(AxisRole::y),
+                           layout.size_of(AxisRole::z)};
   bool one_unit = true;
   bool one_content = true; // else it is not of the series but of its frames
   for (size_t i = 1; i < sequence.files.size(); ++i) {
     const OneNrrd next = open_header(options, sequence.files[i].path);
     add_file(next);
+    SeriesDescription place;
+    set_affine(place, next.header, next.roles.roles, options);
+    require_same_place(d, place, samples, options, next.header.path);
     times.push_back(file_time(next.header));
     one_content = one_content && next.header.content == h.content;
     if (next.header.sample_unit != h.sample_unit && one_unit)
@@ -248,7 +213,6 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
 
   d.format = "NRRD";
   d.axes = layout_text(layout) + (first.roles.why.empty() ? "" : "; " + first.roles.why);
-  set_affine(d, h, first.roles.roles);
   if (file_per_frame) {
     frames = sequence.files.size();
     stack_files(layout, sequence);
@@ -259,7 +223,7 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
       if (first.roles.roles[a] == AxisRole::t) set_times(d, h, a);
   }
   if (times.size() == frames && d.times.values.empty()) take_file_times(d, times, "time");
-  d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
+  d.dims = {samples[0], samples[1], samples[2], frames};
   const uint64_t components = layout.size_of(AxisRole::component);
   const std::vector<uint64_t> wanted =
       add_channels(d, options, path, components, {.unit = utf8_of(h.sample_unit), .precision = layout.type});
