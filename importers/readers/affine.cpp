@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "readers/affine.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace bcc4 {
 
 Affine affine_from_columns(const std::array<std::array<double, 3>, 3>& columns,
@@ -17,6 +20,14 @@ Affine affine_from_columns(const std::array<std::array<double, 3>, 3>& columns,
 double determinant(const Affine& m) {
   return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
          m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+bool spans_volume(const Affine& m) {
+  constexpr double flat = 1e-9; // of the box with these edges
+  if (!std::all_of(m.begin(), m.end(), [](double v) { return std::isfinite(v); })) return false;
+  double box = 1;
+  for (size_t c = 0; c < 3; ++c) box *= std::hypot(m[c], m[4 + c], m[8 + c]);
+  return std::abs(determinant(m)) > flat * box;
 }
 
 Affine moved_origin(const Affine& affine, const std::array<double, 3>& begin) {

@@ -14,6 +14,8 @@ using Affine = std::array<double, 16>;
 [[nodiscard]] Affine affine_from_columns(const std::array<std::array<double, 3>, 3>& columns,
                                          const std::array<double, 3>& origin);
 [[nodiscard]] double determinant(const Affine& m);
+// Returns whether the numbers are finite and the three steps do not lie in a plane.
+[[nodiscard]] bool spans_volume(const Affine& m);
 // Returns the affine of a grid whose sample 0 is at index `begin` of this one.
 [[nodiscard]] Affine moved_origin(const Affine& affine, const std::array<double, 3>& begin);
 

@@ -5,6 +5,7 @@
 //   - tests/tool/readers/NAME_reader_test.cpp, which opens its files by open_series.
 #include "readers/open_series.h"
 
+#include <filesystem>
 #include <vector>
 
 #include "readers/decoders.h"
@@ -77,7 +78,7 @@ const std::vector<Format>& formats() {
       {"raw", {}, nullptr, open_raw, "plain or gzip"},
       {"nrrd", {".nrrd", ".nhdr"}, is_nrrd, open_nrrd, "attached and detached; raw, gzip, ascii"},
       {"vti", {".vti", ".pvd"}, is_vtk, open_vti, "VTK ImageData and .pvd; ascii, binary, appended, zlib"},
-      {"nifti", {".nii", ".nii.gz"}, is_nifti, open_nifti, "NIfTI-1 and -2, plain or gzip", "", true},
+      {"nifti", {".nii", ".nii.gz"}, is_nifti, open_nifti, "NIfTI-1 and -2, pairs; plain or gzip", "", true},
       {"metaimage", {".mha", ".mhd"}, is_metaimage, open_metaimage, ".mha and .mhd; raw, zlib, text"},
       {"netcdf",
        {".nc"},
@@ -101,8 +102,19 @@ void check_raw(const std::string& path, std::string_view start) {
     fail_input(path, ": a NanoVDB file, which no reader knows; convert it with nanovdb_convert to OpenVDB");
   if (start.starts_with("BCC4") || lower(path).ends_with(".bcc4"))
     fail_input(path, ": is a .bcc4 file already");
+  if (is_analyze(start) && lower(path).ends_with(".hdr"))
+    fail_input(path, ": an ANALYZE header, which does not say where left is: convert it to NIfTI (.nii), or "
+                     "read its .img as raw values with --dims, --dtype and --skip");
   if (const std::string format = format_of_name(path); !format.empty())
     fail_input(path, ": does not begin as a file of ", format, " does: damaged or misnamed");
+}
+
+// The values of a pair have no beginning of their own.
+void refuse_image_of_pair(const std::string& path) {
+  if (!lower(path).ends_with(".img")) return;
+  const std::string header = path.substr(0, path.size() - 3) + "hdr";
+  if (std::filesystem::exists(header))
+    fail_input(path, ": the values of a pair of files: give its header, ", header);
 }
 
 } // namespace
@@ -120,6 +132,7 @@ std::unique_ptr<FrameReader> open_series(const ReaderOptions& options) {
     return format.open(sequence, options);
   }
   check_raw(path, start);
+  if (!options.dims && !options.dtype) refuse_image_of_pair(path);
   return open_raw(sequence, options);
 }
 

@@ -3,6 +3,7 @@
 // headers.
 #include "readers/nifti/nifti_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -87,6 +88,95 @@ TEST(NiftiReader, TakesTheSformThenTheQform) {
   n.put<int16_t>(254, 1);
   for (size_t i = 0; i < 12; ++i) n.put<float>(280 + 4 * i, i % 5 == 0 ? 9.0f : 0.0f);
   EXPECT_EQ(open_series(inputs({s.file("s.nii", n.file())}))->description().affine[5], 9);
+}
+
+bool notes(const SeriesDescription& d, const std::string& text) {
+  return std::any_of(d.notes.begin(), d.notes.end(),
+                     [&](const std::string& n) { return n.find(text) != std::string::npos; });
+}
+
+// Rows of an sform with these steps along the axes.
+void put_sform(Nifti1& n, std::array<float, 3> steps, int16_t code = 1) {
+  n.put<int16_t>(254, code);
+  for (size_t i = 0; i < 12; ++i) n.put<float>(280 + 4 * i, i % 5 == 0 ? steps[i / 5] : 0.0f);
+}
+
+TEST(NiftiReader, AnSformOfZerosGivesWayToTheQform) {
+  Scratch s;
+  Nifti1 n;
+  put_sform(n, {0, 0, 0});
+  EXPECT_REFUSED(refusal(inputs({s.file("a.nii", n.file())})), Exit::bad_input,
+                 "spans no volume: give --spacing");
+  n.put<int16_t>(252, 1);
+  n.put<float>(268, 7);
+  for (const float flat : {0.0f, 2.0f}) {
+    put_sform(n, {flat, flat, 0});
+    const SeriesDescription d = open_series(inputs({s.file("a.nii", n.file())}))->description();
+    EXPECT_EQ(d.affine, (std::array<double, 16>{2, 0, 0, 7, 0, 3, 0, 0, 0, 0, 4, 0, 0, 0, 0, 1}));
+    EXPECT_EQ(d.affine_origin, "qform, code 1");
+    EXPECT_TRUE(notes(d, "sform spans no volume"));
+  }
+}
+
+TEST(NiftiReader, TellsFormsOfTwoHandednesses) {
+  Scratch s;
+  Nifti1 n;
+  n.put<int16_t>(252, 1);
+  put_sform(n, {-2, 3, 4});
+  const SeriesDescription d = open_series(inputs({s.file("a.nii", n.file())}))->description();
+  EXPECT_EQ(d.affine[0], -2);
+  EXPECT_TRUE(notes(d, "left and right swapped"));
+  put_sform(n, {2, 3, 4});
+  EXPECT_FALSE(notes(open_series(inputs({s.file("b.nii", n.file())}))->description(), "swapped"));
+}
+
+TEST(NiftiReader, ScalesFloats) {
+  Scratch s;
+  Nifti1 n(false, 1);
+  n.put<float>(112, 2);
+  n.put<float>(116, 5);
+  n.put<int16_t>(70, 16);
+  const auto wide = [](double i) { return i * 100 / 23; };
+  std::vector<float> floats;
+  std::vector<double> doubles;
+  for (int i = 0; i < 24; ++i) floats.push_back(static_cast<float>(wide(i))), doubles.push_back(wide(i));
+  EXPECT_EQ(dense(*open_series(inputs({s.file("f.nii", n.bytes() + bytes_of(floats))})), 0)[23], 205);
+  n.put<int16_t>(70, 64);
+  EXPECT_EQ(dense(*open_series(inputs({s.file("d.nii", n.bytes() + bytes_of(doubles))})), 0)[23], 205);
+}
+
+TEST(NiftiReader, ReadsPairsAndNamesAnalyze) {
+  Scratch s;
+  Nifti1 n;
+  const std::string voxels = n.file().substr(352);
+  n.put<float>(108, 0);
+  std::memcpy(n.bytes().data() + 344, "ni1", 4);
+  s.file("p.hdr", n.bytes().substr(0, 348));
+  EXPECT_REFUSED(refusal(inputs({s.path("p.hdr")})), Exit::bad_input, "p.img is missing");
+  s.file("p.img", voxels);
+  EXPECT_EQ(dense(*open_series(inputs({s.path("p.hdr")})), 3)[23], 95);
+  EXPECT_REFUSED(refusal(inputs({s.path("p.img")})), Exit::bad_input, "p.hdr");
+  s.file("q.hdr", n.bytes().substr(0, 348));
+  s.file("q.img.gz", gzipped(voxels));
+  EXPECT_EQ(dense(*open_series(inputs({s.path("q.hdr")})), 3)[23], 95);
+  EXPECT_REFUSED(refusal(inputs({s.file("an.hdr", n.bytes().substr(0, 344) + std::string(4, '\0'))})),
+                 Exit::bad_input, "an ANALYZE header");
+}
+
+TEST(NiftiReader, FilesOfASequenceAgreeInPlaceAndScaling) {
+  Scratch s;
+  Nifti1 n(false, 1);
+  put_sform(n, {2, 2, 3});
+  s.file("a_0.nii", n.file(24));
+  s.file("a_1.nii", n.file(24));
+  EXPECT_EQ(refusal(inputs({s.path("a_%d.nii")})).exit, Exit::ok);
+  Nifti1 mirrored = n;
+  put_sform(mirrored, {-2, 2, 3});
+  s.file("a_1.nii", mirrored.file(24));
+  EXPECT_REFUSED(refusal(inputs({s.path("a_%d.nii")})), Exit::bad_input, "a_1.nii: its spacing, directions");
+  n.put<float>(112, 2);
+  s.file("a_1.nii", n.file(24));
+  EXPECT_REFUSED(refusal(inputs({s.path("a_%d.nii")})), Exit::bad_input, "convert the files to one scaling");
 }
 
 TEST(NiftiReader, DoesNotGuessTimes) {
