@@ -14,8 +14,8 @@ void take_file_times(SeriesDescription& series, std::span<const FileTime> files,
     if (f.time && std::isfinite(*f.time)) times.push_back(*f.time);
   if (times.empty()) return;
   if (times.size() < files.size()) {
-    series.notes.push_back(concat("\"", key, "\" is told by ", times.size(), " of ", files.size(),
-                                  " files only, and not taken"));
+    series.notes.push_back(
+        concat("\"", key, "\" is told by ", times.size(), " of ", files.size(), " only, and not taken"));
     return;
   }
   const auto other = [&](const FileTime& f) { return !f.unit.empty() && f.unit != files.front().unit; };

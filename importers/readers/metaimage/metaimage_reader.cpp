@@ -10,11 +10,30 @@
 #include "readers/components.h"
 #include "readers/dense_reader.h"
 #include "readers/error.h"
+#include "readers/file_times.h"
 #include "readers/frame_plan.h"
 #include "readers/metaimage/metaimage_header.h"
+#include "readers/same_place.h"
 
 namespace bcc4 {
 namespace {
+
+// The field of a frame in a file that holds a sequence, as Plus and IGSIO write them.
+std::string frame_field(uint64_t frame, const char* name) {
+  std::string digits = concat(frame);
+  if (digits.size() < 4) digits.insert(0, 4 - digits.size(), '0');
+  return concat("Seq_Frame", digits, "_", name);
+}
+
+std::optional<double> timestamp(const MetaImageHeader& h, uint64_t frame) {
+  const auto found = h.other.find(frame_field(frame, "Timestamp"));
+  return found == h.other.end() ? std::nullopt : parse_number<double>(found->second);
+}
+
+// Whether the last axis counts frames: fields of its last one are there, and none behind.
+bool ends_in_frames(const MetaImageHeader& h) {
+  return timestamp(h, h.sizes.back() - 1) && !timestamp(h, h.sizes.back());
+}
 
 std::vector<AxisRole> find_roles(const MetaImageHeader& h, const std::optional<std::string>& letters) {
   if (letters) return roles_from_letters(*letters, h.sizes.size(), h.path);
@@ -24,6 +43,7 @@ std::vector<AxisRole> find_roles(const MetaImageHeader& h, const std::optional<s
     roles.push_back(static_cast<AxisRole>(std::min<size_t>(a, 3)));
   }
   roles.resize(std::min<size_t>(roles.size(), 4));
+  if (roles.size() == 3 && h.sizes[2] > 1 && ends_in_frames(h)) roles[2] = AxisRole::t; // of pictures
   return roles;
 }
 
@@ -36,7 +56,8 @@ DenseLayout layout_of(const MetaImageHeader& h, const std::vector<AxisRole>& rol
   return layout;
 }
 
-void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
+void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vector<AxisRole>& roles,
+                const ReaderOptions& options) {
   std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<double, 3> origin{};
   const size_t n = h.sizes.size();
@@ -49,8 +70,7 @@ void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vecto
   }
   for (size_t i = 0; i < std::min<size_t>(3, h.origin.size()); ++i) origin[i] = h.origin[i];
   d.affine = affine_from_columns(columns, origin);
-  if (!(std::abs(determinant(d.affine)) > 0))
-    fail_input(h.path, ": TransformMatrix and ElementSpacing span no volume: give --spacing");
+  require_volume(d.affine, options, h.path, "its affine (TransformMatrix and ElementSpacing)");
   d.affine_origin = h.spacing.empty()     ? "none given: one unit per voxel"
                     : h.direction.empty() ? "ElementSpacing and Offset"
                                           : "ElementSpacing, TransformMatrix and Offset";
@@ -61,10 +81,21 @@ void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vecto
     d.attributes.emplace_back("anatomical_orientation", space->second);
 }
 
+// Takes the times that the frames of one file tell; returns whether they do.
+bool take_timestamps(SeriesDescription& d, const MetaImageHeader& h, uint64_t frames) {
+  std::vector<FileTime> told;
+  for (uint64_t f = 0; f < frames; ++f) told.push_back({timestamp(h, f), "s"});
+  if (!told[0].time && !told.back().time) return false;
+  take_file_times(d, told, "Seq_FrameNNNN_Timestamp");
+  if (!d.times.values.empty()) d.times.origin = "Seq_FrameNNNN_Timestamp of the header";
+  return !d.times.values.empty();
+}
+
 void set_times(SeriesDescription& d, const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
   const auto time = std::find(roles.begin(), roles.end(), AxisRole::t);
-  if (time == roles.end() || h.spacing.empty()) return;
+  if (time == roles.end()) return;
   const size_t a = time - roles.begin();
+  if (take_timestamps(d, h, h.sizes[a]) || h.spacing.empty()) return;
   const double step = h.spacing[a], first = a < h.origin.size() ? h.origin[a] : 0;
   if (!(step > 0)) return;
   for (uint64_t i = 0; i < h.sizes[a]; ++i) d.times.values.push_back(first + static_cast<double>(i) * step);
@@ -94,8 +125,13 @@ std::unique_ptr<FrameReader> open_metaimage(const Sequence& sequence, const Read
   const auto add_file = [&](const MetaImageHeader& h) {
     if (file_per_frame && frames > 1) fail_usage(h.path, " is a series of its own: give it alone");
     if (h.type != first.type || h.big_endian != first.big_endian || h.sizes != first.sizes ||
-        h.channels != first.channels || h.slope != first.slope || h.intercept != first.intercept)
-      fail_input(h.path, ": its sizes, type or scaling differ from those of ", path);
+        h.channels != first.channels)
+      fail_input(h.path, ": its sizes or type differ from those of ", path,
+                 ": convert the files to one kind");
+    if (h.slope != first.slope || h.intercept != first.intercept)
+      fail_input(h.path, ": its values are ", h.slope, " x stored + ", h.intercept, ", those of ", path, " ",
+                 first.slope, " x stored + ", first.intercept,
+                 ": convert the files to one scaling, such as to floats without any");
     for (Segment& s : metaimage_segments(h, layout_bytes(layout, h.path))) {
       check_segment(s);
       segments.push_back(std::move(s));
@@ -105,20 +141,31 @@ std::unique_ptr<FrameReader> open_metaimage(const Sequence& sequence, const Read
       if (data != h.path) d.files.push_back({data, file_size(data)});
   };
   add_file(first);
-  for (size_t i = 1; i < sequence.files.size(); ++i) add_file(read_metaimage_header(sequence.files[i].path));
+  set_affine(d, first, roles, options);
+  const std::array samples{layout.size_of(AxisRole::x), layout.size_of(AxisRole::y),
+                           layout.size_of(AxisRole::z)};
+  std::vector<FileTime> times{{timestamp(first, 0), "s"}};
+  for (size_t i = 1; i < sequence.files.size(); ++i) {
+    const MetaImageHeader next = read_metaimage_header(sequence.files[i].path);
+    add_file(next);
+    SeriesDescription place;
+    set_affine(place, next, roles, options);
+    require_same_place(d, place, samples, options, next.path);
+    times.push_back({timestamp(next, 0), "s"});
+  }
 
   d.format = "MetaImage";
   d.axes = layout_text(layout);
-  set_affine(d, first, roles);
   if (file_per_frame) {
     frames = sequence.files.size();
     stack_files(layout, sequence);
     d.notes.push_back(sequence.note);
+    take_file_times(d, times, "Seq_Frame0000_Timestamp");
   } else {
     check_frame_count(frames, path);
     set_times(d, first, roles);
   }
-  d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
+  d.dims = {samples[0], samples[1], samples[2], frames};
   Channel kind;
   layout.describe(kind, d);
   const std::vector<uint64_t> wanted = add_channels(d, options, path, first.channels, kind);

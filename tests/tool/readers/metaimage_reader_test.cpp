@@ -116,6 +116,58 @@ TEST(MetaImageReader, GivesComponentsAsChannels) {
   EXPECT_EQ(dense(*open_series(one), 0)[2], 13);
 }
 
+// A file of floats 0, 1, 2 ... with these fields.
+std::string floats(const std::string& fields, size_t count = 24) {
+  std::vector<float> v(count);
+  std::iota(v.begin(), v.end(), 0.0f);
+  return "ObjectType = Image\n" + fields + "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n" + bytes_of(v);
+}
+
+TEST(MetaImageReader, ScalesFloats) {
+  Scratch s;
+  const auto reader = open_series(
+      inputs({s.file("a.mha", floats("NDims = 3\nDimSize = 2 3 4\nElementToIntensityFunctionSlope = 2\n"
+                                     "ElementToIntensityFunctionOffset = 5\n"))}));
+  EXPECT_EQ(dense(*reader, 0)[23], 51);
+  EXPECT_EQ(reader->description().channels[0].type, Type::f32);
+}
+
+TEST(MetaImageReader, FilesOfASequenceAgreeInPlaceAndScaling) {
+  Scratch s;
+  const std::string same = "NDims = 3\nDimSize = 2 3 4\nElementSpacing = 2 2 3\nOffset = 0 0 0\n";
+  s.file("m_0.mha", floats(same));
+  s.file("m_1.mha", floats(same));
+  EXPECT_EQ(refusal(inputs({s.path("m_%d.mha")})).exit, Exit::ok);
+  s.file("m_1.mha", floats(replaced(same, "2 2 3", "2 2 5")));
+  EXPECT_REFUSED(refusal(inputs({s.path("m_%d.mha")})), Exit::bad_input, "m_1.mha: its spacing, directions");
+  s.file("m_1.mha", floats(replaced(same, "Offset = 0", "Offset = 40")));
+  EXPECT_REFUSED(refusal(inputs({s.path("m_%d.mha")})), Exit::bad_input, "20 voxels elsewhere");
+  s.file("m_1.mha", floats(same + "ElementToIntensityFunctionSlope = 2\n"));
+  EXPECT_REFUSED(refusal(inputs({s.path("m_%d.mha")})), Exit::bad_input, "convert the files to one scaling");
+}
+
+TEST(MetaImageReader, TakesTheTimestampsOfFrames) {
+  Scratch s;
+  const std::string stamps = "Seq_Frame0000_Timestamp = 1.5\nSeq_Frame0001_Timestamp = 1.75\n"
+                             "Seq_Frame0002_Timestamp = 2.5\n";
+  for (const std::string sizes : {"NDims = 4\nDimSize = 2 3 4 3\n", "NDims = 3\nDimSize = 6 4 3\n"}) {
+    const auto reader = open_series(inputs({s.file("a.mha", floats(sizes + stamps, 72))}));
+    EXPECT_EQ(reader->description().dims[3], 3u) << sizes;
+    EXPECT_EQ(reader->description().times.values, (std::vector<double>{1.5, 1.75, 2.5}));
+    EXPECT_EQ(reader->description().times.unit, "s");
+    EXPECT_EQ(dense(*reader, 2)[1], 49);
+  }
+  // Of a file for each frame it is the first one; what does not rise is not taken.
+  const std::string one = "NDims = 3\nDimSize = 2 3 4\n";
+  s.file("m_0.mha", floats(one + "Seq_Frame0000_Timestamp = 4\n"));
+  s.file("m_1.mha", floats(one + "Seq_Frame0000_Timestamp = 4.5\n"));
+  EXPECT_EQ(open_series(inputs({s.path("m_%d.mha")}))->description().times.values,
+            (std::vector<double>{4, 4.5}));
+  s.file("m_1.mha", floats(one + "Seq_Frame0000_Timestamp = 3\n"));
+  EXPECT_EQ(open_series(inputs({s.path("m_%d.mha")}))->description().times.values,
+            (std::vector<double>{0, 1}));
+}
+
 TEST(MetaImageReader, RefusesWhatItCannotTrust) {
   Scratch s;
   const std::string raw = bytes_of(ramp());
