@@ -20,7 +20,7 @@ double float_step(const StoredValues& s) {
 } // namespace
 
 void StoredValues::describe(Channel& channel, SeriesDescription& series) const {
-  channel.precision = widened(type);
+  channel.precision = type;
   if (!scaled()) return;
   if (!is_float(type)) channel.step = slope, channel.offset = intercept;
   series.notes.push_back(concat(channel.name, " = ", slope, " x stored + ", intercept));

@@ -126,6 +126,8 @@ template void store_as<uint8_t>(double, std::byte*);
 template void store_as<int8_t>(double, std::byte*);
 template void store_as<uint16_t>(double, std::byte*);
 template void store_as<int16_t>(double, std::byte*);
+template void store_as<uint32_t>(double, std::byte*);
+template void store_as<int32_t>(double, std::byte*);
 template void store_as<float>(double, std::byte*);
 template void store_as<double>(double, std::byte*);
 

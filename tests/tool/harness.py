@@ -15,7 +15,7 @@ BCC4, SCRATCH, TOP = sys.argv[1:4]
 DATA = os.environ.get('BCCSPLAT_DATA') or os.path.join(TOP, '..', 'shared', 'data')
 LONG = os.environ.get('BCCSPLAT_LONG')  # all cases, twice the sizes: .ci/nightly long
 CODES = {'u8': 'B', 'i8': 'b', 'u16': 'H', 'i16': 'h', 'i32': 'i', 'u32': 'I', 'f32': 'f', 'f64': 'd'}
-NRRD_CODES = {'float': 'f', 'uint8': 'B', 'uint16': 'H', 'int16': 'h', 'int8': 'b'}
+NRRD_CODES = {'float': 'f', 'uint8': 'B', 'uint16': 'H', 'int16': 'h', 'int8': 'b', 'int32': 'i', 'uint32': 'I'}
 
 
 def main():

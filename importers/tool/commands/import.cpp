@@ -193,7 +193,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   } else {
     settle_import(*reader, device, find_unsettled(a, device, s, bound), a.settings, plan);
     // A bound is checked on every frame.
-    if (appended.frames > 1 && !bound.any() && a.settings.measure != BCCSPLAT_MEASURE_ALL)
+    if (appended.frames > 1 && !bound.any() && a.settings.abs_error == 0 &&
+        a.settings.measure != BCCSPLAT_MEASURE_ALL)
       scope.part = FrameSpan{appended.frames, s.dims[3]};
   }
 

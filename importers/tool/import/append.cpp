@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "tool/import/beyond.h"
+#include "tool/import/labels.h"
 
 namespace bcc4 {
 
@@ -115,7 +116,9 @@ uint32_t levels_in_file(const Device& device, const std::string& path) {
 }
 
 void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings) {
-  const bccsplat_volume_info info = volume_info(open_volume(device, path, ""));
+  const Volume old = open_volume(device, path, "");
+  const bccsplat_volume_info info = volume_info(old);
+  if (channel_info(old, 0).error_bound == kWholeBound) settings.abs_error = kWholeBound; // of wide labels
   settings.lattice = info.lattice;
   std::copy(std::begin(info.scales), std::end(info.scales), settings.scales.begin());
   int32_t faces = 0;

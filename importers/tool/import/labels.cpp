@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "readers/error.h"
 #include "tool/import/series_writer.h"
 #include "tool/interrupt.h"
 
@@ -89,6 +90,30 @@ std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSampl
   for (size_t c = 0; c < series.channels.size(); ++c)
     labels.push_back(is_labels(sample, c, air[c], source_step(series.channels[c]) > 0));
   return labels;
+}
+
+bool has_wide_integers(const Channel& channel) {
+  return !channel.scaled() && !is_float(channel.precision) && type_size(channel.precision) > 2;
+}
+
+double bound_of_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
+                       const std::vector<double>& air) {
+  constexpr double kept = 1 << 16;  // the field of their grid is off by a 500000th of the largest one
+  constexpr double exact = 1 << 24; // whole numbers up to this are, as floats
+  double largest = 0;
+  for (size_t c = 0; c < ranges.size(); ++c) {
+    if (ranges[c].empty() || !has_wide_integers(series.channels[c])) continue;
+    const auto reach = [&](double v) { return std::max(std::abs(v), std::abs(v - air[c])); };
+    const double most = std::max(reach(ranges[c].min), reach(ranges[c].max));
+    if (most > exact)
+      fail_input(
+          series.files.front().path, ": channel '", series.channels[c].name, "' has labels, ", ranges[c].min,
+          " to ", ranges[c].max,
+          ", and whole numbers come back exactly up to 16777216: number the labels anew, such as 0, 1, "
+          "2 ..., or store them as values that may be off, with --lattice cc");
+    largest = std::max(largest, most);
+  }
+  return largest > kept ? kWholeBound : 0;
 }
 
 } // namespace bcc4

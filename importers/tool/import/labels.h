@@ -14,4 +14,15 @@ namespace bcc4 {
 [[nodiscard]] std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSample& sample,
                                             const std::vector<double>& air);
 
+// Returns whether a channel has integers of more than 16 bits, which are stored as floats.
+[[nodiscard]] bool has_wide_integers(const Channel& channel);
+
+// An error that leaves whole numbers theirs when they are rounded.
+inline constexpr double kWholeBound = 0.25;
+
+// Returns the bound that labels on their own grid need to come back whole, 0 where they do by themselves.
+// Throws for those that floats cannot tell apart. ranges: of all frames, by channel.
+[[nodiscard]] double bound_of_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
+                                     const std::vector<double>& air);
+
 } // namespace bcc4

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tool/import/labels.h"
 #include "tool/interrupt.h"
 
 namespace bcc4 {
@@ -40,7 +41,7 @@ std::vector<std::string> precision_warnings(FrameReader& reader) {
   std::vector<std::string> warnings;
   for (size_t c = 0; c < s.channels.size(); ++c) {
     const Channel& channel = s.channels[c];
-    const bool whole = channel.type == Type::i32 || channel.type == Type::u32;
+    const bool whole = has_wide_integers(channel);
     if (!whole && channel.type != Type::f64) continue;
     const Rounding r = rounding_of(reader.read(0, c), s.dims);
     if (!(r.most > (whole ? 0 : kSeen * (r.high - r.low)))) continue;

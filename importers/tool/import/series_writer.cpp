@@ -27,6 +27,8 @@ int32_t library_type(Type type) {
   case Type::u32:
     return BCCSPLAT_TYPE_U32;
   case Type::i32:
+  case Type::u64: // as which export may write them
+  case Type::i64:
     return BCCSPLAT_TYPE_I32;
   case Type::f16:
     return BCCSPLAT_TYPE_F16;

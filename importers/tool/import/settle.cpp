@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Decides what was left open: scans and samples the series, chooses its lattice and steps, or searches for a
+// bound, and has labels kept whole.
 #include "tool/import/settle.h"
 
 #include <algorithm>
@@ -30,6 +32,17 @@ bool keeps_grid(const Unsettled& unsettled, const WriterSettings& settings, cons
   const bool all_labels = std::find(labels.begin(), labels.end(), false) == labels.end();
   return all_labels && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
          has_cartesian(settings.kernel);
+}
+
+// Labels of more bits than the field of their grid keeps are corrected to be whole.
+void keep_whole(FrameReader& reader, const std::vector<double>& air, bool progress, WriterSettings& settings,
+                LatticeChoice& choice) {
+  const SeriesDescription& s = reader.description();
+  if (settings.store == BCCSPLAT_STORE_COEFFICIENTS ||
+      std::none_of(s.channels.begin(), s.channels.end(), has_wide_integers))
+    return;
+  settings.abs_error = bound_of_labels(s, scan_series(reader, settings, progress), air);
+  choice.corrected = settings.abs_error > 0;
 }
 
 LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s,
@@ -104,7 +117,9 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
     settings.time_scale = prove_time_scale(trier, plan.spectra->plain, s, settings);
   if (chosen) {
     const LatticeWish wish = wish_of(unsettled, settings, s, labels);
+    const bool on_grid = keeps_grid(unsettled, settings, labels);
     choose_and_round(trier, sample, wish, rounded, settings, plan);
+    if (on_grid) keep_whole(reader, air, unsettled.progress, settings, *plan.choice);
   }
   if (!bound.any()) return;
   plan.search = search_coding(trier, *plan.spectra, s, settings, bound, plan.scans);

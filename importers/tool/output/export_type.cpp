@@ -2,10 +2,16 @@
 #include "tool/output/export_type.h"
 
 #include <array>
+#include <cmath>
 
 namespace bcc4 {
 
 Type export_type(const bccsplat_channel_info& channel) {
+  constexpr double exact = 1 << 24; // whole numbers up to this are, as floats
+  const auto below = [](const double(&range)[2]) {
+    return std::abs(range[0]) <= exact && std::abs(range[1]) <= exact;
+  };
+  const bool whole = below(channel.range) && below(channel.kept_range);
   switch (channel.source_type) {
   case BCCSPLAT_TYPE_U8:
     return Type::u8;
@@ -15,6 +21,10 @@ Type export_type(const bccsplat_channel_info& channel) {
     return Type::u16;
   case BCCSPLAT_TYPE_I16:
     return Type::i16;
+  case BCCSPLAT_TYPE_I32:
+    return whole ? Type::i32 : Type::f32;
+  case BCCSPLAT_TYPE_U32:
+    return whole ? Type::u32 : Type::f32;
   default:
     return Type::f32;
   }
@@ -23,7 +33,7 @@ Type export_type(const bccsplat_channel_info& channel) {
 double exported_value(Type type, float value) {
   return visit_type(type, [&](auto zero) {
     using T = decltype(zero);
-    if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 2)) {
+    if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 4)) {
       std::array<std::byte, sizeof(T)> bytes;
       store_as<T>(static_cast<double>(value), bytes.data());
       return load_as<T>(bytes.data());

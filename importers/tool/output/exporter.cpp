@@ -27,7 +27,7 @@ void append_values(OutputFile& file, std::span<const float> values, Type type, u
   std::vector<std::byte> bytes(values.size() * type_size(type));
   visit_type(type, [&](auto zero) {
     using T = decltype(zero);
-    if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 2))
+    if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 4))
       for (size_t i = 0; i < values.size(); ++i)
         store_as<T>(static_cast<double>(values[i]), bytes.data() + i * sizeof(T));
   });

@@ -16,6 +16,10 @@ const char* nrrd_type(Type type) {
     return "uint16";
   case Type::i16:
     return "int16";
+  case Type::u32:
+    return "uint32";
+  case Type::i32:
+    return "int32";
   default:
     return "float";
   }

@@ -145,6 +145,21 @@ TEST(NiftiReader, ScalesFloats) {
   EXPECT_EQ(dense(*open_series(inputs({s.file("d.nii", n.bytes() + bytes_of(doubles))})), 0)[23], 205);
 }
 
+// What export gives back as integers is told by the type of the source, not by that of the values read.
+TEST(NiftiReader, IntegersOfAnyWidthAreSuch) {
+  Scratch s;
+  Nifti1 n(false, 1);
+  const auto precision = [&](int16_t code, const std::string& voxels) {
+    n.put<int16_t>(70, code);
+    const auto reader = open_series(inputs({s.file("a.nii", n.bytes() + voxels)}));
+    EXPECT_EQ(dense(*reader, 0)[7], 12101) << code;
+    return reader->description().channels[0].precision;
+  };
+  EXPECT_EQ(precision(8, bytes_of(std::vector<int32_t>(24, 12101))), Type::i32);
+  EXPECT_EQ(precision(768, bytes_of(std::vector<uint32_t>(24, 12101))), Type::u32);
+  EXPECT_EQ(precision(1024, bytes_of(std::vector<int64_t>(24, 12101))), Type::i64);
+}
+
 TEST(NiftiReader, ReadsPairsAndNamesAnalyze) {
   Scratch s;
   Nifti1 n;
