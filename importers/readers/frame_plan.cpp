@@ -64,12 +64,16 @@ SeriesTimes plan_times(const SeriesTimes& source, const FramePlan& plan, const R
       times.values.push_back(index * *options.dt);
     else if (!source.values.empty())
       times.values.push_back((1 - p.weight) * source.values[p.a] + p.weight * source.values[p.b]);
+    else if (!plan.decimals.empty())
+      times.values.push_back(plan.decimals[p.a]);
     else
-      times.values.push_back(index);
+      times.values.push_back(plan.times_by_number ? static_cast<double>(p.number) : index);
   }
   times.origin = options.dt                ? concat("--dt ", *options.dt, ", from 0")
                  : !source.values.empty()  ? source.origin
                  : plan.frames.size() == 1 ? "one frame, no time given"
+                 : !plan.decimals.empty()  ? "the decimals in the names (or use --dt or --times)"
+                 : plan.times_by_number    ? "none given: the numbers in the names (use --dt or --times)"
                                            : "none given: the frame index (use --dt or --times)";
   return times;
 }
@@ -119,6 +123,9 @@ FramePlan plan_files(const Sequence& sequence, const ReaderOptions& options) {
   const GapPolicy gaps = options.gaps;
   FramePlan plan;
   plan.stride = sequence.natural_stride;
+  plan.times_by_number = sequence.numbered && sequence.stride > 1;
+  if (sequence.order == NameOrder::decimals)
+    for (const SequenceFile& file : sequence.files) plan.decimals.push_back(file.decimal);
   if (!sequence.missing.empty() && gaps == GapPolicy::error)
     fail_input("frames missing from the sequence: ", range_text(sequence.missing, sequence.stride), " (",
                sequence.missing.size(), " of ", sequence.missing.size() + sequence.files.size(),

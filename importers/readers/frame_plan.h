@@ -24,6 +24,8 @@ struct FramePlan {
   std::vector<PlannedFrame> frames;
   std::vector<std::string> gaps; // in words
   int64_t stride = 1;            // numbers of neighbouring frames of the source are this far apart
+  bool times_by_number = false;  // where the source has none: for numbers that are further apart than 1
+  std::vector<double> decimals;  // in the names of the source's files; the same
 };
 
 // Plans one source frame per file. Throws for a gap under GapPolicy::error, naming the missing numbers.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the files that inputs name, by pattern, glob or list, tells their numbers by the digits in which
-// their names differ, and finds the gaps.
+// Finds the files that inputs name, by pattern, glob or list, and the gaps between their numbers.
 #include "readers/sequence.h"
 
 #include <fnmatch.h>
@@ -16,8 +15,6 @@
 namespace bcc4 {
 namespace fs = std::filesystem;
 namespace {
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 struct Pattern {
   std::string before, after;
@@ -89,48 +86,6 @@ std::vector<SequenceFile> match_pattern(const std::string& input, const Pattern&
                other_padding > 0 ? concat("; ", other_padding, " have fewer digits or other padding: try %d")
                                  : "");
   return files;
-}
-
-struct Token {
-  std::string_view text;
-  bool digits;
-};
-
-std::vector<Token> tokens(std::string_view name) {
-  std::vector<Token> out;
-  for (size_t i = 0; i < name.size();) {
-    size_t end = i;
-    while (end < name.size() && is_digit(name[end]) == is_digit(name[i])) ++end;
-    out.push_back({name.substr(i, end - i), is_digit(name[i])});
-    i = end;
-  }
-  return out;
-}
-
-// Numbers the files whose names differ in digits only; returns false when they do not.
-bool number_files(std::vector<SequenceFile>& files) {
-  const auto name = [&](size_t i) {
-    return std::string_view(files[i].path).substr(files[i].path.find_last_of('/') + 1);
-  };
-  const std::vector<Token> first = tokens(name(0));
-  std::optional<size_t> varying;
-  for (size_t i = 1; i < files.size(); ++i) {
-    const std::vector<Token> t = tokens(name(i));
-    if (t.size() != first.size()) return false;
-    for (size_t k = 0; k < t.size(); ++k) {
-      if (t[k].digits != first[k].digits) return false;
-      if (t[k].text == first[k].text) continue;
-      if (!t[k].digits) return false;
-      if (!varying || k > *varying) varying = k; // the last one that differs counts frames
-    }
-  }
-  if (!varying) return false;
-  for (size_t i = 0; i < files.size(); ++i) {
-    const auto number = parse_number<int64_t>(tokens(name(i))[*varying].text);
-    if (!number) return false;
-    files[i].number = *number;
-  }
-  return true;
 }
 
 std::vector<std::string> read_list(const std::string& path) {
@@ -224,10 +179,19 @@ void sort_by_number(std::vector<SequenceFile>& files) {
                  files[i].path);
 }
 
+std::string name_of(const SequenceFile& file) { return file.path.substr(file.path.find_last_of('/') + 1); }
+
 std::string sequence_note(const Sequence& s) {
   if (s.files.size() < 2) return "";
+  if (s.order == NameOrder::decimals)
+    return concat(s.files.size(), " files, sorted by the decimals in their names: ", s.files.front().decimal,
+                  " to ", s.files.back().decimal);
+  if (s.order == NameOrder::tuple)
+    return concat(s.files.size(),
+                  " files in the order of the numbers in their names, read from left to right: ",
+                  name_of(s.files.front()), " to ", name_of(s.files.back()));
   if (!s.numbered)
-    return concat(s.files.size(), " files in the order given (their names do not differ in a number only)");
+    return concat(s.files.size(), " files in the order given (their names do not differ in numbers only)");
   return concat(s.files.size(), " files, sorted by the number in their names: ", s.files.front().number,
                 " to ", s.files.back().number, s.stride > 1 ? concat(" by ", s.stride) : "");
 }
@@ -242,10 +206,11 @@ Sequence find_sequence(const std::vector<std::string>& inputs, const FrameSelect
     const ListedFiles listed = list_files(inputs);
     for (const std::string& path : listed.paths)
       s.files.push_back({path, static_cast<int64_t>(s.files.size())});
-    if (s.files.size() > 1) s.numbered = number_files(s.files);
-    if (listed.from_glob && s.files.size() > 1 && !s.numbered)
+    s.order = order_by_names(s.files);
+    s.numbered = s.order == NameOrder::counter;
+    if (listed.from_glob && s.files.size() > 1 && s.order == NameOrder::given)
       fail_input(inputs[0], ": the names of the ", s.files.size(),
-                 " files do not differ in a number only; list the files in order");
+                 " files do not differ in numbers only; list the files in order");
   }
   sort_by_number(s.files);
   s.natural_stride = common_stride(s.files);

@@ -44,6 +44,7 @@ template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::str
   return value;
 }
 
+[[nodiscard]] inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 [[nodiscard]] std::string_view trim(std::string_view text);
 [[nodiscard]] std::string lower(std::string_view text);
 // Returns the parts between separators; neighbouring separators count as one, empty parts are dropped.
