@@ -12,7 +12,8 @@
 namespace bcc4 {
 
 // The bounding boxes of the active voxels of all frames are united; transforms may differ by whole voxels.
-// Inactive voxels are background (air); level sets keep the sign inside. Each --grid is a channel.
+// Inactive voxels are background (air); level sets keep the sign inside. Each --grid is a channel,
+// empty in files that do not have it.
 [[nodiscard]] std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOptions& options);
 
 } // namespace bcc4

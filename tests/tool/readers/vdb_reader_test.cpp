@@ -8,6 +8,7 @@
 #include <openvdb/points/PointConversion.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
+#include <algorithm>
 #include <random>
 
 #include "openings.h"
@@ -262,6 +263,37 @@ TEST(VdbReader, ChoosesGridsByName) {
   EXPECT_REFUSED(refusal(o), Exit::usage, "density[0] and density[1]");
   o.grids = {"density[1]"};
   EXPECT_EQ(dense(*open_series(o), 0)[0], 8);
+}
+
+TEST(VdbReader, AGridThatAppearsLaterIsEmptyBefore) {
+  Scratch s;
+  const auto density = fog("density"), flame = fog("flame");
+  density->getAccessor().setValue(Coord(0, 0, 0), 1);
+  flame->getAccessor().setValue(Coord(4, 0, 0), 2);
+  const auto velocity = make_grid<openvdb::Vec3SGrid>(openvdb::Vec3s(0));
+  velocity->setName("vel");
+  write(s.path("f.0.vdb"), {density});
+  write(s.path("f.1.vdb"), {density, flame, velocity});
+  ReaderOptions o = inputs({s.path("f.%d.vdb")});
+  const auto one = open_series(o);
+  EXPECT_EQ(one->description().dims[0], 1u);
+  const auto& notes = one->description().notes;
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
+    return note.find("left out: flame (first in ") == 0 && note.find("vel (no scalars)") != std::string::npos;
+  }));
+  o.grids = {"density", "flame"};
+  const auto both = open_series(o);
+  ASSERT_EQ(both->description().dims, (std::array<uint64_t, 4>{5, 1, 1, 2}));
+  EXPECT_TRUE(both->read(0, 1).boxes.empty());
+  EXPECT_EQ(dense(*both, 1, 1)[4], 2);
+  EXPECT_EQ(both->description().channels[1].active, (std::vector<uint64_t>{0, 1}));
+  o.grids = {"flame"};
+  EXPECT_EQ(dense(*open_series(o), 1)[0], 2);
+  o.grids = {"fire"};
+  EXPECT_REFUSED(refusal(o), Exit::usage, "no grid \"fire\"");
+  // Nobody said what to read: a file without the grid that was taken is none of the series.
+  write(s.path("f.1.vdb"), {flame});
+  EXPECT_REFUSED(refusal(inputs({s.path("f.%d.vdb")})), Exit::usage, "no grid \"density\"; it has flame");
 }
 
 TEST(VdbReader, RefusesPointsVectorsAndDamage) {
