@@ -111,6 +111,11 @@ class ContentSums {
   void look_at(const Frame& frame) {
     for (auto& p : planes_) p.resize(n_[0] * n_[1]);
     for (int64_t z = SeenPlanes{planes_apart, n_[2]}.first(); z < n_[2]; z += planes_apart) {
+      const Region around{{0, 0, std::max<int64_t>(z - 1, 0)}, {n_[0], n_[1], std::min(z + 2, n_[2])}};
+      if (frame.boxes_in(around).empty()) { // of parts far apart most planes have none
+        for (int64_t y = 0; y < n_[1]; y += rows_apart) add_air(y, z);
+        continue;
+      }
       for (int64_t i = 0; i < 3; ++i)
         read_plane(frame, std::clamp<int64_t>(z + i - 1, 0, n_[2] - 1), planes_[i]);
       for (int64_t y = 0; y < n_[1]; y += rows_apart) add_row(y, z);
@@ -150,6 +155,10 @@ class ContentSums {
       to.bends += sum(bends_, in), to.filled += sum(filled_, in);
       to.samples += static_cast<double>(in.end - in.begin);
     });
+  }
+  void add_air(int64_t y, int64_t z) {
+    add_to_cells(
+        y, z, [](const Samples& in, Content& to) { to.samples += static_cast<double>(in.end - in.begin); });
   }
   // Adds what differs in a row from what is expected of it.
   void add_changes(int64_t y, int64_t z, const float* expected) {

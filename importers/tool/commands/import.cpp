@@ -52,6 +52,14 @@ void warn_of_precision(FrameReader& reader) {
     std::fprintf(stderr, "bcc4: warning: %s\n", warning.c_str());
 }
 
+void warn_of_scattered(const SeriesDescription& s) {
+  std::fprintf(
+      stderr,
+      "bcc4: warning: next to nothing of a frame of %s is active: its parts lie far apart, and the work "
+      "grows with the box around them; a file for each part is faster\n",
+      concat(s.dims[0], " x ", s.dims[1], " x ", s.dims[2], " samples").c_str());
+}
+
 void refuse_sources_as_output(const ImportArguments& a, const SeriesDescription& s) {
   for (const SourceFile& f : s.files) {
     if (!a.dry_run) refuse_source_as_output(a.output, f.path);
@@ -167,7 +175,9 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   if (appends_to_file(a)) reader = keep_channel_name(device, a.output, std::move(reader));
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
-  if (!planned) a.settings.levels = read_levels(a, s.dims), warn_of_precision(*reader);
+  const bool scattered = is_scattered(s);
+  if (!planned) a.settings.levels = read_levels(a, s), warn_of_precision(*reader);
+  if (scattered && !a.common.quiet) warn_of_scattered(s);
 
   a.settings.own_air =
       appends_to_file(a) && !a.air ? air_in_file(device, a.output) : dense_air(*reader, a.settings);
@@ -182,6 +192,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
 
   ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}, {}, {}};
   plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a);
+  plan.levels.scattered = plan.levels.automatic && scattered;
   ImportScope scope;
   scope.output = a.output;
   scope.attributes = reader_attributes(a.reader);

@@ -4,6 +4,7 @@
 // know its share.
 #include "tool/import/activity.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tool/interrupt.h"
@@ -97,6 +98,13 @@ class ActivityPlanes {
 uint64_t one_before(uint64_t i, uint64_t n) { return i > 0 ? i - 1 : std::min<uint64_t>(1, n - 1); }
 uint64_t one_after(uint64_t i, uint64_t n) { return i + 1 < n ? i + 1 : n - std::min<uint64_t>(n, 2); }
 
+// Whether a box of a frame has samples in planes begin to end.
+bool has_boxes(const Frame& frame, uint64_t begin, uint64_t end) {
+  return std::any_of(frame.boxes.begin(), frame.boxes.end(), [&](const Box& box) {
+    return box.begin[2] < end && begin < box.begin[2] + box.dims[2];
+  });
+}
+
 // Adds the planes of a channel at a moment, those first that come after `offset` parts of a step.
 void add_moment(FrameReader& reader, uint64_t moment, size_t channel, double offset, double air,
                 const Divisions& axes, ChannelScan& range, Activity& sum) {
@@ -115,6 +123,11 @@ void add_moment(FrameReader& reader, uint64_t moment, size_t channel, double off
   const uint64_t nz = dims[2], step = std::max<uint64_t>(1, nz / kPlanesSeen);
   for (auto z = static_cast<uint64_t>(offset * static_cast<double>(step)); z < nz; z += step) {
     stop_if_interrupted();
+    if (std::isfinite(air) && !has_boxes(frame, z > 0 ? z - 1 : 0, z + 2) && !has_boxes(before, z, z + 1) &&
+        !has_boxes(after, z, z + 1)) { // of parts far apart most planes have none
+      range.min = std::min(range.min, air), range.max = std::max(range.max, air);
+      continue;
+    }
     read(frame, one_before(z, nz), planes.above);
     read(frame, z, planes.here);
     read(frame, one_after(z, nz), planes.below);

@@ -181,8 +181,8 @@ void check_outputs(const ImportArguments& a) {
   }
 }
 
-uint32_t read_levels(const ImportArguments& a, const std::array<uint64_t, 4>& dims) {
-  if (a.auto_levels()) return levels_for(dims);
+uint32_t read_levels(const ImportArguments& a, const SeriesDescription& series) {
+  if (a.auto_levels()) return is_scattered(series) ? 0 : levels_for(series.dims);
   return a.levels == "none" ? 0 : option_number<uint32_t>("--levels", a.levels);
 }
 

@@ -41,7 +41,7 @@ void check_outputs(const ImportArguments& arguments);
 // Checks what was typed about the writer and completes its settings.
 [[nodiscard]] ErrorBound read_settings(ImportArguments& arguments);
 // --levels N, auto or none.
-[[nodiscard]] uint32_t read_levels(const ImportArguments& arguments, const std::array<uint64_t, 4>& dims);
+[[nodiscard]] uint32_t read_levels(const ImportArguments& arguments, const SeriesDescription& series);
 // Is the lattice, or its shape, to be chosen?
 [[nodiscard]] bool chooses_lattice(const ImportArguments& arguments);
 

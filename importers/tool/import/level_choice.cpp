@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tool/import/level_choice.h"
 
+#include <algorithm>
+
 #include "readers/text.h"
 
 namespace bcc4 {
@@ -18,8 +20,22 @@ uint32_t levels_for(const std::array<uint64_t, 4>& dims) {
   return levels;
 }
 
+bool is_scattered(const SeriesDescription& series) {
+  constexpr double large = 0x1p30, next_to_nothing = 1.0 / 256; // samples of a frame, and their share
+  const double samples = static_cast<double>(series.dims[0]) * static_cast<double>(series.dims[1]) *
+                         static_cast<double>(series.dims[2]);
+  uint64_t most = 0;
+  for (const Channel& channel : series.channels) {
+    if (channel.active.empty()) return false;
+    most = std::max(most, *std::max_element(channel.active.begin(), channel.active.end()));
+  }
+  return samples > large && static_cast<double>(most) < next_to_nothing * samples;
+}
+
 std::string levels_text(const LevelChoice& choice, uint32_t levels) {
   if (choice.labels) return "none: labels have no means (--levels N stores some all the same)";
+  if (choice.scattered)
+    return "none: next to nothing of a frame is active (--levels N stores some all the same)";
   if (levels == 0) return "";
   std::string text = "1 coarser one, at 2 times the distance";
   if (levels > 1)
