@@ -7,15 +7,23 @@
 
 namespace bcc4 {
 
-std::string confined_path(const std::string& header, std::string_view name) {
+std::optional<std::string> path_below(const std::string& header, std::string_view name) {
   namespace fs = std::filesystem;
-  const fs::path relative{std::string(name)};
-  bool outside = relative.is_absolute() || relative.empty();
+  const fs::path folder = fs::path(header).parent_path();
+  fs::path relative{std::string(name)};
+  if (relative.is_absolute())
+    relative = relative.lexically_normal().lexically_relative(
+        fs::absolute(folder.empty() ? fs::path(".") : folder).lexically_normal());
+  bool outside = relative.empty();
   for (const fs::path& part : relative) outside |= part == "..";
-  if (outside)
-    fail_input(header, ": names the data file ", name,
-               ", which is not below the header's own folder: move it there");
-  return (fs::path(header).parent_path() / relative).string();
+  if (outside) return std::nullopt;
+  return (folder / relative).string();
+}
+
+std::string confined_path(const std::string& header, std::string_view name) {
+  if (const auto path = path_below(header, name)) return *path;
+  fail_input(header, ": names the data file ", name,
+             ", which is not below the header's own folder: move it there");
 }
 
 namespace {

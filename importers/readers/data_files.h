@@ -3,14 +3,17 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace bcc4 {
 
-// Returns the path of a data file named by a header; throws when it does not lie below the header's own
-// folder, so that a file from a stranger cannot make another one be read.
+// Returns the path of a file named by a header, none when it does not lie below the header's own folder: a
+// file from a stranger cannot make another one be read.
+[[nodiscard]] std::optional<std::string> path_below(const std::string& header, std::string_view name);
+// The same of a data file; throws when it does not lie there.
 [[nodiscard]] std::string confined_path(const std::string& header, std::string_view name);
 
 // Returns the files that "name.%03d 1 93 1" names, as confined paths: the format with the numbers first,

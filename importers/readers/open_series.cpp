@@ -102,6 +102,10 @@ void check_raw(const std::string& path, std::string_view start) {
     fail_input(path, ": a NanoVDB file, which no reader knows; convert it with nanovdb_convert to OpenVDB");
   if (start.starts_with("BCC4") || lower(path).ends_with(".bcc4"))
     fail_input(path, ": is a .bcc4 file already");
+  if (lower(path).ends_with(".series"))
+    fail_input(path,
+               ": a list of files and times for ParaView: give the files themselves, and the times with "
+               "--times");
   if (is_analyze(start) && lower(path).ends_with(".hdr"))
     fail_input(path, ": an ANALYZE header, which does not say where left is: convert it to NIfTI (.nii), or "
                      "read its .img as raw values with --dims, --dtype and --skip");

@@ -68,6 +68,10 @@ VtiFile::VtiFile(const std::string& path)
     : path_(path), file_(path), text_(read_header_text(file_, appended_)) {
   parse_xml(text_, path_, document_);
   const pugi::xml_node root = document_.document_element(), image = root.child("ImageData");
+  if (attribute(root, "type") == "PImageData")
+    fail_input(path,
+               ": an image in several files (.pvti), which are not joined: save it as one .vti, such as by "
+               "Save Data of ParaView");
   if (root.name() != std::string_view("VTKFile") || attribute(root, "type") != "ImageData")
     fail_input(path, ": not a VTK ImageData file (.vti)");
   const std::string_view compressor = attribute(root, "compressor");

@@ -3,14 +3,11 @@
 // channels, and sizes, spacing and origin must agree.
 #include "readers/vti/vti_reader.h"
 
-#include <algorithm>
-#include <filesystem>
-
 #include "readers/error.h"
 #include "readers/frame_plan.h"
 #include "readers/held_file.h"
+#include "readers/vti/vti_collection.h"
 #include "readers/vti/vti_file.h"
-#include "readers/vti/xml.h"
 
 namespace bcc4 {
 namespace {
@@ -145,29 +142,7 @@ std::unique_ptr<FrameReader> open_files(const Sequence& sequence, const ReaderOp
 }
 
 std::unique_ptr<FrameReader> open_collection(const std::string& path, const ReaderOptions& options) {
-  std::string text = read_text_file(path, 64 << 20);
-  pugi::xml_document document;
-  parse_xml(text, path, document);
-  const pugi::xml_node root = document.document_element(), collection = root.child("Collection");
-  if (root.attribute("type").value() != std::string_view("Collection") || !collection)
-    fail_input(path, ": not a VTK collection (.pvd)");
-  struct Entry {
-    double time;
-    std::string path;
-  };
-  std::vector<Entry> entries;
-  for (const pugi::xml_node e : collection.children("DataSet")) {
-    const auto time = parse_number<double>(e.attribute("timestep").value());
-    const std::filesystem::path file{e.attribute("file").value()};
-    if (!time) fail_input(path, ": data set ", entries.size(), " has no timestep");
-    if (file.is_absolute() || std::find(file.begin(), file.end(), "..") != file.end() || file.empty())
-      fail_input(path, ": names the file ", file.string(),
-                 ", which is not below the collection's own folder");
-    entries.push_back({*time, (std::filesystem::path(path).parent_path() / file).string()});
-  }
-  if (entries.empty()) fail_input(path, ": names no data sets");
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const Entry& a, const Entry& b) { return a.time < b.time; });
+  const std::vector<CollectionEntry> entries = read_collection(path, options);
   const FramePlan selected = plan_selection(entries.size(), options.frames, path);
   Sequence sequence;
   SeriesTimes times{.origin = "timesteps of the collection"};

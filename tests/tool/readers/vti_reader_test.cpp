@@ -149,6 +149,43 @@ TEST(VtiReader, ReadsSeriesWithTheirTimes) {
   EXPECT_REFUSED(refusal(inputs({s.path("sub/out.pvd")})), Exit::bad_input, "own folder");
 }
 
+TEST(VtiReader, CollectionsNameOneFileForEachTime) {
+  Scratch s;
+  std::string zeros;
+  for (int i = 0; i < 24; ++i) zeros += "0 ";
+  const std::string file =
+      vti("<DataArray type=\"UInt8\" Name=\"d\" format=\"ascii\">" + zeros + "</DataArray>");
+  for (const char* name : {"d/a 0.vti", "d/a 1.vti"}) s.file(name, file);
+  const auto collection = [&](const std::string& sets) {
+    return s.file("c.pvd", "<VTKFile type=\"Collection\"><Collection>" + sets + "</Collection></VTKFile>");
+  };
+  const auto set = [](const std::string& attributes, const std::string& name) {
+    return "<DataSet " + attributes + " file=\"" + name + "\"/>";
+  };
+  ReaderOptions o = inputs({collection(set("timestep=\"0\" part=\"0\"", "d/a 0.vti") +
+                                       set("timestep=\"0\" part=\"1\"", "d/a 1.vti"))});
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "timestep 0 has several parts, ");
+  o.dt = 1; // parts are no frames, whatever their times
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "write one .vti for each time step");
+  o = inputs({collection(set("timestep=\"0\"", "d/a 0.vti") + set("timestep=\"0\"", "d/a 1.vti"))});
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "timestep 0 has two files");
+  o.dt = 1;
+  EXPECT_EQ(open_series(o)->description().times.values, (std::vector<double>{0, 1}));
+  o = inputs({collection(set("", "d/a 0.vti") + set("", "d/a 1.vti"))});
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "no timestep: give --dt or --times");
+  o.times = {{3, 5}};
+  EXPECT_EQ(open_series(o)->description().times.values, (std::vector<double>{3, 5}));
+  // Absolute paths below the collection's folder, and those of Windows.
+  o = inputs({collection(set("timestep=\"0\"", s.path("d/a 0.vti")) + set("timestep=\"1\"", "d\\a 1.vti"))});
+  EXPECT_EQ(refusal(o).exit, Exit::ok) << refusal(o).text;
+  o = inputs({collection(set("timestep=\"0\"", "/elsewhere/a 0.vti"))});
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "not below the collection's own folder: move");
+  s.file("p.pvti", "<VTKFile type=\"PImageData\"><PImageData/></VTKFile>");
+  EXPECT_REFUSED(refusal(inputs({s.path("p.pvti")})), Exit::bad_input, "save it as one .vti");
+  s.file("f.vti.series", "{\"file-series-version\": \"1.0\"}");
+  EXPECT_REFUSED(refusal(inputs({s.path("f.vti.series")})), Exit::bad_input, "give the files themselves");
+}
+
 TEST(VtiReader, ChoosesArrays) {
   Scratch s;
   std::string a, b;
