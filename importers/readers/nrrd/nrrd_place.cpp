@@ -40,7 +40,7 @@ std::string right_handed(SeriesDescription& d, const std::string& space) {
                                    {"3d-left-handed", "3d-right-handed", 2}};
   for (const Turn& turn : turns) {
     if (!space.starts_with(turn.from)) continue;
-    const std::string now = concat(turn.to, space.substr(turn.from.size()));
+    std::string now = concat(turn.to, space.substr(turn.from.size()));
     for (size_t i = 4 * turn.axis; i < 4 * turn.axis + 4; ++i)
       if (d.affine[i] != 0) d.affine[i] = -d.affine[i];
     d.notes.push_back(concat("the file's space is ", space, ", which is left-handed: its axis ",
