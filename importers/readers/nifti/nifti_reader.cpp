@@ -136,6 +136,8 @@ std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOp
   const auto add_file = [&](const std::string& name, const OneNifti& file) {
     segments.push_back(file.segment);
     d.files.push_back({name, file_size(name)});
+    const std::string& image = file.segment.path;
+    if (image != name) d.files.push_back({image, file_size(image)});
   };
   add_file(path, first);
   if (file_per_frame && frames > 1) fail_usage(path, " is a series of its own: give it alone");
