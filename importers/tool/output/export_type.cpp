@@ -11,7 +11,8 @@ Type export_type(const bccsplat_channel_info& channel) {
   const auto below = [](const double(&range)[2]) {
     return std::abs(range[0]) <= exact && std::abs(range[1]) <= exact;
   };
-  const bool whole = below(channel.range) && below(channel.kept_range);
+  const bool complete = channel.holes == 0 && channel.missing == 0; // floats have a code for what is missing
+  const bool whole = complete && below(channel.range) && below(channel.kept_range);
   switch (channel.source_type) {
   case BCCSPLAT_TYPE_U8:
     return Type::u8;

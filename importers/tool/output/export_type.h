@@ -7,7 +7,8 @@
 
 namespace bcc4 {
 
-// Integers go back as such, of 32 bits where floats have all whole numbers of their range; the rest as f32.
+// Integers go back as such, of 32 bits where nothing is missing and floats
+// have all whole numbers of their range; the rest as f32.
 [[nodiscard]] Type export_type(const bccsplat_channel_info& channel);
 // Returns what is written for `value`.
 [[nodiscard]] double exported_value(Type type, float value);
