@@ -38,9 +38,9 @@ TEST(Hpp, FailuresAreExceptions) {
     (void)make(bccsplat_volume_open_file, device.get(), "/nowhere/at.bcc4", nullptr);
     FAIL() << "there is no such file";
   } catch (const Error& e) {
-    EXPECT_EQ(e.status(), BCCSPLAT_ERROR_IO);
+    EXPECT_EQ(e.status(), BCCSPLAT_ERROR_FILE_NOT_FOUND);
     EXPECT_NE(std::string(e.what()).find("/nowhere/at.bcc4"), std::string::npos) << e.what();
-    EXPECT_NE(std::string(e.what()).find("(BCCSPLAT_ERROR_IO)"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("(BCCSPLAT_ERROR_FILE_NOT_FOUND)"), std::string::npos) << e.what();
   }
   EXPECT_NO_THROW(check(BCCSPLAT_OK));
 }

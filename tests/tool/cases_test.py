@@ -205,9 +205,9 @@ class Cases(ToolTest):
     def test_a_grid_that_appears_later(self):
         for t, name in enumerate(('density', 'flame')):
             self.write('a.nrrd', nrrd(ramp((8, 7, 6, 1), scale=t + 1), f'content: {name}\n'))
-            self.taken('a.nrrd')
+            self.taken('a.nrrd', '--air', 0)
             self.bcc4('export', 'a.bcc4', '--all', '-o', f'g_{t}.vdb', '--quiet')
-        self.bcc4('import', 'g_%d.vdb', '--grid', 'density,flame', '--lattice', 'cc', '-o', 'g.bcc4', '--quiet')
+        self.bcc4('import', 'g_%d.vdb', '--grid', 'density,flame', '--lattice', 'cc', '--scale', '1,1,1,1', '-o', 'g.bcc4', '--quiet')
         for t, name in enumerate(('density', 'flame')):
             self.bcc4('export', 'g.bcc4', '--all', '--channel', name, '-o', 'g.nrrd', '--overwrite', '--quiet')
             values = Nrrd(self.path('g.nrrd')).values
