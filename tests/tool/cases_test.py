@@ -1,6 +1,7 @@
 """Inputs that were read wrong in silence: each kind written here byte by byte, imported, and compared by the values,
 matrices and times that come back, or refused by name."""
 import array
+import math
 import os
 import random
 import struct
@@ -214,6 +215,25 @@ class Cases(ToolTest):
             half = len(values) // 2
             self.assertAlmostEqual(max(values[t * half:(t + 1) * half]), (t + 1) * 34, delta=.05)
             self.assertLess(max(map(abs, values[(1 - t) * half:(2 - t) * half])), .05, f'{name} where it is not')
+
+    def test_motion_of_many_voxels_a_frame(self):
+        n, frames = 40, 8
+        noise = random.Random(1)
+
+        def told(value):
+            self.write('m.raw', struct.pack(f'<{n ** 3 * frames}f', *(
+                value(x, y, z, t) for t in range(frames) for z in range(n) for y in range(n) for x in range(n))))
+            out, _ = self.bcc4('import', 'm.raw', '--dims', f'{n},{n},{n},{frames}', '--dtype', 'f32', '--dry-run')
+            return [line for line in out.splitlines() if line.startswith('  motion')]
+
+        def ball(step):
+            return lambda x, y, z, t: math.exp(-((x - 6 - step * t) ** 2 + (y - 20) ** 2 + (z - 20) ** 2) / 8)
+
+        fast = told(ball(4))
+        self.assertEqual(len(fast), 1)
+        self.assertIn('about 4 voxels', fast[0])
+        self.assertEqual(told(ball(.5)), [])
+        self.assertEqual(told(lambda *p: noise.random()), [], 'noise goes nowhere')
 
     @unittest.skipUnless(has_openvdb() and os.path.isdir(CASES), 'no OpenVDB or no such data')
     def test_puffs_far_apart(self):

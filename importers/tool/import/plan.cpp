@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tool/import/motion.h"
 #include "tool/import/report.h"
 #include "tool/json.h"
 
@@ -118,6 +119,8 @@ void print_plan(const ImportPlan& plan) {
   if (plan.spectra) {
     const auto lines = spectrum_lines(plan.spectra->plain);
     for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "bandwidth" : "", lines[i]);
+    if (const std::string text = motion_text(plan.motion, plan.spectra->plain); !text.empty())
+      line("motion", text);
   }
   if (plan.choice) {
     const auto lines = choice_lines(*plan.choice, s);
@@ -197,6 +200,7 @@ Json plan_json(const ImportPlan& plan) {
     for (const bccsplat_error_report& error : e.errors) j["estimate"]["error"].push_back(error_json(error));
   }
   if (plan.spectra) j["spectrum"] = spectrum_json(plan.spectra->plain);
+  if (plan.motion) j["motion"] = *plan.motion;
   if (plan.choice) j["choice"] = choice_json(*plan.choice, s);
   if (plan.search) j["coding"] = search_json(*plan.search, s);
   if (plan.turn) j["turn"] = turn_json(*plan.turn);

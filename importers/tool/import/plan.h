@@ -39,6 +39,7 @@ struct ImportPlan {
   std::optional<Turn> turn;                 // of a dry run
   std::array<std::optional<Turn>, 2> round; // the same of x and y
   LevelChoice levels;                       // of which `settings` hold the number
+  std::optional<double> motion{};           // voxels a frame, of a sample
   bool still = false; // one frame, of whose lattice nothing was said: BCC, without a choice
 };
 

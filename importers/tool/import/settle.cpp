@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "tool/import/labels.h"
+#include "tool/import/motion.h"
 #include "tool/import/read_series.h"
 #include "tool/import/sample.h"
 
@@ -110,6 +111,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends, periodic},
                                {s, sample, air, BCCSPLAT_FACES_PREDICT, settings.ends, periodic},
                                {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT, periodic}});
+  plan.motion = voxels_a_frame(sample);
   // What a dry run has scanned beyond it must not make other choices than an import at once.
   const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;
   Trier trier(device, s, sample, settings, plan.scans.empty() ? sample.ranges : plan.scans, ranges);
