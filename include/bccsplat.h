@@ -43,7 +43,8 @@
  * Paths are the bytes that the system's own calls take. Strings that come from an object live as
  * long as the object.
  *
- * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), for output structs too.
+ * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), for output structs too:
+ * BCCSPLAT_INIT in C, sized() of bccsplat.hpp in C++.
  * A cleared struct (all zero apart from struct_size) asks for the defaults; what has none (a box, a
  * stream, a camera, a transfer function, dims) the caller must fill in. A field whose zero is a
  * meaningful choice counts only if its bit stands in set_mask. Structs grow only at the end: a
@@ -176,6 +177,12 @@ enum {
 #define BCCSPLAT_VERSION_PATCH 0
 /* Rises when a program built against an older header would break. */
 #define BCCSPLAT_ABI_VERSION 0
+
+/* A cleared struct with its size set: bccsplat_view view = BCCSPLAT_INIT(bccsplat_view); */
+#ifndef __cplusplus
+#define BCCSPLAT_INIT(type)                                                                        \
+  { .struct_size = sizeof(type) }
+#endif
 
 /* Version of the library at run time, major*10000 + minor*100 + patch. */
 BCCSPLAT_API int32_t bccsplat_version(void);
@@ -1770,6 +1777,10 @@ typedef struct bccsplat_render_options {
   uint32_t surface_count;
   /* 0 */
   uint32_t reserved;
+  /* FRAME_DEPTH: the opacity at which a pixel's depth is that of its ray, 1e-6 (where something is
+   * first visible) to 1 (at opacity_stop, if that is less); 0: 0.5. More than 0.5 beside FRAME_DEEP
+   * with opacity_stop 1 is UNSUPPORTED. */
+  double depth_opacity;
 } bccsplat_render_options;
 
 /* What of the volume a picture of a time slice needs. */
@@ -1984,7 +1995,8 @@ enum {
    * - air over world length in all of R, G, B; mode maximum: classified maximum. */
   BCCSPLAT_FRAME_RGBA = 1,
   /* 1 float: distance along the view direction (world) from the camera position where the opacity
-   * passes 1/2, of isosurfaces where the first is met; infinity where that never happens. */
+   * passes 1/2, or options->depth_opacity, of isosurfaces where the first is met; infinity where
+   * that never happens. */
   BCCSPLAT_FRAME_DEPTH = 2,
   /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted mean value; NaN where
    * nothing is. */

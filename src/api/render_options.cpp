@@ -100,6 +100,8 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
   out.disable_skips = in.disable_skips;
   out.tile_size = in.tile_size;
   out.reference = in.reference != 0;
+  require_zero_or(in.depth_opacity, 1e-6, 1, "bccsplat_render_options.depth_opacity");
+  if (in.depth_opacity != 0) out.depth_opacity = in.depth_opacity;
   require_range(in.deep_tolerance, 0, 1, "bccsplat_render_options.deep_tolerance");
   if (in.deep_tolerance > 0) out.deep_tolerance = in.deep_tolerance;
   return out;

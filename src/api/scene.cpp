@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene functions of the C API.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -89,6 +90,24 @@ struct AskedPicture {
     progress.throw_if_cancelled();
   }
 };
+
+} // namespace
+
+namespace {
+
+// What fails on its way leaves a frame that is no picture of the view before. With a budget it keeps what it
+// had, and what is refused was not begun.
+SceneStats render(bccsplat_scene& scene, AskedPicture& asked, bccsplat_frame& frame) {
+  try {
+    return scene.scene.render(asked.picture, scene.device->context(asked.progress), frame.image);
+  } catch (const Error& e) {
+    constexpr std::array refusals{Code::invalid_argument, Code::unsupported,    Code::not_found,
+                                  Code::wrong_state,      Code::limit_exceeded, Code::out_of_domain};
+    const bool refused = std::find(refusals.begin(), refusals.end(), e.code()) != refusals.end();
+    if (asked.picture.budget_ms == 0 && !refused) frame.attributes.clear(), frame.camera.reset();
+    throw;
+  }
+}
 
 } // namespace
 
@@ -204,8 +223,7 @@ bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view
       fail(Code::invalid_handle, "scene: the frame belongs to another device");
     require_range(budget_ms, 0, largest_budget, "budget_ms");
     AskedPicture asked(view, options, budget_ms);
-    const SceneStats stats =
-        scene->scene.render(asked.picture, scene->device->context(asked.progress), frame->image);
+    const SceneStats stats = render(*scene, asked, *frame);
     if (stats.drew) {
       frame->attributes.clear(), frame->camera.reset();
       if (asked.picture.view.camera && asked.picture.view.picture[0] == 0)

@@ -48,9 +48,11 @@ struct ShotOptions {
   uint32_t disable_skips = 0;
   int tile_size = 0; // pixels; 0: chosen
   bool with_value = false, with_time = false;
-  bool with_deep = false;      // modes composite and isosurface
-  bool with_hits = false;      // mode isosurface: every hit is handed on with a tile
-  double deep_tolerance = 0;   // see DeepTile
+  float depth_opacity =
+      0.5f;                  // at which the depth of a pixel is that of the ray; of surfaces the first counts
+  bool with_deep = false;    // modes composite and isosurface
+  bool with_hits = false;    // mode isosurface: every hit is handed on with a tile
+  double deep_tolerance = 0; // see DeepTile
   bool without_ripple = false; // lit without that of the kernel: surfaces, maxima, analytic gradients
 };
 

@@ -49,6 +49,7 @@ Pixel composite(const Ray& ray, double k0, double k1, int64_t steps) {
   Pixel out;
   const double h = (k1 - k0) / static_cast<double>(steps), path = ray.path() * h;
   double value_sum = 0, time_sum = 0;
+  const double depth_at = ray.shot.options.depth_opacity;
   for (int64_t n = 0; n < steps && out.alpha < 1; ++n) {
     const double k = k0 + (static_cast<double>(n) + 0.5) * h;
     const Vec3 p = ray.at(k);
@@ -63,9 +64,10 @@ Pixel composite(const Ray& ray, double k0, double k1, int64_t steps) {
     const double before = out.alpha;
     out.alpha += f;
     value_sum += f * value, time_sum += f * ray.time.at(p);
-    if (before < 0.5 && out.alpha >= 0.5) {
+    if (before < depth_at && out.alpha >= depth_at) {
       const double part =
-          out.alpha < 1 ? std::log(0.5 / (1 - before)) / std::log((1 - out.alpha) / (1 - before)) : 0;
+          out.alpha < 1 ? std::log((1 - depth_at) / (1 - before)) / std::log((1 - out.alpha) / (1 - before))
+                        : 0;
       out.depth = k - h / 2 + part * h;
     }
   }
@@ -154,7 +156,7 @@ Pixel maximum(const Ray& ray, double k0, double k1, int64_t steps) {
   out.alpha = ray.shot.function->opacity(highest);
   for (size_t c = 0; c < 3; ++c) out.color[c] = out.alpha * (color[c] * lit.scale[c] + lit.highlight[c]);
   out.value = highest, out.time = ray.time.at(ray.at(highest_k));
-  if (out.alpha >= 0.5) out.depth = highest_k;
+  if (out.alpha >= static_cast<double>(ray.shot.options.depth_opacity)) out.depth = highest_k;
   return out;
 }
 

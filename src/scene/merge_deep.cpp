@@ -16,8 +16,7 @@ namespace bccsplat {
 namespace {
 
 // An opaque sample's optical depth: nothing passes that a float would tell.
-constexpr double most_depth = 40;
-constexpr double half = 0.5;
+constexpr double most_depth = 40, least_passage = 1e-17;
 
 struct Sample {
   double front, back, depth; // the last one optical
@@ -26,6 +25,7 @@ struct Sample {
 
 class PixelMerge {
  public:
+  explicit PixelMerge(double depth_opacity) : passes_at_(1 - depth_opacity) {}
   void add(const float* sample) {
     const double opacity = sample[2];
     if (!(opacity > 0)) return;
@@ -78,24 +78,26 @@ class PixelMerge {
   void composite(double optical_depth, const std::array<double, 3>& straight, double from, double to) {
     const double share = -std::expm1(-optical_depth) * passes_;
     for (size_t c = 0; c < 3; ++c) color_[c] += share * straight[c];
-    if (passes_ > half && passes_ - share <= half)
-      depth_ = from + (to - from) * std::log(passes_ / half) / optical_depth;
+    if (passes_ > passes_at_ && passes_ - share <= passes_at_)
+      depth_ = from + (to - from) * std::log(passes_ / std::max(passes_at_, least_passage)) / optical_depth;
     passes_ -= share;
   }
 
   std::vector<Sample> samples_;
   std::vector<double> ends_;
   std::vector<size_t> active_;
+  double passes_at_; // of the light, at the depth of a pixel
   double passes_ = 1, depth_ = 0;
   std::array<double, 3> color_{};
 };
 
 } // namespace
 
-void merge_deep(std::span<const DeepImage* const> pictures, const Context& context, Image& image) {
+void merge_deep(std::span<const DeepImage* const> pictures, double depth_opacity, const Context& context,
+                Image& image) {
   context.tasks.parallel_for(static_cast<uint64_t>(image.height), [&](uint64_t row) {
     context.progress.check();
-    PixelMerge merge;
+    PixelMerge merge(depth_opacity);
     const int y = static_cast<int>(row);
     for (int x = 0; x < image.width; ++x) {
       const size_t p = plane_index(x, y, image.width);

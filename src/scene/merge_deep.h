@@ -11,7 +11,9 @@
 
 namespace bccsplat {
 
-// Fills the planes rgba and depth of an image of the same size. Throws cancelled.
-void merge_deep(std::span<const DeepImage* const> pictures, const Context& context, Image& image);
+// Fills the planes rgba and depth, where a pixel becomes so opaque, of an image of the same size. Throws
+// cancelled.
+void merge_deep(std::span<const DeepImage* const> pictures, double depth_opacity, const Context& context,
+                Image& image);
 
 } // namespace bccsplat

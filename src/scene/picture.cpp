@@ -35,6 +35,9 @@ void check_picture(const Scene& scene, const RenderOptions& options, const Image
       fail(Code::unsupported,
            "render: a trail laid under a finished picture has no depth; combine it in depth");
   }
+  if (image.deep && image.depth.pixels && options.opacity_stop == 1 && options.depth_opacity > 0.5)
+    fail(Code::unsupported,
+         "render: depths beside deep samples that never end are those of opacities up to 1/2");
   if (!(options.deep_tolerance >= 0 && options.deep_tolerance <= 1))
     fail(Code::invalid_argument, "render: deep_tolerance ", options.deep_tolerance, " is outside [0, 1]");
   if (!scene.slice) fail(Code::wrong_state, "render: no slice is set");

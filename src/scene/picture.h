@@ -38,6 +38,7 @@ struct RenderOptions : SheetWishes {
   bool rays = true;                               // isosurfaces without sheets, where they can (rays.h)
   bool reference = false;                         // reference/reference.h instead of a drawer
   double deep_tolerance = default_deep_tolerance; // of deep pictures, see DeepTile
+  double depth_opacity = 0.5;                     // of the plane of depths, where no surface is; (0, 1]
   // Takes four samples of edge pixels, in isosurfaces without a trail that are not deep. Pictures are
   // compared sample by sample without.
   bool smooth_edges = false;

@@ -41,6 +41,7 @@ ShotOptions shot_options(const RenderOptions& options, const Image& image) {
   o.tile_size = options.tile_size;
   o.with_value = image.value.pixels, o.with_time = image.time.pixels;
   o.with_deep = image.deep, o.deep_tolerance = options.deep_tolerance;
+  o.depth_opacity = static_cast<float>(std::min(options.depth_opacity, options.opacity_stop));
   return o;
 }
 

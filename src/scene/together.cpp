@@ -59,7 +59,7 @@ void draw_merged(std::span<const Scene> scenes, const RenderOptions& options, co
     (void)render(scenes[n], options, context.with(part), scratch.image);
     all.push_back(&deep[n]);
   }
-  merge_deep(all, context, image);
+  merge_deep(all, std::min(options.depth_opacity, options.opacity_stop), context, image);
 }
 
 } // namespace

@@ -347,6 +347,60 @@ TEST_F(Scenes, ADeepPictureOfSeveralFlattensToTheFlatOne) {
   EXPECT_LT(largest_difference(sums, flat), 1e-5);
 }
 
+// The depth of a pixel is where the samples of its ray come to the opacity asked for.
+TEST_F(Scenes, DepthsAreThoseOfAnOpacity) {
+  const bccsplat_camera c = camera();
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  auto dense = instance(), other = instance();
+  dense.density = 5;
+  place(other, {1, 0, 0, 6, 0, 1, 0, 3, 0, 0, 1, -4});
+  (void)add(dense);
+  set_time(15);
+  auto options = sized<bccsplat_render_options>();
+  options.opacity_stop = 1, options.deep_tolerance = 1e-6;
+  for (int instances = 1; instances <= 2; ++instances) {
+    if (instances == 2) (void)add(other);
+    const Frame samples = frame(BCCSPLAT_FRAME_DEEP);
+    options.depth_opacity = 0;
+    ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, samples.get(), &options, 0, nullptr));
+    auto deep = sized<bccsplat_deep>();
+    ASSERT_OK(bccsplat_frame_get_deep(samples.get(), &deep));
+    for (const bool reference : {false, true})
+      for (const double opacity : {1e-3, 0.05, 0.5, 0.9}) {
+        if (reference && (instances == 2 || opacity < 0.01)) continue; // sheets see what is faint otherwise
+        const Frame f = frame(BCCSPLAT_FRAME_DEPTH);
+        options.depth_opacity = opacity, options.reference = reference;
+        ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), &options, 0, nullptr));
+        options.reference = 0;
+        auto plane = sized<bccsplat_plane>();
+        ASSERT_OK(bccsplat_frame_get_channel(f.get(), BCCSPLAT_FRAME_DEPTH, &plane));
+        int there = 0;
+        for (size_t p = 0; p < size_t{width} * height; ++p) {
+          double alpha = 0, depth = HUGE_VAL;
+          for (uint64_t n = deep.first[p]; n < deep.first[p + 1]; ++n) {
+            const float* const s = deep.samples + 6 * n;
+            const double after = alpha + (1 - alpha) * s[2];
+            if (alpha < opacity && after >= opacity)
+              depth = s[0] + (s[1] - s[0]) * std::log((1 - opacity) / (1 - alpha)) / std::log1p(-s[2]);
+            alpha = after;
+          }
+          if (alpha > 0.9 * opacity && alpha < 1.1 * opacity) continue; // it may pass it or not
+          const float found = plane.pixels[p];
+          ASSERT_EQ(std::isinf(found), std::isinf(depth)) << p << " " << opacity;
+          if (std::isinf(depth)) continue;
+          ASSERT_NEAR(found, depth, reference ? 0.8 : 0.02) << p << " " << opacity << " " << reference;
+          ++there;
+        }
+        EXPECT_GT(there, opacity > 0.8 ? 20 : 200) << opacity;
+      }
+  }
+  options.depth_opacity = 0.9;
+  const Frame both = frame(BCCSPLAT_FRAME_DEEP | BCCSPLAT_FRAME_DEPTH);
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), &v, both.get(), &options, 0, nullptr),
+            BCCSPLAT_ERROR_UNSUPPORTED);
+}
+
 TEST_F(Scenes, ClipsCutTheInstancesTheyName) {
   auto options = sized<bccsplat_render_options>();
   options.opacity_stop = 1;

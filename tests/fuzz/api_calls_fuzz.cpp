@@ -164,8 +164,9 @@ struct Host {
     std::vector<double> at(4 * in.below(4));
     for (double& v : at) v = number(in);
     std::vector<float> values(at.size() / 4), slopes(at.size());
-    check(bccsplat_volume_evaluate(volume, values.size(), at.data(), values.data(),
-                                   in.below(2) ? slopes.data() : nullptr));
+    float* const gradients = in.below(2) ? slopes.data() : nullptr;
+    check(bccsplat_volume_evaluate(volume, values.size(), at.data(), values.data(), gradients));
+    check(bccsplat_volume_evaluate_world(volume, 0, values.size(), at.data(), values.data(), gradients));
   }
 
   void cut(fuzz::Input& in) {
@@ -259,6 +260,54 @@ struct Host {
     if (drawn == BCCSPLAT_OK) render_again(size_t{width} * height);
   }
 
+  static bccsplat_instance any_instance(fuzz::Input& in) {
+    auto i = sized<bccsplat_instance>();
+    const uint32_t kind = in.below(8);
+    if (kind >= 4)
+      for (double& v : i.placement) v = kind == 4 ? number(in) : 0;
+    if (kind >= 6)
+      for (size_t a = 0; a < 3; ++a) i.placement[5 * a] = 1, i.placement[4 * a + 3] = number(in);
+    if (kind >= 6) i.placement[15] = 1;
+    i.channel = in.below(9) == 8, i.outside = in.below(5), i.hidden = in.below(9) == 8;
+    if (in.below(4) == 3) i.time_scale = number(in), i.time_offset = number(in), i.density = number(in);
+    return i;
+  }
+
+  // Up to three instances, one of which changes and goes, seen by the default view or by anything.
+  void draw_scene(fuzz::Input& in) {
+    bccsplat_scene* scene = nullptr;
+    check(bccsplat_scene_create(device, &scene));
+    uint64_t id = 0;
+    for (uint32_t n = in.below(3) + 1; n > 0; --n) {
+      const auto i = any_instance(in);
+      check(bccsplat_scene_add(scene, volume, &i, &id));
+    }
+    check(bccsplat_scene_set_time(scene, number(in)));
+    bccsplat_clip clip{};
+    for (double& v : clip.normal) v = number(in);
+    clip.offset = number(in), clip.space = in.below(3), clip.instance = in.below(4);
+    check(bccsplat_scene_set_clips(scene, &clip, in.below(2)));
+    auto camera = sized<bccsplat_camera>();
+    check(bccsplat_scene_fit_camera(scene, in.below(4), number(in), number(in), 24, 16, &camera));
+    auto view = sized<bccsplat_view>();
+    if (in.below(2)) view.camera = &camera;
+    if (in.below(8) == 7) camera.position[0] = number(in);
+    auto options = sized<bccsplat_render_options>();
+    options.mode = in.below(6), options.quality = in.below(6);
+    bccsplat_frame_release(frame);
+    frame = nullptr;
+    check(bccsplat_frame_create(device, 24, 16, in.below(32), &frame));
+    auto status = sized<bccsplat_scene_status>();
+    for (int n = 0; n < 3; ++n) {
+      check(bccsplat_scene_render(scene, &view, frame, &options, in.below(4) * 2.0, &status));
+      const auto i = any_instance(in);
+      if (n == 0) check(bccsplat_scene_set_instance(scene, id, &i));
+      if (n == 1) check(bccsplat_scene_remove(scene, in.below(3) + 1));
+    }
+    check(bccsplat_scene_prefetch(scene, &view, 24, 16, &options, number(in)));
+    bccsplat_scene_release(scene);
+  }
+
   // The same picture twice more: the last one from the sheets that the one before it kept.
   void render_again(size_t pixels) {
     auto plane = sized<bccsplat_plane>();
@@ -317,5 +366,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     default:
       host.render(in);
     }
+  host.draw_scene(in); // what is left of the input tells how
   return 0;
 }

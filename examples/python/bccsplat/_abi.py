@@ -734,13 +734,14 @@ class RenderOptions(Struct):
     surfaces: Any
     surface_count: int
     reserved: int
+    depth_opacity: float
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
         ("progress", bccsplat_progress_fn), ("progress_user", c_void_p), ("deep_tolerance", c_double),
         ("preintegrate", c_int32), ("smooth_edges", c_int32), ("gradient_noise", c_double),
         ("cancel_token", c_void_p), ("surfaces", POINTER(IsoSurface)), ("surface_count", c_uint32),
-        ("reserved", c_uint32)]
+        ("reserved", c_uint32), ("depth_opacity", c_double)]
 
 
 class PictureNeeds(Struct):

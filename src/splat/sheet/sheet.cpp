@@ -147,16 +147,17 @@ int composite_sheet(const SheetArgs& s) {
           f * (segment.color[2] * static_cast<float>(lit.scale[2]) + static_cast<float>(lit.highlight[2]));
       const float before = alpha;
       alpha += f;
-      if (before < 0.5f && alpha >= 0.5f) {
+      if (const float depth_at = s.classes.depth_at; before < depth_at && alpha >= depth_at) {
         // The transmittance falls exponentially through the part of the segment inside the domain, or that of
-        // its halves where the opacity passes 1/2.
+        // its halves where the opacity passes that.
         const float middle = before + (1 - before) * segment.front;
         float from = before, to = alpha, begin = segment.begin, weight = segment.weight;
-        if (s.halves.preintegrated && middle >= 0.5f)
+        if (s.halves.preintegrated && middle >= depth_at)
           to = middle, weight = segment.front_weight;
         else if (s.halves.preintegrated)
           from = middle, begin += segment.front_weight, weight -= segment.front_weight;
-        const float part = to < 1 ? std::log(0.5f / (1 - from)) / std::log((1 - to) / (1 - from)) : 0.0f;
+        const float part =
+            to < 1 ? std::log((1 - depth_at) / (1 - from)) / std::log((1 - to) / (1 - from)) : 0.0f;
         s.pixel.depth[p] = begin + part * weight;
       }
       if (s.pixel.value) s.pixel.value[p] += f * segment.value;

@@ -90,7 +90,8 @@ struct SheetClasses {
   // The table's entries, in an orthographic view, with the opacity of a whole sheet in place of the
   // extinction; null: none.
   const std::array<float, 4>* whole = nullptr;
-  float stop = 1; // a pixel this opaque is finished
+  float stop = 1;        // a pixel this opaque is finished
+  float depth_at = 0.5f; // where a pixel becomes this opaque its depth is
 };
 
 struct SheetShading {

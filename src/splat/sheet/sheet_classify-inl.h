@@ -74,7 +74,7 @@ struct ByEntry {
     }
     return true;
   }
-  HWY_INLINE Passage passage(const Extent& extent, V before, V after) const {
+  HWY_INLINE Passage passage(const Extent& extent, V before, V after, V /*depth_at*/) const {
     return {before, after, extent.begin, extent.weight};
   }
   HWY_INLINE V front_share(const SegmentColor& segment) const { return FrontShare(segment.absorbed); }
@@ -244,9 +244,9 @@ struct ByIntegrals {
     return true;
   }
 
-  HWY_INLINE Passage passage(const Extent& extent, V before, V after) const {
+  HWY_INLINE Passage passage(const Extent& extent, V before, V after, V depth_at) const {
     const V middle = hn::MulAdd(hn::Sub(Set(1.0f), before), front, before);
-    const M early = hn::Ge(middle, Set(0.5f));
+    const M early = hn::Ge(middle, depth_at);
     return {hn::IfThenElse(early, before, middle), hn::IfThenElse(early, middle, after),
             hn::IfThenElse(early, extent.begin, hn::Add(extent.begin, front_weight)),
             hn::IfThenElse(early, front_weight, hn::Sub(extent.weight, front_weight))};

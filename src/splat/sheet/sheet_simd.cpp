@@ -26,7 +26,8 @@ template<class Classify, class Shade>
 int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, const Shade& shade) {
   const SheetArgs& front = sheets.front();
   const PixelPlanes& plane = front.pixel;
-  const V one = Set(1.0f), half = Set(0.5f), stop = Set(front.classes.stop), none = hn::Zero(d);
+  const V one = Set(1.0f), stop = Set(front.classes.stop), none = hn::Zero(d);
+  const V depth_at = Set(front.classes.depth_at), passes = Set(1 - front.classes.depth_at);
   const V begins = Set(front.segment.begin()), ends = Set(sheets.back().segment.end());
   const int lanes = static_cast<int>(hn::Lanes(d));
   PixelRect seen;
@@ -69,13 +70,14 @@ int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, c
                              HWY_ATTR { hn::StoreU(hn::MulAdd(f, part, hn::LoadU(d, to + p)), d, to + p); };
         if (plane.value) add(plane.value, segment.value);
         if (plane.time) add(plane.time, px.time());
-        const M passed = hn::And(hn::Lt(before, half), hn::Ge(alpha, half));
+        const M passed = hn::And(hn::Lt(before, depth_at), hn::Ge(alpha, depth_at));
         if (!hn::AllFalse(d, passed)) {
           // The transmittance falls exponentially through the part of the segment inside the domain.
-          const Passage in = classify.passage(extent, before, alpha);
+          const Passage in = classify.passage(extent, before, alpha, depth_at);
           const V tiny = Set(1e-30f), left = hn::Max(hn::Sub(one, in.before), tiny);
           const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, in.after), left), tiny));
-          const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, Set(-1e-20f)));
+          const V part =
+              hn::Div(hn::Log(d, hn::Div(hn::Max(passes, tiny), left)), hn::Min(all, Set(-1e-20f)));
           const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(in.after, one), part), in.weight, in.begin);
           hn::StoreU(hn::IfThenElse(passed, depth, hn::LoadU(d, plane.depth + p)), d, plane.depth + p);
         }

@@ -172,7 +172,8 @@ class Tile {
                 .analytic = {.ripple = {.sums = plan_.sums.get()}},
                 .classes = {.table = scene_.table,
                             .whole = plan_.whole_sheet.empty() ? nullptr : plan_.whole_sheet.data(),
-                            .stop = options_.opacity_stop < 1 ? stop() : 2.0f},
+                            .stop = options_.opacity_stop < 1 ? stop() : 2.0f,
+                            .depth_at = options_.depth_opacity},
                 .shading = {.on = options_.shading, .lights = scene_.lights},
                 .pixel = pixel_};
     set_sheet(a, *scene_.slice, view_, k, analytic_, differences_,
@@ -294,7 +295,7 @@ class Tile {
     const int i = tile_.x + x, j = tile_.y + y;
     const Vec3 position = view_.sample(i, j, k);
     paint_pixel(p, entry, alpha, gradient, value - scene_.slice->base, i, j);
-    if (alpha >= 0.5f) pixel_.depth[p] = k;
+    if (alpha >= options_.depth_opacity) pixel_.depth[p] = k;
     if (pixel_.value) pixel_.value[p] = value;
     if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(position));
   }

@@ -63,11 +63,12 @@ int join(const JoinArgs& j) {
       add(j.pixel.value, &MatterPlanes::value), add(j.pixel.time, &MatterPlanes::time);
       const float after = before + (fa * a + fb * b);
       j.pixel.alpha[p] = after;
-      if (before < 0.5f && after >= 0.5f) {
+      if (before < j.depth_at && after >= j.depth_at) {
         const float begin = std::max(j.k - j.front, j.pixel.enter[p]),
                     end = std::min(j.k + 0.5f, j.pixel.leave[p]);
         const float part =
-            after < 1 ? std::log(0.5f / (1 - before)) / std::log((1 - after) / (1 - before)) : 0.0f;
+            after < 1 ? std::log((1 - j.depth_at) / (1 - before)) / std::log((1 - after) / (1 - before))
+                      : 0.0f;
         j.pixel.depth[p] = begin + part * std::max(end - begin, 0.0f);
       }
       if (after >= j.stop) ++closed;

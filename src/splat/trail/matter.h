@@ -23,7 +23,7 @@ struct JoinArgs {
   int width = 0, height = 0, pitch = 0;
   std::array<const MatterPlanes*, 2> group{}; // the slice's, the trail's; null: nothing on this sheet
   TrailCombine combine = TrailCombine::physical;
-  float stop = 1;
+  float stop = 1, depth_at = 0.5f; // as of SheetClasses
   PixelPlanes pixel;
 };
 

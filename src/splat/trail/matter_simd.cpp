@@ -111,6 +111,7 @@ void Absorb(const SheetArgs& s, float share, const MatterPlanes& out) {
 
 int Join(const JoinArgs& j) {
   const V one = Set(1.0f), half = Set(0.5f), stop = Set(j.stop), zero = hn::Zero(d), tiny = Set(1e-30f);
+  const V depth_at = Set(j.depth_at), passes = hn::Max(Set(1 - j.depth_at), tiny);
   const MatterPlanes *const slice = j.group[0], *const trail = j.group[1];
   const int lanes = static_cast<int>(hn::Lanes(d));
   int closed = 0;
@@ -146,14 +147,14 @@ int Join(const JoinArgs& j) {
       add(j.pixel.value, &MatterPlanes::value), add(j.pixel.time, &MatterPlanes::time);
       const V after = hn::Add(before, hn::MulAdd(fa, a, hn::Mul(fb, b)));
       hn::StoreU(after, d, j.pixel.alpha + p);
-      const M passed = hn::And(hn::Lt(before, half), hn::Ge(after, half));
+      const M passed = hn::And(hn::Lt(before, depth_at), hn::Ge(after, depth_at));
       if (!hn::AllFalse(d, passed)) {
         // The transmittance falls exponentially through the segment, as in Composite.
         const V begin = hn::Max(Set(j.k - j.front), hn::LoadU(d, j.pixel.enter + p));
         const V end = hn::Min(Set(j.k + 0.5f), hn::LoadU(d, j.pixel.leave + p));
         const V left = hn::Max(hn::Sub(one, before), tiny);
         const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, after), left), tiny));
-        const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, Set(-1e-20f)));
+        const V part = hn::Div(hn::Log(d, hn::Div(passes, left)), hn::Min(all, Set(-1e-20f)));
         const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(after, one), part),
                                    hn::Max(hn::Sub(end, begin), zero), begin);
         hn::StoreU(hn::IfThenElse(passed, depth, hn::LoadU(d, j.pixel.depth + p)), d, j.pixel.depth + p);

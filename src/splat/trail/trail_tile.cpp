@@ -259,7 +259,7 @@ class TrailTile {
     j.width = tile_.width, j.height = tile_.height, j.pitch = pitch_;
     for (size_t g = 0; g < 2; ++g) j.group[g] = used_[at][g] ? &matter_[at][g] : nullptr;
     j.combine = job_.combine;
-    j.stop = stop();
+    j.stop = stop(), j.depth_at = options_.depth_opacity;
     j.pixel = pixel_;
     const int closed = loops_.join(j);
     closed_ += closed, open_ -= closed;
@@ -322,7 +322,7 @@ class TrailTile {
     pixel_.blue[p] += open * surface_->blue[at];
     if (pixel_.value) pixel_.value[p] += open * surface_->value[at];
     if (pixel_.time) pixel_.time[p] += open * surface_->time[at];
-    if (pixel_.alpha[p] < 0.5f) pixel_.depth[p] = surface_->depth[at];
+    if (pixel_.alpha[p] < options_.depth_opacity) pixel_.depth[p] = surface_->depth[at];
     pixel_.alpha[p] = 1;
     if (options_.with_deep) (void)m_.deep.add_surface(pixel_, p, surface_->depth[at], 1);
   }

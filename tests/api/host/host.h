@@ -28,7 +28,7 @@ void expect_refused(bccsplat_status wanted, const char* word, bccsplat_status go
                     const char* file, int line);
 
 /* A cleared struct that knows its size. */
-#define SIZED(type, name) type name = {.struct_size = sizeof(type)}
+#define SIZED(type, name) type name = BCCSPLAT_INIT(type)
 
 /* How a call takes an input struct `in` of each size: not set, of a newer header with its new fields clear
  * and set. `after` undoes a call that succeeded. */

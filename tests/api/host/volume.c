@@ -221,6 +221,7 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
 
 static void evaluate(const bccsplat_volume* volume) {
   const double at[3][4] = {{5, 6, 5, 0}, {-1, 6, 5, 0}, {5.5, 6, 5, 1}};
+  const double placed[3][4] = {{5, 6, 5, 10}, {-1, 6, 5, 10}, {5.5, 6, 5, 12}}; /* the same */
   float values[3] = {0}, gradients[3][4];
   OK(bccsplat_volume_evaluate(volume, 0, NULL, NULL, NULL)); /* no points, no arrays */
   OK(bccsplat_volume_evaluate(volume, 1, at[0], values, gradients[0]));
@@ -234,12 +235,12 @@ static void evaluate(const bccsplat_volume* volume) {
   OK(bccsplat_volume_evaluate_channel(volume, 0, 1, at[2], values, NULL));
   REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_evaluate_channel(volume, 1, 1, at[0], values, NULL));
   REFUSED(INVALID_ARGUMENT, "volume", bccsplat_volume_evaluate_channel(NULL, 0, 1, at[0], values, NULL));
-  OK(bccsplat_volume_evaluate_world(volume, 0, 1, at[2], &values[1], gradients[0]));
+  OK(bccsplat_volume_evaluate_world(volume, 0, 1, placed[2], &values[1], gradients[0]));
   EXPECT(fabsf(values[1] - values[0]) < 1e-4f);
-  REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_evaluate_world(volume, 1, 1, at[0], values, NULL));
+  REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_evaluate_world(volume, 1, 1, placed[0], values, NULL));
   REFUSED(OUT_OF_DOMAIN, "point 1 has the index -1 along x",
-          bccsplat_volume_evaluate_world(volume, 0, 3, at[0], values, NULL));
-  REFUSED(INVALID_ARGUMENT, "volume", bccsplat_volume_evaluate_world(NULL, 0, 1, at[0], values, NULL));
+          bccsplat_volume_evaluate_world(volume, 0, 3, placed[0], values, NULL));
+  REFUSED(INVALID_ARGUMENT, "volume", bccsplat_volume_evaluate_world(NULL, 0, 1, placed[0], values, NULL));
 }
 
 void test_volume(void) {
