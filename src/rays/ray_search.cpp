@@ -97,8 +97,20 @@ void RaySearch::begin(int width, int height) {
         const int there = j + n < height ? std::min(width - i, piece_edge) : 0;
         piece.open &= ~(row >> there << there << n * piece_edge);
       }
+      if (view_.cut()) cut(piece, x_ + i, y_ + j);
       std::fill_n(last_.begin() + p * piece_rays, piece_rays, Station());
     }
+}
+
+// Shortens the open rays of the piece at pixel (x, y) by what cuts them beside the box.
+void RaySearch::cut(Piece& piece, int x, int y) const {
+  PieceRays& rays = piece.way.rays;
+  for (uint64_t left = piece.open; left != 0; left &= left - 1) {
+    const int n = std::countr_zero(left);
+    const auto [enter, leave] = ray_interval(f_.field->slice, view_, x + n % piece_edge, y + n / piece_edge);
+    rays.enter[n] = std::max(rays.enter[n], enter), rays.leave[n] = std::min(rays.leave[n], leave);
+    if (!(rays.enter[n] < rays.leave[n])) piece.open &= ~(uint64_t{1} << n);
+  }
 }
 
 void RaySearch::draw_slab(size_t word, int bit) {

@@ -75,7 +75,13 @@ class RaySearch {
     return y_ + static_cast<int>(r / piece_rays / pieces * piece_edge + r % piece_rays / piece_edge);
   }
 
+  struct Piece {
+    uint64_t open = 0; // rays
+    std::span<const uint64_t> slabs;
+    PieceWay way;
+  };
   void begin(int width, int height);
+  void cut(Piece& piece, int x, int y) const;
   void draw_slab(size_t word, int bit);
   void ask(uint32_t r, int slab, uint64_t layers);
   void search();
@@ -93,11 +99,6 @@ class RaySearch {
   float side_; // the least float that is not below the target
   RayCounts counts_;
   int x_ = 0, y_ = 0;
-  struct Piece {
-    uint64_t open = 0; // rays
-    std::span<const uint64_t> slabs;
-    PieceWay way;
-  };
   std::array<Piece, size_t{pieces} * pieces> piece_;
   std::array<Station, pixels> last_;
   uint32_t count_ = 0;       // of the samples of a slab

@@ -137,7 +137,7 @@ bool rays_cover(const Slice& slice, const SheetView& view, const ShotOptions& op
   if (options.with_deep || options.surfaces.size() != 1 || options.surfaces.front().opacity < 1) return false;
   if (!slice.is_time_slice() || !slice.lattice.bcc || slice.lattice.any_periodic()) return false;
   if (slice.kernel.normalised || !cell_bound(slice.kernel)) return false;
-  if (slice.has_holes || slice.mask || slice.corrections || !slice.clip.empty() || view.cut()) return false;
+  if (slice.has_holes || slice.mask || slice.corrections || !slice.clip.empty()) return false;
   if (!covers_domain(slice) || !find_ray_axes(view)) return false;
   const auto [first, last] = sheet_range(slice, view);
   return first > -most_sheets && last < most_sheets;

@@ -371,7 +371,7 @@ TEST_F(Views, EveryModeIsCut) {
       if (std::isfinite(p.before_depth[i])) {
         ASSERT_LE(p.before_depth[i], middle + 1e-3);
         // Where there is a front, it is what the whole picture shows.
-        ASSERT_NEAR(p.before[4 * i], p.whole[4 * i], 0.01); // that one by rays
+        ASSERT_NEAR(p.before[4 * i], p.whole[4 * i], 1e-5);
         ++near;
       }
       if (std::isfinite(p.behind_depth[i])) {

@@ -62,7 +62,8 @@ DenseLayout layout_of(const NiftiHeader& h, const std::string& path) {
     const int64_t n = a < static_cast<size_t>(axes) ? h.dim(a + 1) : 1;
     if (n < 1) fail_input(path, ": dim[", a + 1, "] is ", n);
     if (a >= 4 && n > 1)
-      fail_input(path, ": ", n, " values per voxel (dim[", a + 1, "]); scalars can be read: write each to a file of its own");
+      fail_input(path, ": ", n, " values per voxel (dim[", a + 1,
+                 "]); scalars can be read: write each to a file of its own");
     if (a < 4) layout.axes.push_back({roles[a], static_cast<uint64_t>(n)});
   }
   const double slope = h.real(h.fields().slope), inter = h.real(h.fields().inter);
