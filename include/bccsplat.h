@@ -2233,6 +2233,14 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const 
 BCCSPLAT_API bccsplat_status bccsplat_scene_prefetch(const bccsplat_scene* scene,
     const bccsplat_view* view, uint32_t width, uint32_t height,
     const bccsplat_render_options* options, double time);
+/* The byte ranges that such a prefetch reads for one instance, of the file of its volume, whose
+ * caches are empty: as bccsplat_volume_get_ranges, whose flags, ranges, capacity and count these
+ * are. Nothing where the instance is not seen at that time. Also: NOT_FOUND (id), as
+ * bccsplat_volume_get_ranges. */
+BCCSPLAT_API bccsplat_status bccsplat_scene_get_ranges(const bccsplat_scene* scene,
+    const bccsplat_view* view, uint32_t width, uint32_t height,
+    const bccsplat_render_options* options, double time, uint64_t id, uint32_t flags,
+    uint64_t* ranges, uint64_t capacity, uint64_t* count);
 
 #ifdef __cplusplus
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "api/handles.h"
+#include "api/ranges.h"
 #include "api/slice_options.h"
 #include "api/structs.h"
 #include "volume/read_ranges.h"
@@ -9,15 +10,26 @@
 using namespace bccsplat;
 using namespace bccsplat::api;
 
+void bccsplat::api::check_ranges(uint32_t flags, const uint64_t* ranges, uint64_t capacity) {
+  if (capacity > 0) require(ranges, "ranges");
+  if (flags & ~uint32_t{BCCSPLAT_RANGES_MISSING})
+    fail(Code::invalid_argument, "get_ranges: unknown flags ", flags & ~uint32_t{BCCSPLAT_RANGES_MISSING});
+}
+
+void bccsplat::api::write_ranges(std::span<const ByteRange> found, uint64_t* ranges, uint64_t capacity,
+                                 uint64_t* count) {
+  for (size_t i = 0; i < std::min<uint64_t>(capacity, found.size()); ++i)
+    ranges[2 * i] = found[i].offset, ranges[2 * i + 1] = found[i].size;
+  if (count) *count = found.size();
+}
+
 extern "C" bccsplat_status bccsplat_volume_get_ranges(const bccsplat_volume* volume,
                                                       const bccsplat_hyperplane* hyperplane,
                                                       const bccsplat_slice_options* options, uint32_t flags,
                                                       uint64_t* ranges, uint64_t capacity, uint64_t* count) {
   return guard([&] {
     require(volume, "volume");
-    if (capacity > 0) require(ranges, "ranges");
-    if (flags & ~uint32_t{BCCSPLAT_RANGES_MISSING})
-      fail(Code::invalid_argument, "get_ranges: unknown flags ", flags & ~uint32_t{BCCSPLAT_RANGES_MISSING});
+    check_ranges(flags, ranges, capacity);
     const auto o = read_struct(options, "bccsplat_slice_options");
     HypersliceOptions cut = read_slice_options(o, volume->file.info());
     const Hyperplane h = read_hyperplane(hyperplane, o, cut);
@@ -30,8 +42,6 @@ extern "C" bccsplat_status bccsplat_volume_get_ranges(const bccsplat_volume* vol
     const auto found = read_ranges(volume->file, asked, o.kernel, (flags & BCCSPLAT_RANGES_MISSING) != 0,
                                    volume->device->context(unheard));
     progress.report(1);
-    for (size_t i = 0; i < std::min<uint64_t>(capacity, found.size()); ++i)
-      ranges[2 * i] = found[i].offset, ranges[2 * i + 1] = found[i].size;
-    if (count) *count = found.size();
+    write_ranges(found, ranges, capacity, count);
   });
 }

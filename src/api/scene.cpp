@@ -11,9 +11,11 @@
 #include "api/handles.h"
 #include "api/host_view.h"
 #include "api/numbers.h"
+#include "api/ranges.h"
 #include "api/render_options.h"
 #include "api/structs.h"
 #include "scene/host_scene.h"
+#include "volume/read_ranges.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -94,6 +96,25 @@ struct AskedPicture {
 } // namespace
 
 namespace {
+
+// What a picture will read, and of which volume.
+struct Read {
+  uint64_t instance;
+  Ref<bccsplat_volume> volume;
+  SliceRequest request;
+};
+std::vector<Read> reads_of(const bccsplat_scene* scene, const ScenePicture& picture, uint32_t width,
+                           uint32_t height, double time) {
+  require(scene, "scene");
+  require_pixels(width, height, "scene");
+  require_number(time, "time");
+  const std::scoped_lock lock(scene->volumes_mutex);
+  std::vector<Read> reads;
+  for (HostScene::Prefetch& p :
+       scene->scene.prefetch_requests(picture, time, static_cast<int>(width), static_cast<int>(height)))
+    reads.push_back({p.instance, scene->volumes.at(p.instance), std::move(p.request)});
+  return reads;
+}
 
 // What fails on its way leaves a frame that is no picture of the view before. With a budget it keeps what it
 // had, and what is refused was not begun.
@@ -246,20 +267,33 @@ bccsplat_status bccsplat_scene_prefetch(const bccsplat_scene* scene, const bccsp
                                         const bccsplat_render_options* options, double time) {
   return guard([&] {
     // It may run beside everything else: an idle thread reads ahead while another one draws.
-    require(scene, "scene");
-    require_pixels(width, height, "scene");
-    require_number(time, "time");
     AskedPicture asked(view, options);
-    std::vector<std::pair<Ref<bccsplat_volume>, SliceRequest>> reads;
+    for (const Read& read : reads_of(scene, asked.picture, width, height, time))
+      prefetch_slice(read.request, scene->device->context(asked.progress));
+    asked.progress.report(1);
+  });
+}
+
+bccsplat_status bccsplat_scene_get_ranges(const bccsplat_scene* scene, const bccsplat_view* view,
+                                          uint32_t width, uint32_t height,
+                                          const bccsplat_render_options* options, double time, uint64_t id,
+                                          uint32_t flags, uint64_t* ranges, uint64_t capacity,
+                                          uint64_t* count) {
+  return guard([&] {
+    check_ranges(flags, ranges, capacity);
+    AskedPicture asked(view, options);
+    const std::vector<Read> reads = reads_of(scene, asked.picture, width, height, time);
     {
       const std::scoped_lock lock(scene->volumes_mutex);
-      for (HostScene::Prefetch& p : scene->scene.prefetch_requests(
-               asked.picture, time, static_cast<int>(width), static_cast<int>(height)))
-        reads.emplace_back(scene->volumes.at(p.instance), std::move(p.request));
+      if (!scene->volumes.contains(id)) fail(Code::not_found, "scene: there is no instance ", id);
     }
-    for (const auto& [volume, request] : reads)
-      prefetch_slice(request, scene->device->context(asked.progress));
+    std::vector<ByteRange> found;
+    for (const Read& read : reads)
+      if (read.instance == id)
+        found = read_ranges(read.volume->file, read.request, nullptr, (flags & BCCSPLAT_RANGES_MISSING) != 0,
+                            scene->device->context(asked.progress));
     asked.progress.report(1);
+    write_ranges(found, ranges, capacity, count);
   });
 }
 

@@ -186,7 +186,7 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients(uint32_t channel_in
 std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel_index,
                                                                 std::span<const Vec4> points) const {
   constexpr double few = 0.25; // of all bricks
-  const std::shared_ptr<const Coefficients> all = coefficients(channel_index, nullptr, 0, BrickBox{});
+  std::shared_ptr<const Coefficients> all = coefficients(channel_index, nullptr, 0, BrickBox{});
   const Lattice4& lattice = this->lattice(0);
   const BrickBox region = bricks_around(box_around(points, lattice), lattice, BeyondBox::field);
   const double share = part_of_bricks(region, lattice.space);

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "host_streams.h"
 #include "support.h"
 
 using namespace host;
@@ -514,6 +515,40 @@ TEST_F(Scenes, PrefetchLeavesNothingToRead) {
   EXPECT_EQ(status_.cut, 1u);
   EXPECT_EQ(status_.bytes_read, 0u);
   EXPECT_OK(bccsplat_scene_prefetch(scene_.get(), &v, width, height, nullptr, 99)) << "nothing is there";
+}
+
+TEST_F(Scenes, RangesAreWhatIsReadForAnInstance) {
+  FarFile far(file_bytes(folder_.file("s.bcc4")));
+  const auto stream = far.stream(1);
+  bccsplat_volume* opened = nullptr;
+  ASSERT_OK(bccsplat_volume_open_stream(device_.get(), &stream, nullptr, &opened));
+  const Volume volume(opened);
+  const auto i = instance();
+  uint64_t id = 0, count = 0;
+  ASSERT_OK(bccsplat_scene_add(scene_.get(), opened, &i, &id));
+  const bccsplat_camera c = camera();
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  const auto ask = [&](uint32_t flags) {
+    std::vector<uint64_t> pairs(2000);
+    EXPECT_OK(bccsplat_scene_get_ranges(scene_.get(), &v, width, height, nullptr, 15, id, flags, pairs.data(),
+                                        pairs.size() / 2, &count));
+    std::vector<Range> out;
+    for (uint64_t n = 0; n < count; ++n) out.emplace_back(pairs[2 * n], pairs[2 * n + 1]);
+    return out;
+  };
+  const auto ranges = ask(0);
+  far.forget();
+  set_time(15);
+  (void)draw(c);
+  EXPECT_FALSE(far.reads.empty());
+  EXPECT_TRUE(covers(ranges, far.reads));
+  EXPECT_LT(bytes_of(ranges), far.bytes.size()) << "of all moments";
+  EXPECT_GT(bytes_of(far.reads), bytes_of(ranges) / 2);
+  EXPECT_TRUE(ask(BCCSPLAT_RANGES_MISSING).empty()) << "it was drawn";
+  EXPECT_OK(
+      bccsplat_scene_get_ranges(scene_.get(), &v, width, height, nullptr, 99, id, 0, nullptr, 0, &count));
+  EXPECT_EQ(count, 0u) << "nothing is there";
 }
 
 TEST_F(Scenes, AnotherThreadReadsAheadWhileThisOneDraws) {

@@ -418,6 +418,7 @@ def scenes(device, volume, cut):
     while not scene.render(frame, view, budget_ms=1e-3).complete:
         calls += 1
     assert calls > 0
+    assert scene.ranges(first, volume.info().time_first, 60, 40, view).shape[1] == 2
     scene.prefetch(volume.info().time_first, 60, 40, view)
     scene.remove(second)
     raises(Error, Status.NOT_FOUND, scene.remove, second)

@@ -1005,4 +1005,6 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         POINTER(SceneStatus),),
     "bccsplat_scene_prefetch": (c_int32, c_void_p, POINTER(View), c_uint32, c_uint32, POINTER(RenderOptions),
         c_double,),
+    "bccsplat_scene_get_ranges": (c_int32, c_void_p, POINTER(View), c_uint32, c_uint32,
+        POINTER(RenderOptions), c_double, c_uint64, c_uint32, c_void_p, c_uint64, c_void_p,),
 }

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import ctypes
-from ctypes import byref
+from ctypes import byref, c_uint64
 from typing import Any, Sequence
 
 import numpy as np
@@ -11,7 +11,7 @@ from . import _abi
 from ._library import call, choose
 from .device import Child, Device
 from .render import Frame, RenderOptions, TransferFunction, View, clip_array, lights_struct
-from .volume import Volume
+from .volume import Array, Volume
 
 
 class Scene(Child):
@@ -97,6 +97,19 @@ class Scene(Child):
         call("scene_render", self.pointer, None if view is None else byref(view.struct), frame.pointer, byref(o.struct),
              budget_ms, byref(status), watch=o.watch)
         return status
+
+    def ranges(self, instance: int, time: float, width: int, height: int, view: View | None = None,
+               options: RenderOptions | None = None, *, missing: bool = False) -> Array:
+        """Bytes [n, 2] (offset, size) of the file of an instance's volume that a picture at that time reads. missing:
+        without what the volume's caches hold."""
+        o = options or RenderOptions()
+        arguments = (self.pointer, None if view is None else byref(view.struct), width, height, byref(o.struct), time,
+                     instance, _abi.RANGES_MISSING if missing else 0)
+        count = c_uint64()
+        call("scene_get_ranges", *arguments, None, 0, byref(count), watch=o.watch)
+        found = np.empty((count.value, 2), np.uint64)
+        call("scene_get_ranges", *arguments, found.ctypes.data, len(found), byref(count), watch=o.watch)
+        return found[:count.value]
 
     def prefetch(self, time: float, width: int, height: int, view: View | None = None,
                  options: RenderOptions | None = None) -> None:

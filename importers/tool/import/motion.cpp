@@ -8,6 +8,8 @@
 #include <cmath>
 #include <vector>
 
+#include "readers/text.h"
+
 namespace bcc4 {
 namespace {
 

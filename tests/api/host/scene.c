@@ -106,6 +106,7 @@ static void scenes(bccsplat_device* device, const bccsplat_volume* volume) {
   bccsplat_scene* scene = NULL;
   bccsplat_frame* frame = NULL;
   uint64_t id = 0;
+  uint64_t ranges[2] = {0, 0}, count = 0;
   double bounds[6], whole;
   REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_scene_create(NULL, &scene));
   OK(bccsplat_scene_create(device, &scene));
@@ -138,6 +139,12 @@ static void scenes(bccsplat_device* device, const bccsplat_volume* volume) {
   OK(bccsplat_scene_set_lights(scene, NULL));
   OK(bccsplat_scene_prefetch(scene, &view, WIDTH, HEIGHT, NULL, 16));
   REFUSED(INVALID_ARGUMENT, "0 x 0", bccsplat_scene_prefetch(scene, &view, 0, 0, NULL, 16));
+  OK(bccsplat_scene_get_ranges(scene, &view, WIDTH, HEIGHT, NULL, 16, id, 0, ranges, 1, &count));
+  EXPECT(count > 0 && ranges[0] > 0 && ranges[1] > 0);
+  REFUSED(NOT_FOUND, "no instance 99",
+          bccsplat_scene_get_ranges(scene, &view, WIDTH, HEIGHT, NULL, 16, 99, 0, NULL, 0, &count));
+  REFUSED(INVALID_ARGUMENT, "unknown flags",
+          bccsplat_scene_get_ranges(scene, &view, WIDTH, HEIGHT, NULL, 16, id, 8, NULL, 0, &count));
   instance.hidden = 1;
   OK(bccsplat_scene_set_instance(scene, id, &instance));
   OK(bccsplat_scene_render(scene, &view, frame, NULL, 0, &status));
