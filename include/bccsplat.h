@@ -2083,6 +2083,25 @@ BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
  * bccsplat_frame_get_deep. Also: NOT_FOUND when the frame lacks it. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(
     const bccsplat_frame* frame, uint32_t channel, bccsplat_plane* plane);
+/* What pixels are copied as. */
+typedef int32_t bccsplat_pixel_format;
+enum {
+  /* float, as the plane has them. */
+  BCCSPLAT_PIXELS_F32 = 1,
+  /* IEEE 754 binary16; what is too large becomes infinite. */
+  BCCSPLAT_PIXELS_F16 = 2,
+  /* RGBA alone: bytes R G B A, colours in sRGB and not multiplied by opacity, as PNG has them. */
+  BCCSPLAT_PIXELS_SRGB8 = 3,
+  /* RGBA alone: the same, each colour times its opacity after coding, as windows take them. */
+  BCCSPLAT_PIXELS_SRGB8_PREMULTIPLIED = 4
+};
+/* Copies a plane of a frame into the host's memory: `channel` is one bit; the pixels of a row lie
+ * side by side, and rows are row_bytes apart, negative for rows from the bottom up (pixels then
+ * points to the row at the top); 0: packed. INVALID_ARGUMENT: rows that overlap, addresses that are
+ * no multiple of a number's size, bytes of other planes than RGBA. Also: NOT_FOUND when the frame
+ * lacks it. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_copy(const bccsplat_frame* frame, uint32_t channel,
+    bccsplat_pixel_format format, void* pixels, int64_t row_bytes);
 /* The samples of the last render into the frame; the pointers are good until the next one or the
  * last release. Also: NOT_FOUND when the frame has no FRAME_DEEP, WRONG_STATE before a render and
  * after one that was cancelled or failed on its way, which gave the samples back. */

@@ -11,6 +11,7 @@
 #include "api/structs.h"
 #include "api/texts.h"
 #include "base/sizes.h"
+#include "scene/copy_pixels.h"
 #include "scene/save_picture.h"
 
 using namespace bccsplat;
@@ -43,6 +44,15 @@ void check_sequence(const bccsplat_image_options& o) {
          " must be positive, or both 0");
   require_range(o.exposure_seconds, 0, largest_number, "bccsplat_image_options.exposure_seconds");
   require_utf8(o.comments, "bccsplat_image_options.comments");
+}
+
+const Plane& required_plane(const bccsplat_frame& frame, uint32_t channel) {
+  if (channel == BCCSPLAT_FRAME_DEEP)
+    fail(Code::invalid_argument, "frame: BCCSPLAT_FRAME_DEEP has no plane; see bccsplat_frame_get_deep");
+  const Plane* p = plane_of(frame, channel);
+  if (!p) fail(Code::invalid_argument, "frame: ", channel, " is not one channel bit");
+  if (!p->pixels) fail(Code::not_found, "frame: it was made without channel ", channel);
+  return *p;
 }
 
 const DeepImage& deep_of(const bccsplat_frame& frame) {
@@ -165,17 +175,39 @@ bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t
                                            bccsplat_plane* plane) {
   return guard([&] {
     require(frame, "frame");
-    if (channel == BCCSPLAT_FRAME_DEEP)
-      fail(Code::invalid_argument, "frame: BCCSPLAT_FRAME_DEEP has no plane; see bccsplat_frame_get_deep");
-    const Plane* p = plane_of(*frame, channel);
-    if (!p) fail(Code::invalid_argument, "frame: ", channel, " is not one channel bit");
-    if (!p->pixels) fail(Code::not_found, "frame: it was made without channel ", channel);
+    const Plane& p = required_plane(*frame, channel);
     bccsplat_plane out{};
-    out.components = p->components;
+    out.components = p.components;
     out.width = frame->image.width, out.height = frame->image.height;
-    out.pixels = p->pixels;
-    out.row_bytes = p->row_floats * sizeof(float);
+    out.pixels = p.pixels;
+    out.row_bytes = p.row_floats * sizeof(float);
     write_struct(plane, out, "plane");
+  });
+}
+
+bccsplat_status bccsplat_frame_copy(const bccsplat_frame* frame, uint32_t channel,
+                                    bccsplat_pixel_format format, void* pixels, int64_t row_bytes) {
+  return guard([&] {
+    require(frame, "frame"), require(pixels, "pixels");
+    const Plane& plane = required_plane(*frame, channel);
+    if (format < BCCSPLAT_PIXELS_F32 || format > BCCSPLAT_PIXELS_SRGB8_PREMULTIPLIED)
+      fail(Code::invalid_argument, "frame: unknown pixel format ", format);
+    if (format >= BCCSPLAT_PIXELS_SRGB8 && plane.components != 4)
+      fail(Code::invalid_argument, "frame: bytes are of BCCSPLAT_FRAME_RGBA alone");
+    const auto as = static_cast<PixelFormat>(format);
+    const auto number = static_cast<int64_t>(number_bytes(as));
+    const int64_t packed = int64_t{frame->image.width} * plane.components * number;
+    const int64_t row = row_bytes ? row_bytes : packed;
+    if (row > -packed && row < packed)
+      fail(Code::invalid_argument, "frame: row_bytes ", row, " does not hold ", frame->image.width,
+           " pixels of ", plane.components * number, " bytes");
+    if (row % number != 0 || reinterpret_cast<uintptr_t>(pixels) % static_cast<uintptr_t>(number) != 0)
+      fail(Code::invalid_argument, "frame: pixels and row_bytes must be multiples of ", number);
+    const auto most = static_cast<int64_t>(memory_end / static_cast<uint64_t>(frame->image.height));
+    if (row > most || row < -most)
+      fail(Code::invalid_argument, "frame: row_bytes ", row, " is more than memory holds");
+    copy_pixels(plane, frame->image.width, frame->image.height, as, static_cast<std::byte*>(pixels),
+                static_cast<std::ptrdiff_t>(row), *frame->device->tasks);
   });
 }
 

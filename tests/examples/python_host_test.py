@@ -263,6 +263,11 @@ def pictures(device, volume, cut, folder):
     first = pixels.copy()
     assert first.shape == (40, 60, 4) and 0 < first[..., 3].max() <= 1 and frame.depth().shape == (40, 60)
     raises(Error, Status.NOT_FOUND, frame.channel, Frame.TIME)
+    assert np.array_equal(frame.copy("f32"), first) and np.abs(frame.copy("f16") - first).max() < 1e-3
+    straight, multiplied = frame.copy(), frame.copy("srgb8_premultiplied")
+    assert straight.dtype == np.uint8 and np.array_equal(straight[..., 3], np.round(first[..., 3] * 255))
+    assert np.all(multiplied <= straight) and multiplied.any() and frame.copy("f16", Frame.DEPTH).shape == (40, 60)
+    raises(Error, Status.INVALID_ARGUMENT, frame.copy, "srgb8", Frame.DEPTH)
     wide = np.zeros((40, 80, 4), np.float32)
     renderer.render(Frame.wrap(device, wide[:, :60]))
     assert np.array_equal(wide[:, :60], first) and not wide[:, 60:].any()

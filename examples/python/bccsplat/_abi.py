@@ -174,6 +174,10 @@ FRAME_DEEP = 16
 IMAGE_PNG = 1
 IMAGE_EXR = 2
 IMAGE_DEEP_EXR = 3
+PIXELS_F32 = 1
+PIXELS_F16 = 2
+PIXELS_SRGB8 = 3
+PIXELS_SRGB8_PREMULTIPLIED = 4
 OUTSIDE_DEFAULT = 0
 OUTSIDE_HIDE = 1
 OUTSIDE_HOLD = 2
@@ -982,6 +986,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_frame_retain": (None, c_void_p,),
     "bccsplat_frame_release": (None, c_void_p,),
     "bccsplat_frame_get_channel": (c_int32, c_void_p, c_uint32, POINTER(Plane),),
+    "bccsplat_frame_copy": (c_int32, c_void_p, c_uint32, c_int32, c_void_p, c_int64,),
     "bccsplat_frame_get_deep": (c_int32, c_void_p, POINTER(Deep),),
     "bccsplat_frame_save_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
     "bccsplat_frame_save_deep_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),

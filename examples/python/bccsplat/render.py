@@ -90,6 +90,14 @@ class Frame(Child):
     def rgba(self) -> Array:
         return self.channel(self.RGBA)
 
+    def copy(self, format: str = "srgb8", channel: int = RGBA) -> Array:
+        """A copy of a plane: "f32", "f16", or of RGBA "srgb8", bytes as PNG has them, or "srgb8_premultiplied"."""
+        number = np.dtype({"f32": np.float32, "f16": np.float16}.get(format, np.uint8))
+        plane = self.channel(channel)
+        out = np.empty(plane.shape, number)
+        call("frame_copy", self.pointer, channel, choose("PIXELS", format), out.ctypes.data, 0)
+        return out
+
     def depth(self) -> Array:
         return self.channel(self.DEPTH)
 

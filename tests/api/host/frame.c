@@ -5,6 +5,35 @@
 #include <string.h>
 #include <unistd.h>
 
+/* Pixel (0, 0) is red of half opacity, in linear light. */
+static void copies(bccsplat_frame* frame) {
+  static const float red[4] = {0.25f, 0, 0, 0.5f};
+  SIZED(bccsplat_plane, plane);
+  unsigned char bytes[6 * 8 * 4];
+  unsigned short halves[6 * 8 * 4];
+  float floats[6 * 40];
+  OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
+  memcpy(plane.pixels, red, sizeof red);
+  OK(bccsplat_frame_copy(frame, BCCSPLAT_FRAME_RGBA, BCCSPLAT_PIXELS_SRGB8, bytes, 0));
+  EXPECT(bytes[0] == 188 && bytes[1] == 0 && bytes[3] == 128); /* sRGB of 0.5 */
+  OK(bccsplat_frame_copy(frame, BCCSPLAT_FRAME_RGBA, BCCSPLAT_PIXELS_SRGB8_PREMULTIPLIED, bytes + 5 * 32,
+                         -32));
+  EXPECT(bytes[5 * 32] == 94 && bytes[5 * 32 + 3] == 128); /* from the bottom up */
+  OK(bccsplat_frame_copy(frame, BCCSPLAT_FRAME_RGBA, BCCSPLAT_PIXELS_F16, halves, 0));
+  EXPECT(halves[0] == 0x3400 && halves[3] == 0x3800);
+  OK(bccsplat_frame_copy(frame, BCCSPLAT_FRAME_RGBA, BCCSPLAT_PIXELS_F32, floats, 40 * sizeof(float)));
+  EXPECT(memcmp(floats, red, sizeof red) == 0);
+  REFUSED(INVALID_ARGUMENT, "RGBA alone",
+          bccsplat_frame_copy(frame, BCCSPLAT_FRAME_TIME, BCCSPLAT_PIXELS_SRGB8, bytes, 0));
+  REFUSED(INVALID_ARGUMENT, "does not hold", bccsplat_frame_copy(frame, 1, BCCSPLAT_PIXELS_F32, floats, 124));
+  REFUSED(INVALID_ARGUMENT, "multiples of 4",
+          bccsplat_frame_copy(frame, 1, BCCSPLAT_PIXELS_F32, floats, 130));
+  REFUSED(INVALID_ARGUMENT, "pixel format 5", bccsplat_frame_copy(frame, 1, 5, floats, 0));
+  REFUSED(INVALID_ARGUMENT, "pixels is NULL", bccsplat_frame_copy(frame, 1, BCCSPLAT_PIXELS_F32, NULL, 0));
+  REFUSED(NOT_FOUND, "channel",
+          bccsplat_frame_copy(frame, BCCSPLAT_FRAME_VALUE, BCCSPLAT_PIXELS_F32, floats, 0));
+}
+
 static void channels(bccsplat_frame* frame) {
   SIZED(bccsplat_plane, plane);
   OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
@@ -13,6 +42,7 @@ static void channels(bccsplat_frame* frame) {
   OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_TIME, &plane));
   EXPECT(plane.components == 1);
   REFUSED(NOT_FOUND, "channel", bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_VALUE, &plane));
+  copies(frame);
   REFUSED(INVALID_ARGUMENT, "bit", bccsplat_frame_get_channel(frame, 3, &plane));
   REFUSED(INVALID_ARGUMENT, "bit", bccsplat_frame_get_channel(frame, 0, &plane));
   REFUSED(INVALID_ARGUMENT, "frame is NULL", bccsplat_frame_get_channel(NULL, 1, &plane));
