@@ -1131,9 +1131,11 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* The same at places in the world: xyzt: n x 4 doubles, x y z in the unit of space and the time, as
  * the volume's affine and bccsplat_volume_time_to_index place its indices. gradients: value per
- * world length and per time unit. */
+ * world length and per time unit. missing: NULL, or it gets the number of points outside or in
+ * holes, whose values are NaN, and these are no error. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume,
-    uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients);
+    uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients,
+    uint64_t* missing);
 /* Reads the whole file and checks every checksum and structural rule. OK even when damage is found:
  * see the report. The device's log gets a line for each damage, which says where it is and which
  * samples and frames are lost, and one for what is whole. What a disk or stream fails to read is no

@@ -41,11 +41,13 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
   });
 }
 
-// world: points are places in the world and times, else index units.
+// world: points are places in the world and times, else index units. missing: null where such points are an
+// error.
 void evaluate(const bccsplat_volume* volume, uint32_t channel, uint64_t n, const double* xyzt, float* values,
-              float* gradients, bool world) {
+              float* gradients, bool world, uint64_t* missing) {
   require(volume, "volume");
   const Coefficients& all = volume->file.coefficients(channel, nullptr);
+  if (missing) *missing = 0;
   if (n == 0) return;
   require(xyzt, "xyzt"), require(values, "values");
   require_count(n, sizeof(Vec4), "n");
@@ -60,6 +62,10 @@ void evaluate(const bccsplat_volume* volume, uint32_t channel, uint64_t n, const
       world ? values_at_world(volume->file, channel, points, {values, n}, slopes, context)
             : values_at(volume->file, channel, points, {values, n}, slopes, context);
   volume->note_repeats(all);
+  if (missing) {
+    *missing = misses.outside + misses.holes;
+    return;
+  }
   if (misses.outside > 0)
     fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain; ",
          first_outside(volume->file, points, world));
@@ -107,12 +113,13 @@ bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t
 
 bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, uint32_t channel, uint64_t n,
                                                  const double* xyzt, float* values, float* gradients) {
-  return guard([&] { evaluate(volume, channel, n, xyzt, values, gradients, false); });
+  return guard([&] { evaluate(volume, channel, n, xyzt, values, gradients, false, nullptr); });
 }
 
 bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume, uint32_t channel, uint64_t n,
-                                               const double* xyzt, float* values, float* gradients) {
-  return guard([&] { evaluate(volume, channel, n, xyzt, values, gradients, true); });
+                                               const double* xyzt, float* values, float* gradients,
+                                               uint64_t* missing) {
+  return guard([&] { evaluate(volume, channel, n, xyzt, values, gradients, true, missing); });
 }
 
 bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume, bccsplat_progress_fn progress,

@@ -66,7 +66,8 @@ TEST_F(Probes, VoxelCentresOfTheFacesAreInside) {
         for (const Vec4& p : {Vec4{face, a, b, 4}, Vec4{a, face, b, 0}, Vec4{a, b, face, 4}})
           index.push_back(p), at.push_back(world(p));
   std::vector<float> values(at.size()), expected(at.size());
-  ASSERT_OK(bccsplat_volume_evaluate_world(v.get(), 0, at.size(), at[0].data(), values.data(), nullptr));
+  ASSERT_OK(
+      bccsplat_volume_evaluate_world(v.get(), 0, at.size(), at[0].data(), values.data(), nullptr, nullptr));
   ASSERT_OK(bccsplat_volume_evaluate(v.get(), at.size(), index[0].data(), expected.data(), nullptr));
   for (size_t i = 0; i < at.size(); ++i) ASSERT_NEAR(values[i], expected[i], 1e-3) << i;
   // What a host's own inverse leaves.
@@ -91,14 +92,14 @@ TEST_F(Probes, GradientsOfTheWorldAreDifferencesInIt) {
     for (size_t a = 0; a < 4; ++a) points[1 + 2 * a][a] += h, points[2 + 2 * a][a] -= h;
     std::array<float, 9> values;
     std::array<std::array<float, 4>, 9> slopes;
-    ASSERT_OK(
-        bccsplat_volume_evaluate_world(v.get(), 0, 9, points[0].data(), values.data(), slopes[0].data()));
+    ASSERT_OK(bccsplat_volume_evaluate_world(v.get(), 0, 9, points[0].data(), values.data(), slopes[0].data(),
+                                             nullptr));
     for (size_t a = 0; a < 4; ++a)
       EXPECT_NEAR(slopes[0][a], (values[1 + 2 * a] - values[2 + 2 * a]) / (2 * h), 0.02) << time << " " << a;
   }
   float value = 0;
   const Vec4 late{at[0], at[1], at[2], 15};
-  EXPECT_EQ(bccsplat_volume_evaluate_world(v.get(), 0, 1, late.data(), &value, nullptr),
+  EXPECT_EQ(bccsplat_volume_evaluate_world(v.get(), 0, 1, late.data(), &value, nullptr, nullptr),
             BCCSPLAT_ERROR_OUT_OF_DOMAIN);
   EXPECT_TRUE(std::isnan(value));
   EXPECT_NE(std::string(bccsplat_last_error()).find("time 15, outside 10 to 14"), std::string::npos)

@@ -183,6 +183,7 @@ def files(device, folder):
     affine = np.array(info.affine[:]).reshape(4, 4)
     placed = np.c_[inner[:, :3] @ affine[:3, :3].T + affine[:3, 3], [volumes[0].index_to_time(t) for t in inner[:, 3]]]
     assert np.abs(volumes[0].evaluate_world(placed)[0] - volumes[0].evaluate(inner)).max() < 1e-3
+    assert np.isnan(volumes[0].evaluate_world(placed - [1e6, 0, 0, 0])[0]).all()
     recorded_evaluate(volumes[0], points, out)
     partly = raises(Error, Status.OUT_OF_DOMAIN, volumes[0].evaluate, [[0, 0, 0, 0], [99, 0, 0, 0]], out=out[:2])
     assert partly.name == "BCCSPLAT_ERROR_OUT_OF_DOMAIN" and np.isnan(out[1]) and not np.isnan(out[0])

@@ -166,7 +166,9 @@ struct Host {
     std::vector<float> values(at.size() / 4), slopes(at.size());
     float* const gradients = in.below(2) ? slopes.data() : nullptr;
     check(bccsplat_volume_evaluate(volume, values.size(), at.data(), values.data(), gradients));
-    check(bccsplat_volume_evaluate_world(volume, 0, values.size(), at.data(), values.data(), gradients));
+    uint64_t missing = 0;
+    check(bccsplat_volume_evaluate_world(volume, 0, values.size(), at.data(), values.data(), gradients,
+                                         in.below(2) ? &missing : nullptr));
   }
 
   void cut(fuzz::Input& in) {

@@ -150,11 +150,11 @@ class Volume(Child):
 
     def evaluate_world(self, points: Any, channel: int = 0) -> tuple[Array, Array]:
         """Values, and their slopes, at points [..., 4] of the world: x, y, z in the unit of space, and time. Slopes are
-        per unit of space and time."""
+        per unit of space and time. Outside the domain and in holes both are NaN."""
         at = _points(points, 4)
         values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
         call("volume_evaluate_world", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data,
-             slopes.ctypes.data)
+             slopes.ctypes.data, byref(c_uint64()))
         return values, slopes
 
     def verify(self, progress: Progress | None = None) -> _abi.VerifyReport:

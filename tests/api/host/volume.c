@@ -223,6 +223,7 @@ static void evaluate(const bccsplat_volume* volume) {
   const double at[3][4] = {{5, 6, 5, 0}, {-1, 6, 5, 0}, {5.5, 6, 5, 1}};
   const double placed[3][4] = {{5, 6, 5, 10}, {-1, 6, 5, 10}, {5.5, 6, 5, 12}}; /* the same */
   float values[3] = {0}, gradients[3][4];
+  uint64_t missing = 7;
   OK(bccsplat_volume_evaluate(volume, 0, NULL, NULL, NULL)); /* no points, no arrays */
   OK(bccsplat_volume_evaluate(volume, 1, at[0], values, gradients[0]));
   EXPECT(fabs(values[0] - 100) < 2 && fabs(gradients[0][1]) < 2);
@@ -235,12 +236,16 @@ static void evaluate(const bccsplat_volume* volume) {
   OK(bccsplat_volume_evaluate_channel(volume, 0, 1, at[2], values, NULL));
   REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_evaluate_channel(volume, 1, 1, at[0], values, NULL));
   REFUSED(INVALID_ARGUMENT, "volume", bccsplat_volume_evaluate_channel(NULL, 0, 1, at[0], values, NULL));
-  OK(bccsplat_volume_evaluate_world(volume, 0, 1, placed[2], &values[1], gradients[0]));
+  OK(bccsplat_volume_evaluate_world(volume, 0, 1, placed[2], &values[1], gradients[0], NULL));
   EXPECT(fabsf(values[1] - values[0]) < 1e-4f);
-  REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_evaluate_world(volume, 1, 1, placed[0], values, NULL));
+  REFUSED(NOT_FOUND, "channel 1",
+          bccsplat_volume_evaluate_world(volume, 1, 1, placed[0], values, NULL, NULL));
   REFUSED(OUT_OF_DOMAIN, "point 1 has the index -1 along x",
-          bccsplat_volume_evaluate_world(volume, 0, 3, placed[0], values, NULL));
-  REFUSED(INVALID_ARGUMENT, "volume", bccsplat_volume_evaluate_world(NULL, 0, 1, placed[0], values, NULL));
+          bccsplat_volume_evaluate_world(volume, 0, 3, placed[0], values, NULL, NULL));
+  OK(bccsplat_volume_evaluate_world(volume, 0, 3, placed[0], values, NULL, &missing));
+  EXPECT(missing == 1 && isnan(values[1]) && fabs(values[2] - 100) < 2);
+  REFUSED(INVALID_ARGUMENT, "volume",
+          bccsplat_volume_evaluate_world(NULL, 0, 1, placed[0], values, NULL, NULL));
 }
 
 void test_volume(void) {
