@@ -402,6 +402,36 @@ TEST_F(Scenes, DepthsAreThoseOfAnOpacity) {
             BCCSPLAT_ERROR_UNSUPPORTED);
 }
 
+// An EXR of a frame tells the camera of its picture: none of a picture that was cancelled on its way, and the
+// one before where a picture was refused.
+TEST_F(Scenes, ACancelledPictureHasNoCamera) {
+  (void)add(instance());
+  set_time(15);
+  const bccsplat_camera c = camera();
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  const Frame f = frame();
+  const auto tells_camera = [&] {
+    const std::string path = folder_.file("camera.exr");
+    auto image = sized<bccsplat_image_options>();
+    image.overwrite = 1;
+    EXPECT_OK(bccsplat_frame_save_exr(f.get(), path.c_str(), &image));
+    const std::vector<char> bytes = file_bytes(path);
+    return std::string(bytes.begin(), bytes.end()).find("worldToCamera") != std::string::npos;
+  };
+  ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), nullptr, 0, nullptr));
+  EXPECT_TRUE(tells_camera());
+  auto wrong = sized<bccsplat_render_options>();
+  wrong.mode = BCCSPLAT_MODE_ISOSURFACE;
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), &v, f.get(), &wrong, 0, nullptr),
+            BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_TRUE(tells_camera());
+  auto stopped = sized<bccsplat_render_options>();
+  stopped.progress = [](void*, double) { return 1; };
+  EXPECT_EQ(bccsplat_scene_render(scene_.get(), &v, f.get(), &stopped, 0, nullptr), BCCSPLAT_CANCELLED);
+  EXPECT_FALSE(tells_camera());
+}
+
 TEST_F(Scenes, ClipsCutTheInstancesTheyName) {
   auto options = sized<bccsplat_render_options>();
   options.opacity_stop = 1;
