@@ -1433,6 +1433,48 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* sli
     int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
     uint32_t height, bccsplat_camera* camera);
 
+/* The side of the world that a fitted view shows before it is turned: what is to the right and what
+ * is up in its picture. */
+typedef int32_t bccsplat_side;
+enum {
+  BCCSPLAT_SIDE_DEFAULT = 0, /* FRONT */
+  BCCSPLAT_SIDE_BACK = 1,    /* -x right, y up: looks along z, as bccsplat_slice_fit_camera */
+  BCCSPLAT_SIDE_FRONT = 2,   /* x right, y up: looks against z, as maps have it */
+  /* -x right, z up: a patient's face, where x runs to the right, y to the front and z to the head
+   * (NIfTI). */
+  BCCSPLAT_SIDE_ANTERIOR_RAS = 3,
+  /* x right, z up: the same where x runs to the left and y to the back (DICOM, ITK). */
+  BCCSPLAT_SIDE_ANTERIOR_LPS = 4
+};
+
+/* What a fitted view is to show. */
+typedef struct bccsplat_fit {
+  uint32_t struct_size;
+  /* DEFAULT: orthographic. */
+  bccsplat_projection projection;
+  bccsplat_side side;
+  /* 0 */
+  uint32_t reserved;
+  /* Degrees, at most 1e6 either way: first about the vertical of the picture (positive: the camera
+   * goes to the right), then about its horizontal (positive: the camera rises and looks down). */
+  double rotate_x_degrees;
+  double rotate_y_degrees;
+  /* A box of the world, x0 y0 z0 x1 y1 z1, as bccsplat_slice_get_seen_bounds or
+   * bccsplat_scene_get_bounds gives it. */
+  double bounds[6];
+} bccsplat_fit;
+
+/* A view that a box fills, but for a margin of 4 % on either side, when it is turned about the
+ * vertical to where it needs most: its size is the same for every rotate_y_degrees, as turntables
+ * want it. Perspective uses 30 degrees. */
+BCCSPLAT_API bccsplat_status bccsplat_fit_camera(
+    const bccsplat_fit* fit, uint32_t width, uint32_t height, bccsplat_camera* camera);
+/* The side that people who know the data look at first: ANTERIOR of a file whose world is a
+ * patient's, by its attribute "space" (right-anterior-superior, left-posterior-superior, or RAS,
+ * LPS), else FRONT. Planes over time have no such side but FRONT. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_side(
+    const bccsplat_volume* volume, bccsplat_side* side);
+
 /* ---- View: a host's camera, its opaque things, what is cut open ---- */
 
 /* How device depth runs between the near and the far plane. */
@@ -1557,6 +1599,13 @@ typedef struct bccsplat_transfer_function {
   /* World length, 1e-30 to 1e30; 0: one mean voxel. */
   double unit_distance;
 } bccsplat_transfer_function;
+
+/* The box of the world (x0 y0 z0 x1 y1 z1) around what a transfer function shows of a slice, but
+ * for specks that are a thousandth of it; that of the whole slice where it shows nothing, or air.
+ * A coarser level will do. NULL: the function of bccsplat_volume_get_look. Also: WRONG_STATE (a
+ * slice that misses the volume). */
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_seen_bounds(const bccsplat_slice* slice,
+    const bccsplat_transfer_function* transfer_function, double bounds[6]);
 
 /* What a picture shows along a ray. */
 typedef int32_t bccsplat_mode;

@@ -236,7 +236,8 @@ const std::vector<Vec3>& stops_of(Look look, const ValueSurvey& s) {
 
 ValueSurvey survey_for(const ValueCounts& counts, Look look) {
   if (look == Look::both_signs) return survey_values(counts, ValueKind::both_signs);
-  if (look != Look::labels) return survey_values(counts);
+  if (look == Look::automatic) return survey_values(counts);
+  if (look != Look::labels) return survey_values(counts, ValueKind::dense);
   ValueSurvey s = survey_values(counts, ValueKind::labels);
   if (s.labels.empty())
     fail(Code::invalid_argument, "labels: the channel has other values than up to 32 whole numbers");

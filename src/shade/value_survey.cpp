@@ -185,7 +185,7 @@ double pile_noise(const Histogram& h, double top, double boundary) {
 }
 
 bool find_labels(const ValueCounts& c, std::vector<double>& labels) {
-  if (!c.integers || c.source.high - c.source.low > widest_labels ||
+  if (!c.integers || !c.exact || c.source.high - c.source.low > widest_labels ||
       c.stored.high - c.stored.low > widest_labels)
     return false;
   const double step = (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size());
@@ -342,7 +342,8 @@ ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
     return s;
   }
   if (as == ValueKind::both_signs) return survey_signs(h, c);
-  if (!as && (c.level_set || is_level_set(h, c))) {
+  const bool quantity = as && as != ValueKind::labels;
+  if ((!as || quantity) && (c.level_set || is_level_set(h, c))) {
     s.kind = ValueKind::level_set, s.below = true;
     s.background = h.range.high;
     s.empty = {0, unbounded};
@@ -350,7 +351,7 @@ ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
     s.boundary = 0;
     return s;
   }
-  if (find_labels(c, labels)) {
+  if (!quantity && find_labels(c, labels)) {
     s.kind = ValueKind::labels, s.above = true;
     s.background = c.air < labels.front() ? c.air : labels.front() - 1, s.labels = labels;
     s.boundary = 0.5 * (s.background + labels.front());
@@ -358,7 +359,7 @@ ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
     describe_rest(h, c, s);
     return s;
   }
-  if (as) return s;
+  if (as && !quantity) return s;
   if (has_both_signs(h)) return survey_signs(h, c);
   const Background b = find_background(h, c);
   return b.found ? survey_object(h, c, b) : survey_dense(h, c);

@@ -20,6 +20,7 @@ struct ValueCounts {
   double air = 0;          // of the sites that are not stored
   uint64_t air_sites = 0;  // how many these are
   bool integers = false;   // the source is of whole numbers
+  bool exact = true;       // and the samples are not coded in steps that skip some of them
   bool incomplete = false; // some of the domain is missing
   bool level_set = false;  // values are known to be distances, negative inside
   double voxels = 1;       // of a frame
@@ -42,8 +43,8 @@ struct ValueSurvey {
   std::vector<double> labels; // rising, without the background, which air is where it lies below them
 };
 
-// as: what the values are taken for, both_signs or labels (none found: no list of them), whatever they look
-// like.
+// as: what the values are taken for, whatever they look like: both_signs, labels (none found: no list of
+// them), or with any other kind quantities, which labels are not.
 [[nodiscard]] ValueSurvey survey_values(const ValueCounts& counts,
                                         std::optional<ValueKind> as = std::nullopt);
 

@@ -13,6 +13,17 @@ namespace {
 constexpr double half_turn = 180; // degrees
 // The sine of the angle between up and the view direction, below which nothing tells right from left.
 constexpr double least_sine = 1e-12;
+constexpr double degree = std::numbers::pi / half_turn;
+constexpr double margin = 0.04; // of a fitted picture, on either side
+constexpr int turns = 72;       // about the vertical, for each of which a box is to fit
+
+// About the vertical, so that the camera goes to the right, and then up.
+ViewSide turn(const ViewSide& side, double rotate_x_degrees, double rotate_y_degrees) {
+  const double sx = std::sin(rotate_x_degrees * degree), cx = std::cos(rotate_x_degrees * degree);
+  const double sy = std::sin(rotate_y_degrees * degree), cy = std::cos(rotate_y_degrees * degree);
+  const Vec3 level = cy * side.back + sy * side.right; // before the camera rises
+  return {cy * side.right - sy * side.back, cx * side.up - sx * level, cx * level + sx * side.up};
+}
 
 } // namespace
 
@@ -68,6 +79,33 @@ PictureMatrices picture_matrices(const WorldCamera& camera, int width, int heigh
   return m;
 }
 
+Camera fit_box(const WorldBox& box, const ViewSide& side, bool perspective, double rotate_x_degrees,
+               double rotate_y_degrees, uint32_t width, uint32_t height) {
+  const Vec3 centre = 0.5 * (box.low + box.high);
+  Vec3 half = 0.5 * (box.high - box.low);
+  if (!(length(half) > 0)) half = {0.5, 0.5, 0.5};
+  Camera c;
+  c.perspective = perspective;
+  c.target = centre;
+  const double aspect = static_cast<double>(width) / height, filled = 1 - 2 * margin;
+  const double slope = std::tan(c.fovy_degrees * degree / 2) * filled;
+  double tall = 0, distance = 0; // half the picture's height; of a camera that has each corner just in view
+  for (int n = 0; n < turns; ++n) {
+    const ViewSide turned = turn(side, rotate_x_degrees, n * 2 * half_turn / turns);
+    for (const Vec3& corner : box_corners(-1.0 * half, half)) {
+      const double right = std::fabs(dot(corner, turned.right)), up = std::fabs(dot(corner, turned.up));
+      const double across = std::max(right / aspect, up);
+      tall = std::max(tall, across / filled);
+      distance = std::max(distance, across / slope + dot(corner, turned.back));
+    }
+  }
+  const ViewSide turned = turn(side, rotate_x_degrees, rotate_y_degrees);
+  c.up = turned.up;
+  c.ortho_height = 2 * tall;
+  c.position = centre + (perspective ? distance : 2 * length(half)) * turned.back;
+  return c;
+}
+
 Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees, double rotate_y_degrees,
                   uint32_t width, uint32_t height) {
   const Affine3 to_world = slice.slice_to_world.after(slice.lattice_to_slice);
@@ -77,21 +115,16 @@ Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees,
     radius = std::max(radius, length(to_world.point(c) - centre));
   if (!(radius > 0)) radius = std::cbrt(std::fabs(to_world.determinant())); // a single sample
 
-  constexpr double degree = std::numbers::pi / 180;
-  const double sx = std::sin(rotate_x_degrees * degree), cx = std::cos(rotate_x_degrees * degree);
-  const double sy = std::sin(rotate_y_degrees * degree), cy = std::cos(rotate_y_degrees * degree);
-  const Vec3 level{sy, 0, cy}; // the view before the camera rises
-  const Vec3 forward{cx * level[0], -sx, cx * level[2]};
-
+  const ViewSide turned = turn(back_side, rotate_x_degrees, rotate_y_degrees);
   const double smaller = std::min<double>(width, height) / height; // of the image's height
   Camera c;
   c.perspective = perspective;
   c.target = centre;
-  c.up = {sx * level[0], cx, sx * level[2]};
+  c.up = turned.up;
   c.ortho_height = 2 * radius / smaller;
   double distance = 2 * radius;
   if (perspective) distance = radius / std::sin(std::atan(std::tan(c.fovy_degrees * degree / 2) * smaller));
-  c.position = centre - distance * forward;
+  c.position = centre + distance * turned.back;
   return c;
 }
 

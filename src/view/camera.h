@@ -37,6 +37,30 @@ struct PictureMatrices {
 };
 [[nodiscard]] PictureMatrices picture_matrices(const WorldCamera& camera, int width, int height);
 
+// What a fitted view has to its right, above it and behind it before it is turned: unit vectors along axes of
+// the world, right-handed.
+struct ViewSide {
+  Vec3 right{}, up{}, back{};
+};
+// Along +z, x to the left; and as maps have it, x to the right and y up.
+inline constexpr ViewSide back_side{{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}},
+    front_side{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+// A patient's face, head up, in a world of right, anterior, superior, and in one of left, posterior,
+// superior.
+inline constexpr ViewSide anterior_of_ras{{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
+    anterior_of_lps{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}};
+
+// Opposite corners of a box along the axes of the world.
+struct WorldBox {
+  Vec3 low{}, high{};
+};
+
+// Returns a view that the box fills but for a margin, from that side, turned about the centre of the box as
+// fit_camera() does. It is of one size for all turns about the vertical. A single point gets a box of edge 1.
+[[nodiscard]] Camera fit_box(const WorldBox& box, const ViewSide& side, bool perspective,
+                             double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
+                             uint32_t height);
+
 // Returns a view of the whole slice. It starts along +z of world space with +y up and is turned about the
 // centre of the slice's box: by rotate_y about the vertical (right-handed: the view direction +z turns
 // towards +x), then by rotate_x about the camera's horizontal axis (positive: the camera rises and looks

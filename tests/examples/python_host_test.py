@@ -279,6 +279,10 @@ def pictures(device, volume, cut, folder):
     renderer.set_transfer_function(TransferFunction([(0, 1, 0, 0), (1, 1, 0, 0)], [(0, 0), (1, 0.9)]))
     renderer.set_options(shading="off", quality="draft")
     camera = cut.fit_camera(60, 40, 0, 0, "perspective")
+    fitted = bccsplat.fit_camera(cut.seen_bounds(), 60, 40, side=volume.side(), rotate_x=0, rotate_y=0)
+    assert fitted.position[2] > fitted.target[2] and fitted.up[1] == 1 and fitted.ortho_height < 40
+    everything = TransferFunction([(0, 1, 1, 1)], [(0, 1)])
+    assert cut.seen_bounds(everything)[:3] == (0, 0, 0)
     renderer.set_camera(camera)
     needs = cut.picture_needs(camera, 60, 40, quality="draft")
     assert needs.seen == 1 and needs.level == 0 and needs.box[3] > needs.box[0] and needs.distances_per_pixel > 0

@@ -51,7 +51,8 @@ class Annotate(ToolTest):
             self.skipTest('this bcc4 was built without a font: nothing is written into pictures')
 
     def picture(self, *more, size=300, name='p.png'):
-        self.said = self.bcc4('render', 'flow.bcc4', '--size', f'{size}x{size}', '-o', name, '--quiet', *more)[1]
+        fit = () if '--camera' in more else ('--fit', 'domain')
+        self.said = self.bcc4('render', 'flow.bcc4', '--size', f'{size}x{size}', '-o', name, '--quiet', *fit, *more)[1]
         return read_png(self.path(name)) if size <= 300 else None
 
     def read(self, rows, box, larger=4, mode='6'):

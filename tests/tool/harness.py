@@ -70,6 +70,21 @@ class Nrrd:
         assert len(self.values) == product, (len(self.values), self.sizes)
 
 
+def exr_attributes(path):
+    """Name -> bytes of an OpenEXR header: magic, version, then name, type, length, value up to an empty name."""
+    with open(path, 'rb') as f:
+        data = f.read()
+    assert data[:4] == b'\x76\x2f\x31\x01'
+    attributes, at = {}, 8
+    while data[at]:
+        name, kind, rest = data[at:].split(b'\0', 2)
+        at += len(name) + len(kind) + 2
+        length = struct.unpack_from('<i', data, at)[0]
+        attributes[name.decode()] = data[at + 4:at + 4 + length]
+        at += 4 + length
+    return attributes
+
+
 class ToolTest(unittest.TestCase):
     def setUp(self):
         self.folder = os.path.join(SCRATCH, self.id().split('.', 1)[1])

@@ -65,18 +65,18 @@ class LevelsTest(ToolTest):
 
     def drawn(self, *options):
         """What the statistics of a picture say."""
-        self.bcc4('render', 'v.bcc4', '--time', 2, '--index', '-o', 'p.png', '--stats', 'stats.json', *options)
+        self.bcc4('render', 'v.bcc4', '--time', 2, '--index', '-o', 'p.png', '--stats', 'stats.json', '--fit', 'domain', *options)
         with open(self.path('stats.json')) as f:
             return json.load(f)
 
     def test_pictures_take_the_level_that_is_enough(self):
         args = self.raw('a.raw', (64, 60, 56, 5), waves)
         self.json('import', *args, '-o', 'v.bcc4', '--levels', 2, *FIXED)
-        for size, quality, level in ((300, 'normal', 0), (48, 'normal', 1), (24, 'normal', 2), (48, 'fine', 0)):
+        for size, quality, level in ((300, 'normal', 0), (40, 'normal', 1), (20, 'normal', 2), (40, 'fine', 0)):
             stats = self.drawn('--size', f'{size}x{size}', '--quality', quality)
             self.assertEqual(stats['level'], level, (size, quality))
-        self.assertEqual(self.drawn('--size', '48x48', '--level', 0)['level'], 0)
-        self.assertEqual(self.drawn('--size', '48x48', '--mode', 'mip')['level'], 0)
+        self.assertEqual(self.drawn('--size', '40x40', '--level', 0)['level'], 0)
+        self.assertEqual(self.drawn('--size', '40x40', '--mode', 'mip')['level'], 0)
 
     def test_rounding_of_the_source_hides_no_level(self):
         """Codes of a small range, which any level is off by a few thousandths from; by no options but the levels."""

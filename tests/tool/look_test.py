@@ -4,9 +4,10 @@ import json
 import math
 import os
 import random
+import struct
 import unittest
 
-from harness import DATA, ToolTest, main, read_png
+from harness import DATA, ToolTest, exr_attributes, main, read_png
 
 SIDE, CENTRE = 40, 19.5
 PIXELS = 96
@@ -18,7 +19,8 @@ def radius(x, y, z):
 
 class Look(ToolTest):
     def picture(self, volume, *more, name='p.png'):
-        _, err = self.bcc4('render', volume, '--index', '--time', 0, '-o', name, '--size', f'{PIXELS}x{PIXELS}', *more)
+        _, err = self.bcc4('render', volume, '--index', '--time', 0, '-o', name, '--size', f'{PIXELS}x{PIXELS}', '--fit', 'domain',
+                           *more)
         return read_png(self.path(name)), err
 
     def mask(self, volume, points):
@@ -171,6 +173,78 @@ class Look(ToolTest):
         bright = [[pixel[0] * pixel[3] // 255 for pixel in row] for row in rows]
         self.assertLessEqual(max(bright[y][x] for x, y in far), 1)
         self.assertGreater(bright[PIXELS // 2][PIXELS // 2], 100)
+
+    def test_looks_take_labels_for_quantities(self):
+        """A look that is asked for is drawn, whatever the values are by default."""
+        v = self.made(lambda x, y, z: (0, 3, 7, 12)[sum(radius(x, y, z) < r for r in (6, 10, 15))], 'u8')
+        self.assertIn('labels, a colour for each', self.picture(v)[1])
+        drawn = [self.picture(v, '--look', look)[0] for look in ('auto', 'labels', 'ct-soft', 'mr', 'fog', 'fire')]
+        self.assertEqual(drawn[0], drawn[1])
+        for i, one in enumerate(drawn[1:], 1):
+            self.assertNotIn(one, drawn[1:i])
+
+    def test_coarse_steps_make_no_labels(self):
+        """Bytes that are stored in steps of eleven have few values, and are no labels."""
+        noise = random.Random(7)
+        v = self.made(lambda x, y, z: max(0, min(255, round(250 * math.exp(-radius(x, y, z) ** 2 / 90) + noise.gauss(0, 3)))),
+                      'u8', '--psnr', 34, '--lattice', 'cc')
+        self.assertRegex(self.bcc4('info', v)[0], r'in steps of ([5-9]|[1-9][0-9])')
+        self.assertIn('air and noise', self.picture(v)[1])
+
+    def test_a_function_that_shows_nothing_is_told(self):
+        v = self.made(lambda x, y, z: 100 * math.exp(-radius(x, y, z) ** 2 / 50))
+        _, err = self.picture(v, '--look', 'ct-bone')
+        self.assertNotIn('nothing is shown', err)
+        _, err = self.picture(v, '--range', '5000,6000')
+        self.assertRegex(err, 'nothing is shown: the values run from .* to 1?[09].*, and what is visible is near [56]')
+        self.assertNotIn('nothing', self.picture(v)[1])
+
+    def test_an_object_fills_its_picture(self):
+        """A small ball, in a corner of its domain: seen, in the middle and large; of the domain, small."""
+        v = self.made(lambda x, y, z: 1 if math.dist((x, y, z), (9, 28, 12)) < 6 else 0)
+        def box(*more):
+            self.bcc4('render', v, '-o', 'f.png', '--size', f'{PIXELS}x{PIXELS}', '--quiet', *more)
+            seen = [(x, y) for y, row in enumerate(read_png(self.path('f.png'))) for x, p in enumerate(row) if p[3] > 60]
+            return [(min(a), max(a)) for a in zip(*seen)]
+        for more in ((), ('--camera', 'persp'), ('--rotate-y', 200), ('--mode', 'iso')):
+            for low, high in box(*more):
+                self.assertGreater(high - low, .45 * PIXELS, more)
+                self.assertLess(abs(low + high - PIXELS), 8, more)
+        for low, high in box('--fit', 'domain'):
+            self.assertLess(high - low, .3 * PIXELS)
+        self.refused(2, '--fit', 'render', v, '--fit', 'all', '-o', 'x.png', output='x.png')
+
+    def test_every_moment_has_the_same_camera(self):
+        """A ball that moves: its pictures are those of a film, whichever moments are asked for."""
+        v = self.volume((30, 24, 20, 5), lambda x, y, z, t: 1 if math.dist((x, y, z), (6 + 4 * t, 12, 10)) < 4 else 0,
+                        '--quiet', '--overwrite')
+        self.bcc4('render', v, '--frames', '0-4', '-o', 'm.%d.exr', '--size', '32x32', '--quiet')
+        self.bcc4('render', v, '--index', '--time', 3, '-o', 'one.exr', '--size', '32x32', '--quiet')
+        cameras = {bytes(exr_attributes(self.path(n))['worldToNDC']) for n in ('m.0.exr', 'm.4.exr', 'one.exr')}
+        self.assertEqual(len(cameras), 1)
+
+    def test_patients_look_at_us(self):
+        """Head up and right hand left, in a world of right, anterior and superior."""
+        for space, right, up in (('right-anterior-superior', (-1, 0, 0), (0, 0, 1)),
+                                 ('left-posterior-superior', (1, 0, 0), (0, 0, 1)),
+                                 ('3D-right-handed', (1, 0, 0), (0, 1, 0))):
+            self.write('p.nrrd', b'NRRD0005\ntype: uint8\ndimension: 3\nspace: ' + space.encode() +
+                       b'\nsizes: 8 8 8\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n\n' +
+                       bytes((x * 30 + y + z) % 256 for z in range(8) for y in range(8) for x in range(8)))
+            self.bcc4('import', 'p.nrrd', '-o', 'p.bcc4', '--quiet', '--overwrite')
+            self.bcc4('render', 'p.bcc4', '--view', 'front', '-o', 'p.exr', '--size', '16x16', '--quiet')
+            m = struct.unpack('<16f', exr_attributes(self.path('p.exr'))['worldToCamera'])
+            os.remove(self.path('p.exr'))
+            for r in range(3):
+                self.assertAlmostEqual(m[4 * r], right[r], 6, (space, r))
+                self.assertAlmostEqual(m[4 * r + 1], up[r], 6, (space, r))
+
+    def test_an_x_ray_is_a_film(self):
+        v = self.made(lambda x, y, z: math.exp(-radius(x, y, z) ** 2 / 50))
+        rows, _ = self.picture(v, '--mode', 'xray')
+        self.assertEqual({tuple(p) for p in rows[0]}, {(0, 0, 0, 255)})
+        rows, _ = self.picture(v, '--mode', 'xray', '--background', '1,1,1')
+        self.assertEqual(tuple(rows[0][0]), (255, 255, 255, 255))
 
     def test_looks_are_chosen_and_refused(self):
         v = self.made(lambda x, y, z: 100 * math.exp(-radius(x, y, z) ** 2 / 50))

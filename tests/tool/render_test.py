@@ -4,28 +4,13 @@ import math
 import os
 import struct
 
-from harness import ToolTest, field, main, png_size, read_png
+from harness import ToolTest, exr_attributes, field, main, png_size, read_png
 
 DIMS = (10, 9, 8, 6)
 
 
 def bump(x, y, z, t):
     return 100 * math.exp(-((x - 4 - .3 * t) ** 2 + (y - 4) ** 2 + (z - 3) ** 2) / 8)
-
-
-def exr_attributes(path):
-    """Name -> bytes of an OpenEXR header: magic, version, then name, type, length, value up to an empty name."""
-    with open(path, 'rb') as f:
-        data = f.read()
-    assert data[:4] == b'\x76\x2f\x31\x01'
-    attributes, at = {}, 8
-    while data[at]:
-        name, kind, rest = data[at:].split(b'\0', 2)
-        at += len(name) + len(kind) + 2
-        length = struct.unpack_from('<i', data, at)[0]
-        attributes[name.decode()] = data[at + 4:at + 4 + length]
-        at += 4 + length
-    return attributes
 
 
 class Render(ToolTest):

@@ -18,14 +18,15 @@ from . import _abi as abi
 from ._library import Cancelled, Error, Status, WouldBlock, native
 from .cancel import CancelToken
 from .device import Device
-from .render import Frame, RenderOptions, Renderer, TransferFunction, View, box_clips, camera_matrices, look_at
+from .render import (Frame, RenderOptions, Renderer, TransferFunction, View, box_clips, camera_matrices, fit_camera,
+                     look_at)
 from .scene import Scene
 from .volume import Slice, Volume
 from .writer import Channel, Writer, join_parts, join_streams
 
 __all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "Frame", "RenderOptions", "Renderer", "Scene", "Slice",
            "Status", "TransferFunction", "View", "Volume", "WouldBlock", "Writer", "abi", "box_clips", "build_info",
-           "camera_matrices", "join_parts", "join_streams", "kernel_names", "look_at", "version"]
+           "camera_matrices", "fit_camera", "join_parts", "join_streams", "kernel_names", "look_at", "version"]
 
 
 def version() -> tuple[int, int, int]:

@@ -101,6 +101,11 @@ RANGES_MISSING = 1
 PROJECTION_DEFAULT = 0
 PROJECTION_ORTHOGRAPHIC = 1
 PROJECTION_PERSPECTIVE = 2
+SIDE_DEFAULT = 0
+SIDE_BACK = 1
+SIDE_FRONT = 2
+SIDE_ANTERIOR_RAS = 3
+SIDE_ANTERIOR_LPS = 4
 DEPTH_RANGE_DEFAULT = 0
 DEPTH_RANGE_ZERO_ONE = 1
 DEPTH_RANGE_MINUS_ONE_ONE = 2
@@ -632,6 +637,17 @@ class Camera(Struct):
         ("ortho_height", c_double)]
 
 
+class Fit(Struct):
+    projection: int
+    side: int
+    reserved: int
+    rotate_x_degrees: float
+    rotate_y_degrees: float
+    bounds: Array[c_double]
+    _fields_ = [("struct_size", c_uint32), ("projection", c_int32), ("side", c_int32), ("reserved", c_uint32),
+        ("rotate_x_degrees", c_double), ("rotate_y_degrees", c_double), ("bounds", c_double * 6)]
+
+
 class View(Struct):
     use_matrices: int
     camera: Any
@@ -958,11 +974,14 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_slice_get_points": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_slice_fit_camera": (c_int32, c_void_p, c_int32, c_double, c_double, c_uint32, c_uint32,
         POINTER(Camera),),
+    "bccsplat_fit_camera": (c_int32, POINTER(Fit), c_uint32, c_uint32, POINTER(Camera),),
+    "bccsplat_volume_get_side": (c_int32, c_void_p, c_void_p,),
     "bccsplat_make_box_clips": (c_int32, c_void_p, POINTER(Clip),),
     "bccsplat_camera_get_matrices": (c_int32, POINTER(Camera), c_uint32, c_uint32, c_double, c_double,
         c_int32, c_uint32, c_void_p, c_void_p,),
     "bccsplat_view_project": (c_int32, POINTER(View), c_uint32, c_uint32, c_uint64, c_void_p, c_void_p,),
     "bccsplat_view_unproject": (c_int32, POINTER(View), c_uint32, c_uint32, c_uint64, c_void_p, c_void_p,),
+    "bccsplat_slice_get_seen_bounds": (c_int32, c_void_p, POINTER(TransferFunction), c_void_p,),
     "bccsplat_volume_get_look": (c_int32, c_void_p, c_uint32, c_int32, c_int32, POINTER(Look),),
     "bccsplat_slice_get_picture_needs": (c_int32, c_void_p, POINTER(Camera), c_uint32, c_uint32,
         POINTER(RenderOptions), POINTER(PictureNeeds),),

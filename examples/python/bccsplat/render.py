@@ -376,6 +376,18 @@ class Renderer(Child):
         return stats
 
 
+def fit_camera(bounds: Sequence[float], width: int, height: int, *, rotate_x: float = 20, rotate_y: float = 30,
+               side: int | str | None = None, projection: int | str | None = None) -> _abi.Camera:
+    """A view that a box of the world fills (x0 y0 z0 x1 y1 z1, such as Slice.seen_bounds or Scene.bounds), from a side
+    (such as Volume.side; None: x to the right, y up), turned by angles in degrees."""
+    fit = _abi.Fit(projection=choose("PROJECTION", projection), side=choose("SIDE", side), rotate_x_degrees=rotate_x,
+                   rotate_y_degrees=rotate_y)
+    fit.bounds[:] = [*bounds]
+    camera = _abi.Camera()
+    call("fit_camera", byref(fit), width, height, byref(camera))
+    return camera
+
+
 def look_at(position: Sequence[float], target: Sequence[float], up: Sequence[float] = (0, 1, 0), *,
             ortho_height: float | None = None, fovy_degrees: float | None = None) -> _abi.Camera:
     """A camera in world space: orthographic by the height of the image plane or perspective by its angle."""

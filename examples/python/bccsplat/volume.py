@@ -77,6 +77,12 @@ class Volume(Child):
         call("volume_get_look", self.pointer, channel, choose("LOOK", look), choose("MODE", mode), byref(made))
         return made
 
+    def side(self) -> int:
+        """The side of the world that people look at first (SIDE_...), which fit_camera takes."""
+        side = ctypes.c_int32()
+        call("volume_get_side", self.pointer, byref(side))
+        return side.value
+
     def find_channel(self, name: str) -> int:
         channel = c_uint32()
         call("volume_find_channel", self.pointer, encode(name), byref(channel))
@@ -312,6 +318,14 @@ class Slice(Child):
         call("slice_fit_camera", self.pointer, choose("PROJECTION", projection), rotate_x, rotate_y, width, height,
              byref(camera))
         return camera
+
+    def seen_bounds(self, transfer_function: Any = None) -> tuple[float, ...]:
+        """The box of the world, x0 y0 z0 x1 y1 z1, around what a TransferFunction shows of the slice; None: the
+        default look."""
+        bounds = (ctypes.c_double * 6)()
+        struct = None if transfer_function is None else transfer_function.struct()
+        call("slice_get_seen_bounds", self.pointer, None if struct is None else byref(struct), bounds)
+        return tuple(bounds)
 
     def view_needs(self, view: Any, width: int, height: int, clips: Any = None, *, mode: int | str | None = None,
                    quality: int | str | None = None) -> _abi.PictureNeeds:

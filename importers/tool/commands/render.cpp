@@ -19,6 +19,7 @@
 #include "tool/progress.h"
 #include "tool/view/camera_file.h"
 #include "tool/view/exposure.h"
+#include "tool/view/fitted_view.h"
 #include "tool/view/host_things.h"
 #include "tool/view/picture_cut.h"
 #include "tool/view/picture_output.h"
@@ -26,6 +27,7 @@
 #include "tool/view/render_arguments.h"
 #include "tool/view/render_function.h"
 #include "tool/view/render_stats.h"
+#include "tool/view/shown_values.h"
 #include "tool/view/slice_choice.h"
 #include "tool/view/time_slice.h"
 #include "tool/view/xray_exposure.h"
@@ -54,10 +56,10 @@ HostThings host_things(const RenderArguments& a) {
     fail_usage("--clip and --box make ", host.clips.size(), " half-spaces, a box six; at most ",
                int{BCCSPLAT_MAX_CLIPS});
   if (!a.view_matrix.empty()) {
-    if (a.camera != "ortho" || a.view || a.rotate_x || a.rotate_y || a.zoom || a.turntable)
-      fail_usage(
-          "--view-matrix is the view: --camera, --view, --rotate-x, --rotate-y, --zoom and --turntable "
-          "do not change it");
+    if (a.camera != "ortho" || a.view || a.rotate_x || a.rotate_y || a.fit_domain || a.zoom || a.turntable)
+      fail_usage("--view-matrix is the view: --camera, --view, --rotate-x, --rotate-y, --fit, --zoom and "
+                 "--turntable "
+                 "do not change it");
     if (a.annotate || !a.title.empty())
       fail_usage("--annotate draws scales and axes by a camera, which --view-matrix does not tell");
     if (a.mode == BCCSPLAT_MODE_XRAY && !lower(a.output).ends_with(".exr"))
@@ -85,8 +87,8 @@ CameraChoice choose_camera(const RenderArguments& a, const HostThings& host) {
   if (lower(a.camera).ends_with(".json")) {
     choice.file = read_camera_file(a.camera);
     if (choice.file->resolution) choice.size = *choice.file->resolution;
-    if (a.rotate_x || a.rotate_y || a.view)
-      fail_usage("--view, --rotate-x and --rotate-y do not turn a camera read from a file");
+    if (a.rotate_x || a.rotate_y || a.view || a.fit_domain)
+      fail_usage("--view, --rotate-x, --rotate-y and --fit do not change a camera read from a file");
   } else {
     choice.projection = option_choice<int32_t>(
         "--camera", a.camera,
@@ -157,6 +159,7 @@ struct Scene {
   CameraChoice camera;
   const HostThings& host;
   PictureCutter cutter;
+  std::optional<FittedView> fitted;
   Renderer renderer;
   std::optional<TransferFunction> trail_function;
   std::array<double, 2> trail; // the interval that is set
@@ -166,15 +169,9 @@ struct Scene {
   std::optional<XrayExposure> exposure; // of the first picture
   std::optional<Annotation> annotation;
 
-  [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
-    auto view = sized<bccsplat_camera>();
-    const auto [about_x, about_y] = rotations(a);
-    if (camera.file)
-      view = turned(camera.file->cameras[picture.camera], picture.turn);
-    else
-      check(bccsplat_slice_fit_camera(slice.get(), camera.projection, about_x, about_y + picture.turn,
-                                      camera.size[0], camera.size[1], &view),
-            "camera");
+  [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) {
+    const bccsplat_camera view = camera.file ? turned(camera.file->cameras[picture.camera], picture.turn)
+                                             : fitted->camera(slice, picture);
     return zoomed(view, a.zoom.value_or(1));
   }
 
@@ -211,7 +208,7 @@ struct Scene {
       times.renders.push_back(stats);
     }
     if (a.mode == BCCSPLAT_MODE_XRAY && !lower(picture.path).ends_with(".exr"))
-      expose_xray(image.get(), cut.camera, times.slice, least_background, exposure);
+      expose_xray(image.get(), cut.camera, times.slice, least_background, !a.background, exposure);
     if (annotation)
       annotation->draw(image, number, cut.camera, cut.domain, exposure,
                        trail_bar(a, volume, picture.where, trail));
@@ -256,6 +253,13 @@ void warn_of_no_surface(const RenderArguments& a, const bccsplat_channel_info& c
                    concat(c.range[0]).c_str(), concat(c.range[1]).c_str());
 }
 
+// A function that shows none of the values leaves the picture empty.
+void warn_of_nothing(const RenderArguments& a, const TransferFunction& seen, const bccsplat_channel_info& c) {
+  if (a.mode == BCCSPLAT_MODE_ISOSURFACE || a.mode == BCCSPLAT_MODE_XRAY) return;
+  if (const auto why = shows_nothing(seen.opacities, c))
+    std::fprintf(stderr, "bcc4: warning: %s\n", why->c_str());
+}
+
 // A series of which no moment was chosen shows its first frame, in a film, on a sheet or in numbered pictures
 // all of them, after a word on that.
 void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera) {
@@ -287,10 +291,9 @@ Volume open_for_pictures(const Device& device, const RenderArguments& a) {
 
 // Gives the renderer its transfer function, which `look` makes where nobody chose one, and writes it where
 // that is asked for. Returns its colours.
-std::vector<std::array<double, 4>> set_function(const Scene& scene, const bccsplat_look& look,
-                                                const bccsplat_channel_info& info) {
+std::vector<std::array<double, 4>> set_function(const Scene& scene, const std::optional<TransferFunction>& f,
+                                                const bccsplat_look& look) {
   const RenderArguments& a = scene.a;
-  const auto f = transfer_function(slice_function(a), info, look);
   if (!f) return colors_of(look);
   const bccsplat_transfer_function t = as_struct(*f);
   check(bccsplat_renderer_set_transfer_function(scene.renderer.get(), &t),
@@ -383,6 +386,7 @@ Exit run_render(RenderArguments a) {
               .camera = camera,
               .host = host,
               .cutter = {volume, channel, !a.which.level, options, {camera.size[0], camera.size[1]}, host},
+              .fitted = std::nullopt,
               .renderer = create_renderer(device, options, host),
               .trail_function = std::nullopt,
               .trail = {0, 0},
@@ -391,7 +395,11 @@ Exit run_render(RenderArguments a) {
               .least_background = least_background(look, info.air),
               .exposure = std::nullopt,
               .annotation = std::nullopt};
-  std::vector<std::array<double, 4>> colors = set_function(scene, look, info);
+  const auto function = transfer_function(slice_function(a), info, look);
+  std::vector<std::array<double, 4>> colors = set_function(scene, function, look);
+  const TransferFunction seen = seen_function(a, function, look, info.air);
+  warn_of_nothing(a, seen, info);
+  scene.fitted.emplace(volume, channel, a, seen, camera.projection, camera.size, pictures);
   if (const FunctionChoice choice = trail_function(a); choice.always)
     scene.trail_function = transfer_function(choice, info, look);
   if (a.annotate) {

@@ -96,9 +96,9 @@ TrailInterval parse_trail(const std::string& text) {
   return t;
 }
 
-// Rotations of --view NAME. Rotated by nothing one looks along z and has x to the left: from behind.
-const Choices<std::array<double, 2>> kViews{{"front", {0, 180}}, {"back", {0, 0}},   {"left", {0, 90}},
-                                            {"right", {0, -90}}, {"top", {90, 180}}, {"bottom", {-90, 180}}};
+// Rotations of --view NAME.
+const Choices<std::array<double, 2>> kViews{{"front", {0, 0}},  {"back", {0, 180}}, {"left", {0, -90}},
+                                            {"right", {0, 90}}, {"top", {90, 0}},   {"bottom", {-90, 0}}};
 
 // No name: all parts.
 AnnotationParts parse_parts(const std::string& text) {
@@ -147,11 +147,20 @@ void add_camera(Command command, RenderArguments& a) {
       .type_name("ortho|persp|FILE.json");
   command.add_text(
       "--view", "SIDE",
-      "front: x to the right, y up, against z, as maps have it; back, left, right, top or bottom",
+      "front: x to the right, y up, against z, as maps have it; of a patient the face, head up; back, left, "
+      "right, top or bottom, as that picture has them",
       [&a](const std::string& t) { a.view = option_choice("--view", t, kViews); });
   add_number(command, "--rotate-x", a.rotate_x, "Degrees about the horizontal axis (default 20)");
-  add_number(command, "--rotate-y", a.rotate_y,
-             "Degrees about the vertical axis, applied first (default 30; 0 looks along z, from behind)");
+  add_number(
+      command, "--rotate-y", a.rotate_y,
+      "Degrees about the vertical axis, applied first: the camera goes to the right (default 30; 0: front)");
+  command.add_text(
+      "--fit", "WHAT",
+      "seen: what the picture shows fills it, of a film that of all its moments (default); domain: all "
+      "of the volume",
+      [&a](const std::string& t) {
+        a.fit_domain = option_choice<bool>("--fit", t, {{"seen", false}, {"domain", true}});
+      });
   add_number(command, "--zoom", a.zoom,
              "Factor on the size of what is seen, about the middle of the picture");
 }

@@ -100,7 +100,7 @@ double least_background(const bccsplat_look& look, double air) {
 }
 
 void expose_xray(const bccsplat_frame* image, const bccsplat_camera& camera, const bccsplat_slice_info& slice,
-                 double least, std::optional<XrayExposure>& exposure) {
+                 double least, bool film, std::optional<XrayExposure>& exposure) {
   auto plane = sized<bccsplat_plane>();
   check(bccsplat_frame_get_channel(image, BCCSPLAT_FRAME_RGBA, &plane), "X-ray");
   const RayLengths rays(camera, slice, plane.width, plane.height);
@@ -137,6 +137,7 @@ void expose_xray(const bccsplat_frame* image, const bccsplat_camera& camera, con
     const double v = (integral(n) - exposure->background * lengths[n]) / exposure->white;
     const double shown = std::max(0.0, std::min(v, 2 * (v - kToe)));
     for (size_t c = 0; c < 3; ++c) pixel(n)[c] = static_cast<float>(shown);
+    if (film) pixel(n)[3] = 1;
   }
 }
 

@@ -20,8 +20,9 @@ struct XrayExposure {
 
 // Scales the integrals of a picture in place, to 0 for the background and 1 for white; what has a thousandth
 // of white is black, too, since fields ring above air as well. Without an exposure it is measured, and kept
-// for the pictures that follow; its background is not below `least`.
+// for the pictures that follow; its background is not below `least`. film: what no ray of the volume reaches
+// is black, too, not transparent.
 void expose_xray(const bccsplat_frame* image, const bccsplat_camera& camera, const bccsplat_slice_info& slice,
-                 double least, std::optional<XrayExposure>& exposure);
+                 double least, bool film, std::optional<XrayExposure>& exposure);
 
 } // namespace bcc4

@@ -130,6 +130,50 @@ static void cameras(const bccsplat_slice* slice) {
   OUTPUT_SIZES(bccsplat_camera, bccsplat_slice_fit_camera(slice, 0, 20, 30, 64, 48, out), (void)0);
 }
 
+static void fitted_boxes(const bccsplat_slice* slice) {
+  const double colors[4] = {0, 1, 1, 1}, opacities[2] = {0, 1};
+  SIZED(bccsplat_transfer_function, all);
+  SIZED(bccsplat_fit, fit);
+  SIZED(bccsplat_camera, camera);
+  double bounds[6];
+  all.color_count = all.opacity_count = 1;
+  all.colors = colors;
+  all.opacities = opacities;
+  OK(bccsplat_slice_get_seen_bounds(slice, &all, bounds));
+  EXPECT(bounds[0] == 0 && bounds[3] == NX - 1);
+  OK(bccsplat_slice_get_seen_bounds(slice, NULL, fit.bounds));
+  EXPECT(fit.bounds[0] >= 0 && fit.bounds[0] < fit.bounds[3] && fit.bounds[3] <= NX - 1);
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_get_seen_bounds(NULL, NULL, bounds));
+  REFUSED(INVALID_ARGUMENT, "bounds is NULL", bccsplat_slice_get_seen_bounds(slice, NULL, NULL));
+
+  OK(bccsplat_fit_camera(&fit, 64, 48, &camera));
+  EXPECT(camera.target[0] == (fit.bounds[0] + fit.bounds[3]) / 2 && camera.up[1] == 1);
+  EXPECT(camera.position[0] == camera.target[0] && camera.position[2] > camera.target[2]);
+  fit.side = BCCSPLAT_SIDE_ANTERIOR_LPS;
+  fit.projection = BCCSPLAT_PROJECTION_PERSPECTIVE;
+  OK(bccsplat_fit_camera(&fit, 64, 48, &camera));
+  EXPECT(camera.up[2] == 1 && camera.position[1] < camera.target[1] && camera.fovy_degrees == 30);
+  REFUSED(INVALID_ARGUMENT, "fit is NULL", bccsplat_fit_camera(NULL, 64, 48, &camera));
+  REFUSED(INVALID_ARGUMENT, "camera is NULL", bccsplat_fit_camera(&fit, 64, 48, NULL));
+  REFUSED(INVALID_ARGUMENT, "pixels", bccsplat_fit_camera(&fit, 0, 48, &camera));
+  fit.side = 5;
+  REFUSED(INVALID_ARGUMENT, "side", bccsplat_fit_camera(&fit, 64, 48, &camera));
+  fit.side = 0;
+  fit.rotate_x_degrees = NAN;
+  REFUSED(INVALID_ARGUMENT, "rotate_x_degrees", bccsplat_fit_camera(&fit, 64, 48, &camera));
+  fit.rotate_x_degrees = 0;
+  fit.bounds[3] = fit.bounds[0] - 1;
+  REFUSED(INVALID_ARGUMENT, "ends before", bccsplat_fit_camera(&fit, 64, 48, &camera));
+}
+
+static void side_of_volume(const bccsplat_volume* volume) {
+  bccsplat_side side = 0;
+  OK(bccsplat_volume_get_side(volume, &side));
+  EXPECT(side == BCCSPLAT_SIDE_FRONT);
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_side(NULL, &side));
+  REFUSED(INVALID_ARGUMENT, "side is NULL", bccsplat_volume_get_side(volume, NULL));
+}
+
 static void picture_needs(const bccsplat_slice* slice) {
   SIZED(bccsplat_camera, camera);
   SIZED(bccsplat_render_options, options);
@@ -183,6 +227,7 @@ void test_slice(void) {
   OK(bccsplat_device_create(NULL, &device));
   volume = open_series(device, scratch("s.bcc4"));
   wrong_planes(volume);
+  side_of_volume(volume);
 
   OK(bccsplat_slice_create(volume, &plane, NULL, &slice));
   bccsplat_volume_release(volume); /* the slice keeps both */
@@ -193,6 +238,7 @@ void test_slice(void) {
   grids(slice);
   points(slice);
   cameras(slice);
+  fitted_boxes(slice);
   picture_needs(slice);
   bccsplat_slice_release(slice);
 

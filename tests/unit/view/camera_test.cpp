@@ -52,6 +52,57 @@ TEST(Camera, FitShowsTheWholeSliceAndNoMore) {
       }
 }
 
+// Of the way from the middle to an edge, the farthest that a corner of the box goes.
+double reach(const WorldBox& box, const WorldCamera& c, int width, int height) {
+  double most = 0;
+  for (const Vec3& p : box_corners(box.low, box.high)) {
+    const auto at = project(c, p, width, height);
+    most = larger(most, std::fabs(at[0] - 0.5 * (width - 1)) / (0.5 * width));
+    most = larger(most, std::fabs(at[1] - 0.5 * (height - 1)) / (0.5 * height));
+  }
+  return most;
+}
+
+TEST(Camera, FittedBoxFillsThePictureInItsWidestTurn) {
+  const WorldBox box{{-3, 10, 5}, {7, 12, 6}};
+  for (const ViewSide& side : {back_side, front_side, anterior_of_ras, anterior_of_lps})
+    for (const bool perspective : {false, true})
+      for (const auto& [width, height] : {std::pair{64, 64}, {200, 50}, {50, 200}}) {
+        double most = 0, size = 0;
+        for (int turn = 0; turn < 360; ++turn) {
+          const Camera camera = fit_box(box, side, perspective, 25, turn, width, height);
+          most = larger(most, reach(box, resolve_camera(camera), width, height));
+          const double now = perspective ? length(camera.position - camera.target) : camera.ortho_height;
+          if (turn == 0) size = now;
+          EXPECT_NEAR(now, size, 1e-9 * size);
+        }
+        EXPECT_NEAR(most, 0.92, 0.002) << perspective << width;
+      }
+}
+
+TEST(Camera, SidesHaveTheirAxesToTheRightAndUp) {
+  const WorldBox box{{0, 0, 0}, {2, 2, 2}};
+  const auto axes = [&](const ViewSide& side) {
+    const WorldCamera c = resolve_camera(fit_box(box, side, false, 0, 0, 64, 64));
+    return std::array<Vec3, 3>{c.right, c.up, -1.0 * c.forward};
+  };
+  const Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  using Axes = std::array<Vec3, 3>;
+  const auto expect = [](const Axes& found, const Axes& wanted) {
+    for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(length(found[a] - wanted[a]), 0, 1e-12) << a;
+  };
+  expect(axes(back_side), {-1.0 * x, y, -1.0 * z});
+  expect(axes(front_side), {x, y, z});
+  expect(axes(anterior_of_ras), {-1.0 * x, z, y});
+  expect(axes(anterior_of_lps), {x, z, -1.0 * y});
+  // The camera goes to the right, and then up.
+  const WorldCamera c = resolve_camera(fit_box(box, front_side, false, 20, 30, 64, 64));
+  EXPECT_GT(c.position[0], 1);
+  EXPECT_GT(c.position[1], 1);
+  EXPECT_GT(c.position[2], 1);
+  EXPECT_GT(c.up[1], 0.9);
+}
+
 // Returns x M divided by its fourth part.
 Vec3 times(const Vec3& p, const std::array<double, 16>& m) {
   std::array<double, 4> out{};

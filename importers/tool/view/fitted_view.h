@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The camera of pictures that nobody gave one: from the side that people look at first, and filled by what is
+// seen. All moments of a file have the same one, in whatever order and by however many commands they are
+// drawn, and so have all turns about the vertical.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "tool/handles.h"
+#include "tool/view/picture_sequence.h"
+#include "tool/view/render_arguments.h"
+#include "tool/view/transfer_function.h"
+
+namespace bcc4 {
+
+class FittedView {
+ public:
+  // What is given must outlive it. function: what is seen by.
+  FittedView(const Volume& volume, uint32_t channel, const RenderArguments& arguments,
+             TransferFunction function, int32_t projection, const std::array<uint32_t, 2>& size,
+             const std::vector<Picture>& pictures);
+
+  // slice: any of the picture's.
+  [[nodiscard]] bccsplat_camera camera(const Slice& slice, const Picture& picture);
+
+ private:
+  using Bounds = std::array<double, 6>;
+  [[nodiscard]] Bounds seen(const Slice& slice) const;
+  [[nodiscard]] std::optional<Bounds> seen_of_series(const Cut& shape) const;
+
+  const Volume& volume_;
+  uint32_t channel_;
+  const RenderArguments& arguments_;
+  TransferFunction function_;
+  std::array<uint32_t, 2> size_;
+  bool several_planes_; // that are no moments
+  bccsplat_fit fit_{};
+  std::optional<Bounds> bounds_;
+};
+
+// What is seen of a channel: what the function shows, or what lies within isosurfaces.
+[[nodiscard]] TransferFunction seen_function(const RenderArguments& arguments,
+                                             const std::optional<TransferFunction>& chosen,
+                                             const bccsplat_look& look, double air);
+
+} // namespace bcc4
