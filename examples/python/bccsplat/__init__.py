@@ -1,16 +1,19 @@
-"""bccsplat: time-varying volumes on the D4* lattice, through ctypes and numpy.
+"""bccsplat: time-varying volumes on the D4* lattice, as numpy arrays.
 
-    from bccsplat import Device, Frame, Renderer, Volume
+    import bccsplat
 
-    with Device() as device, Volume(device, "smoke.bcc4") as volume, Renderer(device) as renderer:
-        renderer.set_slice(volume.slice(frame=3.5))
-        frame = Frame(device, 512, 512)
-        renderer.render(frame)
-        frame.save_png("smoke.png", overwrite=True)
+    bccsplat.save("smoke.bcc4", array, dt=0.04, spacing=0.5)   # [t, z, y, x]
+    volume = bccsplat.open("smoke.bcc4")
+    volume[12.5]                                               # [z, y, x] between frames 12 and 13
+    volume.show(0.5).save("smoke.png")                         # drawn at time 0.5; a notebook shows it
 
-include/bccsplat.h is the manual: a class or method here is the C call of the same name. Arrays are indexed
-[z, y, x] (x fastest) and are passed without a copy where their type allows. Info structs are the C structs.
-Constants are given by name: lattice="d4star", quality="fine", mode="maximum".
+With xarray: xarray.open_dataset("smoke.bcc4", engine="bccsplat"), and dataset.bcc4 (bccsplat.accessor); with zarr:
+bccsplat.zarr_store.Store("smoke.bcc4").
+
+Underneath is the whole C interface: a class or method here is the C call of the same name, and include/bccsplat.h is their
+manual. Arrays are indexed [z, y, x] (x fastest) and are passed without a copy where their type allows. Info structs are the
+C structs. Constants are given by name: lattice="d4star", quality="fine", mode="maximum". What is created is released with
+its last reference; a with block releases it at once.
 """
 from __future__ import annotations
 
@@ -18,15 +21,22 @@ from . import _abi as abi
 from ._library import Cancelled, Error, Status, WouldBlock, native
 from .cancel import CancelToken
 from .device import Device
+from .field_array import FieldArray
+from .files import open as open  # not in __all__: a name of a builtin
+from .files import save
+from .pictures import Picture, Plane, draw
 from .render import (Frame, RenderOptions, Renderer, TransferFunction, View, box_clips, camera_matrices, fit_camera,
                      look_at)
 from .scene import Scene
+from .shared import SharedFile, default_device
+from .tool import tool_path
 from .volume import Slice, Volume
 from .writer import Channel, Writer, join_parts, join_streams
 
-__all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "Frame", "RenderOptions", "Renderer", "Scene", "Slice",
-           "Status", "TransferFunction", "View", "Volume", "WouldBlock", "Writer", "abi", "box_clips", "build_info",
-           "camera_matrices", "fit_camera", "join_parts", "join_streams", "kernel_names", "look_at", "version"]
+__all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "FieldArray", "Frame", "Picture", "Plane",
+           "RenderOptions", "Renderer", "Scene", "SharedFile", "Slice", "Status", "TransferFunction", "View", "Volume",
+           "WouldBlock", "Writer", "abi", "box_clips", "build_info", "camera_matrices", "default_device", "draw",
+           "fit_camera", "join_parts", "join_streams", "kernel_names", "look_at", "save", "tool_path", "version"]
 
 
 def version() -> tuple[int, int, int]:
@@ -41,6 +51,7 @@ def build_info() -> dict[str, str]:
 
 
 def kernel_names() -> list[str]:
+    """Of the kernels of reconstruction, "default" first."""
     found: list[str] = []
     while name := native.bccsplat_kernel_name(len(found)):
         found.append(name.decode())

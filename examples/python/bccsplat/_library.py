@@ -124,14 +124,16 @@ class Handle:
     _kind = ""
 
     def __init__(self) -> None:
-        self.pointer = c_void_p()
+        self.pointer, self._process = c_void_p(), os.getpid()
 
     def _create(self, function: str, *arguments: Any, watch: Watch | None = None) -> None:
         call(function, *arguments, byref(self.pointer), watch=watch)
 
     def close(self) -> None:
+        """Gives the reference back now; the object cannot be used through this handle any more."""
         pointer, self.pointer = self.pointer, c_void_p()
-        getattr(native, "bccsplat_%s_release" % self._kind)(pointer)
+        if self._process == os.getpid():  # a forked child has none of the parent's threads to end
+            getattr(native, "bccsplat_%s_release" % self._kind)(pointer)
 
     def share(self: Self) -> Self:
         """Another handle of the same object."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 import ctypes
 import os
 from ctypes import byref, c_char_p, c_double, c_uint32, c_uint64
-from typing import Any, Sequence, Union
+from typing import TYPE_CHECKING, Any, Sequence, Union
 
 import numpy as np
 
@@ -13,6 +13,10 @@ from ._library import Error, Progress, Watch, call, choose, decode, encode
 from .cancel import CancelToken, token_of
 from .device import Child, Device
 from .streams import Source, WriteAt, read_stream, write_stream
+
+if TYPE_CHECKING:
+    from .field_array import FieldArray
+    from .pictures import Picture, Plane
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -55,7 +59,92 @@ class Volume(Child):
             self._source = np.frombuffer(source, np.uint8)
             self._create("volume_open_memory", device.pointer, self._source.ctypes.data, self._source.size, byref(o))
 
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """Frames, and samples along z, y, x."""
+        nx, ny, nz, nt = self.info().dims[:]
+        return nt, nz, ny, nx
+
+    @property
+    def ndim(self) -> int:
+        """4: [t, z, y, x]."""
+        return 4
+
+    dtype = np.dtype(np.float32)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def field(self, channel: int | str = 0, level: int = 0) -> FieldArray:
+        """A channel, by number or name, as an array [t, z, y, x] of float32 that is read where it is indexed. level: 0, or
+        a coarser one of every 2**level-th sample along x, y and z."""
+        from .field_array import FieldArray
+        return FieldArray.whole(self, self.find_channel(channel) if isinstance(channel, str) else channel, level)
+
+    def __getitem__(self, key: Any) -> Array:
+        """Values of channel 0, float32. As a numpy array [t, z, y, x] is indexed; for t also numbers between frames, or a
+        list of them. No more is read than what lies around the samples that are asked for."""
+        from .field_array import FieldArray, full_key
+        t, *space = full_key(key, 4)
+        field = self.field()
+        if isinstance(t, (int, np.integer)) and not -len(self) <= t < len(self):
+            raise IndexError("frame %d is out of bounds for %d frames" % (t, len(self)))
+        if isinstance(t, (int, np.integer, slice)) or np.asarray(t).dtype == np.bool_:
+            part: Array = field[(t, *space)]
+            return part
+        moments = np.asarray(t, np.float64)
+        if np.ndim(t) and np.asarray(t).dtype.kind in "iu":
+            moments = np.where(moments < 0, moments + len(self), moments)
+        found: Array = FieldArray(self, [moments, *field.axes[1:]])[(slice(None), *space)]
+        return found if moments.ndim else np.asarray(found[0])
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.asarray(self.field().read(), dtype)
+
+    def at(self, time: float, channel: int | str = 0, level: int = 0) -> Array:
+        """The field [z, y, x], float32, at a time in the file's unit, on a frame or between two."""
+        field = self.field(channel, level)
+        moment = [np.array([self.time_to_index(time)]), *field.axes[1:]]
+        return np.asarray(type(field)(self, moment, field.channel, level).read()[0])
+
+    def show(self, time: float | None = None, *, frame: float | None = None, width: int = 512, height: int = 512,
+             channel: int = 0, **options: Any) -> Picture:
+        """A picture of a moment, by its time in the file's unit or its frame number (neither: the middle of the series),
+        which a notebook shows. options: those of draw: look, transfer_function, rotate_x, mode, background ..."""
+        from .pictures import draw
+        if time is None and frame is None:
+            frame = (self.shape[0] - 1) / 2
+        return draw(self.slice(time=time, frame=frame, channel=channel), width, height, channel=channel, **options)
+
+    def plane(self, time: float | None = None, *, frame: float | None = None, channel: int = 0, level: int = 0,
+              **place: float) -> Plane:
+        """The samples of a plane with their coordinates, such as z=12.5 (in samples), at a time or a frame number (neither:
+        the middle of the series). Its `imshow` draws it with matplotlib."""
+        from .pictures import plane_of
+        if time is not None and frame is not None:
+            raise ValueError("give one of time and frame")
+        if time is not None:
+            frame = self.time_to_index(time)
+        return plane_of(self, (self.shape[0] - 1) / 2 if frame is None else frame, channel, level, **place)
+
+    def __repr__(self) -> str:
+        return "<bccsplat.Volume [t, z, y, x] = %r>" % (self.shape,)
+
+    def _repr_png_(self) -> bytes:
+        return self.show(width=256, height=256)._repr_png_()
+
+    def _repr_html_(self) -> str:
+        import base64
+        import html
+
+        from .pictures import described
+        rows = "".join("<tr><th>%s</th><td>%s</td></tr>" % (html.escape(key), html.escape(text))
+                       for key, text in described(self).items())
+        image = base64.b64encode(self._repr_png_()).decode()
+        return '<table>%s</table><img src="data:image/png;base64,%s"/>' % (rows, image)
+
     def info(self) -> _abi.VolumeInfo:
+        """What the index says of the file: sizes, times, lattice, units, bytes read so far."""
         info = _abi.VolumeInfo()
         call("volume_get_info", self.pointer, byref(info))
         return info
@@ -231,6 +320,14 @@ class Slice(Child):
     """The 3D field on the hyperplane a x + b y + c z + d t + e = 0 of index space."""
 
     _kind = "slice"
+
+    def show(self, width: int = 512, height: int = 512, **options: Any) -> Picture:
+        """A picture of it, which a notebook shows; options: those of draw."""
+        from .pictures import draw
+        return draw(self, width, height, **options)
+
+    def _repr_png_(self) -> bytes:
+        return self.show(256, 256)._repr_png_()
 
     def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int = 0,
                  kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,

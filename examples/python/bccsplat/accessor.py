@@ -1,0 +1,164 @@
+"""dataset.bcc4: what xarray does not know of a field that is continuous in space and time, and writing datasets.
+
+Any dataset has it once `bccsplat.accessor` is imported, which opening one with the engine "bccsplat" does.
+"""
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, Sequence
+
+import numpy as np
+
+from . import xarray_backend as engine
+from .dataset_writer import DatasetWriter
+from .field_array import FieldArray, evaluate_or_nan
+from .shared import Path, SharedFile
+from .volume import Array, Volume
+
+xarray: Any = import_module("xarray")
+times_of_cf: Any = import_module("xarray.coding.times")
+
+
+def dates_of_texts(values: Array) -> Array:
+    """Texts such as "2020-01-01T09:00" as dates; other arrays as they are."""
+    texts = values.dtype.kind == "U" or (values.dtype.kind == "O" and values.size and isinstance(values.flat[0], str))
+    return values.astype("datetime64[ns]") if texts else values
+
+
+def numbers_of_times(values: Any, volume: Volume) -> Array:
+    """Times in the file's unit, float64, of numbers or, where the file knows the date of its 0, of dates."""
+    array = dates_of_texts(np.asarray(values))
+    if array.dtype.kind not in "MO":
+        return array.astype(np.float64)
+    attrs = engine.time_coordinate(volume, np.zeros(1)).attrs
+    if "since" not in attrs.get("units", ""):
+        raise ValueError("the file does not know the date of its time 0: give times as numbers%s" %
+                         (" of " + attrs["units"] if "units" in attrs else ""))
+    coded, _, _ = times_of_cf.encode_cf_datetime(array, attrs["units"], attrs["calendar"])
+    return np.asarray(coded, np.float64)
+
+
+def frames_of_times(values: Any, volume: Volume) -> Array:
+    """Frame numbers, float64, of times as of numbers_of_times; Error outside the series."""
+    numbers = numbers_of_times(values, volume)
+    found = [volume.time_to_index(float(number)) for number in numbers.reshape(-1)]
+    return np.array(found, np.float64).reshape(numbers.shape)
+
+
+def samples_of_places(name: str, values: Any, volume: Volume) -> Array:
+    """Positions in samples, float64, of values of the coordinate x, y or z."""
+    affine, axis = engine.affine_of(volume), "xyz".index(name)
+    places = np.asarray(values, np.float64)
+    if not engine.is_along_axes(affine):
+        return places
+    samples = (places - affine[axis, 3]) / affine[axis, axis]
+    whole = np.rint(samples)
+    return np.where(np.abs(samples - whole) < 1e-9 * (1 + np.abs(whole)), whole, samples)
+
+
+@xarray.register_dataset_accessor("bcc4")
+class Bcc4Accessor:
+    """dataset.bcc4 of datasets that the engine "bccsplat" opened, and of parts of these: the field between the samples.
+    to_file is there for every dataset."""
+
+    def __init__(self, dataset: Any) -> None:
+        self._dataset = dataset
+
+    @property
+    def file(self) -> SharedFile:
+        """The file behind the dataset."""
+        file = self._dataset.encoding.get("bcc4")
+        if not isinstance(file, SharedFile):
+            raise ValueError('this dataset is not one that xarray.open_dataset(..., engine="bccsplat") opened, or the '
+                             "result of arithmetic: interpolate before you calculate")
+        return file
+
+    @property
+    def volume(self) -> Volume:
+        """The open volume, for pictures and everything else: ds.bcc4.volume.show(0.5)."""
+        return self.file.volume
+
+    @property
+    def level(self) -> int:
+        """The level of the file that the dataset was opened at."""
+        return int(self._dataset.attrs.get("bcc4_level", 0))
+
+    def at(self, t: Any) -> Any:
+        """The dataset at a moment, on a frame or between two, or at a list of moments: in the file's unit of time, or
+        dates where the file knows them. Nothing is read before it is indexed."""
+        return self.interp(time=t)
+
+    def interp(self, **places: Any) -> Any:
+        """The field at other coordinates, through the lattice: time=, x=, y= and z= as of the dataset's own coordinates.
+
+        A number drops its axis; a list or array [n] replaces it, and nothing is read before the result is indexed.
+        DataArrays that share a dimension are points (or a path), which are evaluated at once. What is not given stays as
+        it is. Outside the samples of space, and in holes, NaN; times outside the series raise Error.
+        """
+        if unknown := set(places) - set(engine.DIMENSIONS):
+            raise ValueError("a volume has the coordinates time, z, y and x, not %s" % ", ".join(sorted(unknown)))
+        wanted = {name: self._wanted(name, places.get(name)) for name in engine.DIMENSIONS}
+        if all(at.dims in ((), (name,)) for name, at in wanted.items()):
+            return self._grid(wanted)
+        return self._points(wanted)
+
+    def to_file(self, path: Path, *, dims: Sequence[str] | None = None, psnr: float | None = None,
+                parts: int | None = None, resume: bool = False, overwrite: bool = False, **options: Any) -> None:
+        """Writes every variable of the dataset as a channel of a .bcc4 file.
+
+        dims: names of the dimensions of time, z, y and x (or of z, y and x), the slowest first; None: as the first variable
+        has them. Coordinates become places and times; they must be evenly spaced but for time. psnr: as of bccsplat.save.
+        parts: of dask arrays, the number of tasks that write a part of the series each, on whatever scheduler is active; a
+        task holds a chunk of time of its part, and one that dies costs its part only. None: as many as are large enough.
+        resume: take over the parts that a run before this one finished, with the same arrays and options; they lie beside
+        `path` until the file is whole. options: those of Writer, and nonfinite ("hole": NaN is missing data).
+        """
+        DatasetWriter(self._dataset, dims, options).write(path, psnr=psnr, parts=parts, resume=resume,
+                                                          overwrite=overwrite)
+
+    def _wanted(self, name: str, place: Any) -> Any:
+        """A coordinate as a DataArray without coordinates of its own."""
+        if place is None:
+            if name not in self._dataset.coords:
+                raise ValueError("the dataset has no coordinate %s any more: give %s=" % (name, name))
+            place = self._dataset[name]
+        if isinstance(place, (xarray.DataArray, xarray.Variable)):
+            return xarray.DataArray(place.data, dims=place.dims)
+        values = dates_of_texts(np.asarray(place)) if name == "time" else np.asarray(place)
+        return xarray.DataArray(values, dims=(name,) if values.ndim else ())
+
+    def _positions(self, name: str, values: Any) -> Array:
+        return frames_of_times(values, self.volume) if name == "time" else samples_of_places(name, values, self.volume)
+
+    def _channels(self) -> list[tuple[Any, int]]:
+        return [(name, self.volume.find_channel(str(name))) for name in self._dataset.data_vars]
+
+    def _coordinates(self, wanted: dict[str, Any]) -> dict[str, Any]:
+        return {name: at.variable._replace(attrs=self._dataset[name].attrs if name in self._dataset.coords else {})
+                for name, at in wanted.items()}
+
+    def _finished(self, variables: dict[Any, Any], wanted: dict[str, Any]) -> Any:
+        made = xarray.Dataset(variables, self._coordinates(wanted), self._dataset.attrs)
+        made.encoding.update(self._dataset.encoding)
+        return made
+
+    def _grid(self, wanted: dict[str, Any]) -> Any:
+        axes = [np.atleast_1d(self._positions(name, at.data)) for name, at in wanted.items()]
+        kept = [at.ndim == 1 for at in wanted.values()]
+        variables = {}
+        for name, channel in self._channels():
+            field = FieldArray(self.file, axes, channel, self.level)
+            variables[name] = engine.lazy_variable(field, self._dataset[name].attrs, kept)
+        return self._finished(variables, wanted)
+
+    def _points(self, wanted: dict[str, Any]) -> Any:
+        if self.level:
+            raise ValueError("points are evaluated at level 0: open the dataset without level=%d" % self.level)
+        positions = [at.copy(data=self._positions(name, at.data)) for name, at in wanted.items()]
+        t, z, y, x = xarray.broadcast(*positions)
+        points = np.stack([axis.data for axis in (x, y, z, t)], -1)
+        variables = {}
+        for name, channel in self._channels():
+            values = evaluate_or_nan(self.volume, points, np.empty(points.shape[:-1], np.float32), channel=channel)
+            variables[name] = (t.dims, values, self._dataset[name].attrs)
+        return self._finished(variables, wanted)

@@ -1,0 +1,121 @@
+"""open and save: a file as an array, and an array as a file."""
+from __future__ import annotations
+
+from typing import Any, Mapping, Sequence, Union
+
+import numpy as np
+
+from . import _abi
+from ._library import Progress
+from .bounded import save_bounded
+from .device import Device
+from .shared import Path, default_device
+from .streams import Source
+from .volume import Array, Volume
+from .writer import Channel, Writer
+
+
+def open(source: Union[Path, bytes, bytearray, memoryview, Source], *, device: Device | None = None,
+         kernel: str | None = None, **options: Any) -> Volume:
+    """Opens a .bcc4; nothing but its index is read. The volume is an array [t, z, y, x] of float32, and a number between
+    two frames is a moment between them:
+
+        volume = bccsplat.open("smoke.bcc4")
+        volume[12]                  # frame 12, [z, y, x]
+        volume[12.5, 10:20, :, 3]   # a moment between frames; only what lies around that is read
+        volume.at(0.48)             # at a time in the file's unit
+
+    source: a path, the bytes of a file, or a stream as of Volume. device: None, one that the whole process shares.
+    kernel: of reconstruction; None, the file's. options: further ones of Volume. Nothing has to be closed.
+    """
+    return Volume(device or default_device(), source, kernel=kernel, **options)
+
+
+def frame_times(count: int, dt: float, start: float, times: Any) -> list[float]:
+    """The time of every frame: `times`, or from `start` on every `dt`."""
+    if times is None:
+        return [start + n * dt for n in range(count)]
+    given = [float(time) for time in np.asarray(times, np.float64).reshape(-1)]
+    if len(given) != count:
+        raise ValueError("times must be those of all %d frames, not %d" % (count, len(given)))
+    return given
+
+
+def placed(spacing: Any, origin: Any) -> Array:
+    """The affine [4, 4] of samples a distance apart along x, y, z (a number: the same along all), the first at `origin`."""
+    affine = np.diag([*np.broadcast_to(np.asarray(spacing, np.float64), 3), 1.0])
+    affine[:3, 3] = np.broadcast_to(np.asarray(origin, np.float64), 3)
+    return affine
+
+
+def as_series(array: Any) -> Any:
+    """What has frames [z, y, x] at [t], of anything with a shape: arrays of three dimensions are one frame."""
+    if not hasattr(array, "shape"):
+        array = np.asarray(array)
+    if len(array.shape) == 3:
+        return np.asarray(array)[None]
+    if len(array.shape) != 4:
+        raise ValueError("an array is [t, z, y, x] or [z, y, x], not of shape %r" % (tuple(array.shape),))
+    return array
+
+
+def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: Any = None, spacing: Any = 1.0,
+         origin: Any = 0.0, affine: Any = None, name: str = "value", unit: str | None = None,
+         spatial_unit: str | None = None, time_unit: str | None = None, attributes: Mapping[str, str] = {},
+         air: float = 0.0, air_threshold: float = 0.0, nonfinite: str = "error", abs_error: float = 0.0,
+         psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
+         progress: Progress | None = None, **options: Any) -> _abi.WriterReport | None:
+    """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
+
+    array: [t, z, y, x], or [z, y, x] of one frame, of numbers of 1 to 8 bytes; anything with a shape whose [t] is a frame
+    does, such as a memory map or a variable of a file, of which one frame is held at a time. A mapping of names to such
+    arrays of one shape makes a channel of each. Arrays are passed to the library as they are, with any strides.
+    dt, start: time between frames and of the first, or times [t] of all of them, rising, in time_unit.
+    spacing, origin: distance of samples and place of the first along x, y, z, in spatial_unit, or an affine [4, 4] from
+    (x, y, z, 1) of samples to the world.
+    name, unit: of the channel and its values. air: the value of empty space, within air_threshold of which nothing is
+    stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp".
+    abs_error: > 0: no finite sample is off by more. psnr: in dB; the tool finds the coarsest coding that keeps it, which
+    needs a `bcc4` (tool_path); the report is None. options: further ones of Writer, such as levels=2 or
+    store="coefficients".
+    """
+    channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
+        {name: as_series(array)}
+    if len({tuple(series.shape) for series in channels.values()}) != 1:
+        raise ValueError("channels have different shapes: %s" %
+                         ", ".join("%s %r" % (key, tuple(series.shape)) for key, series in channels.items()))
+    nt, nz, ny, nx = next(iter(channels.values())).shape
+    when = frame_times(nt, dt, start, times)
+    place = placed(spacing, origin) if affine is None else np.asarray(affine, np.float64).reshape(4, 4)
+    if psnr is not None:
+        if len(channels) != 1 or air or air_threshold or abs_error or options:
+            raise NotImplementedError("psnr= goes through the tool, which here takes one channel and no other option of "
+                                      "coding: leave these out, or give abs_error= instead")
+        save_bounded(path, next(iter(channels.values())), psnr=psnr, times=when, affine=place, name=next(iter(channels)),
+                     unit=unit, spatial_unit=spatial_unit, time_unit=time_unit, attributes=attributes,
+                     nonfinite=nonfinite, overwrite=overwrite)
+        return None
+    writer = Writer(device or default_device(), path, (nx, ny, nz, nt), affine=place, spatial_unit=spatial_unit,
+                    time_unit=time_unit, nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite,
+                    channels=[Channel(key, unit, air=air, air_threshold=air_threshold) for key in channels],
+                    progress=progress, **options)
+    with writer:
+        for key, value in attributes.items():
+            writer.set_attribute(key, value)
+        add_frames(writer, [*channels.values()], when, range(nt))
+        return writer.finish()
+
+
+def add_frames(writer: Writer, channels: Sequence[Any], times: Sequence[float], frames: range) -> None:
+    """Gives a writer some frames of all its channels, in order."""
+    for t in frames:
+        for channel, series in enumerate(channels):
+            writer.add_frame(writable(series[t]), times[t], channel)
+
+
+def writable(frame: Any) -> Array:
+    """A frame as an array of a type that the library takes: booleans as bytes, 64-bit integers as doubles."""
+    array = np.asarray(frame)
+    if array.dtype == np.bool_:
+        return array.view(np.uint8)
+    return array.astype(np.float64) if array.dtype.kind in "iu" and array.dtype.itemsize == 8 else array

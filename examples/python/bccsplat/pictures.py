@@ -1,0 +1,138 @@
+"""Pictures and planes that a notebook and matplotlib show."""
+from __future__ import annotations
+
+import os
+from typing import Any, Sequence, Union
+
+import numpy as np
+
+from . import _abi
+from .field_array import FieldArray
+from .render import Frame, RenderOptions, Renderer, TransferFunction
+from .volume import Array, Slice, Volume
+
+_PLANES = {"x": (2, ("y", "z")), "y": (1, ("x", "z")), "z": (0, ("x", "y"))}
+
+
+class Picture:
+    """A drawn picture; a notebook shows it by itself.
+
+    pixels: [height, width, 4], uint8, sRGB with straight opacity, row 0 on top.
+    """
+
+    def __init__(self, frame: Frame, background: Sequence[float] | None = None) -> None:
+        self.frame, self.background = frame, background
+
+    @property
+    def pixels(self) -> Array:
+        """[height, width, 4], uint8, sRGB; transparent where nothing is."""
+        return self.frame.copy("srgb8")
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.asarray(self.pixels, dtype)
+
+    def _repr_png_(self) -> bytes:
+        return self.frame.to_bytes("png", self.background)
+
+    def save(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = True) -> None:
+        """Writes it as PNG, over the background it was made with."""
+        self.frame.save_png(path, overwrite=overwrite, background=self.background)
+
+
+def draw(cut: Slice, width: int = 512, height: int = 512, *, transfer_function: TransferFunction | None = None,
+         look: int | str | None = None, rotate_x: float = 20, rotate_y: float = 30,
+         background: Sequence[float] | None = (0, 0, 0), channel: int = 0, **options: Any) -> Picture:
+    """A picture of a slice, width x height pixels, seen from a camera that is turned by angles in degrees.
+
+    transfer_function: None, that of `look` ("ct-bone" ...), or of the file's histogram. background: linear RGB, or None
+    for a transparent picture. options: those of RenderOptions, such as mode="maximum" or quality="draft".
+    """
+    renderer = Renderer(cut.device)
+    renderer.set_slice(cut)
+    renderer.set_camera(cut.fit_camera(width, height, rotate_x, rotate_y))
+    if transfer_function is None and look is not None:
+        transfer_function = TransferFunction.of(cut.volume.look(channel, look))
+    renderer.set_transfer_function(transfer_function)
+    renderer.set_options(**options)
+    frame = Frame(cut.device, width, height)
+    renderer.render(frame)
+    return Picture(frame, background)
+
+
+class Plane:
+    """A plane of samples with its coordinates.
+
+    values: [rows, columns], float32; rows run along the second axis of `axes`. coordinates: of the samples along the
+    columns and along the rows, float64, in `unit`. extent: (left, right, bottom, top) of the borders of the samples.
+    """
+
+    def __init__(self, values: Array, axes: tuple[str, str], coordinates: tuple[Array, Array], unit: str,
+                 title: str) -> None:
+        self.values, self.axes, self.coordinates, self.unit, self.title = values, axes, coordinates, unit, title
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.asarray(self.values, dtype)
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """As matplotlib's imshow takes it with origin="lower"."""
+        ends: list[float] = []
+        for at in self.coordinates:
+            half = (at[-1] - at[0]) / (2 * (len(at) - 1)) if len(at) > 1 else 0.5
+            ends += [float(at[0] - half), float(at[-1] + half)]
+        return ends[0], ends[1], ends[2], ends[3]
+
+    def imshow(self, ax: Any = None, **options: Any) -> Any:
+        """Draws it with matplotlib, with coordinates on its axes, and returns the image. ax: None, the current axes.
+        options: those of imshow, such as cmap."""
+        if ax is None:
+            from importlib import import_module
+            ax = import_module("matplotlib.pyplot").gca()
+        image = ax.imshow(self.values, **{"origin": "lower", "extent": self.extent, **options})
+        for name, axis in zip("xy", self.axes):
+            getattr(ax, "set_%slabel" % name)(axis + (" (%s)" % self.unit if self.unit else ""))
+        ax.set_title(self.title)
+        return image
+
+
+def plane_of(volume: Volume, frame: float, channel: int = 0, level: int = 0, **place: float) -> Plane:
+    """The plane x, y or z = a number of samples (which may lie between two) at a frame number; see Volume.plane."""
+    if len(place) != 1 or not set(place) <= set(_PLANES):
+        raise ValueError("give one of x, y and z")
+    (name, index), = place.items()
+    dropped, axes = _PLANES[name]
+    field = FieldArray.whole(volume, channel, level)
+    positions = [np.array([frame]), *field.axes[1:]]
+    positions[1 + dropped] = np.array([index], np.float64)
+    values = FieldArray(volume, positions, channel, level).read()[0]
+    affine, info = np.array(volume.info().affine[:]).reshape(4, 4), volume.info()
+    along_axes = np.count_nonzero(affine[:3, :3]) == 3 and np.diag(affine)[:3].all()
+
+    def world(axis: str) -> Array:
+        number = "xyz".index(axis)
+        at = positions[3 - number]
+        return np.asarray(affine[number, number] * at + affine[number, 3]) if along_axes else at
+
+    described = volume.channel_info(channel)
+    unit = (info.spatial_unit or b"").decode() if along_axes else "samples"
+    title = "%s, %s = %g%s, t = %g %s" % ((described.name or b"").decode(), name, world(name)[0],
+                                          " " + unit if unit else "", volume.index_to_time(frame),
+                                          (info.time_unit or b"").decode())
+    return Plane(values.squeeze(dropped), axes, (world(axes[0]), world(axes[1])), unit, title.rstrip())
+
+
+def described(volume: Volume) -> dict[str, str]:
+    """What a file holds, in words, line for line."""
+    info = volume.info()
+    nx, ny, nz, nt = info.dims[:]
+    lattices = {_abi.LATTICE_D4STAR: "D4*", _abi.LATTICE_BCC: "BCC", _abi.LATTICE_CC: "Cartesian"}
+    lines = {"samples": "%d x %d x %d, %d frames" % (nx, ny, nz, nt),
+             "time": "%g to %g %s" % (info.time_first, info.time_last, (info.time_unit or b"").decode()),
+             "lattice": "%s, kernel %s" % (lattices[info.lattice], (info.kernel or b"").decode()),
+             "file": "%d bytes, %.3g a sample" % (info.bytes_file, info.bytes_file / (info.cc_samples *
+                                                                                      info.channel_count))}
+    for n in range(info.channel_count):
+        channel = volume.channel_info(n)
+        name, unit = (channel.name or b"").decode(), (channel.unit or b"").decode()
+        lines["channel " + name] = "%g to %g %s" % (channel.range[0], channel.range[1], unit)
+    return {key: text.strip() for key, text in lines.items()}

@@ -1,0 +1,70 @@
+"""What a process has once: a device, and each file that arrays look into, opened again where a process has not."""
+from __future__ import annotations
+
+import os
+import threading
+import weakref
+from typing import Any, Union
+
+from .device import Device
+from .volume import Volume
+
+Path = Union[str, "os.PathLike[str]"]
+
+_lock = threading.Lock()
+_devices: dict[int, Device] = {}
+_volumes: "weakref.WeakValueDictionary[tuple[Any, ...], Volume]" = weakref.WeakValueDictionary()
+
+
+def default_device() -> Device:
+    """The device of this process that calls use which are given none: as many threads as the machine has, no limit of
+    memory. A process that was forked gets its own."""
+    with _lock:
+        device = _devices.get(os.getpid())
+        if device is None:
+            device = _devices[os.getpid()] = Device()
+        return device
+
+
+def _renew_lock() -> None:
+    global _lock
+    _lock = threading.Lock()
+
+
+# Another thread may have held it in the parent.
+os.register_at_fork(after_in_child=_renew_lock)
+
+
+class SharedFile:
+    """A file by name, which can be sent to other processes; all that use it in one of them share one open volume.
+
+    path: made absolute. options: those of Volume, such as kernel. A file that was replaced since is opened anew.
+    """
+
+    def __init__(self, path: Path, **options: Any) -> None:
+        self.path, self.options = os.path.abspath(os.fspath(path)), options
+        self._opened: tuple[int, Volume] | None = None
+
+    @property
+    def volume(self) -> Volume:
+        """The open volume. Its errors are those of opening a file."""
+        if self._opened is None or self._opened[0] != os.getpid():
+            self._opened = os.getpid(), self._find()
+        return self._opened[1]
+
+    def _find(self) -> Volume:
+        try:
+            found = os.stat(self.path)
+            state = (found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns)
+        except OSError:  # the library says what is wrong
+            state = (0, 0, 0, 0)
+        key = (os.getpid(), self.path, state, *sorted(self.options.items()))
+        device = default_device()
+        with _lock:
+            volume = _volumes.get(key)
+            if volume is None:
+                volume = _volumes[key] = Volume(device, self.path, **self.options)
+            return volume
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"path": self.path, "options": self.options, "_opened": None}
