@@ -44,6 +44,8 @@ if(TARGET bccsplat)
   configure_file(src/cmake/python_metadata.in ${PROJECT_BINARY_DIR}/python/METADATA @ONLY)
   install(FILES ${PROJECT_BINARY_DIR}/python/METADATA
     DESTINATION ${BCCSPLAT_PYTHON_DIR}/bccsplat-${PROJECT_VERSION}.dist-info COMPONENT python)
+  install(FILES src/cmake/python_entry_points.txt RENAME entry_points.txt
+    DESTINATION ${BCCSPLAT_PYTHON_DIR}/bccsplat-${PROJECT_VERSION}.dist-info COMPONENT python)
 endif()
 
 if(TARGET bcc4)

@@ -67,11 +67,9 @@ class Bcc4Accessor:
     @property
     def file(self) -> SharedFile:
         """The file behind the dataset."""
-        file = self._dataset.encoding.get("bcc4")
-        if not isinstance(file, SharedFile):
-            raise ValueError('this dataset is not one that xarray.open_dataset(..., engine="bccsplat") opened, or the '
-                             "result of arithmetic: interpolate before you calculate")
-        return file
+        for name in self._dataset.data_vars:
+            return self._origin(name)[0]
+        raise ValueError("the dataset has no variable")
 
     @property
     def volume(self) -> Volume:
@@ -130,8 +128,20 @@ class Bcc4Accessor:
     def _positions(self, name: str, values: Any) -> Array:
         return frames_of_times(values, self.volume) if name == "time" else samples_of_places(name, values, self.volume)
 
+    def _origin(self, name: Any) -> tuple[SharedFile, int]:
+        """File and channel of a variable. What is calculated has none, as xarray drops the encoding."""
+        origin: tuple[SharedFile, int] | None = self._dataset[name].encoding.get("bcc4")
+        if origin is None:
+            raise ValueError('%s is not as xarray.open_dataset(..., engine="bccsplat") gave it: interpolate before you '
+                             "calculate" % name)
+        return origin
+
     def _channels(self) -> list[tuple[Any, int]]:
-        return [(name, self.volume.find_channel(str(name))) for name in self._dataset.data_vars]
+        names = list(self._dataset.data_vars)
+        if len(paths := {self._origin(name)[0].path for name in names}) > 1:
+            raise ValueError("the variables are of several files: %s; interpolate those of each for themselves" %
+                             ", ".join(sorted(paths)))
+        return [(name, self._origin(name)[1]) for name in names]
 
     def _coordinates(self, wanted: dict[str, Any]) -> dict[str, Any]:
         return {name: at.variable._replace(attrs=self._dataset[name].attrs if name in self._dataset.coords else {})
@@ -149,6 +159,7 @@ class Bcc4Accessor:
         for name, channel in self._channels():
             field = FieldArray(self.file, axes, channel, self.level)
             variables[name] = engine.lazy_variable(field, self._dataset[name].attrs, kept)
+            variables[name].encoding["bcc4"] = self.file, channel
         return self._finished(variables, wanted)
 
     def _points(self, wanted: dict[str, Any]) -> Any:

@@ -17,6 +17,7 @@ class CancelToken(Handle):
         self._create("cancel_token_create")
 
     def cancel(self) -> None:
+        """From any thread; those under way end within some milliseconds."""
         call("cancel_token_cancel", self.pointer)
 
     def reset(self) -> None:
@@ -25,6 +26,7 @@ class CancelToken(Handle):
 
     @property
     def cancelled(self) -> bool:
+        """Whether it is cancelled."""
         out = c_int32()
         call("cancel_token_is_cancelled", self.pointer, byref(out))
         return out.value != 0

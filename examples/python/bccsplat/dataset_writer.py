@@ -199,8 +199,9 @@ class DatasetWriter:
         os.makedirs(folder, exist_ok=True)
         tasks = [PartTask(self.plan, self.series, os.path.join(folder, "part%05d.bcc4" % n), (first, end))
                  for n, (first, end) in enumerate(zip(bounds, bounds[1:]))]
-        names = [dask.delayed(task.run, pure=False)(task.take_dependencies()) for task in tasks]
-        dask.compute(dask.delayed(join_task, pure=False)(names, path))
+        names = [dask.delayed(task.run)(task.take_dependencies(), dask_key_name="bcc4-part%05d-%s" % (n, token))
+                 for n, task in enumerate(tasks)]
+        dask.compute(dask.delayed(join_task)(names, path, dask_key_name="bcc4-join-" + token))
         shutil.rmtree(folder)
 
 

@@ -56,6 +56,7 @@ class Device(Handle):
         self._create("device_create", byref(options))
 
     def info(self) -> _abi.DeviceInfo:
+        """Threads, and bytes of memory: the limit, held now, and held at most."""
         info = _abi.DeviceInfo()
         call("device_get_info", self.pointer, byref(info))
         return info

@@ -88,6 +88,7 @@ class Frame(Child):
         return array if plane.components > 1 else array[:, :, 0]
 
     def rgba(self) -> Array:
+        """[height, width, 4], float32, linear, premultiplied by opacity; the pixels themselves."""
         return self.channel(self.RGBA)
 
     def copy(self, format: str = "srgb8", channel: int = RGBA) -> Array:
@@ -99,6 +100,7 @@ class Frame(Child):
         return out
 
     def depth(self) -> Array:
+        """[height, width], float32; the plane of Frame.DEPTH itself."""
         return self.channel(self.DEPTH)
 
     def deep(self) -> tuple[Array, Array]:
@@ -303,6 +305,7 @@ class Renderer(Child):
         self._create("renderer_create", device.pointer)
 
     def set_slice(self, cut: Slice | None) -> None:
+        """What is drawn; None: nothing."""
         call("renderer_set_slice", self.pointer, pointer_of(cut))
         self._slice = cut.share() if cut else None  # and with it what the volume borrows from Python
 
@@ -341,6 +344,7 @@ class Renderer(Child):
         call("renderer_set_clips", self.pointer, clip_array(clips), len(clips))
 
     def set_transfer_function(self, function: TransferFunction | None) -> None:
+        """Colours and opacities; None: by the histogram of the file."""
         struct = None if function is None else function.struct()
         call("renderer_set_transfer_function", self.pointer, None if struct is None else byref(struct))
 
@@ -362,6 +366,7 @@ class Renderer(Child):
         self._watch = made.watch  # the one before is of no use to the library any more
 
     def render(self, frame: Frame) -> None:
+        """Draws into the frame; Error WRONG_STATE without a slice."""
         if self._view is not None:
             self._view.check(*frame.size)
         call("renderer_render", self.pointer, frame.pointer, watch=self._watch)
@@ -371,6 +376,7 @@ class Renderer(Child):
         call("renderer_cancel", self.pointer)
 
     def stats(self) -> _abi.RenderStats:
+        """Of the last render: milliseconds, points, what was skipped."""
         stats = _abi.RenderStats()
         call("renderer_get_stats", self.pointer, byref(stats))
         return stats

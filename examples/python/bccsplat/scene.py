@@ -59,10 +59,12 @@ class Scene(Child):
         call("scene_set_instance", self.pointer, number, byref(instance))
 
     def remove(self, number: int) -> None:
+        """Takes the instance of that number out."""
         call("scene_remove", self.pointer, number)
         del self._volumes[number]
 
     def set_time(self, time: float) -> None:
+        """The time of the scene, in the unit of its volumes."""
         call("scene_set_time", self.pointer, time)
 
     def set_clips(self, clips: Sequence[Any]) -> None:
@@ -83,6 +85,7 @@ class Scene(Child):
 
     def fit_camera(self, width: int, height: int, rotate_x: float = 20, rotate_y: float = 30,
                    projection: int | str | None = None) -> _abi.Camera:
+        """A view of all that is not hidden, turned by angles in degrees, for width x height pixels."""
         camera = _abi.Camera()
         call("scene_fit_camera", self.pointer, choose("PROJECTION", projection), rotate_x, rotate_y, width, height,
              byref(camera))

@@ -156,6 +156,7 @@ class Volume(Child):
         return info
 
     def channel_info(self, channel: int = 0) -> _abi.ChannelInfo:
+        """Name, unit, range, histogram, air and error bound of a channel."""
         info = _abi.ChannelInfo()
         call("volume_get_channel_info", self.pointer, channel, byref(info))
         return info
@@ -173,6 +174,7 @@ class Volume(Child):
         return side.value
 
     def find_channel(self, name: str) -> int:
+        """The number of the channel of that name; Error NOT_FOUND."""
         channel = c_uint32()
         call("volume_find_channel", self.pointer, encode(name), byref(channel))
         return channel.value
@@ -192,16 +194,19 @@ class Volume(Child):
         return ranges
 
     def time_to_index(self, time: float) -> float:
+        """Frame number of a time in the file's unit; Error OUT_OF_DOMAIN outside the series."""
         index = c_double()
         call("volume_time_to_index", self.pointer, time, byref(index))
         return index.value
 
     def index_to_time(self, index: float) -> float:
+        """Time in the file's unit of a frame number; Error OUT_OF_DOMAIN outside the series."""
         time = c_double()
         call("volume_index_to_time", self.pointer, index, byref(time))
         return time.value
 
     def attributes(self) -> dict[str, str]:
+        """All free attributes of the file."""
         out: dict[str, str] = {}
         for i in range(self.info().attribute_count):
             key, value = c_char_p(), c_char_p()
@@ -223,6 +228,7 @@ class Volume(Child):
             found.append(((name.value or b"").decode(), size.value, crc.value))
 
     def find_attribute(self, key: str) -> str:
+        """One of them; Error NOT_FOUND."""
         value = c_char_p()
         call("volume_find_attribute", self.pointer, encode(key), byref(value))
         return decode(value.value)
@@ -368,6 +374,7 @@ class Slice(Child):
         return cut
 
     def info(self) -> _abi.SliceInfo:
+        """Lattice, place in index space and the world, extent, bounds of the values, bytes read, milliseconds."""
         info = _abi.SliceInfo()
         call("slice_get_info", self.pointer, byref(info))
         return info
@@ -380,6 +387,7 @@ class Slice(Child):
         return values
 
     def evaluate_with_gradients(self, points: Any) -> tuple[Array, Array]:
+        """Values [...], float32, at points [..., 3], and their slopes [..., 3] along u, v, w per unit of slice space."""
         at = _points(points, 3)
         values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
         call("slice_evaluate", self.pointer, values.size, at.ctypes.data, values.ctypes.data, slopes.ctypes.data)

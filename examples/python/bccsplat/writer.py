@@ -36,6 +36,7 @@ class Channel:
     range: tuple[float, float] | None = None
 
     def options(self) -> _abi.ChannelOptions:
+        """The C struct of it."""
         out = _abi.ChannelOptions(set_mask=_abi.CHANNEL_SET_AIR, name=encode(self.name), unit=encode(self.unit),
                                   source_type=choose("TYPE", self.source_type),
                                   value_type=choose("TYPE", self.value_type), air=self.air,
@@ -157,15 +158,19 @@ class Writer(Child):
         self._call("writer_add_field", channel, _abi.bccsplat_field_fn(ask), None)
 
     def set_times(self, first: float, step: float) -> None:
+        """Times of a file of layers or a field, in the file's unit: frame i at first + i * step."""
         self._call("writer_set_times", first, step)
 
     def set_attribute(self, key: str, value: str) -> None:
+        """A free attribute of the file; a key given twice keeps the last value."""
         self._call("writer_set_attribute", encode(key), encode(value))
 
     def add_source(self, name: str, size: int, crc32: int = 0) -> None:
+        """Where the data came from: name, size in bytes and CRC-32 (0: unknown)."""
         self._call("writer_add_source", encode(name), size, crc32)
 
     def finish(self) -> _abi.WriterReport:
+        """Writes what is pending and gives the file its name; what was written, in bytes, sites and frames."""
         return self._finish("writer_finish")
 
     def finish_short(self) -> _abi.WriterReport:

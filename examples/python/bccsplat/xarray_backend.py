@@ -119,6 +119,7 @@ def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = ()) -> Any:
             continue
         field = FieldArray.whole(file, channel, level)
         variable = lazy_variable(field, channel_attrs(volume, channel))
+        variable.encoding["bcc4"] = file, channel
         variable.encoding["preferred_chunks"] = {"time": chunk_frames(volume), "z": space[0], "y": space[1], "x": space[2]}
         variables[name] = variable
     axes = FieldArray.whole(file, 0, level).axes
@@ -151,7 +152,6 @@ class BccsplatBackend(backends.BackendEntrypoint):  # type: ignore[misc]
         file = SharedFile(filename_or_obj, **({} if kernel is None else {"kernel": kernel}))
         dataset = decoded(make_dataset(file, level, drop), decode_times, use_cftime)
         dataset.encoding["source"] = file.path
-        dataset.encoding["bcc4"] = file
         return dataset
 
     def guess_can_open(self, filename_or_obj: Any) -> bool:

@@ -1,0 +1,305 @@
+"""python_arrays_test.py TOP EXAMPLES SCRATCH TOOL: files as numpy arrays and arrays as files, with pictures of them."""
+import gc
+import os
+import pickle
+import signal
+import struct
+import subprocess
+import sys
+import unittest
+
+import python_support as support
+from python_support import path, waves, without
+
+support.need("numpy")
+import numpy as np  # noqa: E402
+
+import bccsplat  # noqa: E402
+from bccsplat import Error, FieldArray, SharedFile, Status, abi  # noqa: E402
+from bccsplat.field_array import chunk_frames, chunk_samples  # noqa: E402
+
+
+class Arrays(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        support.fresh_scratch()
+        cls.source = waves(14, 20, 22, 24)
+        cls.name = path("s.bcc4")
+        cls.report = bccsplat.save(cls.name, cls.source, dt=.04, start=1, spacing=(1, 2, 3), origin=5, name="density",
+                                   unit="g", spatial_unit="mm", time_unit="s", attributes={"made": "up"}, levels=1)
+        cls.volume = bccsplat.open(cls.name)
+        cls.whole = np.asarray(cls.volume)
+
+    def test_a_file_is_an_array(self):
+        v = self.volume
+        self.assertEqual((v.shape, v.ndim, v.dtype, len(v)), ((14, 20, 22, 24), 4, np.float32, 14))
+        self.assertLess(abs(self.whole - self.source).max(), .03)
+        self.assertTrue(np.array_equal(v[12.5], v.slice(frame=12.5).sample_grid()))
+        self.assertTrue(np.array_equal(v.at(1.5), v[12.5]))
+        self.assertEqual(len([frame for frame in v]), 14)
+        self.assertTrue(np.array_equal(v[[2, -1]], np.stack([v[2], v[-1]])))
+        self.assertTrue(np.array_equal(v[[2, 3.5]], np.stack([v[2], v[3.5]])))
+        self.assertEqual(v[2.5, 3:6, ::2, -1].shape, (3, 11))
+
+    def test_indexing_is_that_of_numpy(self):
+        mask = np.arange(20) % 3 == 0
+        for key in (3, -1, slice(2, 9, 3), (slice(5, 1, -2), 4), (3, Ellipsis, 5), (Ellipsis,), (2, slice(None, None, -1)),
+                    (slice(4, 5), slice(3, 17, 5), slice(20, 2, -3), [1, 5, 2]), (slice(None), mask), (0, 0, 0, 0),
+                    (6, [3, 4, 9], slice(None), slice(1, 2)), (slice(3, 3),)):
+            found, expected = self.volume[key], self.whole[key]
+            self.assertEqual(found.shape, expected.shape, key)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=2e-6, err_msg=str(key))
+        for key in (14, (0, 20), (0, 0, -23), (0,) * 5, (Ellipsis, Ellipsis)):
+            with self.assertRaises(IndexError, msg=str(key)):
+                self.volume[key]
+        with self.assertRaises(Error) as caught:
+            self.volume[13.5]
+        self.assertEqual(caught.exception.status, Status.OUT_OF_DOMAIN)
+        with self.assertRaisesRegex(IndexError, "frame 13.5 is outside the series, 0 to 13"):
+            self.volume[13.5, 1, 1, 1]
+
+    def test_a_part_is_read_without_the_rest(self):
+        name = path("large.bcc4")
+        bccsplat.save(name, waves(3, 96, 96, 96), overwrite=True)
+        read = {}
+        for part, key in (("corner", (1, slice(0, 8), slice(0, 8), slice(0, 8))), ("frame", (1,))):
+            v = bccsplat.open(name)
+            before = v.info().bytes_read
+            v[key]
+            read[part] = v.info().bytes_read - before
+        self.assertLess(8 * read["corner"], read["frame"], read)
+        self.assertGreater(read["corner"], 0)
+
+    def test_positions_anywhere(self):
+        axes = [[1.25], [3, 4.5, 5.5], [0, .7, 20], [2, 2.5, 3, 40]]
+        field = FieldArray(self.volume, axes)
+        found = field.read()
+        self.assertTrue(np.isnan(found[..., 3]).all())
+        inside = found[..., :3]
+        t, z, y, x = np.meshgrid(*axes[:3], axes[3][:3], indexing="ij")
+        np.testing.assert_allclose(inside, self.volume.evaluate(np.stack([x, y, z, t], -1)), atol=2e-6)
+        many = FieldArray(self.volume, [[1.25], np.arange(20), np.arange(0, 21, .5), np.r_[0:10, 10.3]])  # no grid
+        t, z, y, x = np.meshgrid(*many.axes, indexing="ij")
+        np.testing.assert_allclose(many.read(), self.volume.evaluate(np.stack([x, y, z, t], -1)), atol=2e-6)
+        out = np.empty(field.shape, np.float32)
+        self.assertIs(field.read(out), out)
+        np.testing.assert_array_equal(out, found)
+
+    def test_levels_and_channels(self):
+        coarse = self.volume.field("density", level=1)
+        self.assertEqual(coarse.shape, (14, 10, 11, 12))
+        self.assertLess(abs(np.asarray(coarse) - self.source[:, ::2, ::2, ::2]).max(), .2)
+        with self.assertRaisesRegex(ValueError, "levels 0 to 1"):
+            self.volume.field(level=2)
+        name = path("two.bcc4")
+        bccsplat.save(name, {"a": self.source, "b": -self.source}, overwrite=True)
+        two = bccsplat.open(name)
+        np.testing.assert_allclose(two.field("b")[2], -two.field("a")[2], atol=1e-5)
+        self.assertEqual(two.channel_info(1).name, b"b")
+        with self.assertRaises(Error):
+            two.field("c")
+
+    def test_what_was_saved_is_told(self):
+        info = self.volume.info()
+        self.assertEqual(self.report.frames, 14)
+        np.testing.assert_allclose(self.volume.times(), 1 + .04 * np.arange(14))
+        self.assertEqual(info.affine[:], [1, 0, 0, 5, 0, 2, 0, 5, 0, 0, 3, 5, 0, 0, 0, 1])
+        self.assertEqual((info.spatial_unit, info.time_unit, self.volume.channel_info().unit), (b"mm", b"s", b"g"))
+        self.assertEqual(self.volume.attributes()["made"], "up")
+
+    def test_saving(self):
+        name = path("x.bcc4")
+        frame = np.arange(6 * 5 * 4, dtype=np.uint8).reshape(6, 5, 4)
+        for array in (frame, frame[None], frame.astype(">i4")[::-1][::-1], frame.astype(np.int64), frame.tolist()):
+            bccsplat.save(name, array, overwrite=True, lattice="cc")
+            np.testing.assert_allclose(bccsplat.open(name)[0], frame, atol=1e-3)
+        bccsplat.save(name, frame > 50, overwrite=True, lattice="cc")
+        np.testing.assert_allclose(bccsplat.open(name)[0], frame > 50, atol=1e-3)
+        mapped = np.memmap(path("m.raw"), np.float32, "w+", shape=self.source.shape)
+        mapped[:] = self.source
+        bccsplat.save(name, mapped, times=np.arange(14) ** 1.5, abs_error=.001, overwrite=True)
+        volume = bccsplat.open(name)
+        self.assertLessEqual(abs(np.asarray(volume) - self.source).max(), .001 + 1e-6)
+        np.testing.assert_allclose(volume.times(), np.arange(14) ** 1.5)
+        holes = self.source.copy()
+        holes[5, 4, 3, 2] = np.nan
+        with self.assertRaises(Error) as caught:
+            bccsplat.save(name, holes, overwrite=True)
+        self.assertEqual(caught.exception.status, Status.NONFINITE_VALUE)
+        self.assertLessEqual(abs(bccsplat.open(name)[0] - self.source[0]).max(), .001 + 1e-6)  # as it was
+        bccsplat.save(name, holes, overwrite=True, nonfinite="hole")
+        self.assertEqual(np.argwhere(np.isnan(np.asarray(bccsplat.open(name)))).tolist(), [[5, 4, 3, 2]])
+        with self.assertRaises(Error) as caught:
+            bccsplat.save(name, self.source)
+        self.assertEqual(caught.exception.status, Status.FILE_EXISTS)
+        for wrong, text in ((np.zeros((3, 3)), "not of shape"), ({"a": frame, "b": frame[1:]}, "different shapes")):
+            with self.assertRaisesRegex(ValueError, text):
+                bccsplat.save(name, wrong, overwrite=True)
+        with self.assertRaisesRegex(ValueError, "all 14 frames, not 3"):
+            bccsplat.save(name, self.source, times=[1, 2, 3], overwrite=True)
+
+    @unittest.skipIf(support.TOOL is None, "no tool was given")
+    def test_a_bound_in_decibels(self):
+        name = path("bound.bcc4")
+        told = os.environ.pop("BCCSPLAT_TOOL", None)
+        try:
+            os.environ["BCCSPLAT_TOOL"] = support.TOOL
+            for psnr in 40, 60:
+                bccsplat.save(name, self.source[:, :, ::-1], psnr=psnr, dt=.5, start=2, spacing=(1, 2, 3), origin=4,
+                              name="d", unit="K", spatial_unit="mm", time_unit="h", overwrite=True)
+                v = bccsplat.open(name)
+                difference = np.asarray(v) - self.source[:, :, ::-1]
+                peak = self.source.max() - self.source.min()
+                self.assertGreaterEqual(20 * np.log10(peak / np.sqrt((difference.astype(float) ** 2).mean())), psnr - .01)
+            np.testing.assert_allclose(v.times(), 2 + .5 * np.arange(14))
+            self.assertEqual(v.info().affine[:], [1, 0, 0, 4, 0, 2, 0, 4, 0, 0, 3, 4, 0, 0, 0, 1])
+            self.assertEqual((v.info().spatial_unit, v.info().time_unit), (b"mm", b"h"))
+            self.assertEqual((v.channel_info().name, v.channel_info().unit), (b"d", b"K"))
+            with self.assertRaisesRegex(RuntimeError, "bound.bcc4"):
+                bccsplat.save(name, self.source, psnr=40)
+            with self.assertRaisesRegex(NotImplementedError, "leave these out"):
+                bccsplat.save(name, self.source, psnr=40, levels=2, overwrite=True)
+            os.environ["BCCSPLAT_TOOL"] = path("none")
+            with self.assertRaises(FileNotFoundError):
+                bccsplat.save(name, self.source, psnr=40, overwrite=True)
+        finally:
+            del os.environ["BCCSPLAT_TOOL"]
+            if told is not None:
+                os.environ["BCCSPLAT_TOOL"] = told
+        self.assertEqual([n for n in os.listdir(support.SCRATCH) if n.startswith(".")], [])
+
+    def test_nothing_has_to_be_closed(self):
+        device = bccsplat.Device(threads=1)
+        volume = bccsplat.open(self.name, device=device)
+        field = volume.field()
+        field[3]
+        self.assertGreater(device.info().memory_used, 0)
+        del volume, field
+        gc.collect()
+        self.assertEqual(device.info().memory_used, 0)
+
+    def test_other_processes(self):
+        field = FieldArray.whole(SharedFile(self.name))
+        first = field[3]
+        again = pickle.loads(pickle.dumps(field))
+        np.testing.assert_array_equal(again[3], first)
+        self.assertIs(again.volume, field.volume)  # one open file for both
+        code = "import pickle, sys; print(pickle.load(sys.stdin.buffer)[3].sum())"
+        run = subprocess.run([sys.executable, "-B", "-c", code], input=pickle.dumps(field), capture_output=True, check=True,
+                             env={**os.environ, "PYTHONPATH": support.PYTHON})
+        self.assertAlmostEqual(float(run.stdout), float(first.sum()), delta=.1)
+        child = os.fork()
+        if child == 0:  # the threads of the parent are not here
+            try:
+                signal.alarm(60)
+                right = np.array_equal(field[3], first)
+                del again
+                gc.collect()
+                os._exit(0 if right else 1)
+            except BaseException:
+                os._exit(2)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+        bccsplat.save(path("changing.bcc4"), self.source[:2], overwrite=True)
+        shared = SharedFile(path("changing.bcc4"))
+        self.assertEqual(len(shared.volume), 2)
+        bccsplat.save(path("changing.bcc4"), self.source[:5], overwrite=True)
+        self.assertEqual(len(SharedFile(path("changing.bcc4")).volume), 5)
+
+    def test_chunks_are_those_of_the_file(self):
+        self.assertEqual(sum(chunk_frames(self.volume)), 14)
+        name = path("cc.bcc4")
+        bccsplat.save(name, waves(20, 6, 6, 6), lattice="cc", overwrite=True)
+        self.assertEqual(chunk_frames(bccsplat.open(name)), (8, 8, 4))
+        bccsplat.save(name, waves(20, 6, 6, 6), lattice="cc", store="coefficients", overwrite=True)
+        self.assertEqual(chunk_frames(bccsplat.open(name)), (4,) * 5)
+        bccsplat.save(name, waves(1, 6, 6, 6), overwrite=True)
+        self.assertEqual(chunk_frames(bccsplat.open(name)), (1,))
+        # D4*: layers stand 1 / sqrt2 frames apart; slab s begins with layer 8 s, of which two lie before frame 0.
+        bccsplat.save(name, waves(30, 6, 6, 6), ends="predict", overwrite=True)
+        v = bccsplat.open(name)
+        starts = [int(np.ceil((8 * s - 2) * v.info().scales[3] / np.sqrt(2) - 1e-9)) for s in range(1, 6)]
+        self.assertEqual(np.cumsum(chunk_frames(v))[:-1].tolist(), starts)
+        self.assertEqual(chunk_samples((100, 90, 80), (23, 23, 23), 1 << 30), (100, 90, 80))
+        self.assertEqual(chunk_samples((100, 90, 80), (23, 23, 23), 100 * 90 * 40), (69, 46, 80))
+        self.assertEqual(chunk_samples((10, 10, 10), (23, 23, 23), 1), (10, 10, 10))
+
+
+class Looking(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        support.fresh_scratch()
+        cls.name = path("s.bcc4")
+        cls.source = waves(5, 20, 22, 24)
+        bccsplat.save(cls.name, cls.source, dt=.5, spacing=(1, 2, 3), name="<d>", unit="g", spatial_unit="mm", time_unit="s")
+        cls.volume = bccsplat.open(cls.name)
+
+    def test_pictures(self):
+        picture = self.volume.show(.75, width=90, height=80, rotate_y=10, mode="maximum")
+        self.assertEqual((picture.pixels.shape, picture.pixels.dtype), ((80, 90, 4), np.uint8))
+        self.assertGreater(np.asarray(picture)[..., :3].max(), 50)
+        png = picture._repr_png_()
+        self.assertEqual((png[:8], struct.unpack(">2I", png[16:24])), (b"\x89PNG\r\n\x1a\n", (90, 80)))
+        picture.save(path("p.png"))
+        with open(path("p.png"), "rb") as file:
+            self.assertEqual(file.read(), png)
+        by_frame = self.volume.show(frame=1.5, width=90, height=80, rotate_y=10, mode="maximum")
+        self.assertEqual(by_frame._repr_png_(), png)
+        other = self.volume.show(frame=3, width=90, height=80, rotate_y=10, mode="maximum", background=None)
+        self.assertNotEqual(other._repr_png_(), png)
+        self.assertEqual(other.pixels[0, 0, 3], 0)
+        cut = self.volume.slice(plane=(1, 0, 0, 0, -5))
+        self.assertTrue(cut._repr_png_().startswith(b"\x89PNG"))
+        html = self.volume._repr_html_()
+        for text in ("24 x 22 x 20, 5 frames", "channel &lt;d&gt;", "data:image/png;base64,"):
+            self.assertIn(text, html)
+
+    def test_planes(self):
+        plane = self.volume.plane(1.25, z=7.5)
+        np.testing.assert_allclose(plane.values, FieldArray(self.volume, [[2.5], [7.5], np.arange(22), np.arange(24)]).read()[0, 0])
+        self.assertEqual((plane.axes, plane.extent, plane.unit), (("x", "y"), (-.5, 23.5, -1., 43.), "mm"))
+        self.assertEqual(plane.title, "<d>, z = 22.5 mm, t = 1.25 s")
+        along = self.volume.plane(frame=2, x=3)
+        np.testing.assert_array_equal(along.values, self.volume[2, :, :, 3])
+        self.assertEqual((along.axes, along.extent), (("y", "z"), (-1., 43., -1.5, 58.5)))
+        np.testing.assert_array_equal(self.volume.plane(y=4).values, self.volume[2, :, 4])
+        with self.assertRaisesRegex(ValueError, "one of x, y and z"):
+            self.volume.plane(0)
+
+    @unittest.skipIf(*without("matplotlib"))
+    def test_matplotlib(self):
+        import matplotlib
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+        _, ax = pyplot.subplots()
+        image = self.volume.plane(1, z=3).imshow(ax, cmap="gray")
+        self.assertEqual((tuple(image.get_extent()), ax.get_xlabel(), ax.get_ylabel()), ((-.5, 23.5, -1., 43.), "x (mm)", "y (mm)"))
+        np.testing.assert_array_equal(image.get_array(), self.volume[2, 3])
+        self.assertEqual(ax.get_title(), "<d>, z = 9 mm, t = 1 s")
+
+
+class Words(unittest.TestCase):
+    def test_every_public_name_is_explained(self):
+        import inspect
+        silent = []
+        for name in [*bccsplat.__all__, "open"]:
+            thing = getattr(bccsplat, name)
+            if inspect.isclass(thing) and not issubclass(thing, Exception) and name != "Status":
+                members = [(name + "." + key, value) for key, value in vars(thing).items() if not key.startswith("_")]
+                silent += [key for key, value in members
+                           if (callable(value) or isinstance(value, (property, classmethod, staticmethod)))
+                           and not inspect.getdoc(value if callable(value) or isinstance(value, property) else value.__func__)]
+            if callable(thing) and not inspect.getdoc(thing):
+                silent.append(name)
+        self.assertEqual(silent, [])
+
+    def test_contents_are_printed(self):
+        run = subprocess.run([sys.executable, "-B", "-m", "bccsplat"], capture_output=True, text=True, check=True,
+                             env={**os.environ, "PYTHONPATH": support.PYTHON})
+        lines = dict(line.split(None, 1) for line in run.stdout.splitlines())
+        self.assertEqual(lines["bccsplat"], "%d.%d.%d, ABI %d" % (*bccsplat.version(), abi.ABI_VERSION))
+        self.assertEqual(lines["package"], os.path.join(support.PYTHON, "bccsplat"))
+        self.assertIn("openexr", lines["image"])
+
+
+if __name__ == "__main__":
+    support.main()

@@ -1,0 +1,371 @@
+"""python_xarray_test.py TOP EXAMPLES SCRATCH TOOL: the engine "bccsplat" of xarray, the accessor dataset.bcc4, and datasets
+written at once and by parts. Skips, loudly, what needs dask or distributed where these are missing."""
+import os
+import pickle
+import signal
+import time
+import unittest
+
+import python_support as support
+from python_support import path, waves, without
+
+support.need("numpy", "xarray")
+import numpy as np  # noqa: E402
+import xarray as xr  # noqa: E402
+
+import bccsplat  # noqa: E402
+import bccsplat.accessor  # noqa: E402, F401
+from bccsplat import Channel, Error, Status, Writer  # noqa: E402
+
+
+def install_entry_points():
+    """The file of entry points that is installed, where this Python finds it."""
+    import sys
+    folder = path("site/bccsplat-0.0.dist-info")
+    os.makedirs(folder)
+    with open(os.path.join(support.TOP, "src", "cmake", "python_entry_points.txt"), encoding="utf-8") as source, \
+            open(os.path.join(folder, "entry_points.txt"), "w", encoding="utf-8") as target:
+        target.write(source.read())
+    with open(os.path.join(folder, "METADATA"), "w", encoding="utf-8") as target:
+        target.write("Metadata-Version: 2.1\nName: bccsplat\nVersion: 0.0\n")
+    sys.path.insert(0, path("site"))
+    os.environ["PYTHONPATH"] = os.pathsep.join([path("site"), support.PYTHON])
+
+
+def open_file(name, **options):
+    return xr.open_dataset(path(name), engine="bccsplat", **options)
+
+
+def computing(block, log=None, pause=0.0, block_info=None):
+    """A chunk of an array, of which it is noted that it was computed; by whichever process."""
+    if log is not None and block.size > 1:
+        with open(log, "a", encoding="utf-8") as file:
+            file.write("%d %d\n" % (os.getpid(), block_info[0]["array-location"][0][0] if block_info else -1))
+        time.sleep(pause)
+    return block
+
+
+class Reading(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.source = waves(14, 20, 22, 24)
+        bccsplat.save(path("s.bcc4"), {"d": cls.source, "e": -cls.source}, dt=.04, start=1, spacing=(1, 2, -3), origin=5,
+                      unit="g", spatial_unit="mm", time_unit="s", attributes={"title": "waves"}, levels=1)
+        cls.volume = bccsplat.open(path("s.bcc4"))
+        cls.whole = np.asarray(cls.volume)
+
+    def test_a_dataset(self):
+        ds = open_file("s.bcc4")
+        self.assertEqual((ds["d"].dims, ds["d"].shape, ds["d"].dtype), (("time", "z", "y", "x"), (14, 20, 22, 24), np.float32))
+        np.testing.assert_array_equal(ds["d"].values, self.whole)
+        np.testing.assert_array_equal(ds["e"][3].values, self.volume.field("e")[3])
+        np.testing.assert_allclose(ds.time, 1 + .04 * np.arange(14))
+        np.testing.assert_allclose(ds.z, 5 - 3 * np.arange(20))
+        np.testing.assert_allclose(ds.y, 5 + 2 * np.arange(22))
+        self.assertEqual((ds["d"].attrs["units"], ds["d"].attrs["long_name"], ds.x.attrs["units"], ds.x.attrs["axis"],
+                          ds.time.attrs["units"], ds.time.attrs["standard_name"], ds.attrs["Conventions"], ds.attrs["title"]),
+                         ("g", "d", "mm", "X", "s", "time", "CF-1.8", "waves"))
+        np.testing.assert_allclose(ds["d"].attrs["actual_range"], [self.source.min(), self.source.max()])
+        self.assertEqual(set(open_file("s.bcc4", drop_variables="d").data_vars), {"e"})
+        self.assertEqual(set(xr.open_dataset(path("s.bcc4")).data_vars), {"d", "e"})  # by the file's name
+
+    def test_only_what_is_indexed_is_read(self):
+        bccsplat.save(path("large.bcc4"), waves(6, 96, 96, 96))
+        ds = open_file("large.bcc4")
+        volume, read = ds.bcc4.volume, {}
+
+        def bytes_of(name, make):
+            before = volume.info().bytes_read
+            made = make()
+            read[name] = volume.info().bytes_read - before
+            return made
+
+        part = bytes_of("selecting", lambda: ds.value.isel(time=2, z=slice(0, 8), y=slice(0, 8)).sel(x=slice(0, 7)))
+        bytes_of("moment", lambda: ds.bcc4.at(2.5))
+        corner = bytes_of("corner", part.load)
+        frame = bytes_of("frame", ds.value.isel(time=2).load)
+        self.assertEqual((read["selecting"], read["moment"]), (0, 0))
+        self.assertGreater(read["corner"], 0)
+        self.assertLess(8 * read["corner"], read["frame"], read)
+        np.testing.assert_allclose(corner, frame[:8, :8, :8], atol=2e-6)
+        bytes_of("again", ds.value.isel(time=2).load)
+        self.assertEqual(read["again"], 0)
+
+    def test_levels(self):
+        ds = open_file("s.bcc4", level=1)
+        self.assertEqual(ds["d"].shape, (14, 10, 11, 12))
+        np.testing.assert_allclose(ds.y, 5 + 4 * np.arange(11))
+        np.testing.assert_array_equal(ds["d"].values, self.volume.field(0, 1).read())
+        self.assertEqual(ds.bcc4.at(1.1)["d"].shape, (10, 11, 12))
+        self.assertEqual(ds.bcc4.level, 1)
+        with self.assertRaisesRegex(ValueError, "levels 0 to 1"):
+            open_file("s.bcc4", level=2)
+
+    def test_moments_between_frames(self):
+        ds = open_file("s.bcc4")
+        at = ds.bcc4.at(1.1)
+        self.assertEqual((at["d"].dims, float(at.time)), (("z", "y", "x"), 1.1))
+        frame = self.volume.time_to_index(1.1)
+        np.testing.assert_array_equal(at["d"].values, self.volume[frame])
+        np.testing.assert_array_equal(at["d"].isel(z=3, x=slice(2, 9))[4:6].values, self.volume[frame, 3, 4:6, 2:9])
+        some = ds.isel(z=3, y=slice(2, 9)).bcc4.at([1.1, 1.3])
+        self.assertEqual(some["e"].dims, ("time", "y", "x"))
+        np.testing.assert_allclose(some["e"].values,
+                                   self.volume.field("e").select((slice(0, 2), 3, slice(2, 9))).__class__(
+                                       self.volume, [[frame, self.volume.time_to_index(1.3)], [3], np.arange(2, 9),
+                                                     np.arange(24)], 1).read()[:, 0], atol=1e-6)
+        with self.assertRaises(Error) as caught:
+            ds.bcc4.at(3)
+        self.assertEqual(caught.exception.status, Status.OUT_OF_DOMAIN)
+        with self.assertRaisesRegex(ValueError, "interpolate before you calculate"):
+            (ds + 1).bcc4.at(1.1)
+        bccsplat.save(path("other.bcc4"), self.source, dt=.04, start=1, spacing=(1, 2, -3), origin=5, name="o", overwrite=True)
+        with self.assertRaisesRegex(ValueError, "of several files"):
+            ds.merge(open_file("other.bcc4"), compat="override").bcc4.at(1.1)
+        renamed = ds.rename(d="density").chunk({"time": 5}).bcc4.at(1.1)
+        np.testing.assert_array_equal(renamed["density"].values, at["d"].values)
+
+    def test_interpolation_in_space_and_along_paths(self):
+        ds = open_file("s.bcc4")
+        grid = ds.bcc4.interp(time=[1.1, 1.2], x=[6.25, 9], z=5 - 3 * 4.5)
+        self.assertEqual(grid["d"].dims, ("time", "y", "x"))
+        t, y, x = np.meshgrid([2.5, 5], np.arange(22), [1.25, 4], indexing="ij")
+        np.testing.assert_allclose(grid["d"].values, self.volume.evaluate(np.stack([x, y, np.full_like(x, 4.5), t], -1)), atol=2e-6)
+        along = {"x": xr.DataArray([10., 20.5, 99], dims="s"), "y": xr.DataArray([10., 20.5, 10], dims="s"),
+                 "z": xr.DataArray([-10., -20, -10], dims="s")}
+        probes = ds.bcc4.interp(**along)
+        self.assertEqual(probes["d"].dims, ("time", "s"))
+        expected = [[self.volume.evaluate([[p - 5, (q - 5) / 2, (5 - r) / 3, k]])[0] for p, q, r in ((10, 10, -10), (20.5, 20.5, -20))]
+                    for k in range(14)]
+        np.testing.assert_allclose(probes["d"].values[:, :2], expected, atol=2e-6)
+        self.assertTrue(np.isnan(probes["d"].values[:, 2]).all())
+        with self.assertRaisesRegex(ValueError, "not lat"):
+            ds.bcc4.interp(lat=3)
+        with self.assertRaisesRegex(ValueError, "level 0"):
+            open_file("s.bcc4", level=1).bcc4.interp(**along)
+
+    def test_dates(self):
+        dates = np.datetime64("2020-02-27T06:00", "ns") + np.arange(14) * np.timedelta64(12, "h")
+        bccsplat.save(path("dates.bcc4"), self.source, dt=12, start=6, time_unit="hours",
+                      attributes={"time_epoch": "2020-02-27 00:00:00"})
+        ds = open_file("dates.bcc4")
+        np.testing.assert_array_equal(ds.time.values, dates)
+        for moment in ("2020-02-28T00:00", np.datetime64("2020-02-28T00:00"), 24.):
+            np.testing.assert_array_equal(ds.bcc4.at(moment).value.values, bccsplat.open(path("dates.bcc4"))[1.5])
+        self.assertEqual(ds.bcc4.at("2020-02-28T00:00").time.values, np.datetime64("2020-02-28T00:00"))
+        self.assertEqual(ds.sel(time="2020-03-01").value.shape[0], 2)
+        numbers = open_file("dates.bcc4", decode_times=False)
+        np.testing.assert_array_equal(numbers.time, 6 + 12. * np.arange(14))
+        self.assertEqual(numbers.time.attrs["units"], "hours since 2020-02-27 00:00:00")
+        with self.assertRaisesRegex(ValueError, "date of its time 0: give times as numbers of s"):
+            open_file("s.bcc4").bcc4.at("2020-02-28")
+        bccsplat.save(path("months.bcc4"), self.source[:3], time_unit="months", attributes={"time_epoch": "2020-01-01"})
+        np.testing.assert_array_equal(open_file("months.bcc4").time, [0, 1, 2])
+
+    def test_oblique_places_are_sample_numbers(self):
+        turn = np.array([[0, -2., 0, 1], [2, 0, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
+        bccsplat.save(path("turned.bcc4"), self.source[:3], affine=turn, spatial_unit="mm")
+        ds = open_file("turned.bcc4")
+        np.testing.assert_array_equal(ds.x, np.arange(24))
+        np.testing.assert_array_equal(np.reshape(ds.attrs["bcc4_affine"], (4, 4)), turn)
+        ds.isel(x=slice(4, None, 2)).bcc4.to_file(path("turned2.bcc4"))
+        found = np.reshape(open_file("turned2.bcc4").attrs["bcc4_affine"], (4, 4))
+        np.testing.assert_allclose(found @ [0, 0, 0, 1], turn @ [4, 0, 0, 1])
+        np.testing.assert_allclose(found @ [1, 0, 0, 1], turn @ [6, 0, 0, 1])
+
+    def test_holes_are_nan(self):
+        holes = self.source[:3].copy()
+        holes[1, 2, 3, 4] = np.nan
+        bccsplat.save(path("holes.bcc4"), holes, nonfinite="hole")
+        np.testing.assert_array_equal(np.argwhere(np.isnan(open_file("holes.bcc4").value.values)), [[1, 2, 3, 4]])
+
+    def test_other_processes(self):
+        ds = pickle.loads(pickle.dumps(open_file("s.bcc4")))
+        np.testing.assert_array_equal(ds["d"].values, self.whole)
+        np.testing.assert_array_equal(ds.bcc4.at(1.04)["d"].values, self.whole[1])
+
+
+class Writing(unittest.TestCase):
+    def setUp(self):
+        self.source = waves(14, 20, 22, 24)
+
+    def test_there_and_back(self):
+        dates = np.datetime64("2021-01-01", "ns") + np.arange(14) * np.timedelta64(6, "h")
+        ds = xr.Dataset({"T": (("time", "z", "y", "x"), self.source, {"units": "K"}),
+                         "q": (("z", "y", "x", "time"), np.moveaxis(self.source.astype(np.float64), 0, -1) + 1)},
+                        {"time": dates, "y": ("y", np.linspace(60, 39, 22), {"units": "km"}),
+                         "x": ("x", np.arange(24) * .5, {"units": "km"}), "z": ("z", np.arange(20.), {"units": "km"})},
+                        {"title": "a", "number": 3})
+        ds.bcc4.to_file(path("w.bcc4"))
+        back = open_file("w.bcc4")
+        for name, offset in (("T", 0), ("q", 1)):
+            np.testing.assert_allclose(back[name].values, self.source + offset, atol=.03)
+        np.testing.assert_array_equal(back.time.values, dates)
+        for name in "zyx":
+            np.testing.assert_allclose(back[name], ds[name], atol=1e-12)
+        self.assertEqual((back["T"].attrs["units"], back.x.attrs["units"], back.attrs["title"], back.attrs["number"]),
+                         ("K", "km", "a", "3"))
+        back.isel(time=slice(2, 9), y=slice(3, None, 2)).bcc4.to_file(path("w2.bcc4"))  # of what is read as it is written
+        again = open_file("w2.bcc4")
+        np.testing.assert_array_equal(again.time.values, dates[2:9])
+        np.testing.assert_allclose(again.y, ds.y[3::2])
+        ds[["T"]].isel(time=0).bcc4.to_file(path("one.bcc4"))
+        self.assertEqual(open_file("one.bcc4")["T"].shape, (1, 20, 22, 24))
+
+    def test_names_of_dimensions(self):
+        ds = xr.Dataset({"f": (("when", "lev", "lat", "lon"), self.source)}, {"when": [1. * n * n for n in range(14)],
+                                                                               "lat": np.arange(22) * -1.})
+        ds.bcc4.to_file(path("n.bcc4"), abs_error=.001)
+        back = open_file("n.bcc4")
+        self.assertLessEqual(float(abs(back.f - self.source).max()), .001 + 1e-6)
+        np.testing.assert_allclose(back.time, ds.when)
+        np.testing.assert_allclose(back.y, ds.lat)
+
+    def test_what_cannot_be_written_is_said(self):
+        good = xr.Dataset({"f": (("time", "z", "y", "x"), self.source)})
+        for ds, text in ((xr.Dataset(), "no variable"), (good.isel(z=0, y=0), "time, x"),
+                         (good.assign(g=good.f.isel(time=0)), "broadcast"),
+                         (good.assign_coords(x=np.arange(24.) ** 2), "interp\\(x=numpy.linspace\\(0.0, 529.0, 24\\)\\)")):
+            with self.assertRaisesRegex(ValueError, text):
+                ds.bcc4.to_file(path("bad.bcc4"))
+        good.bcc4.to_file(path("there.bcc4"))
+        with self.assertRaisesRegex(FileExistsError, "overwrite=True"):
+            good.bcc4.to_file(path("there.bcc4"))
+        good.bcc4.to_file(path("there.bcc4"), overwrite=True)
+
+    @unittest.skipIf(support.TOOL is None, "no tool was given")
+    def test_a_bound_in_decibels(self):
+        os.environ["BCCSPLAT_TOOL"] = support.TOOL
+        ds = xr.Dataset({"f": (("time", "z", "y", "x"), self.source, {"units": "K"})}, {"x": np.arange(24) * 2.})
+        ds.bcc4.to_file(path("psnr.bcc4"), psnr=55)
+        back = open_file("psnr.bcc4")
+        rmse = float(np.sqrt(((back.f - self.source).astype(float) ** 2).mean()))
+        self.assertGreaterEqual(20 * np.log10((self.source.max() - self.source.min()) / rmse), 54.99)
+        self.assertEqual(back.f.attrs["units"], "K")
+        np.testing.assert_allclose(back.x, ds.x)
+
+
+@unittest.skipIf(*without("dask"))
+class Dask(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.source = waves(120, 16, 18, 20)
+        cls.dataset = xr.Dataset({"f": (("time", "z", "y", "x"), cls.source)}, {"time": np.arange(120) * .5})
+        with Writer(bccsplat.default_device(), path("whole.bcc4"), (20, 18, 16, 120), channels=[Channel("f")],
+                    nonfinite="hole") as writer:
+            for t in range(120):
+                writer.add_frame(cls.source[t], t * .5)
+        with open(path("whole.bcc4"), "rb") as file:
+            cls.bytes = file.read()
+
+    def chunked(self, log=None, pause=0.0):
+        ds = self.dataset.chunk({"time": 10, "z": 8})
+        data = ds.f.data.map_blocks(computing, log=log, pause=pause, dtype=np.float32)
+        return ds.assign(f=ds.f.copy(data=data))
+
+    def assert_whole(self, name):
+        with open(path(name), "rb") as file:
+            self.assertTrue(file.read() == self.bytes, name + " is not the file that one writer makes")
+        self.assertEqual([n for n in os.listdir(support.SCRATCH) if ".parts" in n], [])
+
+    def test_chunks_of_the_file(self):
+        ds = xr.open_dataset(path("whole.bcc4"), engine="bccsplat", chunks={})
+        from bccsplat.field_array import chunk_frames
+        self.assertEqual(ds.f.chunks, (chunk_frames(bccsplat.open(path("whole.bcc4"))), (16,), (18,), (20,)))
+        np.testing.assert_allclose(ds.f.mean(("z", "y", "x")).values, self.source.mean((1, 2, 3)), atol=.01)
+        np.testing.assert_array_equal(ds.f.values, xr.open_dataset(path("whole.bcc4"), engine="bccsplat").f.values)
+
+    def test_by_parts(self):
+        log = path("computed.txt")
+        for parts, scheduler in ((1, "threads"), (3, "threads"), (4, "synchronous"), (2, "processes")):
+            import dask
+            with dask.config.set(scheduler=scheduler):
+                self.chunked(log).bcc4.to_file(path("p.bcc4"), parts=parts, overwrite=True)
+            self.assert_whole("p.bcc4")
+        self.dataset.chunk({"time": 7}).bcc4.to_file(path("auto.bcc4"))
+        self.assert_whole("auto.bcc4")
+
+    def test_one_chunk_of_time_is_held(self):
+        from bccsplat.dataset_writer import LazySeries
+        log = path("order.txt")
+        series = LazySeries(self.chunked(log).f.data, "synchronous")
+        for t in range(25):
+            np.testing.assert_array_equal(series[t], self.source[t])
+        with open(log, encoding="utf-8") as file:
+            begins = [int(line.split()[1]) for line in file]
+        self.assertEqual(begins, [0, 0, 10, 10, 20, 20])  # each of two chunks along z once, in order
+
+    def test_finished_parts_are_taken_over(self):
+        log, broken = path("resume.txt"), [True]
+        ds = self.chunked()
+
+        def failing(block):
+            if broken[0]:
+                raise OSError("the disk is away")
+            return block
+
+        data = ds.f.data
+        parted = xr.Dataset({"f": (ds.f.dims, data)}, ds.coords)
+        late = data[90:].map_blocks(failing, dtype=np.float32, meta=np.empty((0,) * 4, np.float32))
+        import dask
+        import dask.array as da
+        parted["f"] = (ds.f.dims, da.concatenate([data[:90].map_blocks(computing, log=log, dtype=np.float32), late]))
+        with dask.config.set(scheduler="synchronous"):
+            with self.assertRaisesRegex(OSError, "the disk is away"):
+                parted.bcc4.to_file(path("r.bcc4"), parts=4)
+            folder, = [n for n in os.listdir(support.SCRATCH) if n.startswith("r.bcc4.parts-")]
+            done = len(os.listdir(path(folder)))
+            self.assertGreater(done, 0)
+            self.assertFalse(os.path.exists(path("r.bcc4")))
+            with open(log, encoding="utf-8") as file:
+                before = len(file.readlines())
+            broken[0] = False
+            parted.bcc4.to_file(path("r.bcc4"), parts=4, resume=True)
+            with open(log, encoding="utf-8") as file:
+                after = len(file.readlines())
+        self.assert_whole("r.bcc4")
+        self.assertLess(after - before, before)
+
+    @unittest.skipIf(*without("distributed"))
+    def test_a_killed_worker_costs_its_part(self):
+        import dask
+        from distributed import Client, LocalCluster
+        log = path("killed.txt")
+        dask.config.set({"distributed.worker.daemon": False, "distributed.comm.timeouts.connect": "30s"})
+        with LocalCluster(n_workers=2, processes=True, threads_per_worker=1, dashboard_address=None,
+                          local_directory=path("dask")) as cluster, Client(cluster) as client:
+            import threading
+            killed = []
+
+            def kill_one():
+                """The worker of the third part or a later one, as soon as a part is finished."""
+                until = time.monotonic() + 120
+                while time.monotonic() < until and not killed:
+                    folders = [n for n in os.listdir(support.SCRATCH) if n.startswith("k.bcc4.parts-")]
+                    if folders and any(n.endswith(".bcc4") for n in os.listdir(path(folders[0]))):
+                        with open(log, encoding="utf-8") as file:
+                            killed.append(int(file.readlines()[-1].split()[0]))
+                        os.kill(killed[0], signal.SIGKILL)
+                    time.sleep(.01)
+
+            killer = threading.Thread(target=kill_one)
+            killer.start()
+            self.chunked(log, .05).bcc4.to_file(path("k.bcc4"), parts=5)
+            killer.join()
+            self.assertEqual(len(killed), 1)
+            with open(log, encoding="utf-8") as file:
+                computed = [tuple(map(int, line.split())) for line in file]
+            held = client.persist(self.dataset.chunk({"time": 30}))
+            held.bcc4.to_file(path("held.bcc4"), parts=2)  # of chunks that lie in the workers' memory
+        self.assert_whole("k.bcc4")
+        self.assert_whole("held.bcc4")
+        pids = {pid for pid, _ in computed}
+        self.assertGreaterEqual(len(pids), 2)
+        # Five parts of 24 frames read at most 6 chunks of time each, of two chunks along z; the killed one once more.
+        self.assertLessEqual(len(computed), 2 * 6 * (5 + 1))
+
+
+if __name__ == "__main__":
+    support.fresh_scratch()
+    install_entry_points()
+    support.main()
