@@ -5,7 +5,9 @@
 build_packages=(build-essential cmake ninja-build pkg-config zlib1g-dev libdeflate-dev libhwy-dev libpng-dev
   libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-dev libnetcdf-dev libcli11-dev nlohmann-json3-dev
   libpugixml-dev libstb-dev fonts-dejavu-core)
+# Python's tests of matplotlib are skipped where that is not installed; numpy, xarray, dask and zarr are small.
 test_packages=(libgtest-dev libbenchmark-dev libzfp-dev python3 gnuplot-nox python3-numpy mypy
+  python3-venv python3-xarray python3-dask python3-distributed python3-zarr patchelf
   locales abigail-tools dpkg-dev lintian doxygen libsdl2-dev libimgui-dev xvfb xauth xdotool python3-vtk9 tesseract-ocr
   ffmpeg)
 

@@ -67,7 +67,7 @@ def debian_package(library):
 def bundle(tree):
     """Copies what library and tool need beside them, and returns the packages that it came from."""
     lib = os.path.join(tree, "bccsplat", "lib")
-    programs = [os.path.join(lib, name) for name in os.listdir(lib)] + [os.path.join(tree, "bccsplat", "bin", "bcc4")]
+    programs = [os.path.join(lib, name) for name in sorted(os.listdir(lib))] + [os.path.join(tree, "bccsplat", "bin", "bcc4")]
     own = {os.path.basename(program) for program in programs}
     sources, packages = {}, set()
     for program in programs:
@@ -84,7 +84,7 @@ def bundle(tree):
         packages.add(debian_package(path))
         programs.append(target)
     for program in programs:
-        for name in set(needed(program)) & set(renamed):
+        for name in sorted(set(needed(program)) & set(renamed)):
             run("patchelf", "--replace-needed", name, renamed[name], program)
         run("patchelf", "--set-rpath", "$ORIGIN" if os.path.dirname(program) == lib else "$ORIGIN/../lib", program)
         os.chmod(program, 0o755)

@@ -31,7 +31,22 @@ def path(name):
 
 
 def main():
-    unittest.main(argv=sys.argv[:1], verbosity=1)  # sys.argv stays: processes that are spawned look at it
+    """Runs the tests of the program, and says what was skipped and why."""
+    ran = unittest.main(argv=sys.argv[:1], verbosity=1, exit=False)  # sys.argv stays: spawned processes look at it
+    for test, reason in ran.result.skipped:
+        print("SKIPPED: %s: %s" % (test.id(), reason), file=sys.stderr)
+    sys.exit(not ran.result.wasSuccessful())
+
+
+def install_entry_points():
+    """Makes the file of entry points that is installed findable, here and in processes to come; needs a scratch folder."""
+    folder = path("site/bccsplat-0.0.dist-info")
+    os.makedirs(folder)
+    shutil.copy(os.path.join(TOP, "src", "cmake", "python_entry_points.txt"), os.path.join(folder, "entry_points.txt"))
+    with open(os.path.join(folder, "METADATA"), "w", encoding="utf-8") as target:
+        target.write("Metadata-Version: 2.1\nName: bccsplat\nVersion: 0.0\n")
+    sys.path.insert(0, path("site"))
+    os.environ["PYTHONPATH"] = os.pathsep.join([path("site"), PYTHON])
 
 
 def fresh_scratch():

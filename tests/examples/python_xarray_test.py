@@ -18,20 +18,6 @@ import bccsplat.accessor  # noqa: E402, F401
 from bccsplat import Channel, Error, Status, Writer  # noqa: E402
 
 
-def install_entry_points():
-    """The file of entry points that is installed, where this Python finds it."""
-    import sys
-    folder = path("site/bccsplat-0.0.dist-info")
-    os.makedirs(folder)
-    with open(os.path.join(support.TOP, "src", "cmake", "python_entry_points.txt"), encoding="utf-8") as source, \
-            open(os.path.join(folder, "entry_points.txt"), "w", encoding="utf-8") as target:
-        target.write(source.read())
-    with open(os.path.join(folder, "METADATA"), "w", encoding="utf-8") as target:
-        target.write("Metadata-Version: 2.1\nName: bccsplat\nVersion: 0.0\n")
-    sys.path.insert(0, path("site"))
-    os.environ["PYTHONPATH"] = os.pathsep.join([path("site"), support.PYTHON])
-
-
 def open_file(name, **options):
     return xr.open_dataset(path(name), engine="bccsplat", **options)
 
@@ -367,5 +353,5 @@ class Dask(unittest.TestCase):
 
 if __name__ == "__main__":
     support.fresh_scratch()
-    install_entry_points()
+    support.install_entry_points()
     support.main()

@@ -7,7 +7,8 @@ import subprocess
 import sys
 from importlib.util import find_spec
 
-from . import Device, Error, Frame, Renderer, Volume, abi, build_info, native, tool_path, version
+from . import Device, Error, Frame, Renderer, Volume, abi, build_info, tool_path, version
+from ._library import native
 
 
 def main(path: str, picture: str, time: str | None = None) -> None:

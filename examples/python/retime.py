@@ -1,0 +1,16 @@
+"""retime.py IN.bcc4 OUT.bcc4 FACTOR: the same series with FACTOR times as many frames, each evaluated at its own moment."""
+import sys
+
+import numpy as np
+
+import bccsplat
+
+source, target, factor = sys.argv[1], sys.argv[2], float(sys.argv[3])
+volume = bccsplat.open(source)
+info, channel = volume.info(), volume.channel_info()
+moments = np.linspace(0, len(volume) - 1, round((len(volume) - 1) * factor) + 1)
+slow = bccsplat.FieldArray(volume, [moments, *volume.field().axes[1:]])  # nothing is read before it is written
+bccsplat.save(target, slow, times=[volume.index_to_time(frame) for frame in moments], affine=info.affine[:],
+              name=channel.name.decode(), unit=channel.unit.decode() or None, time_unit=info.time_unit.decode() or None,
+              spatial_unit=info.spatial_unit.decode() or None, air=channel.air, nonfinite="hole", overwrite=True)
+print("%d frames became %d" % (len(volume), len(moments)))

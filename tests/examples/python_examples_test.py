@@ -1,0 +1,95 @@
+"""python_examples_test.py TOP EXAMPLES SCRATCH: the short programs of examples/python do what they say."""
+import os
+import shutil
+import subprocess
+import sys
+import unittest
+
+import python_support as support
+from python_support import path, waves, without
+
+support.need("numpy")
+import numpy as np  # noqa: E402
+
+import bccsplat  # noqa: E402
+
+# Lines of code that a short example has at most, without its description, imports and blank lines.
+SHORT = 14
+
+
+def run(name, *arguments):
+    script = os.path.join(support.PYTHON, name)
+    done = subprocess.run([sys.executable, "-B", script, *map(str, arguments)], capture_output=True, text=True, cwd=support.SCRATCH)
+    assert done.returncode == 0, (name, done.stdout, done.stderr)
+    return done.stdout
+
+
+class Examples(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        support.fresh_scratch()
+        cls.source = waves(14, 20, 22, 24)
+        bccsplat.save(path("a.bcc4"), cls.source, dt=.5, start=1, spacing=2, name="d", unit="g", time_unit="s", spatial_unit="mm")
+        bccsplat.save(path("b.bcc4"), cls.source + .25, dt=.25, start=2, spacing=2)
+
+    def test_they_are_short(self):
+        for name in ("numpy_to_picture", "retime", "compare_runs", "probes", "film"):
+            with open(os.path.join(support.PYTHON, name + ".py"), encoding="utf-8") as file:
+                lines = file.read().split('"""', 2)[2].splitlines()
+            code = [line for line in lines if line.strip() and not line.startswith(("import", "from"))]
+            self.assertLessEqual(len(code), SHORT, name)
+
+    def test_numpy_to_picture(self):
+        told = run("numpy_to_picture.py", support.SCRATCH)
+        self.assertRegex(told, "largest value is (0.9|1.0)")
+        with open(path("blob.png"), "rb") as file:
+            self.assertGreater(len(file.read()), 2000)
+
+    def test_retime(self):
+        self.assertEqual(run("retime.py", path("a.bcc4"), path("slow.bcc4"), 3), "14 frames became 40\n")
+        slow, volume = bccsplat.open(path("slow.bcc4")), bccsplat.open(path("a.bcc4"))
+        np.testing.assert_allclose(slow.times(), 1 + np.arange(40) / 6, atol=1e-12)
+        for n in (0, 4, 20, 39):
+            self.assertLess(abs(slow[n] - volume[n / 3]).max(), .03)
+        self.assertEqual((slow.info().affine[:], slow.channel_info().unit, slow.info().time_unit),
+                         (volume.info().affine[:], b"g", b"s"))
+
+    def test_compare_runs(self):
+        rows = [line.split() for line in run("compare_runs.py", path("a.bcc4"), path("b.bcc4")).splitlines()[1:]]
+        self.assertEqual([float(row[0]) for row in rows], [2, 2.5, 3, 3.5, 4, 4.5, 5])
+        for row in rows:
+            first, second = (bccsplat.open(path(name)).at(float(row[0])) for name in ("a.bcc4", "b.bcc4"))
+            self.assertAlmostEqual(float(row[1]), float(np.sqrt(((first - second) ** 2).mean())), delta=1e-3)
+            self.assertAlmostEqual(float(row[2]), float(abs(first - second).max()), delta=1e-3)
+
+    def test_probes(self):
+        told = run("probes.py", path("a.bcc4"), path("p.csv"), "10,12,14", "3,4.5,5", "99,0,0")
+        table = np.genfromtxt(path("p.csv"), delimiter=",", skip_header=1)
+        self.assertEqual(table.shape, (53, 4))
+        volume = bccsplat.open(path("a.bcc4"))
+        np.testing.assert_allclose(table[::4, 1], volume[:, 7, 6, 5], atol=1e-5)
+        np.testing.assert_allclose(table[:, 2], volume.evaluate([[1.5, 2.25, 2.5, n / 4] for n in range(53)]), atol=1e-5)
+        self.assertTrue(np.isnan(table[:, 3]).all())
+        self.assertIn("fastest change", told)
+
+    @unittest.skipIf(shutil.which("ffmpeg") is None, "THIS MACHINE HAS NO FFMPEG")
+    def test_film(self):
+        run("film.py", path("a.bcc4"), path("a.mp4"), 8)
+        probe = subprocess.run(["ffprobe", "-loglevel", "error", "-count_frames", "-show_entries",
+                                "stream=nb_read_frames,width,height", "-of", "csv=p=0", path("a.mp4")], check=True,
+                               capture_output=True, text=True)
+        self.assertEqual(probe.stdout.strip(), "480,360,8")
+
+    @unittest.skipIf(*without("xarray"))
+    @unittest.skipIf(*without("dask"))
+    def test_xarray_dask(self):
+        support.install_entry_points()
+        told = run("xarray_dask.py", path("a.bcc4"), path("anomaly.bcc4"))
+        mean = bccsplat.open(path("a.bcc4")).at(4.25).mean()
+        self.assertIn("%.3f" % mean, told)
+        expected = self.source - self.source.mean(0)
+        self.assertLess(abs(np.asarray(bccsplat.open(path("anomaly.bcc4"))) - expected).max(), .06)
+
+
+if __name__ == "__main__":
+    support.main()
