@@ -188,12 +188,14 @@ class Arrays(unittest.TestCase):
         run = subprocess.run([sys.executable, "-B", "-c", code], input=pickle.dumps(field), capture_output=True, check=True,
                              env={**os.environ, "PYTHONPATH": support.PYTHON})
         self.assertAlmostEqual(float(run.stdout), float(first.sum()), delta=.1)
+        own = bccsplat.open(self.name, device=bccsplat.Device(threads=2))
+        own[3]
         child = os.fork()
-        if child == 0:  # the threads of the parent are not here
+        if child == 0:  # the threads of the parent are not here to be ended
             try:
-                signal.alarm(60)
+                signal.alarm(30)
                 right = np.array_equal(field[3], first)
-                del again
+                del again, own
                 gc.collect()
                 os._exit(0 if right else 1)
             except BaseException:
@@ -291,6 +293,12 @@ class Words(unittest.TestCase):
             if callable(thing) and not inspect.getdoc(thing):
                 silent.append(name)
         self.assertEqual(silent, [])
+
+    def test_optional_packages_are_not_loaded(self):
+        code = "import sys, bccsplat; print([n for n in ('xarray', 'dask', 'zarr', 'matplotlib') if n in sys.modules])"
+        run = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, check=True,
+                             env={**os.environ, "PYTHONPATH": support.PYTHON})
+        self.assertEqual(run.stdout, "[]\n")
 
     def test_contents_are_printed(self):
         run = subprocess.run([sys.executable, "-B", "-m", "bccsplat"], capture_output=True, text=True, check=True,
