@@ -2,6 +2,7 @@
 environment of its own that has neither the sources nor a compiler. Exits with 77 without patchelf or venv."""
 import base64
 import csv
+import glob
 import hashlib
 import io
 import os
@@ -105,7 +106,8 @@ def check_installed(wheel, folder):
     alone = {"PATH": binaries, "VENV": environment, "HOME": folder}
 
     def run(*command, code=0):
-        done = subprocess.run([os.path.join(binaries, command[0]), *command[1:]], env=alone, cwd=folder, capture_output=True, text=True)
+        done = subprocess.run([os.path.join(binaries, command[0]), *command[1:]], env=alone, cwd=folder, capture_output=True,
+                              text=True)
         assert done.returncode == code, (command, done.returncode, done.stdout, done.stderr)
         return done.stdout + done.stderr
 
@@ -121,8 +123,8 @@ def check_installed(wheel, folder):
         file.write(b"CDF\1" + bytes(40))
     assert "was built with NetCDF, but its module" in run("bcc4", "import", "a.nc", "-o", "x.bcc4", code=3)
     run("pip", "uninstall", "--quiet", "--yes", "bccsplat")
-    left = [name for name in os.listdir(os.path.join(environment, "lib", os.listdir(os.path.join(environment, "lib"))[0],
-                                                     "site-packages")) if "bccsplat" in name]
+    packages, = glob.glob(os.path.join(environment, "lib", "python3*", "site-packages"))
+    left = [name for name in os.listdir(packages) if "bccsplat" in name]
     assert not left and not os.path.exists(os.path.join(binaries, "bcc4")), left
 
 

@@ -148,6 +148,19 @@ class Reading(unittest.TestCase):
         bccsplat.save(path("months.bcc4"), self.source[:3], time_unit="months", attributes={"time_epoch": "2020-01-01"})
         np.testing.assert_array_equal(open_file("months.bcc4").time, [0, 1, 2])
 
+    @unittest.skipIf(*without("cftime"))
+    def test_other_calendars(self):
+        bccsplat.save(path("noleap.bcc4"), self.source, time_unit="days",
+                      attributes={"time_epoch": "2020-02-27", "time_calendar": "noleap"})
+        ds = open_file("noleap.bcc4")
+        self.assertEqual([(day.month, day.day) for day in ds.time.values[:4]], [(2, 27), (2, 28), (3, 1), (3, 2)])
+        np.testing.assert_array_equal(ds.bcc4.at(ds.time.values[3]).value.values, ds.value[3].values)
+        ds.bcc4.to_file(path("noleap2.bcc4"))
+        self.assertTrue((open_file("noleap2.bcc4").time.values == ds.time.values).all())
+        bccsplat.save(path("360.bcc4"), self.source[:3], start=.5, time_unit="months",
+                      attributes={"time_epoch": "1960-01-01", "time_calendar": "360"})
+        self.assertEqual([(day.month, day.day) for day in open_file("360.bcc4").time.values], [(1, 16), (2, 16), (3, 16)])
+
     def test_oblique_places_are_sample_numbers(self):
         turn = np.array([[0, -2., 0, 1], [2, 0, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
         bccsplat.save(path("turned.bcc4"), self.source[:3], affine=turn, spatial_unit="mm")

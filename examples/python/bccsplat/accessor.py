@@ -102,7 +102,7 @@ class Bcc4Accessor:
 
     def to_file(self, path: Path, *, dims: Sequence[str] | None = None, psnr: float | None = None,
                 parts: int | None = None, resume: bool = False, overwrite: bool = False, **options: Any) -> None:
-        """Writes every variable of the dataset as a channel of a .bcc4 file.
+        """Writes every variable of the dataset as a channel of a .bcc4 file; what is kept is as of bccsplat.save.
 
         dims: names of the dimensions of time, z, y and x (or of z, y and x), the slowest first; None: as the first variable
         has them. Coordinates become places and times; they must be evenly spaced but for time. psnr: as of bccsplat.save.

@@ -67,6 +67,9 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
          progress: Progress | None = None, **options: Any) -> _abi.WriterReport | None:
     """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
 
+    What the lattice of half the samples cannot hold (noise, detail of one sample) is lost unless abs_error or psnr is given,
+    or lattice="cc", which keeps every sample.
+
     array: [t, z, y, x], or [z, y, x] of one frame, of numbers of 1 to 8 bytes; anything with a shape whose [t] is a frame
     does, such as a memory map or a variable of a file, of which one frame is held at a time. A mapping of names to such
     arrays of one shape makes a channel of each. Arrays are passed to the library as they are, with any strides.

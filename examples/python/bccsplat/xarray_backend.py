@@ -22,6 +22,9 @@ xarray: Any = import_module("xarray")
 indexing: Any = import_module("xarray.core.indexing")
 backends: Any = import_module("xarray.backends")
 
+# Words for calendars that CF writes otherwise.
+_CALENDARS = {"360": "360_day", "365": "365_day", "366": "366_day"}
+
 # Values in one preferred chunk: 128 MiB.
 _CHUNK_VALUES = 1 << 25
 
@@ -84,7 +87,8 @@ def time_coordinate(volume: Volume, times: Array, dims: tuple[str, ...] = ("time
     unit = text_of(volume.info().time_unit)
     if epoch := attributes.get("time_epoch", ""):
         attrs["units"] = "%s since %s" % (unit, epoch)
-        attrs["calendar"] = attributes.get("time_calendar", "standard")
+        calendar = attributes.get("time_calendar", "standard")
+        attrs["calendar"] = _CALENDARS.get(calendar, calendar)
     elif unit:
         attrs["units"] = unit
     return xarray.Variable(dims, times, attrs)
