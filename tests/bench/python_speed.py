@@ -3,7 +3,7 @@
 Beside each other, of waves whose values are known everywhere: netCDF4 (frames deflated) with linear interpolation and with
 scipy's map_coordinates of order 3, and of .bcc4 files with lattices of several distances and two kernels the fastest that
 errs no more; where none does, the most accurate. Times are CPU seconds of one thread, the best of three, from the closed file
-on: all reading is in them, files are in the system's cache. Prints the tables of tests/bench/notes/python.md.
+on: all reading is in them, files are in the system's cache. Prints the tables of tests/bench/notes/python.md. Needs numpy, scipy and netCDF4.
 """
 import argparse
 import itertools

@@ -47,10 +47,13 @@ assert [point.value for point in entry_points(group="xarray.backends") if point.
 """
 
 
+def told(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
 def made(output):
     script = os.path.join(top, "examples", "python", "build_wheel.sh")
-    run = subprocess.run(["bash", script, output, build], check=True, capture_output=True, text=True)
-    wheel = run.stdout.split()[-1]
+    wheel = told("bash", script, output, build).split()[-1]
     assert re.fullmatch(r"bccsplat-\d+\.\d+\.\d+-py3-none-manylinux_2_36_x86_64\.whl", os.path.basename(wheel)), wheel
     return wheel
 
@@ -88,9 +91,9 @@ def check_contents(archive, info, folder):
     from assemble_wheel import ALLOWED
     for name in binaries:
         path = os.path.join(folder, name)
-        needed = set(subprocess.run(["patchelf", "--print-needed", path], check=True, capture_output=True, text=True).stdout.split())
+        needed = set(told("patchelf", "--print-needed", path).split())
         assert needed <= ALLOWED | inside, (name, needed - ALLOWED - inside)
-        rpath = subprocess.run(["patchelf", "--print-rpath", path], check=True, capture_output=True, text=True).stdout.strip()
+        rpath = told("patchelf", "--print-rpath", path).strip()
         assert rpath == ("$ORIGIN/../lib" if "/bin/" in name else "$ORIGIN"), (name, rpath)
         assert (archive.getinfo(name).external_attr >> 16) & 0o111, name
         library = re.match(r"lib([A-Za-z]+)", os.path.basename(name))
@@ -112,9 +115,9 @@ def check_installed(wheel, folder):
         return done.stdout + done.stderr
 
     run("pip", "install", "--quiet", "--no-index", "--no-deps", wheel)
-    told = run("python", "-I", "-m", "bccsplat")
+    printed = run("python", "-I", "-m", "bccsplat")
     for text in ("package            " + environment, "bcc4 ", "inside", "libOpenEXR", "optional packages"):
-        assert text in told, told
+        assert text in printed, printed
     run("python", "-I", "-c", PYTHON_CODE)
     assert run("bcc4", "--version").startswith("bcc4 ")
     assert "samples" in run("bcc4", "info", "b.bcc4")

@@ -121,8 +121,8 @@ class Reading(unittest.TestCase):
                  "z": xr.DataArray([-10., -20, -10], dims="s")}
         probes = ds.bcc4.interp(**along)
         self.assertEqual(probes["d"].dims, ("time", "s"))
-        expected = [[self.volume.evaluate([[p - 5, (q - 5) / 2, (5 - r) / 3, k]])[0] for p, q, r in ((10, 10, -10), (20.5, 20.5, -20))]
-                    for k in range(14)]
+        expected = [[self.volume.evaluate([[p - 5, (q - 5) / 2, (5 - r) / 3, k]])[0]
+                     for p, q, r in ((10, 10, -10), (20.5, 20.5, -20))] for k in range(14)]
         np.testing.assert_allclose(probes["d"].values[:, :2], expected, atol=2e-6)
         self.assertTrue(np.isnan(probes["d"].values[:, 2]).all())
         with self.assertRaisesRegex(ValueError, "not lat"):
@@ -293,6 +293,14 @@ class Dask(unittest.TestCase):
         with open(log, encoding="utf-8") as file:
             begins = [int(line.split()[1]) for line in file]
         self.assertEqual(begins, [0, 0, 10, 10, 20, 20])  # each of two chunks along z once, in order
+
+    def test_a_task_that_is_done_holds_nothing(self):
+        from bccsplat.dataset_writer import DatasetWriter
+        from bccsplat.part_task import PartTask
+        made = DatasetWriter(self.chunked(), None, {})
+        task = PartTask(made.plan, made.series, path("part.bcc4"), (0, 60))
+        self.assertEqual(task.run([]), path("part.bcc4"))
+        self.assertEqual([series._held for series in task.series], [None])
 
     def test_finished_parts_are_taken_over(self):
         log, broken = path("resume.txt"), [True]

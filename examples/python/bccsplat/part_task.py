@@ -23,9 +23,9 @@ class PartTask:
         if any(in_cluster(one.data) for one in series):
             needed = plan.part_frames(frames)
             self.made_before = [one.data[needed.start:needed.stop] for one in series]
-            self.series: list[Any] = [None for _ in series]
+            self.series: list[LazySeries] = []
         else:
-            self.series = [type(one)(one.data, "synchronous") for one in series]
+            self.series = [*series]
 
     def take_dependencies(self) -> list[Any]:
         """Arrays of which chunks lie in the memory of a cluster already: the scheduler brings them, all frames of the part
@@ -41,7 +41,9 @@ class PartTask:
         attempt = "%s.%s" % (self.path, uuid.uuid4().hex)
         with self.plan.writer(attempt, part=self.frames, part_times=self.plan.times) as writer:
             frames = range(*writer.part_frames())
-            series = [Shifted(array, frames.start) for array in brought] or self.series
+            # Of this run alone: what they hold goes with them, not with the task, which the scheduler keeps.
+            series: list[Any] = [Shifted(array, frames.start) for array in brought] or \
+                [type(one)(one.data, "synchronous") for one in self.series]
             add_frames(writer, series, self.plan.times, frames)
         os.replace(attempt, self.path)
         return self.path
