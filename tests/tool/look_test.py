@@ -208,7 +208,7 @@ class Look(ToolTest):
             return [(min(a), max(a)) for a in zip(*seen)]
         for more in ((), ('--camera', 'persp'), ('--rotate-y', 200), ('--mode', 'iso')):
             for low, high in box(*more):
-                self.assertGreater(high - low, .45 * PIXELS, more)
+                self.assertGreater(high - low, .42 * PIXELS, more)
                 self.assertLess(abs(low + high - PIXELS), 8, more)
         for low, high in box('--fit', 'domain'):
             self.assertLess(high - low, .3 * PIXELS)
