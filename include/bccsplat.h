@@ -1189,7 +1189,10 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume
 typedef struct bccsplat_slice bccsplat_slice;
 
 /* a x + b y + c z + d t + e = 0 in index space; (a, b, c, d) any length but zero, e no more than
- * 1e30 times that. A time slice at frame f: d = 1, e = -f. */
+ * 1e30 times that. A time slice at frame f: d = 1, e = -f. Planes of space at one moment, as the
+ * linked views of a medical viewer, are none: their points are asked of the time slice
+ * (bccsplat_slice_sample_grid, _evaluate) or by their places in the world
+ * (bccsplat_volume_evaluate_world). A volume without time has no other (UNSUPPORTED). */
 typedef struct bccsplat_hyperplane {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
@@ -1342,6 +1345,11 @@ typedef struct bccsplat_grid {
 BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume,
     const bccsplat_hyperplane* hyperplane, const bccsplat_slice_options* options,
     bccsplat_slice** slice);
+/* Cuts the volume at a time in its own unit: bccsplat_slice_create of t = time_to_index(time). Of a
+ * volume without time any time is fine. options may be NULL; point and basis are INVALID_ARGUMENT.
+ * Also: as bccsplat_slice_create. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_slice_at(const bccsplat_volume* volume, double time,
+    const bccsplat_slice_options* options, bccsplat_slice** slice);
 /* Reads and makes what bccsplat_slice_create would with the same arguments, and leaves it in the
  * volume's cache, as far as that holds it: for an idle thread of the host's, ahead of a moment that
  * will be asked for. Returns when that is done. Also: as there; UNSUPPORTED: what is no merged time

@@ -62,6 +62,19 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
   });
 }
 
+bccsplat_status bccsplat_volume_slice_at(const bccsplat_volume* volume, double time,
+                                         const bccsplat_slice_options* options, bccsplat_slice** slice) {
+  bccsplat_hyperplane now{};
+  now.struct_size = sizeof now, now.d = 1;
+  const bccsplat_status found = guard([&] {
+    require(slice, "slice");
+    *slice = nullptr;
+    require(volume, "volume");
+    if (!volume->file.info().lattice.is_static()) now.e = -volume->file.times().index_of(time);
+  });
+  return found == BCCSPLAT_OK ? bccsplat_slice_create(volume, &now, options, slice) : found;
+}
+
 bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume, const bccsplat_hyperplane* hyperplane,
                                          const bccsplat_slice_options* options) {
   return guard([&] {

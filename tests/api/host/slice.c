@@ -248,6 +248,14 @@ void test_slice(void) {
   OK(bccsplat_slice_create(volume, &plane, &mean, &slice));
   expect_mean(volume, slice, 0, 2);
   bccsplat_slice_release(slice);
+  OK(bccsplat_volume_slice_at(volume, 12, NULL, &slice)); /* the time of frame 1 */
+  OK(bccsplat_slice_get_info(slice, &info));
+  EXPECT(info.hyperplane[3] == 1 && fabs(info.hyperplane[4] + 1) < 1e-12);
+  bccsplat_slice_release(slice);
+  REFUSED(OUT_OF_DOMAIN, "", bccsplat_volume_slice_at(volume, 9, NULL, &slice));
+  EXPECT(!slice);
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_volume_slice_at(volume, 12, NULL, NULL));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_slice_at(NULL, 12, NULL, &slice));
   plane.a = 1, plane.d = 0, plane.e = -6; /* x = 6 */
   OK(bccsplat_slice_create(volume, &plane, NULL, &slice));
   OK(bccsplat_slice_get_info(slice, &info));
