@@ -912,6 +912,17 @@ typedef struct bccsplat_volume_options {
   bccsplat_cancel_token* cancel_token;
 } bccsplat_volume_options;
 
+/* Whether a series may get more frames, which bccsplat_volume_reopen sees. */
+typedef int32_t bccsplat_series_state;
+enum {
+  BCCSPLAT_SERIES_FINISHED = 0,
+  /* It is being written, or was left, and is to have frames_expected frames; where that is dims[3]
+   * all can be looked at, and finish alone is missing. */
+  BCCSPLAT_SERIES_UNFINISHED = 1,
+  /* The same, but nobody knows how many it will have. */
+  BCCSPLAT_SERIES_OPEN_END = 2
+};
+
 typedef struct bccsplat_volume_info {
   uint32_t struct_size;
   bccsplat_lattice lattice;
@@ -974,14 +985,13 @@ typedef struct bccsplat_volume_info {
    * distance of frames. */
   double time_end;
   /* Frames that a series being written, or left unfinished, is to have; dims[3], those that can be
-   * looked at, where that is not known. Opened again the file may have more of them. 0: it is
-   * finished. */
+   * looked at, where that is not known (series_state tells). Opened again the file may have more of
+   * them. 0: it is finished. */
   uint64_t frames_expected;
   /* BCCSPLAT_PERIODIC_..., the sum: along these indices go on to dims[axis], which is that of
    * sample 0 again. */
   uint32_t periodic_axes;
-  /* 0 */
-  uint32_t reserved;
+  bccsplat_series_state series_state;
 } bccsplat_volume_info;
 
 /* A level of a volume; level 0 is the one that all of the volume's information is about. */
@@ -1073,6 +1083,17 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device,
     const bccsplat_read_stream* stream, const bccsplat_volume_options* options,
     bccsplat_volume** volume);
+/* Opens the file of a volume again, under the options that it was opened with, to see the frames
+ * that were added since: live viewing of a series that is being written. The new handle begins with
+ * what the other one's caches hold and more frames leave as it is: decoded chunks, and coefficients
+ * that do not depend on layers beyond the old end, all at once and without being read or made
+ * again. They are the same bytes of memory as long as both handles keep them. Slices and scenes
+ * keep the old handle, which is still what it was. stream NULL: what the volume was opened from, as
+ * it is now, a file also under the name that finish gave it; a stream that has grown is given anew.
+ * What turns out to be another series is opened all the same, with empty caches, and so is a volume
+ * that salvages. The volume's cancel token is that of the new handle. Also: opening. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_reopen(
+    const bccsplat_volume* volume, const bccsplat_read_stream* stream, bccsplat_volume** newer);
 BCCSPLAT_API void bccsplat_volume_retain(bccsplat_volume* volume);
 BCCSPLAT_API void bccsplat_volume_release(bccsplat_volume* volume);
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(

@@ -123,9 +123,10 @@ struct Bcc4Limits {
   bool salvage_unreadable = false;
 };
 
-class Attempts;   // would_block.h
-struct ChunkData; // a decoded chunk, chunk.h
-struct ChunkRest; // what of one is still to be decoded
+class Attempts;       // would_block.h
+class UnchangedSlabs; // unchanged_slabs.h
+struct ChunkData;     // a decoded chunk, chunk.h
+struct ChunkRest;     // what of one is still to be decoded
 struct ChunkScratch;
 
 // What the values of bricks are relative to.
@@ -174,6 +175,8 @@ class Bcc4Reader {
   // Returns whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
   [[nodiscard]] bool root_damaged() const;
 
+  // Shares the index pages that another reader has in its cache, of the file before it grew.
+  void take_over(const Bcc4Reader& older) const;
   // The chunks of one slab in `region`, by rising slot. Reads the index pages of the slab that are not
   // cached.
   [[nodiscard]] std::vector<Bcc4Chunk> chunks(const ChannelLevel& at, int32_t slab,
@@ -244,6 +247,9 @@ class Bcc4Samples final : public SampleSource {
   Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20,
               RelativeTo to = RelativeTo::air, int level = 0);
   ~Bcc4Samples() override;
+
+  // Shares the chunks that are unchanged and that another one holds, of the file before it grew.
+  void take_over(const Bcc4Samples& older, const UnchangedSlabs& unchanged);
 
   const Lattice4& lattice() const override;
   int channels() const override;

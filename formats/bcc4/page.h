@@ -27,6 +27,7 @@ struct PageRef {
   uint32_t entries = 0;
   BlockRef block;
   uint32_t min_code = 0, max_code = 0; // of all its chunks
+  bool operator==(const PageRef&) const = default;
   [[nodiscard]] ChannelLevel at() const { return {static_cast<int>(channel), static_cast<int>(level)}; }
 };
 

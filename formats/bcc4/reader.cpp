@@ -2,6 +2,7 @@
 // Finds the chunks of a slab in the index of a file, reads and decodes them; when salvaging, what is damaged
 // becomes holes.
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "base/would_block.h"
@@ -41,6 +42,16 @@ std::vector<std::byte> Bcc4Reader::State::read_block(const BlockRef& ref, std::s
   std::vector<std::byte> stored(ref.padded());
   read(ref.offset, stored);
   return unpack_block(ref, stored, what);
+}
+
+void Bcc4Reader::take_over(const Bcc4Reader& older) const {
+  std::map<uint64_t, size_t> places; // in the other directory, by offset
+  for (size_t n = 0; n < older.state_->pages.size(); ++n) places[older.state_->pages[n].block.offset] = n;
+  for (size_t n = 0; n < state_->pages.size(); ++n) {
+    const auto place = places.find(state_->pages[n].block.offset);
+    if (place == places.end() || !(older.state_->pages[place->second] == state_->pages[n])) continue;
+    if (auto page = older.state_->cached.look(place->second)) state_->cached.insert(n, page, 1, 0);
+  }
 }
 
 std::shared_ptr<const Page> Bcc4Reader::State::load_page(size_t index) const {

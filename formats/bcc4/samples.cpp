@@ -20,6 +20,7 @@
 #include "formats/bcc4/held_chunk.h"
 #include "formats/bcc4/near_loss.h"
 #include "formats/bcc4/sample_step.h"
+#include "formats/bcc4/unchanged_slabs.h"
 #include "kernel/cc_kernel.h"
 #include "points/absent.h"
 
@@ -83,6 +84,13 @@ Bcc4Samples::Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budge
   if (level < 0 || level >= reader_->info().level_count()) fail(Code::not_found, "no level ", level);
 }
 Bcc4Samples::~Bcc4Samples() = default;
+
+void Bcc4Samples::take_over(const Bcc4Samples& older, const UnchangedSlabs& unchanged) {
+  if (to_ != older.to_) return;
+  cache_->chunks.take_over(older.cache_->chunks, [&](const ChunkKey& key) {
+    return unchanged.slab({std::get<0>(key), level_}, std::get<1>(key));
+  });
+}
 
 const Lattice4& Bcc4Samples::lattice() const { return reader_->info().level(level_).lattice; }
 int Bcc4Samples::channels() const { return static_cast<int>(reader_->info().channels.size()); }

@@ -7,27 +7,11 @@
 
 #include "formats/bcc4/coding/deflate.h"
 #include "formats/bcc4/metadata.h"
+#include "formats/bcc4/same_coding.h"
 #include "formats/bcc4/writer_state.h"
 
 namespace bccsplat {
 namespace {
-
-[[nodiscard]] bool same_layers(const StoredLattice& a, const StoredLattice& b) {
-  return a.slab_layers == b.slab_layers && a.lattice.kind == b.lattice.kind &&
-         a.lattice.space == b.lattice.space && a.lattice.time_step == b.lattice.time_step &&
-         a.lattice.lead == b.lattice.lead && a.lattice.periodic == b.lattice.periodic;
-}
-
-// Returns whether two infos agree in what may not change once samples are written.
-[[nodiscard]] bool same_coding(const VolumeInfo& a, const VolumeInfo& b) {
-  if (a.channels.size() != b.channels.size() || a.levels.size() != b.levels.size()) return false;
-  for (int l = 0; l < a.level_count(); ++l) {
-    if (!same_layers(a.level(l), b.level(l))) return false;
-    for (int c = 0; c < static_cast<int>(a.channels.size()); ++c)
-      if (a.coding({c, l}) != b.coding({c, l})) return false;
-  }
-  return true;
-}
 
 // Returns where the first chunk goes.
 uint64_t chunks_begin(const Bcc4WriterOptions& options) {

@@ -172,15 +172,22 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
 };
 
 struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
-  bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
-                  const bccsplat::VolumeOptions& options)
-      : device(owner), file(std::move(source), options, owner->memory) {}
+  // What it was opened with, and may be opened with again.
+  struct Opening {
+    std::shared_ptr<const bccsplat::ByteSource> bytes;
+    bccsplat::VolumeOptions options;
+    bccsplat::api::Token token;
+  };
+  bccsplat_volume(bccsplat_device* owner, Opening how, std::unique_ptr<bccsplat::ByteSource> source)
+      : device(owner), opening(std::move(how)), file(std::move(source), opening.options, owner->memory),
+        token(opening.token) {}
   // Logs, once, that the cache is too small and how large it should be.
   void note_repeats(const bccsplat::Coefficients& coefficients) const {
     if (const auto note = file.note_repeats(coefficients)) device->log(BCCSPLAT_LOG_INFO, *note);
   }
 
   bccsplat::api::Ref<bccsplat_device> device;
+  Opening opening;
   bccsplat::OpenVolume file;
   bccsplat::api::Token token;
 };

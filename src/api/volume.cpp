@@ -16,6 +16,26 @@ static_assert(sizeof(Vec4) == 4 * sizeof(double) && sizeof(std::array<float, 4>)
 
 namespace {
 
+using Opening = bccsplat_volume::Opening;
+
+// older: whose caches it begins with; null: none.
+template<class Open>
+std::unique_ptr<bccsplat_volume> open(bccsplat_device& device, Opening how, const bccsplat_volume* older,
+                                      const Open& open_source) {
+  Progress progress;
+  watch(progress, how.token);
+  progress.throw_if_cancelled();
+  how.bytes = open_source();
+  auto source = std::make_unique<VolumeSource>(how.bytes, device.read_turns, progress);
+  VolumeSource& reads = *source;
+  auto made = std::make_unique<bccsplat_volume>(&device, how, std::move(source));
+  if (older) made->file.take_over(older->file);
+  reads.opened();
+  device.log(BCCSPLAT_LOG_INFO, made->file.describe_caches());
+  progress.throw_if_cancelled();
+  return made;
+}
+
 template<class Open>
 bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* options,
                      bccsplat_volume** volume, const Open& open_source) {
@@ -24,20 +44,11 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
     *volume = nullptr;
     require(device, "device");
     const auto o = read_struct(options, "bccsplat_volume_options");
-    const Token token = read_token(o.cancel_token);
-    Progress progress;
-    watch(progress, token);
-    progress.throw_if_cancelled();
-    auto source = std::make_unique<VolumeSource>(open_source(), device->read_turns, progress);
-    VolumeSource& reads = *source;
-    VolumeOptions wanted{o.kernel, o.cache_bytes, device->max_sites, {}};
-    wanted.limits.salvage = o.salvage != 0, wanted.limits.salvage_unreadable = o.salvage == 2;
-    auto made = std::make_unique<bccsplat_volume>(device, std::move(source), wanted);
-    reads.opened();
-    device->log(BCCSPLAT_LOG_INFO, made->file.describe_caches());
-    progress.throw_if_cancelled();
-    made->token = token;
-    *volume = made.release();
+    Opening how;
+    how.token = read_token(o.cancel_token);
+    how.options = {o.kernel ? o.kernel : "", o.cache_bytes, device->max_sites, {}};
+    how.options.limits.salvage = o.salvage != 0, how.options.limits.salvage_unreadable = o.salvage == 2;
+    *volume = open(*device, how, nullptr, open_source).release();
   });
 }
 
@@ -100,6 +111,20 @@ bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device, const bccsp
   return open(device, options, volume, [&] {
     require(stream, "stream");
     return source_of(stream, "stream");
+  });
+}
+
+bccsplat_status bccsplat_volume_reopen(const bccsplat_volume* volume, const bccsplat_read_stream* stream,
+                                       bccsplat_volume** newer) {
+  return guard([&] {
+    require(newer, "newer");
+    *newer = nullptr;
+    require(volume, "volume");
+    const Opening& how = volume->opening;
+    const auto source = [&] {
+      return stream ? std::shared_ptr<const ByteSource>(source_of(stream, "stream")) : how.bytes;
+    };
+    *newer = open(*volume->device.get(), how, volume, source).release();
   });
 }
 

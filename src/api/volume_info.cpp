@@ -53,7 +53,10 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.attribute_count = v.attributes.size();
     if (v.part) out.part_first = v.part->first, out.part_end = v.part->end;
     out.level_count = static_cast<uint32_t>(v.levels.size());
-    if (v.unfinished) out.frames_expected = std::max(v.expected_frames, v.lattice.dims[3]);
+    if (v.unfinished) {
+      out.frames_expected = std::max(v.expected_frames, v.lattice.dims[3]);
+      out.series_state = v.expected_frames > 0 ? BCCSPLAT_SERIES_UNFINISHED : BCCSPLAT_SERIES_OPEN_END;
+    }
     write_struct(info, out, "info");
   });
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <iterator>
 #include <list>
 #include <map>
 #include <memory>
@@ -41,6 +42,18 @@ template<class Key, class Value> class LruCache {
     order_.push_front({key, std::move(value), weight, std::make_shared<Hold>(std::move(hold))});
     index_[key] = order_.begin();
     used_ += weight;
+  }
+
+  // Shares what another cache holds, as far as it fits, the newest first: values, and what is held with them.
+  // wanted(key): whether to.
+  template<class Wanted> void take_over(LruCache& other, const Wanted& wanted) {
+    const std::scoped_lock lock(mutex_, other.mutex_);
+    for (const Entry& entry : other.order_) {
+      if (entry.weight > capacity_ - used_ || index_.contains(entry.key) || !wanted(entry.key)) continue;
+      order_.push_back(entry);
+      index_[entry.key] = std::prev(order_.end());
+      used_ += entry.weight;
+    }
   }
 
   void drop(const Key& key) {

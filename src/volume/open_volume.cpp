@@ -9,6 +9,8 @@
 #include "base/machine.h"
 #include "base/text.h"
 #include "formats/bcc4/frame_sources.h"
+#include "formats/bcc4/same_coding.h"
+#include "formats/bcc4/unchanged_slabs.h"
 #include "slice/part.h"
 #include "volume/volume_cache.h"
 
@@ -81,7 +83,7 @@ VolumeCache cache_to_play(const Bcc4Reader& reader, const Kernel& kernel) {
 
 OpenVolume::OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& options, MemoryBudget& memory)
     : reader_(Bcc4Reader::open(std::move(source), options.limits)), times_(time_axis(reader_->info())),
-      kernel_(make_kernel(choose_kernel(reader_->info(), options.kernel))),
+      kernel_(make_kernel(choose_kernel(reader_->info(), options.kernel.c_str()))),
       recommended_kernel_(make_kernel(reader_->info().recommended_kernel).name) {
   const uint64_t sites = info().lattice.sites();
   if (sites > options.max_sites)
@@ -106,6 +108,48 @@ OpenVolume::OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& 
     masks_.push_back(!c.masks.empty() ? std::make_unique<Masks>(std::make_unique<Bcc4Masks>(reader_, index),
                                                                 memory, cache / masks_part)
                                       : nullptr);
+  }
+}
+
+void OpenVolume::take_over(const OpenVolume& older) {
+  reader_->take_over(*older.reader_);
+  const UnchangedSlabs unchanged(*older.reader_, *reader_);
+  for (size_t level = 0; level < std::min(samples_.size(), older.samples_.size()); ++level)
+    samples_[level]->take_over(*older.samples_[level], unchanged);
+  if (same_coding(info(), older.info())) take_over_coefficients(older, unchanged);
+}
+
+void OpenVolume::take_over_coefficients(const OpenVolume& older, const UnchangedSlabs& unchanged) {
+  const std::scoped_lock lock(older.mutex_); // nobody else has this one yet
+  const auto take = [&](const Coefficients& made, const Coefficients& from, const ChannelLevel& at) {
+    made.take_over(from, [&](int32_t layer) { return unchanged.layer(at, layer); });
+  };
+  const auto at = [](const Key& key) {
+    return ChannelLevel{static_cast<int>(std::get<0>(key)), static_cast<int>(std::get<2>(key))};
+  };
+  for (const auto& [key, from] : older.coefficients_) {
+    const auto& [channel, kernel, level] = key;
+    auto made = make_coefficients(channel, kernel_of(kernel.c_str()), level, {}, *samples_[level],
+                                  cache_of_level(cache_bytes_, level));
+    take(*made, *from, at(key));
+    coefficients_[key] = std::move(made);
+  }
+  for (const auto& [key, part] : older.parts_) {
+    const auto& [channel, kernel, level] = key;
+    std::shared_ptr<const Coefficients> made =
+        make_coefficients(channel, kernel_of(kernel.c_str()), level, part.region, *samples_[level],
+                          cache_of_level(cache_bytes_, level));
+    take(*made, *part.coefficients, at(key));
+    parts_[key] = {part.region, std::move(made)};
+  }
+  for (const auto& [channel, probed] : older.probed_) {
+    std::shared_ptr<const Coefficients> made;
+    if (probed.part.coefficients) {
+      made = make_coefficients(channel, kernel_, 0, probed.part.region, *samples_[0],
+                               probed.part.coefficients->cache_bytes());
+      take(*made, *probed.part.coefficients, {static_cast<int>(channel), 0});
+    }
+    probed_[channel] = {{probed.part.region, std::move(made)}, probed.made};
   }
 }
 

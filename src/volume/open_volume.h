@@ -25,8 +25,8 @@
 namespace bccsplat {
 
 struct VolumeOptions {
-  const char* kernel = nullptr; // null or "": the file's
-  uint64_t cache_bytes = 0;     // 0: chosen by what playing needs and the memory there is
+  std::string kernel;       // "": the file's
+  uint64_t cache_bytes = 0; // 0: chosen by what playing needs and the memory there is
   uint64_t max_sites = UINT64_MAX;
   Bcc4Limits limits;
 };
@@ -36,6 +36,10 @@ class OpenVolume {
  public:
   // Reads the index. Throws what reading does, and limit_exceeded where the lattice has more than max_sites.
   OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& options, MemoryBudget& memory);
+
+  // Shares what another one's caches hold and what is the same here: of the file before it grew. Before
+  // others use this one.
+  void take_over(const OpenVolume& older);
 
   [[nodiscard]] const VolumeInfo& info() const { return reader_->info(); }
   [[nodiscard]] const std::shared_ptr<Bcc4Reader>& reader() const { return reader_; }
@@ -81,6 +85,7 @@ class OpenVolume {
     BrickBox region;
     std::shared_ptr<const Coefficients> coefficients;
   };
+  void take_over_coefficients(const OpenVolume& older, const UnchangedSlabs& unchanged);
   [[nodiscard]] Kernel kernel_of(const char* name) const; // the volume's where there is no name
   [[nodiscard]] std::unique_ptr<Coefficients> make_coefficients(uint32_t channel, Kernel kernel,
                                                                 uint32_t level, const BrickBox& region,

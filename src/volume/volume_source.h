@@ -16,7 +16,7 @@ class VolumeSource : public ByteSource {
  public:
   // turns: null where there is no limit. Until opened() every read looks first whether the call that opens
   // was cancelled.
-  VolumeSource(std::unique_ptr<ByteSource> bytes, std::shared_ptr<std::counting_semaphore<>> turns,
+  VolumeSource(std::shared_ptr<const ByteSource> bytes, std::shared_ptr<std::counting_semaphore<>> turns,
                const Progress& opening)
       : bytes_(std::move(bytes)), turns_(std::move(turns)), opening_(&opening) {}
 
@@ -42,7 +42,7 @@ class VolumeSource : public ByteSource {
   }
 
  private:
-  std::unique_ptr<ByteSource> bytes_;
+  std::shared_ptr<const ByteSource> bytes_; // that whoever opens the volume again reads, too
   std::shared_ptr<std::counting_semaphore<>> turns_;
   const Progress* opening_;
 };

@@ -3,7 +3,9 @@
 // moment of its frames what the finished one shows there.
 #include <array>
 #include <csignal>
+#include <cstring>
 #include <map>
+#include <memory>
 
 #include <sys/wait.h>
 
@@ -77,8 +79,18 @@ struct Opened {
     if (status != BCCSPLAT_OK) return;
     EXPECT_EQ(bccsplat_volume_get_info(volume, &info), BCCSPLAT_OK);
   }
+  // Opens the file of another one again.
+  explicit Opened(const Opened& older) {
+    status = bccsplat_volume_reopen(older.volume, nullptr, &volume);
+    EXPECT_EQ(status, BCCSPLAT_OK) << bccsplat_last_error();
+    EXPECT_EQ(bccsplat_volume_get_info(volume, &info), BCCSPLAT_OK);
+  }
+  [[nodiscard]] uint64_t bytes_read() const {
+    auto now = sized<bccsplat_volume_info>();
+    EXPECT_EQ(bccsplat_volume_get_info(volume, &now), BCCSPLAT_OK);
+    return now.bytes_read;
+  }
   ~Opened() { bccsplat_volume_release(volume); }
-  Opened(const Opened&) = delete;
   Opened& operator=(const Opened&) = delete;
   [[nodiscard]] uint64_t damages() const {
     auto report = sized<bccsplat_verify_report>();
@@ -192,6 +204,127 @@ TEST(Live, EveryStateIsASoundFileAndShowsWhatTheFinishedOneDoes) {
     const auto index = static_cast<double>(other.info.bytes_index);
     EXPECT_NEAR(static_cast<double>(file.info.bytes_index), index, 0.03 * index);
   }
+}
+
+// Moments of the first `count` frames and between them, all of the last ones.
+void expect_same_moments(const Opened& a, const Opened& b, uint64_t count) {
+  const double last = static_cast<double>(count) - 1;
+  for (double t = 0; t <= last; t += t < last - 6 ? 1.5 : 0.5) {
+    ASSERT_EQ(a.slice({0, 0, 0, 1, -t}), b.slice({0, 0, 0, 1, -t})) << t;
+    if (a.info.level_count == 0) continue;
+    ASSERT_EQ(a.slice({0, 0, 0, 1, -t}, 1), b.slice({0, 0, 0, 1, -t}, 1)) << t;
+  }
+}
+
+// A volume that is opened again shows what a fresh one does, bit for bit, and reads of the moments that were
+// looked at hardly more than what depends on the old end.
+TEST(Live, AVolumeOpenedAgainIsAFreshOneThatReadsLess) {
+  const host::Folder folder;
+  const TestDevice device;
+  for (const Variant& v : variants()) {
+    SCOPED_TRACE(v.name);
+    const std::string path = folder.file(std::string(v.name) + ".bcc4");
+    std::array<bccsplat_channel_options, 2> channels{sized<bccsplat_channel_options>(),
+                                                     sized<bccsplat_channel_options>()};
+    channels[0].name = "a", channels[1].name = "b";
+    auto o = v.options;
+    o.channels = channels.data(), o.channel_count = v.channels;
+    bccsplat_writer* writer = nullptr;
+    ASSERT_EQ(bccsplat_writer_create(device.device, path.c_str(), &o, &writer), BCCSPLAT_OK);
+    std::unique_ptr<Opened> held;
+    uint64_t by_fresh = 0, by_newer = 0;
+    int states = 0;
+    const auto look_again = [&](const std::string& at) {
+      const Opened fresh(device, at);
+      ASSERT_EQ(fresh.status, BCCSPLAT_OK);
+      auto newer = std::make_unique<Opened>(*held);
+      ASSERT_EQ(newer->info.dims[3], fresh.info.dims[3]);
+      const uint64_t known = held->info.dims[3];
+      held.reset(); // what is shared outlives it
+      expect_same_moments(*newer, fresh, known);
+      by_fresh += fresh.bytes_read(), by_newer += newer->bytes_read();
+      expect_same_moments(*newer, fresh, newer->info.dims[3]);
+      EXPECT_EQ(newer->damages(), 0u);
+      held = std::move(newer), ++states;
+    };
+    for (uint32_t t = 0; t < frames; ++t) {
+      ASSERT_EQ(add_frame(v, writer, t), BCCSPLAT_OK) << bccsplat_last_error();
+      auto now = std::make_unique<Opened>(device, path + ".partial");
+      if (now->status != BCCSPLAT_OK || (held && now->info.dims[3] == held->info.dims[3])) continue;
+      EXPECT_EQ(now->info.series_state,
+                o.dims[3] > 0 ? BCCSPLAT_SERIES_UNFINISHED : BCCSPLAT_SERIES_OPEN_END);
+      if (held)
+        look_again(path + ".partial");
+      else
+        held = std::move(now), expect_same_moments(*held, *held, held->info.dims[3]);
+    }
+    ASSERT_EQ(bccsplat_writer_finish(writer, nullptr), BCCSPLAT_OK) << bccsplat_last_error();
+    bccsplat_writer_release(writer);
+    ASSERT_TRUE(held);
+    look_again(path); // the file has another name now
+    EXPECT_EQ(held->info.series_state, BCCSPLAT_SERIES_FINISHED);
+    EXPECT_EQ(held->info.dims[3], frames);
+    EXPECT_GE(states, 3);
+    EXPECT_LT(by_newer, by_fresh / 2) << by_newer << " of " << by_fresh;
+  }
+}
+
+// What is kept is the bytes of memory that the old handle had.
+TEST(Live, AVolumeOpenedAgainSharesItsMemory) {
+  const host::Folder folder;
+  const TestDevice device;
+  const Variant v = variants().front();
+  const std::string path = folder.file("s.bcc4");
+  bccsplat_writer* writer = nullptr;
+  ASSERT_EQ(bccsplat_writer_create(device.device, path.c_str(), &v.options, &writer), BCCSPLAT_OK);
+  for (uint32_t t = 0; t < frames; ++t) ASSERT_EQ(add_frame(v, writer, t), BCCSPLAT_OK);
+  ASSERT_EQ(bccsplat_writer_finish(writer, nullptr), BCCSPLAT_OK);
+  bccsplat_writer_release(writer);
+  const auto used = [&] {
+    auto info = sized<bccsplat_device_info>();
+    EXPECT_EQ(bccsplat_device_get_info(device.device, &info), BCCSPLAT_OK);
+    return info.memory_used;
+  };
+  const Opened file(device, path);
+  (void)file.slice({0, 0, 0, 1, -8.5});
+  const uint64_t before = used();
+  EXPECT_GT(before, 0u);
+  {
+    const Opened again(file);
+    EXPECT_EQ(used(), before);
+    const uint64_t read = again.bytes_read();
+    EXPECT_EQ(again.slice({0, 0, 0, 1, -8.5}), file.slice({0, 0, 0, 1, -8.5}));
+    EXPECT_EQ(again.bytes_read(), read);
+    EXPECT_EQ(used(), before);
+  }
+  EXPECT_EQ(used(), before);
+  // Another file in its place begins with nothing.
+  Variant other = v;
+  other.options.overwrite = 1, other.options.time_scale = 1.3;
+  ASSERT_EQ(bccsplat_writer_create(device.device, path.c_str(), &other.options, &writer), BCCSPLAT_OK);
+  for (uint32_t t = 0; t < frames; ++t) ASSERT_EQ(add_frame(other, writer, t), BCCSPLAT_OK);
+  ASSERT_EQ(bccsplat_writer_finish(writer, nullptr), BCCSPLAT_OK);
+  bccsplat_writer_release(writer);
+  const Opened replaced(device, path);
+  Bytes bytes(1 << 22);
+  std::FILE* f = std::fopen(path.c_str(), "rb");
+  bytes.resize(std::fread(bytes.data(), 1, bytes.size(), f));
+  std::fclose(f);
+  auto stream = sized<bccsplat_read_stream>();
+  stream.size = bytes.size(), stream.user = bytes.data();
+  stream.read_at = [](void* user, uint64_t offset, void* to, uint64_t size) {
+    std::memcpy(to, static_cast<const char*>(user) + offset, size);
+    return static_cast<int64_t>(size);
+  };
+  bccsplat_volume* through = nullptr;
+  ASSERT_EQ(bccsplat_volume_reopen(file.volume, &stream, &through), BCCSPLAT_OK) << bccsplat_last_error();
+  EXPECT_EQ(used(), before);
+  float a = 0, b = 0;
+  const double at[4] = {20, 5, 5, 8.5};
+  EXPECT_EQ(bccsplat_volume_evaluate(through, 1, at, &a, nullptr), BCCSPLAT_OK);
+  EXPECT_EQ(bccsplat_volume_evaluate(replaced.volume, 1, at, &b, nullptr), BCCSPLAT_OK);
+  EXPECT_EQ(a, b);
+  bccsplat_volume_release(through);
 }
 
 // What spans time ends with the frames that can be looked at.

@@ -281,6 +281,33 @@ void Coefficients::pretend_to_hold(const Coefficients& other) const {
   }
 }
 
+bool Coefficients::same_as_in(const Coefficients& older, const Key& key,
+                              const std::function<bool(int32_t layer)>& unchanged) const {
+  const auto& [kind, layer] = key;
+  if (kind == Kind::samples) return unchanged(layer);
+  // What lies beyond an end is mirrored: a layer that reaches there depends on more of a longer series.
+  const std::set<int32_t> here = reads(layer);
+  return here == older.reads(layer) && std::all_of(here.begin(), here.end(), unchanged);
+}
+
+void Coefficients::take_over(const Coefficients& older,
+                             const std::function<bool(int32_t layer)>& unchanged) const {
+  // Samples that are made of coefficients may reach beyond the old end, too.
+  if (sampled_ && !is_stored_) return;
+  if (prune_ != older.prune_ || coarsest_ != older.coarsest_ || !(region_ == older.region_)) return;
+  if (source_.lattice().periodic && !(source_.lattice() == older.source_.lattice())) return;
+  const std::scoped_lock lock(mutex_, older.mutex_);
+  for (auto key = older.recent_.rbegin(); key != older.recent_.rend(); ++key) {
+    const std::shared_ptr<const Entry>& entry = older.entries_.at(*key);
+    if (entry->bytes > limit_ - held_ || entries_.contains(*key) || !same_as_in(older, *key, unchanged))
+      continue;
+    entries_.emplace(*key, entry);
+    recent_.push_front(*key);
+    ever_had_.insert(*key);
+    held_ += entry->bytes;
+  }
+}
+
 double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context& context) const {
   constexpr double unlimited = std::numeric_limits<double>::infinity();
   if (source_.lattice().is_static()) return unlimited;

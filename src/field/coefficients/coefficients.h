@@ -14,6 +14,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <map>
 #include <memory>
@@ -95,6 +96,10 @@ class Coefficients {
   // that one has layers.
   void pretend_to_hold(const Coefficients& other) const;
 
+  // Shares the layers that another one holds and that are the same here: those of the series before it got
+  // more layers. unchanged(m): whether layer m of the source is what it was.
+  void take_over(const Coefficients& older, const std::function<bool(int32_t layer)>& unchanged) const;
+
   // Forgets what a single walk through a series no longer needs: layers before `first` are not asked for
   // again, those before `next` have been made, and what only these depend on need not stay in the cache.
   void forget(int32_t first, int32_t next) const;
@@ -128,6 +133,9 @@ class Coefficients {
   template<class Layer>
   std::shared_ptr<const Layer> insert(const Key& key, Layer layer, const Context& context) const;
   void erase_locked(const Key& key) const;
+  // Whether a layer depends on the same layers as in a shorter series, none of which has changed.
+  [[nodiscard]] bool same_as_in(const Coefficients& older, const Key& key,
+                                const std::function<bool(int32_t layer)>& unchanged) const;
   void count_repeats(Kind kind, std::span<const int32_t> layers) const;
   Layers insert_all(std::span<const int32_t> layers, std::vector<SampleLayer> made,
                     const Context& context) const;

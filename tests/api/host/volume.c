@@ -248,6 +248,22 @@ static void evaluate(const bccsplat_volume* volume) {
           bccsplat_volume_evaluate_world(NULL, 0, 1, placed[0], values, NULL, NULL));
 }
 
+/* A finished file is what it was; it is still there under another name. */
+static void reopen(const bccsplat_volume* volume) {
+  SIZED(bccsplat_volume_info, info);
+  SIZED(bccsplat_read_stream, stream);
+  bccsplat_volume* newer = NULL;
+  OK(bccsplat_volume_reopen(volume, NULL, &newer));
+  OK(bccsplat_volume_get_info(newer, &info));
+  EXPECT(info.dims[3] == NT && info.series_state == BCCSPLAT_SERIES_FINISHED);
+  evaluate(newer);
+  bccsplat_volume_release(newer);
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_reopen(NULL, NULL, &newer));
+  EXPECT(!newer);
+  REFUSED(INVALID_ARGUMENT, "newer is NULL", bccsplat_volume_reopen(volume, NULL, NULL));
+  REFUSED(INVALID_ARGUMENT, "read_at", bccsplat_volume_reopen(volume, &stream, &newer));
+}
+
 void test_volume(void) {
   SIZED(bccsplat_volume_options, options);
   bccsplat_device* device = NULL;
@@ -278,6 +294,8 @@ void test_volume(void) {
   evaluate(volume);
   streams(device, volume);
   damaged_files(device);
+
+  reopen(volume);
 
   bccsplat_device_release(device); /* the volume keeps it */
   bccsplat_volume_retain(volume);
