@@ -2118,6 +2118,7 @@ typedef struct bccsplat_plane {
   uint32_t width;
   uint32_t height;
   float* pixels; /* belongs to the frame, or is the host's own when wrapped */
+  /* From one row to the next; of rows from the bottom up negative once cast to int64_t. */
   uint64_t row_bytes;
 } bccsplat_plane;
 
@@ -2157,6 +2158,21 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint
  * lies in no memory. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width,
     uint32_t height, float* rgba, uint64_t row_bytes, bccsplat_frame** frame);
+/* A plane of a frame in the host's memory: a channel's bit, and where its pixels are. */
+typedef struct bccsplat_host_plane {
+  uint32_t channel;
+  /* 0 */
+  uint32_t reserved;
+  /* Row 0, at the top; borrowed until release. NULL: the frame has memory of its own for it. */
+  float* pixels;
+  /* From one row to the next, a multiple of 4, negative for rows from the bottom up; 0: packed. */
+  int64_t row_bytes;
+} bccsplat_host_plane;
+/* A frame of these planes, RGBA always included, in the host's memory or its own; of FRAME_DEEP,
+ * which has no plane, pixels is NULL. INVALID_ARGUMENT: a channel twice, rows that overlap or lie
+ * in no memory. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_wrap_planes(bccsplat_device* device, uint32_t width,
+    uint32_t height, const bccsplat_host_plane* planes, uint64_t count, bccsplat_frame** frame);
 BCCSPLAT_API void bccsplat_frame_retain(bccsplat_frame* frame);
 BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
 /* `channel` is one bit, of a plane: FRAME_DEEP has none (INVALID_ARGUMENT), but
@@ -2182,6 +2198,12 @@ enum {
  * lacks it. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_copy(const bccsplat_frame* frame, uint32_t channel,
     bccsplat_pixel_format format, void* pixels, int64_t row_bytes);
+/* The same of a rectangle of the frame whose top left pixel is (x, y): `pixels` is where that goes.
+ * For a bccsplat_tile_fn, and on the calling thread alone. Also: INVALID_ARGUMENT beyond the
+ * frame. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_copy_part(const bccsplat_frame* frame, uint32_t channel,
+    bccsplat_pixel_format format, uint32_t x, uint32_t y, uint32_t width, uint32_t height,
+    void* pixels, int64_t row_bytes);
 /* The samples of the last render into the frame; the pointers are good until the next one or the
  * last release. Also: NOT_FOUND when the frame has no FRAME_DEEP, WRONG_STATE before a render and
  * after one that was cancelled or failed on its way, which gave the samples back. */

@@ -100,7 +100,7 @@ void write_exr(ByteSink& sink, const std::string& name, int width, int height,
       // OpenEXR does not write through this pointer.
       auto* pixels = reinterpret_cast<char*>(const_cast<float*>(c.pixels));
       frame.insert(c.name, Imf::Slice(Imf::FLOAT, pixels, c.pixel_floats * sizeof(float),
-                                      c.row_floats * sizeof(float)));
+                                      static_cast<size_t>(c.row_floats) * sizeof(float)));
     }
     Imf::OutputFile file(stream, header, 0);
     file.setFrameBuffer(frame);

@@ -20,8 +20,8 @@ namespace bccsplat {
 struct ExrChannel {
   std::string name; // "R", "depth.Z", ...
   const float* pixels = nullptr;
-  size_t pixel_floats = 1; // distance of neighbouring pixels
-  size_t row_floats = 0;   // distance of neighbouring rows
+  size_t pixel_floats = 1;       // distance of neighbouring pixels
+  std::ptrdiff_t row_floats = 0; // from a row to the next, any sign
 };
 
 // The camera of the picture. Matrices act on row vectors from the left, x' = x M, row by row.

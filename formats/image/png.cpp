@@ -57,7 +57,7 @@ void on_warning(png_structp, png_const_charp) {}
 struct Picture {
   int width, height;
   const float* rgba;
-  size_t row_floats;
+  std::ptrdiff_t row_floats;
   const PngOptions& options;
   [[nodiscard]] int channels() const { return options.background ? 3 : 4; }
 };
@@ -113,7 +113,7 @@ bool write_rows(png_structp png, png_infop info, Writer& writer, const Picture& 
 } // namespace
 
 void write_png(ByteSink& sink, const std::string& name, int width, int height, const float* rgba,
-               size_t row_floats, const PngOptions& options) {
+               std::ptrdiff_t row_floats, const PngOptions& options) {
   const Picture picture{width, height, rgba, row_floats, options};
   std::vector<unsigned char> row(static_cast<size_t>(width) * picture.channels());
   SinkBuffer buffer(sink);
@@ -148,7 +148,7 @@ void write_png(ByteSink&, const std::string& name, int, int, const float*, size_
 
 namespace bccsplat {
 
-void write_png(const std::string& path, int width, int height, const float* rgba, size_t row_floats,
+void write_png(const std::string& path, int width, int height, const float* rgba, std::ptrdiff_t row_floats,
                const PngOptions& options) {
   const auto sink = create_file_sink(path, options.overwrite);
   write_png(*sink, path, width, height, rgba, row_floats, options);

@@ -2,6 +2,8 @@
 // Frames hold pixels of their own or wrap the host's. What is written into files is gathered here from frame
 // and options (camera, rate, exposure).
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -22,19 +24,86 @@ namespace {
 constexpr uint32_t all_channels = BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE |
                                   BCCSPLAT_FRAME_TIME | BCCSPLAT_FRAME_DEEP;
 
-const Plane* plane_of(const bccsplat_frame& frame, uint32_t channel) {
+// Null: no bit of a plane.
+template<class Frame> auto* plane_of(Frame& frame, uint32_t channel) {
+  auto& image = frame.image;
   switch (channel) {
   case BCCSPLAT_FRAME_RGBA:
-    return &frame.image.rgba;
+    return &image.rgba;
   case BCCSPLAT_FRAME_DEPTH:
-    return &frame.image.depth;
+    return &image.depth;
   case BCCSPLAT_FRAME_VALUE:
-    return &frame.image.value;
+    return &image.value;
   case BCCSPLAT_FRAME_TIME:
-    return &frame.image.time;
+    return &image.time;
   default:
-    return nullptr;
+    return static_cast<decltype(&image.rgba)>(nullptr);
   }
+}
+
+int components_of(uint32_t channel) { return channel == BCCSPLAT_FRAME_RGBA ? 4 : 1; }
+
+// A frame with planes, and deep samples, of its own.
+std::unique_ptr<bccsplat_frame> make_frame(bccsplat_device* device, uint32_t width, uint32_t height,
+                                           uint32_t channels) {
+  constexpr std::array<uint32_t, 4> planes{BCCSPLAT_FRAME_RGBA, BCCSPLAT_FRAME_DEPTH, BCCSPLAT_FRAME_VALUE,
+                                           BCCSPLAT_FRAME_TIME};
+  auto f = std::make_unique<bccsplat_frame>();
+  f->device = Ref(device);
+  f->image.width = static_cast<int>(width), f->image.height = static_cast<int>(height);
+  size_t floats = 0;
+  for (const uint32_t bit : planes) floats += channels & bit ? static_cast<size_t>(components_of(bit)) : 0;
+  const size_t pixels = size_t{width} * height;
+  f->memory = Reservation(device->memory, checked_product({pixels, floats, sizeof(float)}), "frame");
+  f->storage.resize(pixels * floats);
+  float* next = f->storage.data();
+  for (const uint32_t bit : planes) {
+    if (!(channels & bit)) continue;
+    const int components = components_of(bit);
+    *plane_of(*f, bit) = {next, std::ptrdiff_t{width} * components, components};
+    next += pixels * static_cast<size_t>(components);
+  }
+  if (channels & BCCSPLAT_FRAME_DEEP) f->image.deep = &f->deep;
+  return f;
+}
+
+// Rows of the host's, row_bytes apart (not 0), are rows of floats in memory that do not overlap.
+void check_rows(const float* pixels, int64_t row_bytes, uint32_t width, uint32_t height, int components,
+                const std::string& name) {
+  const uint64_t least = uint64_t{width} * static_cast<uint64_t>(components) * sizeof(float);
+  const uint64_t row =
+      row_bytes < 0 ? 0 - static_cast<uint64_t>(row_bytes) : static_cast<uint64_t>(row_bytes);
+  if (row % sizeof(float) != 0 || row < least)
+    fail(Code::invalid_argument, name, ": row_bytes ", row_bytes, " must be a multiple of 4 and hold ", width,
+         " pixels of ", static_cast<size_t>(components) * sizeof(float), " bytes");
+  const auto address = reinterpret_cast<uintptr_t>(pixels);
+  const uint64_t room = row_bytes < 0 ? address : UINTPTR_MAX - address;
+  if (row > memory_end / height || row * height > room)
+    fail(Code::invalid_argument, name, ": ", height, " rows of row_bytes ", row_bytes,
+         " are more than memory holds");
+  if (address % alignof(float) != 0) fail(Code::invalid_argument, name, ": it is not aligned to its floats");
+}
+
+int64_t row_bytes_of(const bccsplat_host_plane& plane, uint32_t width) {
+  if (plane.row_bytes != 0) return plane.row_bytes;
+  return int64_t{width} * components_of(plane.channel) * static_cast<int64_t>(sizeof(float));
+}
+
+void check_host_plane(const bccsplat_host_plane& plane, uint64_t n, uint32_t width, uint32_t height) {
+  const std::string name = concat("planes[", n, "]");
+  require_zero(plane.reserved, "bccsplat_host_plane.reserved");
+  if (plane.channel == 0 || (plane.channel & ~all_channels) != 0 || !std::has_single_bit(plane.channel))
+    fail(Code::invalid_argument, name, ": ", plane.channel, " is not one channel bit");
+  if (!plane.pixels) return;
+  if (plane.channel == BCCSPLAT_FRAME_DEEP)
+    fail(Code::invalid_argument, name, ": BCCSPLAT_FRAME_DEEP has no pixels; leave them NULL");
+  check_rows(plane.pixels, row_bytes_of(plane, width), width, height, components_of(plane.channel), name);
+}
+
+Plane plane_there(const bccsplat_host_plane& plane, uint32_t width) {
+  constexpr auto bytes = static_cast<int64_t>(sizeof(float));
+  return {plane.pixels, static_cast<std::ptrdiff_t>(row_bytes_of(plane, width) / bytes),
+          components_of(plane.channel)};
 }
 
 void check_sequence(const bccsplat_image_options& o) {
@@ -108,6 +177,27 @@ bccsplat_status save_file(const bccsplat_frame* frame, int32_t format, const cha
   });
 }
 
+// Checks where pixels are to be copied; returns the bytes from one row to the next.
+std::ptrdiff_t check_copy(const Plane& plane, int width, int height, bccsplat_pixel_format format,
+                          const void* pixels, int64_t row_bytes) {
+  if (format < BCCSPLAT_PIXELS_F32 || format > BCCSPLAT_PIXELS_SRGB8_PREMULTIPLIED)
+    fail(Code::invalid_argument, "frame: unknown pixel format ", format);
+  if (format >= BCCSPLAT_PIXELS_SRGB8 && plane.components != 4)
+    fail(Code::invalid_argument, "frame: bytes are of BCCSPLAT_FRAME_RGBA alone");
+  const auto number = static_cast<int64_t>(number_bytes(static_cast<PixelFormat>(format)));
+  const int64_t packed = int64_t{width} * plane.components * number;
+  const int64_t row = row_bytes ? row_bytes : packed;
+  if (row > -packed && row < packed)
+    fail(Code::invalid_argument, "frame: row_bytes ", row, " does not hold ", width, " pixels of ",
+         plane.components * number, " bytes");
+  if (row % number != 0 || reinterpret_cast<uintptr_t>(pixels) % static_cast<uintptr_t>(number) != 0)
+    fail(Code::invalid_argument, "frame: pixels and row_bytes must be multiples of ", number);
+  const auto most = static_cast<int64_t>(memory_end / static_cast<uint64_t>(height));
+  if (row > most || row < -most)
+    fail(Code::invalid_argument, "frame: row_bytes ", row, " is more than memory holds");
+  return static_cast<std::ptrdiff_t>(row);
+}
+
 } // namespace
 
 extern "C" {
@@ -121,26 +211,7 @@ bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, u
     require_pixels(width, height, "frame");
     if (channels & ~all_channels)
       fail(Code::invalid_argument, "frame: unknown channel bits ", channels & ~all_channels);
-    auto f = std::make_unique<bccsplat_frame>();
-    f->device = Ref(device);
-    f->image.width = width, f->image.height = height;
-    size_t floats = 4;
-    for (const uint32_t bit : {BCCSPLAT_FRAME_DEPTH, BCCSPLAT_FRAME_VALUE, BCCSPLAT_FRAME_TIME})
-      if (channels & bit) ++floats;
-    const size_t pixels = size_t{width} * height;
-    f->memory = Reservation(device->memory, checked_product({pixels, floats, sizeof(float)}), "frame");
-    f->storage.resize(pixels * floats);
-    float* next = f->storage.data();
-    const auto take = [&](Plane& plane, int components) {
-      plane = {next, size_t{width} * components, components};
-      next += pixels * components;
-    };
-    take(f->image.rgba, 4);
-    if (channels & BCCSPLAT_FRAME_DEPTH) take(f->image.depth, 1);
-    if (channels & BCCSPLAT_FRAME_VALUE) take(f->image.value, 1);
-    if (channels & BCCSPLAT_FRAME_TIME) take(f->image.time, 1);
-    if (channels & BCCSPLAT_FRAME_DEEP) f->image.deep = &f->deep;
-    *frame = f.release();
+    *frame = make_frame(device, width, height, channels | BCCSPLAT_FRAME_RGBA).release();
   });
 }
 
@@ -151,19 +222,39 @@ bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uin
     *frame = nullptr;
     require(device, "device"), require(rgba, "rgba");
     require_pixels(width, height, "frame");
-    const uint64_t row = row_bytes ? row_bytes : uint64_t{width} * 16;
-    if (row % sizeof(float) != 0 || row < uint64_t{width} * 16)
-      fail(Code::invalid_argument, "frame: row_bytes ", row, " must be a multiple of 4 and hold ", width,
-           " pixels of 16 bytes");
-    if (row > memory_end / height || row * height > UINTPTR_MAX - reinterpret_cast<uintptr_t>(rgba))
-      fail(Code::invalid_argument, "frame: ", height, " rows of row_bytes ", row,
-           " are more than memory holds");
-    if (reinterpret_cast<uintptr_t>(rgba) % alignof(float) != 0)
-      fail(Code::invalid_argument, "frame: rgba is not aligned to its floats");
-    auto f = std::make_unique<bccsplat_frame>();
-    f->device = Ref(device);
-    f->image.width = width, f->image.height = height;
-    f->image.rgba = {rgba, row / sizeof(float), 4};
+    if (row_bytes > INT64_MAX)
+      fail(Code::invalid_argument, "frame: row_bytes ", row_bytes, " is more than memory holds");
+    const bccsplat_host_plane plane{BCCSPLAT_FRAME_RGBA, 0, rgba, static_cast<int64_t>(row_bytes)};
+    check_rows(rgba, row_bytes_of(plane, width), width, height, 4, "frame");
+    std::unique_ptr<bccsplat_frame> f = make_frame(device, width, height, 0);
+    f->image.rgba = plane_there(plane, width);
+    *frame = f.release();
+  });
+}
+
+bccsplat_status bccsplat_frame_wrap_planes(bccsplat_device* device, uint32_t width, uint32_t height,
+                                           const bccsplat_host_plane* planes, uint64_t count,
+                                           bccsplat_frame** frame) {
+  return guard([&] {
+    require(frame, "frame");
+    *frame = nullptr;
+    require(device, "device");
+    require_pixels(width, height, "frame");
+    if (count > 0) require(planes, "planes");
+    uint32_t channels = 0, own = BCCSPLAT_FRAME_RGBA;
+    for (uint64_t n = 0; n < count; ++n) {
+      check_host_plane(planes[n], n, width, height);
+      if (channels & planes[n].channel)
+        fail(Code::invalid_argument, "frame: channel ", planes[n].channel, " is given twice");
+      channels |= planes[n].channel;
+      if (planes[n].pixels)
+        own &= ~planes[n].channel;
+      else
+        own |= planes[n].channel;
+    }
+    std::unique_ptr<bccsplat_frame> f = make_frame(device, width, height, own);
+    for (uint64_t n = 0; n < count; ++n)
+      if (planes[n].pixels) *plane_of(*f, planes[n].channel) = plane_there(planes[n], width);
     *frame = f.release();
   });
 }
@@ -180,7 +271,7 @@ bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t
     out.components = p.components;
     out.width = frame->image.width, out.height = frame->image.height;
     out.pixels = p.pixels;
-    out.row_bytes = p.row_floats * sizeof(float);
+    out.row_bytes = static_cast<uint64_t>(p.row_floats) * sizeof(float);
     write_struct(plane, out, "plane");
   });
 }
@@ -190,24 +281,29 @@ bccsplat_status bccsplat_frame_copy(const bccsplat_frame* frame, uint32_t channe
   return guard([&] {
     require(frame, "frame"), require(pixels, "pixels");
     const Plane& plane = required_plane(*frame, channel);
-    if (format < BCCSPLAT_PIXELS_F32 || format > BCCSPLAT_PIXELS_SRGB8_PREMULTIPLIED)
-      fail(Code::invalid_argument, "frame: unknown pixel format ", format);
-    if (format >= BCCSPLAT_PIXELS_SRGB8 && plane.components != 4)
-      fail(Code::invalid_argument, "frame: bytes are of BCCSPLAT_FRAME_RGBA alone");
-    const auto as = static_cast<PixelFormat>(format);
-    const auto number = static_cast<int64_t>(number_bytes(as));
-    const int64_t packed = int64_t{frame->image.width} * plane.components * number;
-    const int64_t row = row_bytes ? row_bytes : packed;
-    if (row > -packed && row < packed)
-      fail(Code::invalid_argument, "frame: row_bytes ", row, " does not hold ", frame->image.width,
-           " pixels of ", plane.components * number, " bytes");
-    if (row % number != 0 || reinterpret_cast<uintptr_t>(pixels) % static_cast<uintptr_t>(number) != 0)
-      fail(Code::invalid_argument, "frame: pixels and row_bytes must be multiples of ", number);
-    const auto most = static_cast<int64_t>(memory_end / static_cast<uint64_t>(frame->image.height));
-    if (row > most || row < -most)
-      fail(Code::invalid_argument, "frame: row_bytes ", row, " is more than memory holds");
-    copy_pixels(plane, frame->image.width, frame->image.height, as, static_cast<std::byte*>(pixels),
-                static_cast<std::ptrdiff_t>(row), *frame->device->tasks);
+    const auto [width, height] = std::pair(frame->image.width, frame->image.height);
+    const std::ptrdiff_t row = check_copy(plane, width, height, format, pixels, row_bytes);
+    copy_pixels(plane, width, height, static_cast<PixelFormat>(format), static_cast<std::byte*>(pixels), row,
+                frame->device->tasks.get());
+  });
+}
+
+bccsplat_status bccsplat_frame_copy_part(const bccsplat_frame* frame, uint32_t channel,
+                                         bccsplat_pixel_format format, uint32_t x, uint32_t y, uint32_t width,
+                                         uint32_t height, void* pixels, int64_t row_bytes) {
+  return guard([&] {
+    require(frame, "frame"), require(pixels, "pixels");
+    Plane part = required_plane(*frame, channel);
+    const auto inside = [](uint32_t begin, uint32_t count, int all) {
+      return count > 0 && uint64_t{begin} + count <= static_cast<uint64_t>(all);
+    };
+    if (!inside(x, width, frame->image.width) || !inside(y, height, frame->image.height))
+      fail(Code::invalid_argument, "frame: ", width, " x ", height, " pixels at (", x, ", ", y,
+           ") are no part of ", frame->image.width, " x ", frame->image.height);
+    const int w = static_cast<int>(width), h = static_cast<int>(height);
+    part.pixels = part.at(static_cast<int>(x), static_cast<int>(y));
+    const std::ptrdiff_t row = check_copy(part, w, h, format, pixels, row_bytes);
+    copy_pixels(part, w, h, static_cast<PixelFormat>(format), static_cast<std::byte*>(pixels), row, nullptr);
   });
 }
 

@@ -10,10 +10,10 @@
 
 namespace bccsplat {
 
-// One plane, whose pixels belong to somebody else; row_floats >= components * width.
+// One plane, whose pixels belong to somebody else; rows do not overlap, and may go from the bottom up.
 struct Plane {
-  float* pixels = nullptr; // null: the image has no such plane
-  size_t row_floats = 0;
+  float* pixels = nullptr; // of row 0; null: the image has no such plane
+  std::ptrdiff_t row_floats = 0;
   int components = 0;
 
   [[nodiscard]] float* at(int x, int y) const {
@@ -43,7 +43,7 @@ struct ImageStorage {
     image.width = width, image.height = height;
     const auto plane = [&](std::vector<float>& pixels, int components) {
       pixels.resize(n * components);
-      return Plane{pixels.data(), plane_size(width, components), components};
+      return Plane{pixels.data(), plane_offset(0, 1, width * components), components};
     };
     image.rgba = plane(rgba, 4);
     if (with_depth) image.depth = plane(depth, 1);

@@ -4,6 +4,7 @@
 // passes, a pixel is on an edge where any of the surfaces along its ray has one.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,11 +20,11 @@ namespace bccsplat {
 // and `hits`.
 struct SurfacePicture {
   int width = 0, height = 0;
-  std::vector<float> k;         // row by row: sheet numbers, infinite where nothing is
-  std::vector<size_t> first;    // pixel p has hits first[p] .. first[p + 1] - 1, in order along its ray
-  std::vector<SurfaceHit> hits; // of all pixels
-  float* rgba = nullptr;        // premultiplied
-  size_t row_floats = 0;        // of rgba
+  std::vector<float> k;          // row by row: sheet numbers, infinite where nothing is
+  std::vector<size_t> first;     // pixel p has hits first[p] .. first[p + 1] - 1, in order along its ray
+  std::vector<SurfaceHit> hits;  // of all pixels
+  float* rgba = nullptr;         // premultiplied
+  std::ptrdiff_t row_floats = 0; // of rgba
 
   [[nodiscard]] size_t pixel(int i, int j) const { return plane_index(i, j, width); }
   [[nodiscard]] bool layered() const { return !first.empty(); }

@@ -69,9 +69,9 @@ void code_row(const float* from, int width, bool premultiplied, uint8_t* to) {
 uint8_t quick_srgb_byte(float linear) { return srgb_steps().at(linear); }
 
 void copy_pixels(const Plane& plane, int width, int height, PixelFormat format, std::byte* to,
-                 std::ptrdiff_t row_bytes, Tasks& tasks) {
+                 std::ptrdiff_t row_bytes, Tasks* tasks) {
   const size_t numbers = static_cast<size_t>(width) * plane.components;
-  tasks.parallel_for(static_cast<uint64_t>(height), [&](uint64_t row) {
+  const auto copy_row = [&](uint64_t row) {
     const float* const from = plane.at(0, static_cast<int>(row));
     std::byte* const out = to + static_cast<std::ptrdiff_t>(row) * row_bytes;
     switch (format) {
@@ -85,7 +85,10 @@ void copy_pixels(const Plane& plane, int width, int height, PixelFormat format, 
     case PixelFormat::srgb8_premultiplied:
       code_row(from, width, format == PixelFormat::srgb8_premultiplied, reinterpret_cast<uint8_t*>(out));
     }
-  });
+  };
+  const auto rows = static_cast<uint64_t>(height);
+  if (tasks) return tasks->parallel_for(rows, copy_row);
+  for (uint64_t row = 0; row < rows; ++row) copy_row(row);
 }
 
 } // namespace bccsplat

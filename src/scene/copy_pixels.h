@@ -23,9 +23,9 @@ enum class PixelFormat : uint8_t {
 }
 
 // Copies width x height pixels, row 0 to `to` and the others row_bytes behind each other, which may be
-// negative.
+// negative. tasks: null for the calling thread alone.
 void copy_pixels(const Plane& plane, int width, int height, PixelFormat format, std::byte* to,
-                 std::ptrdiff_t row_bytes, Tasks& tasks);
+                 std::ptrdiff_t row_bytes, Tasks* tasks);
 
 // srgb_byte() of formats/image/png.h, by comparing instead of computing.
 [[nodiscard]] uint8_t quick_srgb_byte(float linear);

@@ -34,6 +34,64 @@ static void copies(bccsplat_frame* frame) {
           bccsplat_frame_copy(frame, BCCSPLAT_FRAME_VALUE, BCCSPLAT_PIXELS_F32, floats, 0));
 }
 
+static void parts(bccsplat_frame* frame) {
+  float pixels[2 * 3 * 4];
+  SIZED(bccsplat_plane, plane);
+  OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
+  OK(bccsplat_frame_copy_part(frame, 1, BCCSPLAT_PIXELS_F32, 6, 2, 2, 3, pixels, 0));
+  EXPECT(memcmp(pixels + 8, (const char*)(plane.pixels + 6 * 4) + 3 * plane.row_bytes, 2 * 16) == 0);
+  REFUSED(INVALID_ARGUMENT, "no part of 8 x 6",
+          bccsplat_frame_copy_part(frame, 1, BCCSPLAT_PIXELS_F32, 7, 2, 2, 3, pixels, 0));
+  REFUSED(INVALID_ARGUMENT, "no part of 8 x 6",
+          bccsplat_frame_copy_part(frame, 1, BCCSPLAT_PIXELS_F32, 0, UINT32_MAX, 2, 3, pixels, 0));
+  REFUSED(INVALID_ARGUMENT, "no part of 8 x 6",
+          bccsplat_frame_copy_part(frame, 1, BCCSPLAT_PIXELS_F32, 0, 0, 0, 3, pixels, 0));
+  REFUSED(INVALID_ARGUMENT, "does not hold",
+          bccsplat_frame_copy_part(frame, 1, BCCSPLAT_PIXELS_F32, 0, 0, 2, 3, pixels, 28));
+  REFUSED(INVALID_ARGUMENT, "pixels is NULL",
+          bccsplat_frame_copy_part(frame, 1, BCCSPLAT_PIXELS_F32, 0, 0, 2, 3, NULL, 0));
+}
+
+static void host_planes(bccsplat_device* device) {
+  static float rgba[6][8][4], depth[6][8];
+  bccsplat_host_plane planes[2] = {{BCCSPLAT_FRAME_RGBA, 0, rgba[5][0], -(int64_t)sizeof rgba[0]},
+                                   {BCCSPLAT_FRAME_DEPTH, 0, depth[0], 0}};
+  SIZED(bccsplat_plane, plane);
+  bccsplat_frame* frame = NULL;
+  OK(bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, &frame));
+  OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
+  EXPECT(plane.pixels == rgba[5][0] && (int64_t)plane.row_bytes == -(int64_t)sizeof rgba[0]);
+  OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_DEPTH, &plane));
+  EXPECT(plane.pixels == depth[0] && plane.row_bytes == sizeof depth[0]);
+  bccsplat_frame_release(frame);
+  OK(bccsplat_frame_wrap_planes(device, 8, 6, NULL, 0, &frame)); /* all its own */
+  bccsplat_frame_release(frame);
+  REFUSED(INVALID_ARGUMENT, "planes is NULL", bccsplat_frame_wrap_planes(device, 8, 6, NULL, 1, &frame));
+  REFUSED(INVALID_ARGUMENT, "0 x 6", bccsplat_frame_wrap_planes(device, 0, 6, planes, 2, &frame));
+  REFUSED(INVALID_ARGUMENT, "frame is NULL", bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, NULL));
+  planes[1].channel = BCCSPLAT_FRAME_RGBA;
+  planes[1].row_bytes = 128;
+  REFUSED(INVALID_ARGUMENT, "given twice", bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, &frame));
+  planes[1].channel = BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE;
+  REFUSED(INVALID_ARGUMENT, "planes[1]: 6 is not one",
+          bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, &frame));
+  planes[1].channel = BCCSPLAT_FRAME_DEEP;
+  REFUSED(INVALID_ARGUMENT, "no pixels", bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, &frame));
+  planes[1].channel = BCCSPLAT_FRAME_DEPTH;
+  planes[1].row_bytes = -28;
+  REFUSED(INVALID_ARGUMENT, "planes[1]: row_bytes -28",
+          bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, &frame));
+  planes[1].row_bytes = INT64_MIN;
+  REFUSED(INVALID_ARGUMENT, "memory", bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, &frame));
+  planes[1].row_bytes = 0;
+  planes[1].pixels = (float*)((char*)depth + 1);
+  REFUSED(INVALID_ARGUMENT, "aligned", bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, &frame));
+  planes[1].pixels = depth[0];
+  planes[1].reserved = 1;
+  REFUSED(INVALID_ARGUMENT, "reserved", bccsplat_frame_wrap_planes(device, 8, 6, planes, 2, &frame));
+  EXPECT(!frame);
+}
+
 static void channels(bccsplat_frame* frame) {
   SIZED(bccsplat_plane, plane);
   OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
@@ -119,6 +177,8 @@ void test_frame(void) {
   bccsplat_frame_retain(frame);
   bccsplat_frame_release(frame);
   channels(frame);
+  parts(frame);
+  host_planes(device);
   deep_samples(device, frame);
   if (with_images) {
     images(frame, bccsplat_frame_save_png, "p.png");

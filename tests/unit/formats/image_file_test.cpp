@@ -31,7 +31,7 @@ std::string temporary(const char* name) { return testing::TempDir() + name; }
 
 // Premultiplied, with rows longer than the picture.
 struct Picture {
-  size_t row_floats = (width + 3) * 4;
+  std::ptrdiff_t row_floats = (width + 3) * 4;
   std::vector<float> rgba = std::vector<float>(row_floats * height, 777.0f);
   std::vector<float> depth = std::vector<float>(width * height);
   Picture() {

@@ -35,7 +35,7 @@ TEST(CopyPixels, RowsMayRunUpAndBeApart) {
   Tasks tasks(2);
   std::vector<float> out(height * 7, -1.0f);
   copy_pixels(image.image.depth, width, height, PixelFormat::f32,
-              reinterpret_cast<std::byte*>(out.data() + 2 * 7), -7 * 4, tasks);
+              reinterpret_cast<std::byte*>(out.data() + 2 * 7), -7 * 4, &tasks);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < 7; ++x)
       EXPECT_EQ(out[static_cast<size_t>(7 * (height - 1 - y) + x)],
