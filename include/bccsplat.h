@@ -83,9 +83,10 @@
  * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a
  * second, from any thread but never two at once; a non-zero return cancels: the call ends with
  * CANCELLED. Within it bccsplat_renderer_cancel, every _retain, the functions of cancel tokens and
- * calls on objects of other devices may be made. Others must not: of the renderer or writer at work
- * they are WRONG_STATE, and of its device and volume they may wait for ever for the call that they
- * are in.
+ * calls on objects of other devices may be made, and within a bccsplat_tile_fn, for which the same
+ * holds, bccsplat_frame_get_channel and _copy_part. Others must not: of the renderer or writer at
+ * work they are WRONG_STATE, and of its device and volume they may wait for ever for the call that
+ * they are in.
  *
  * CANCEL: once a bccsplat_cancel_token is cancelled, calls that look at it end with CANCELLED,
  * those under way soon (some milliseconds), and those that have not begun as soon as they do, until
@@ -1800,6 +1801,17 @@ typedef struct bccsplat_iso_surface {
 } bccsplat_iso_surface;
 enum { BCCSPLAT_MAX_ISO_SURFACES = 16 };
 
+/* Hears of each rectangle of the frame that is final: its pixels in all planes, the host's
+ * background included, are those of the finished picture. x, y: its top left pixel. Called from any
+ * thread, never two at once; a non-zero return cancels. Pixels within it may be read by pointer or
+ * copied by bccsplat_frame_copy_part; what else may be called is said at PROGRESS. The rectangles
+ * cover the picture without overlaps. Isosurfaces with smooth edges come in rows, when their edges
+ * are smoothed; those of several instances, and what the reference draws, come whole.
+ * bccsplat_scene_render with a budget_ms hands over the whole frame first, as coarse as earlier
+ * calls or this one have it, then each part that this call finishes. */
+typedef int32_t (*bccsplat_tile_fn)(
+    void* user, uint32_t x, uint32_t y, uint32_t width, uint32_t height);
+
 typedef struct bccsplat_render_options {
   uint32_t struct_size;
   uint32_t set_mask;
@@ -1861,6 +1873,9 @@ typedef struct bccsplat_render_options {
    * first visible) to 1 (at opacity_stop, if that is less); 0: 0.5. More than 0.5 beside FRAME_DEEP
    * with opacity_stop 1 is UNSUPPORTED. */
   double depth_opacity;
+  /* NULL: none. Shows a picture as it grows. */
+  bccsplat_tile_fn tile;
+  void* tile_user;
 } bccsplat_render_options;
 
 /* What of the volume a picture of a time slice needs. */
@@ -2334,8 +2349,8 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* sce
  * on where the last one ended, until status->complete. Cutting a slice is cut off as well: the
  * frame then keeps what it had, and progress is 0 until there is a first picture; where a slice
  * takes longer than the budget each call gives it twice the time of the one before. A complete
- * picture is that of budget 0 up to rounding. options->progress is not called, FRAME_DEEP is
- * UNSUPPORTED.
+ * picture is that of budget 0 up to rounding. options->progress is not called, but options->tile
+ * is; FRAME_DEEP is UNSUPPORTED.
  *
  * One instance in view is drawn as a renderer does. Several are drawn together, right in depth
  * where they overlap: extinctions add, and colours mix by them. In mode composite they share

@@ -12,6 +12,15 @@ namespace bccsplat::api {
 // Reads and checks a view; null: the default one.
 [[nodiscard]] HostView read_view(const bccsplat_view* view);
 
+// The tile callback of render options as the core's.
+[[nodiscard]] inline FinishedPixels::Tell tile_callback(const bccsplat_render_options& options) {
+  if (!options.tile) return {};
+  return [tile = options.tile, user = options.tile_user](const PixelRect& r) {
+    const auto number = [](int n) { return static_cast<uint32_t>(n); };
+    return static_cast<int>(tile(user, number(r.x0), number(r.y0), number(r.x1 - r.x0), number(r.y1 - r.y0)));
+  };
+}
+
 // A half-space of the world or of the volume's, of one instance or (0) of all.
 struct Clip {
   HalfSpace plane;

@@ -37,6 +37,7 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   Drawers drawers;            // what they keep is of this slice
   bccsplat_progress_fn progress = nullptr;
   void* progress_user = nullptr;
+  FinishedPixels::Tell tell_tiles;
   Token token;
   struct Stats : RenderStats {
     uint64_t bytes_read = 0;
@@ -176,7 +177,7 @@ bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer, const 
   return guard([&] {
     const Alone alone(renderer, "renderer");
     HostView view;
-    if (camera) view.camera = read_camera(camera);
+    if (camera) view.camera = read_camera(camera), hint_at_camera(*renderer->device.get(), *view.camera);
     renderer->view = view;
   });
 }
@@ -185,6 +186,7 @@ bccsplat_status bccsplat_renderer_set_view(bccsplat_renderer* renderer, const bc
   return guard([&] {
     const Alone alone(renderer, "renderer");
     renderer->view = read_view(view);
+    if (renderer->view.camera) hint_at_camera(*renderer->device.get(), *renderer->view.camera);
   });
 }
 
@@ -222,6 +224,7 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
     renderer->gradient_noise =
         in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE ? std::optional(in.gradient_noise) : std::nullopt;
     renderer->progress = in.progress, renderer->progress_user = in.progress_user;
+    renderer->tell_tiles = tile_callback(in);
   });
 }
 
@@ -273,8 +276,8 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     Picture picture(scene, options, context, frame->image); // refused, a frame stays as it was
     frame->deep = {};                                       // gives its memory back first
     frame->attributes.clear(), frame->camera.reset();
+    const FinishedPixels finished(view.background, renderer->tell_tiles, progress, frame->image);
     const RenderStats stats = picture.draw();
-    lay_over(view.background, frame->image);
     frame->attributes = describe_picture(slice, stats);
     if (!view.matrices && view.picture[0] == 0) frame->camera = resolve_camera(view.camera.value_or(fitted));
     tell_level(*renderer, stats.level);

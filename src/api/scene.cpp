@@ -75,6 +75,7 @@ struct AskedPicture {
   ScenePicture picture;
   Token token;
   Progress progress;
+  FinishedPixels::Tell tell_tiles;
 
   AskedPicture(const bccsplat_view* view, const bccsplat_render_options* options, double budget_ms = 0)
       : AskedPicture(view, options, budget_ms, read_struct(options, "bccsplat_render_options")) {}
@@ -83,7 +84,8 @@ struct AskedPicture {
   AskedPicture(const bccsplat_view* view, const bccsplat_render_options* options, double budget_ms,
                const bccsplat_render_options& in)
       : token(read_token(in.cancel_token)),
-        progress(progress_callback(budget_ms > 0 ? nullptr : in.progress, in.progress_user)) {
+        progress(progress_callback(budget_ms > 0 ? nullptr : in.progress, in.progress_user)),
+        tell_tiles(tile_callback(in)) {
     picture.budget_ms = budget_ms;
     picture.view = read_view(view);
     picture.options = read_render_options(options);
@@ -117,15 +119,17 @@ std::vector<Read> reads_of(const bccsplat_scene* scene, const ScenePicture& pict
 }
 
 // What fails on its way leaves a frame that is no picture of the view before. With a budget it keeps what it
-// had, and what is refused was not begun.
+// had until rows of it are there, and what is refused was not begun.
 SceneStats render(bccsplat_scene& scene, AskedPicture& asked, bccsplat_frame& frame) {
+  const FinishedPixels finished(asked.picture.view.background, asked.tell_tiles, asked.progress, frame.image);
   try {
     return scene.scene.render(asked.picture, scene.device->context(asked.progress), frame.image);
   } catch (const Error& e) {
     constexpr std::array refusals{Code::invalid_argument, Code::unsupported,    Code::not_found,
                                   Code::wrong_state,      Code::limit_exceeded, Code::out_of_domain};
     const bool refused = std::find(refusals.begin(), refusals.end(), e.code()) != refusals.end();
-    if (asked.picture.budget_ms == 0 && !refused) frame.attributes.clear(), frame.camera.reset();
+    if (finished.any() || (asked.picture.budget_ms == 0 && !refused))
+      frame.attributes.clear(), frame.camera.reset();
     throw;
   }
 }

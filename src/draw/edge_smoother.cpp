@@ -8,7 +8,7 @@
 namespace bccsplat {
 
 EdgeSmoother::EdgeSmoother(bool wanted, const Context& context, const Image& image, ShotOptions& options)
-    : budget_(context.memory) {
+    : image_(image), budget_(context.memory) {
   if (!wanted || options.mode != RenderMode::isosurface || options.surfaces.empty()) return;
   const size_t pixels = plane_size(image.width, image.height);
   layered_ = options.with_hits = options.surfaces.size() > 1 || sees_through(options.surfaces);
@@ -60,7 +60,7 @@ EdgeStats EdgeSmoother::smooth(const Shot& shot, const Context& context) {
     list_hits(context);
   else if (picture_.k.empty())
     return {};
-  return smooth_edges(shot, picture_, context);
+  return smooth_edges(shot, picture_, context, [this](const PixelRect& rows) { image_.tell_drawn(rows); });
 }
 
 } // namespace bccsplat

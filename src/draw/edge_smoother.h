@@ -18,7 +18,10 @@ class EdgeSmoother {
   // with their hits, which the options are told.
   EdgeSmoother(bool wanted, const Context& context, const Image& image, ShotOptions& options);
 
+  // Returns whether pixels will be drawn again.
+  [[nodiscard]] bool at_work() const { return layered_ || !picture_.k.empty(); }
   void add(const TilePixels& tile); // from any thread
+  // Tells the image of what it has drawn, where it is at work.
   EdgeStats smooth(const Shot& shot, const Context& context);
 
  private:
@@ -29,6 +32,7 @@ class EdgeSmoother {
   void list_hits(const Context& context);
 
   bool layered_ = false;
+  const Image& image_;
   MemoryBudget& budget_;
   Reservation memory_, list_memory_;
   SurfacePicture picture_;

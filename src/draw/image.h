@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "base/grid.h"
+#include "view/pixel_rect.h"
 
 namespace bccsplat {
 
@@ -23,13 +25,23 @@ struct Plane {
 
 struct DeepImage; // draw/deep.h
 
+// Hears of rectangles whose pixels are all drawn, from any thread. Those of a picture cover it without
+// overlaps.
+using PixelsDrawn = std::function<void(const PixelRect&)>;
+
 struct Image {
   int width = 0, height = 0;
   Plane rgba;  // linear, premultiplied by opacity
   Plane depth; // world distance along the view direction from the camera; infinity where nothing is
   Plane value; // NaN where nothing is
   Plane time;  // frame index; NaN where nothing is
-  DeepImage* deep = nullptr; // null: not asked for
+  DeepImage* deep = nullptr;          // null: not asked for
+  const PixelsDrawn* drawn = nullptr; // null: nobody wants to know
+
+  void tell_drawn(const PixelRect& pixels) const {
+    if (drawn) (*drawn)(pixels);
+  }
+  void tell_all_drawn() const { tell_drawn({0, 0, width, height}); }
 };
 
 // An image that owns its planes.

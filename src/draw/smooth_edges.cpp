@@ -213,7 +213,8 @@ class Smoother {
 
 } // namespace
 
-EdgeStats smooth_edges(const Shot& shot, SurfacePicture& picture, const Context& context) {
+EdgeStats smooth_edges(const Shot& shot, SurfacePicture& picture, const Context& context,
+                       const PixelsDrawn& drawn) {
   const EdgeFinder edges(picture, *shot.view);
   const Smoother smoother(shot, picture, edges);
   const size_t parts = (picture.height + rows_at_once - 1) / rows_at_once;
@@ -223,10 +224,12 @@ EdgeStats smooth_edges(const Shot& shot, SurfacePicture& picture, const Context&
     context.progress.check();
     auto clock = StageClock::now();
     const int top = static_cast<int>(part) * rows_at_once;
-    const EdgeRows rows(edges, picture.width, top, std::min(top + rows_at_once, picture.height));
+    const int bottom = std::min(top + rows_at_once, picture.height);
+    const EdgeRows rows(edges, picture.width, top, bottom);
     smoother.draw(rows);
     double ms = 0;
     add_lap(clock, ms);
+    if (drawn) drawn({0, top, picture.width, bottom});
     const std::scoped_lock lock(mutex);
     stats.pixels += rows.pixels.size(), stats.ms += ms;
   });

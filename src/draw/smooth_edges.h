@@ -11,6 +11,7 @@
 
 #include "base/context.h"
 #include "base/grid.h"
+#include "draw/image.h"
 #include "draw/shot.h"
 #include "draw/surface_hit.h"
 
@@ -43,7 +44,9 @@ struct EdgeStats {
   double ms = 0;       // summed over threads
 };
 
-// Draws the edge pixels again: their opacity is the share of their samples that a surface covers.
-EdgeStats smooth_edges(const Shot& shot, SurfacePicture& picture, const Context& context);
+// Draws the edge pixels again: their opacity is the share of their samples that a surface covers. drawn:
+// hears of the rows that are done.
+EdgeStats smooth_edges(const Shot& shot, SurfacePicture& picture, const Context& context,
+                       const PixelsDrawn& drawn = {});
 
 } // namespace bccsplat

@@ -248,6 +248,7 @@ void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, C
   };
   if (shown.empty()) {
     clear(image);
+    image.tell_all_drawn();
   } else if (shown.size() == 1) {
     const Scene scene = scene_of(shown.front());
     Picture single(scene, picture.options, context, image); // refused, an image stays as it was
@@ -281,7 +282,6 @@ SceneStats HostScene::render(const ScenePicture& picture, const Context& context
     stats.drew = true;
     frame_->forget();
   }
-  if (stats.drew) lay_over(picture.view.background, image);
   stats.ms_total = ms_since(start);
   if (stats.complete) frame_->complete_ms = stats.ms_total;
   return stats;

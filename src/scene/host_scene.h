@@ -76,8 +76,9 @@ class HostScene {
   // Of the instances that are not hidden. Throws wrong_state where there is none.
   [[nodiscard]] DrawnBox bounds() const;
   [[nodiscard]] Camera fit(bool perspective, double rotate_x, double rotate_y, int width, int height) const;
-  // Throws what cutting and drawing do; of a budget that ends nothing but what the picture itself is refused
-  // for.
+  // Tells the image of what is drawn (FinishedPixels), of a picture with a budget first of all that there is,
+  // then of what this call finishes. Throws what cutting and drawing do; of a budget that ends nothing but
+  // what the picture itself is refused for.
   SceneStats render(const ScenePicture& picture, const Context& context, Image& image);
   // What a picture at a time will need: the cuts that it is made of, and their instances. May be called while
   // another thread uses or changes the scene.
@@ -110,6 +111,9 @@ class HostScene {
             Image& image, SceneStats& stats) const;
   [[nodiscard]] bool draw_coarse(const ScenePicture& picture, const Sight& sight, double ms,
                                  const Context& context, const Image& image, SceneStats& stats);
+  void show_rows(int begin, int end, const Image& image, SceneStats& stats) const;
+  void draw_bands(const ScenePicture& picture, std::span<const Need> shown, const Budget& budget,
+                  const Context& context, const Image& image, SceneStats& stats);
   void draw_within(const ScenePicture& picture, const Sight& sight, std::span<const Need> shown,
                    std::chrono::steady_clock::time_point start, const Context& context, Image& image,
                    SceneStats& stats);

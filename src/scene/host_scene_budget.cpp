@@ -59,6 +59,12 @@ void copy_planes(const Image& from, const Image& to, int pixels) {
   copy(from.rgba, to.rgba), copy(from.depth, to.depth), copy(from.value, to.value), copy(from.time, to.time);
 }
 
+uint64_t bytes_like(const Image& image, int width, int height) {
+  uint64_t floats = 4; // a pixel
+  for (const Plane* plane : {&image.depth, &image.value, &image.time}) floats += plane->pixels ? 1 : 0;
+  return floats * sizeof(float) * plane_size(width, height);
+}
+
 std::unique_ptr<ImageStorage> like(const Image& image, int width, int height) {
   return std::make_unique<ImageStorage>(width, height, image.depth.pixels, image.value.pixels,
                                         image.time.pixels);
@@ -67,10 +73,8 @@ std::unique_ptr<ImageStorage> like(const Image& image, int width, int height) {
 } // namespace
 
 void HostScene::Frame::begin(const Image& image, const Context& context) {
-  uint64_t floats = 4; // a pixel
-  for (const Plane* plane : {&image.depth, &image.value, &image.time}) floats += plane->pixels ? 1 : 0;
   memory = {}; // gives its bytes back first
-  memory = Reservation(context.memory, floats * sizeof(float) * image.width * image.height,
+  memory = Reservation(context.memory, bytes_like(image, image.width, image.height),
                        "a picture that is drawn in several calls");
   done = like(image, image.width, image.height);
 }
@@ -126,11 +130,46 @@ bool HostScene::draw_coarse(const ScenePicture& picture, const Sight& sight, dou
   draft.options.quality = Quality::draft, draft.options.sheet_step = 0, draft.options.smooth_edges = false;
   const std::vector<Need> shown = needs(coarse, draft.options, time_, width, height);
   if (!cut_within(ms, shown, &Placed::coarse, context, stats)) return false;
+  const Reservation memory(context.memory, bytes_like(image, width, height), "a coarse picture");
   const auto small = like(image, width, height);
   draw(draft, shown, &Placed::coarse, context, small->image, stats);
   frame_->begin(image, context);
   copy_planes(small->image, frame_->done->image, coarse_pixels);
   return true;
+}
+
+// Copies rows of the picture so far to where the host sees them.
+void HostScene::show_rows(int begin, int end, const Image& image, SceneStats& stats) const {
+  if (begin == end) return;
+  copy_planes(rows_of(frame_->done->image, begin, end - begin), rows_of(image, begin, end - begin), 1);
+  image.tell_drawn({0, begin, image.width, end});
+  stats.drew = true;
+}
+
+// Draws bands of rows, one at least.
+void HostScene::draw_bands(const ScenePicture& picture, std::span<const Need> shown, const Budget& budget,
+                           const Context& context, const Image& image, SceneStats& stats) {
+  Frame& frame = *frame_;
+  const bool blank = !frame.done; // it begins without a coarse one
+  if (blank) frame.begin(image, context);
+  stats.progress = cut_share;
+  const auto rows_in = [&](double ms) {
+    return frame.row_ms > 0 ? static_cast<int>(std::clamp(ms / frame.row_ms, 0.0, 1.0 * most_rows)) : 0;
+  };
+  bool first = true;
+  while (frame.rows < image.height && (first || rows_in(budget.left()) >= fewest_rows)) {
+    const double before = budget.left();
+    const int rows = std::min(std::max(rows_in(before), fewest_rows), image.height - frame.rows);
+    Image band = rows_of(frame.done->image, frame.rows, rows);
+    std::vector<Need> of_band(shown.begin(), shown.end());
+    for (Need& need : of_band) need.sight = need.sight.region(0, frame.rows);
+    draw(picture, of_band, &Placed::fine, context, band, stats);
+    frame.rows += rows, first = false;
+    frame.row_ms = (before - budget.left()) / rows;
+    show_rows(frame.rows - rows, frame.rows, image, stats);
+  }
+  if (blank) show_rows(frame.rows, image.height, image, stats);
+  stats.progress = cut_share + (1 - cut_share) * frame.rows / image.height;
 }
 
 void HostScene::draw_within(const ScenePicture& picture, const Sight& sight, std::span<const Need> shown,
@@ -156,38 +195,18 @@ void HostScene::draw_within(const ScenePicture& picture, const Sight& sight, std
     if (!draw_coarse(picture, sight, frame.allowance_ms, context, image, stats)) return;
     frame.allowance_ms = 0;
   }
+  if (frame.done) show_rows(0, image.height, image, stats);
   stats.progress = frame.done ? coarse_share : 0;
-  bool first = !frame.done || budget.left() > 0 || stats.cut == 0;
-  const bool there = std::all_of(shown.begin(), shown.end(),
-                                 [](const Need& need) { return need.met_by(need.placed->fine); });
-  if (first && !there) {
-    frame.allowance_ms = std::max({2 * frame.allowance_ms, budget.left(), least_ms});
-    first = cut_within(frame.allowance_ms, shown, &Placed::fine, context, stats);
-  } else if (first) {
-    (void)cut_within(budget.left(), shown, &Placed::fine, context, stats); // puts them in their places
+  if (!frame.done || budget.left() > 0 || stats.cut == 0) {
+    const bool there = std::all_of(shown.begin(), shown.end(),
+                                   [](const Need& need) { return need.met_by(need.placed->fine); });
+    if (!there) frame.allowance_ms = std::max({2 * frame.allowance_ms, budget.left(), least_ms});
+    // What is there is put in its place.
+    const double ms = there ? budget.left() : frame.allowance_ms;
+    if (cut_within(ms, shown, &Placed::fine, context, stats) || there)
+      draw_bands(picture, shown, budget, context, image, stats);
   }
-  if (first) {
-    if (!frame.done) frame.begin(image, context);
-    stats.progress = cut_share;
-    const auto rows_in = [&](double ms) {
-      return frame.row_ms > 0 ? static_cast<int>(std::clamp(ms / frame.row_ms, 0.0, 1.0 * most_rows)) : 0;
-    };
-    while (frame.rows < image.height && (first || rows_in(budget.left()) >= fewest_rows)) {
-      const double before = budget.left();
-      const int rows = std::min(std::max(rows_in(before), fewest_rows), image.height - frame.rows);
-      Image band = rows_of(frame.done->image, frame.rows, rows);
-      std::vector<Need> of_band(shown.begin(), shown.end());
-      for (Need& need : of_band) need.sight = need.sight.region(0, frame.rows);
-      draw(picture, of_band, &Placed::fine, context, band, stats);
-      frame.rows += rows, first = false;
-      frame.row_ms = (before - budget.left()) / rows;
-    }
-    stats.progress = cut_share + (1 - cut_share) * frame.rows / image.height;
-  }
-  if (!frame.done) return;
-  copy_planes(frame.done->image, image, 1);
-  stats.drew = true;
-  stats.complete = frame.rows == image.height;
+  stats.complete = frame.done && frame.rows == image.height;
 }
 
 } // namespace bccsplat

@@ -36,16 +36,33 @@ HostEnds::HostEnds(const HostView& view, Sight& sight, int width, int height, Me
   sight.ends = {distance.data(), static_cast<size_t>(width)};
 }
 
-void lay_over(const HostPlane& background, Image& image) {
+void lay_over(const HostPlane& background, const PixelRect& pixels, Image& image) {
   if (!background.pixels) return;
-  for (int y = 0; y < image.height; ++y) {
-    const float* behind = background.row(y, image.width, 4);
-    float* pixel = image.rgba.at(0, y);
-    for (int x = 0; x < image.width; ++x, behind += 4, pixel += 4) {
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    const float* behind = background.row(y, image.width, 4) + std::ptrdiff_t{4} * pixels.x0;
+    float* pixel = image.rgba.at(pixels.x0, y);
+    for (int x = pixels.x0; x < pixels.x1; ++x, behind += 4, pixel += 4) {
       const float passes = 1 - pixel[3];
       for (int c = 0; c < 4; ++c) pixel[c] += passes * behind[c];
     }
   }
+}
+
+FinishedPixels::FinishedPixels(const HostPlane& background, const Tell& tell, Progress& progress,
+                               Image& image)
+    : background_(background), tell_(tell), progress_(progress), image_(image),
+      drawn_([this](const PixelRect& pixels) { finish(pixels); }) {
+  image.drawn = &drawn_;
+}
+
+void FinishedPixels::finish(const PixelRect& pixels) {
+  any_.store(true, std::memory_order_relaxed);
+  lay_over(background_, pixels, image_);
+  if (!tell_) return;
+  const std::scoped_lock lock(telling_);
+  progress_.throw_if_cancelled(); // by the answer to another one
+  if (tell_(pixels) != 0) progress_.cancel();
+  progress_.throw_if_cancelled();
 }
 
 } // namespace bccsplat

@@ -4,10 +4,14 @@
 #pragma once
 
 #include <array>
+#include <atomic>
+#include <functional>
+#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "base/memory.h"
+#include "base/progress.h"
 #include "draw/image.h"
 #include "view/camera.h"
 #include "view/host_depth.h"
@@ -44,7 +48,32 @@ struct HostEnds {
   HostEnds(const HostView& view, Sight& sight, int width, int height, MemoryBudget& budget);
 };
 
-// Lays the picture over the background: premultiplied colours and opacity.
-void lay_over(const HostPlane& background, Image& image);
+// Lays pixels of the picture over the background: premultiplied colours and opacity.
+void lay_over(const HostPlane& background, const PixelRect& pixels, Image& image);
+
+// Finishes what is drawn of a picture, rectangle by rectangle: lays it over the host's background, then tells
+// the host, one rectangle at a time. The host's answer other than 0 cancels.
+class FinishedPixels {
+ public:
+  using Tell = std::function<int(const PixelRect&)>; // may be empty
+  // All of these outlive it; the image tells it from now on.
+  FinishedPixels(const HostPlane& background, const Tell& tell, Progress& progress, Image& image);
+  ~FinishedPixels() { image_.drawn = nullptr; }
+  FinishedPixels(const FinishedPixels&) = delete;
+  FinishedPixels& operator=(const FinishedPixels&) = delete;
+  // Whether the image is no longer what it was.
+  [[nodiscard]] bool any() const { return any_; }
+
+ private:
+  void finish(const PixelRect& pixels);
+
+  const HostPlane& background_;
+  const Tell& tell_;
+  Progress& progress_;
+  Image& image_;
+  PixelsDrawn drawn_;
+  std::mutex telling_;
+  std::atomic<bool> any_{false};
+};
 
 } // namespace bccsplat

@@ -104,6 +104,10 @@ void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
   }
 }
 
+void tell_drawn(const TilePixels& tile, const Image& image) {
+  image.tell_drawn({tile.x, tile.y, tile.x + tile.width, tile.y + tile.height});
+}
+
 void SettledPicture::settle_level() {
   const Sight sight = sight_of(scene_, image_.width, image_.height);
   seen_.emplace(*scene_.slice, sight, image_.width, image_.height);
@@ -176,6 +180,7 @@ RenderStats SettledPicture::draw() {
     write_tile(tile, view_, image_);
     edges.add(tile);
     if (tile.deep) deep.add(tile, view_, context_.progress);
+    if (!edges.at_work()) tell_drawn(tile, image_);
   });
   if (!shot_.trail) {
     const EdgeStats smoothed = edges.smooth(shot_, context_);
@@ -204,6 +209,7 @@ RenderStats SettledPicture::draw_truth(const FieldAt* field, const ReferenceOpti
                                      ? ReferenceOptions{reference_step(scene_.function, scene_.slice->bounds)}
                                      : ReferenceOptions{};
   draw_reference(shot_, field ? *field : own, steps, context_, image_);
+  image_.tell_all_drawn();
   RenderStats stats;
   stats.drawn.points_total = static_cast<uint64_t>(scene_.slice->points());
   stats.sheet_step = steps.step;

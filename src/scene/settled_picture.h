@@ -64,5 +64,7 @@ class SettledPicture {
 
 // Writes finished pixels into the planes that an image has.
 void write_tile(const TilePixels& tile, const SheetView& view, Image& image);
+// Tells an image that they are there.
+void tell_drawn(const TilePixels& tile, const Image& image);
 
 } // namespace bccsplat

@@ -38,6 +38,7 @@ bool draw_by_sheets(std::span<const Scene> scenes, const RenderOptions& options,
   draw_together(shots, context, [&](const TilePixels& tile) {
     write_tile(tile, view, image);
     if (tile.deep) deep.add(tile, view, context.progress);
+    tell_drawn(tile, image);
   });
   if (image.deep) *image.deep = deep.collect(image.width, image.height, context.progress);
   return true;
@@ -60,6 +61,7 @@ void draw_merged(std::span<const Scene> scenes, const RenderOptions& options, co
     all.push_back(&deep[n]);
   }
   merge_deep(all, std::min(options.depth_opacity, options.opacity_stop), context, image);
+  image.tell_all_drawn();
 }
 
 } // namespace
