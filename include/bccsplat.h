@@ -1446,8 +1446,9 @@ typedef struct bccsplat_camera {
   /* All coordinates up to 1e36. */
   double up[3];
   /* Perspective: 0.001 to 170 (INVALID_ARGUMENT beyond: what is narrower is an orthographic view,
-   * of wider ones little would be drawn). From within a volume what is nearer than about a sheet's
-   * distance is not drawn: at more than some 150 degrees much of the picture. */
+   * of wider ones little would be drawn). Up to 2.1 it may be meant in radians: the log gets a
+   * warning once per device. From within a volume what is nearer than about a sheet's distance is
+   * not drawn: at more than some 150 degrees much of the picture. */
   double fovy_degrees;
   /* Orthographic: 1e-36 to 1e36. */
   double ortho_height;
@@ -1863,7 +1864,8 @@ typedef struct bccsplat_render_options {
    * follow there, until opacity_stop. Depth is that of the first hit; value and time are means
    * weighted by opacity; deep pictures have a sample for each hit. A trail goes with opaque ones
    * only (render answers UNSUPPORTED). With surface_count 0 there is one, opaque, at iso_value;
-   * else iso_value says nothing and needs no bit. */
+   * else iso_value says nothing and needs no bit. Other modes ignore surfaces, and the log gets a
+   * warning of that once per device. */
   const bccsplat_iso_surface* surfaces;
   /* At most BCCSPLAT_MAX_ISO_SURFACES. */
   uint32_t surface_count;

@@ -36,6 +36,11 @@ void bccsplat_device::log(int32_t level, const std::string& message) {
   log_(log_user_, level, message.c_str());
 }
 
+void bccsplat_device::hint(Hint which, const std::string& message) {
+  const auto bit = static_cast<uint32_t>(which);
+  if ((hinted_.fetch_or(bit) & bit) == 0) log(BCCSPLAT_LOG_WARNING, message);
+}
+
 extern "C" {
 
 bccsplat_status bccsplat_device_create(const bccsplat_device_options* options, bccsplat_device** device) {

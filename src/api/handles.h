@@ -158,6 +158,9 @@ inline void watch(Progress& progress, const Token& token) { progress.watch(token
 struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
   explicit bccsplat_device(const bccsplat_device_options& options);
   void log(int32_t level, const std::string& message);
+  // What a host may have meant otherwise: each is logged once.
+  enum class Hint : uint32_t { fovy_in_radians = 1, surfaces_ignored = 2 };
+  void hint(Hint which, const std::string& message);
   [[nodiscard]] bccsplat::Context context(bccsplat::Progress& progress) { return {*tasks, memory, progress}; }
 
   std::unique_ptr<bccsplat::Tasks> tasks;
@@ -169,6 +172,7 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
   bccsplat_log_fn log_;
   void* log_user_;
   std::mutex log_mutex_;
+  std::atomic<uint32_t> hinted_{0};
 };
 
 struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {

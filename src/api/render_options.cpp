@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "api/handles.h"
 #include "api/numbers.h"
 #include "api/structs.h"
 
@@ -14,7 +15,23 @@ namespace {
 // of wider ones the first sheet is seen in the middle of the picture alone.
 constexpr double smallest_angle = 1e-3, largest_angle = 170;
 
+// Angles of up to 120 degrees in radians; nobody looks through so long a lens.
+constexpr double likely_radians = 2.1;
+
 } // namespace
+
+void hint_at_camera(bccsplat_device& device, const Camera& camera) {
+  if (!camera.perspective || camera.fovy_degrees > likely_radians) return;
+  device.hint(bccsplat_device::Hint::fovy_in_radians,
+              concat("camera: fovy_degrees is ", camera.fovy_degrees,
+                     ", a very narrow view; an angle in radians is to be multiplied by 180 / pi"));
+}
+
+void hint_at_options(bccsplat_device& device, const RenderOptions& options) {
+  if (options.surfaces.empty() || options.mode == RenderMode::isosurface) return;
+  device.hint(bccsplat_device::Hint::surfaces_ignored,
+              "render options: surfaces are drawn by BCCSPLAT_MODE_ISOSURFACE alone; this mode ignores them");
+}
 
 Camera read_camera(const bccsplat_camera* camera) {
   const auto in = read_struct(camera, "bccsplat_camera");

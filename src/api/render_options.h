@@ -18,6 +18,9 @@ namespace bccsplat::api {
 // Null: the defaults.
 [[nodiscard]] Lights read_lights(const bccsplat_lights* lights);
 void write_camera(const Camera& camera, bccsplat_camera* out);
+// Tell the log, once per device, of what a host hardly meant.
+void hint_at_camera(bccsplat_device& device, const Camera& camera);
+void hint_at_options(bccsplat_device& device, const RenderOptions& options);
 [[nodiscard]] RenderOptions read_render_options(const bccsplat_render_options* options);
 
 } // namespace bccsplat::api

@@ -225,6 +225,7 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
         in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE ? std::optional(in.gradient_noise) : std::nullopt;
     renderer->progress = in.progress, renderer->progress_user = in.progress_user;
     renderer->tell_tiles = tile_callback(in);
+    hint_at_options(*renderer->device.get(), renderer->options);
   });
 }
 

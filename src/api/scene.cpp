@@ -248,6 +248,8 @@ bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view
       fail(Code::invalid_handle, "scene: the frame belongs to another device");
     require_range(budget_ms, 0, largest_budget, "budget_ms");
     AskedPicture asked(view, options, budget_ms);
+    if (asked.picture.view.camera) hint_at_camera(*scene->device.get(), *asked.picture.view.camera);
+    hint_at_options(*scene->device.get(), asked.picture.options);
     const SceneStats stats = render(*scene, asked, *frame);
     if (stats.drew) {
       frame->attributes.clear(), frame->camera.reset();
