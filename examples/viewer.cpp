@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // viewer FILE.bcc4 [--iso V[:OPACITY[:#RRGGBB]],...] [SCREENSHOT.bmp]: looks around in a series. It shows
-// drafts while something moves and a fine picture at rest; the window stays responsive, for pictures are made
-// and cancelled in a thread of their own. With a screenshot the window is saved there when it closes, and the
-// counts of pictures are printed.
+// coarse pictures while something moves and, a little at a time, a fine one at rest; the window stays
+// responsive, for pictures are made and cancelled in a thread of their own. With a screenshot the window is
+// saved there when it closes, and the counts of pictures are printed.
 #include "viewer/draw.h"
 #include "viewer/panel.h"
 #include "viewer/recorder.h"
@@ -111,7 +111,8 @@ constexpr const char* help =
     "file's\n"
     "          histogram says, and i shows it\n"
     "keys: space plays, r records, i switches between isosurfaces and opacities, up and down move the\n"
-    "isosurfaces by a hundredth of the range, q quits; drag to orbit, wheel to zoom\n";
+    "isosurfaces by a hundredth of the range, x, y and z cut open along an axis, [ and ] move the cuts,\n"
+    "q quits; drag to orbit, wheel to zoom\n";
 
 // None when they make no sense.
 std::optional<Arguments> read_arguments(int argc, char** argv) {
@@ -132,11 +133,22 @@ std::optional<Arguments> read_arguments(int argc, char** argv) {
   return a.path ? std::optional(a) : std::nullopt;
 }
 
+// By a twentieth of the box.
+void move_cuts(Wish& wish, int steps) {
+  for (size_t a = 0; a < wish.open.size(); ++a)
+    if (wish.open[a]) wish.open_to[a] = std::clamp(wish.open_to[a] + 0.05 * steps, 0.0, 1.0);
+}
+
 // Keys that change what is shown.
 void apply_key(SDL_Keycode key, Wish& wish, Play& play, const Facts& facts) {
   if (key == SDLK_SPACE) play.on = !play.on;
   if (key == SDLK_r) play.record = !play.record;
   if (key == SDLK_i) wish.iso = !wish.iso;
+  constexpr std::array<SDL_Keycode, 3> axes{SDLK_x, SDLK_y, SDLK_z};
+  for (size_t a = 0; a < axes.size(); ++a)
+    if (key == axes[a]) wish.open[a] = !wish.open[a];
+  if (key == SDLK_LEFTBRACKET) move_cuts(wish, -1);
+  if (key == SDLK_RIGHTBRACKET) move_cuts(wish, 1);
   if (wish.iso && key == SDLK_UP) move_surfaces(wish.surfaces, facts.range, 1);
   if (wish.iso && key == SDLK_DOWN) move_surfaces(wish.surfaces, facts.range, -1);
 }
@@ -212,10 +224,12 @@ int run(const Arguments& arguments) {
     SDL_RenderPresent(renderer.get());
   }
   if (screenshot)
-    std::printf("drafts %d fine %d cancelled %d rotate %.1f %.1f frame %.3f rounds %d iso %d value %.6g\n",
+    std::printf("drafts %d fine %d cancelled %d rotate %.1f %.1f frame %.3f rounds %d iso %d value %.6g"
+                " open %d%d%d to %.2f\n",
                 worker.counts().drafts.load(), worker.counts().fine.load(), worker.counts().cancelled.load(),
                 wish.rotate_x, wish.rotate_y, wish.frame, player.rounds(), wish.iso ? 1 : 0,
-                wish.surfaces.front().value);
+                wish.surfaces.front().value, wish.open[0] ? 1 : 0, wish.open[1] ? 1 : 0, wish.open[2] ? 1 : 0,
+                wish.open_to[0]);
   ImGui_ImplSDL2_Shutdown();
   ImGui::DestroyContext();
   return 0;

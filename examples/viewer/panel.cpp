@@ -65,7 +65,18 @@ float opacity_at(const bccsplat_look& look, double value) {
   return static_cast<float>(before[1] + f * (after[1] - before[1]));
 }
 
-void statistics(const Picture& p, const Counts& counts) {
+void scene_statistics(const Picture& p) {
+  const bccsplat_scene_status& s = p.scene;
+  ImGui::Text("%s, %.0f %% of the work",
+              p.fine           ? "fine"
+              : p.wish.playing ? "draft"
+                               : "coarse",
+              100 * s.progress);
+  ImGui::Text("the last call: %.0f ms, %.0f to cut, %.0f to draw", s.ms_total, s.ms_cut, s.ms_draw);
+  ImGui::Text("level %u, %.2f MB read", s.level, static_cast<double>(s.bytes_read) / 1e6);
+}
+
+void renderer_statistics(const Picture& p) {
   const auto percent = [](uint64_t part, uint64_t whole) {
     return whole > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
   };
@@ -78,6 +89,10 @@ void statistics(const Picture& p, const Counts& counts) {
   ImGui::Text("  visits hidden: %.1f %%", percent(s.points_occluded, s.points_splatted + s.points_occluded));
   ImGui::Text("%llu tiles, %llu sheets of %.3g T", static_cast<unsigned long long>(s.tiles),
               static_cast<unsigned long long>(s.sheets), s.sheet_step);
+}
+
+void statistics(const Picture& p, const Counts& counts) {
+  p.wish.of_scene() ? scene_statistics(p) : renderer_statistics(p);
   ImGui::Text("%d drafts, %d fine, %d cancelled", counts.drafts.load(), counts.fine.load(),
               counts.cancelled.load());
 }
@@ -146,6 +161,14 @@ void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, con
   for (size_t i = 0; wish.iso && i < wish.surfaces.size(); ++i)
     slider(("value " + std::to_string(i + 1)).c_str(), wish.surfaces[i].value, facts.range[0],
            facts.range[1]);
+  ImGui::Separator();
+  ImGui::Text("cut open (keys x y z, [ and ])");
+  for (size_t a = 0; a < 3; ++a) {
+    const std::string axis(1, "xyz"[a]);
+    ImGui::Checkbox(axis.c_str(), &wish.open[a]);
+    ImGui::SameLine();
+    slider(("to " + axis).c_str(), wish.open_to[a], 0, 1);
+  }
   ImGui::Separator();
   ImGui::Checkbox("play (space)", &play.on);
   ImGui::SameLine();

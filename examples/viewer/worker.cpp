@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes pictures in a thread of their own: waits for a wish that is newer than the picture under way, cancels
-// that one, and draws first a draft and then the fine picture.
+// that one, and draws: moments by a scene, a little at a time, until the fine picture is complete; other
+// planes and trails by a renderer, first a draft.
 #include "viewer/worker.h"
 
-#include "viewer/palette.h"
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace viewer {
 namespace {
+
+// What a call to a scene may take: newer wishes are heard of between two.
+constexpr double budget_ms = 40;
 
 uint32_t srgb_byte(float linear) {
   const float v = std::clamp(linear, 0.f, 1.f);
@@ -20,13 +21,8 @@ uint32_t srgb_byte(float linear) {
 
 } // namespace
 
-void check(bccsplat_status status) {
-  if (status == BCCSPLAT_CANCELLED) throw Cancelled{};
-  bccsplat::client::check(status);
-}
-
 Worker::Worker(bccsplat_device* device, const bccsplat_volume* volume, std::array<double, 2> range)
-    : device_(device), volume_(volume), range_(range) {
+    : device_(device), volume_(volume), range_(range), scene_(device, volume, range) {
   bccsplat_cancel_token* t = nullptr;
   check(bccsplat_cancel_token_create(&t));
   token_.reset(t);
@@ -78,6 +74,10 @@ void Worker::run() {
       (void)bccsplat_cancel_token_reset(token_.get());
     }
     try {
+      if (wish.of_scene()) {
+        draw_scene(wish);
+        continue;
+      }
       draw(wish, false);
       if (!wish.playing) draw(wish, true);
     } catch (const Cancelled&) {
@@ -131,91 +131,68 @@ uint32_t Worker::level(const Wish& wish, const bccsplat_camera& camera,
   return needs.level;
 }
 
-// Time slices only: of others nothing is kept. What fails here is told by the slice itself.
-void Worker::look_ahead(const Wish& wish) {
-  if (!wish.playing || wish.tilt != std::array<double, 3>{}) return;
-  if (ahead_.valid() && ahead_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  ahead_ = std::async(std::launch::async, [volume = volume_, frame = wish.frame + wish.step, level = level_] {
-    auto plane = sized<bccsplat_hyperplane>();
-    plane.d = 1, plane.e = -frame;
-    auto options = sized<bccsplat_slice_options>();
-    options.level = level;
-    (void)bccsplat_volume_prefetch(volume, &plane, &options);
-  });
-}
-
-void Worker::classify(const Wish& wish) {
-  std::vector<double> colors, opacities;
-  for (int i = 0; i < curve_points; ++i) {
-    const double f = static_cast<double>(i) / (curve_points - 1),
-                 value = range_[0] + f * (range_[1] - range_[0]);
-    const auto rgb = palette_color(wish.palette, f);
-    colors.insert(colors.end(), {value, rgb[0], rgb[1], rgb[2]});
-    opacities.insert(opacities.end(), {value, static_cast<double>(wish.opacity[i])});
-  }
-  auto function = sized<bccsplat_transfer_function>();
-  function.color_count = function.opacity_count = curve_points;
-  function.colors = colors.data(), function.opacities = opacities.data();
-  check(bccsplat_renderer_set_transfer_function(renderer_.get(), &function));
-}
-
-// The renderer copies the surfaces; the options without them say enough of what a picture needs.
-void Worker::set_options(const Wish& wish, bccsplat_render_options& options) {
-  std::vector<bccsplat_iso_surface> surfaces;
-  for (const Surface& s : wish.surfaces) {
-    bccsplat_iso_surface& made = surfaces.emplace_back();
-    made.value = s.value, made.opacity = s.opacity, made.use_color = s.colored ? 1 : 0;
-    std::copy(s.color.begin(), s.color.end(), made.color);
-  }
-  if (wish.iso && !surfaces.empty()) {
-    options.mode = BCCSPLAT_MODE_ISOSURFACE;
-    options.set_mask = BCCSPLAT_RENDER_SET_ISO, options.iso_value = surfaces.front().value;
-    options.surfaces = surfaces.data(), options.surface_count = static_cast<uint32_t>(surfaces.size());
-  }
-  check(bccsplat_renderer_set_options(renderer_.get(), &options));
-  options.surfaces = nullptr, options.surface_count = 0;
-}
-
-void Worker::draw(const Wish& wish, bool fine) {
-  const bool time_slice = wish.tilt == std::array<double, 3>{};
-  auto options = sized<bccsplat_render_options>();
-  options.quality = fine ? BCCSPLAT_QUALITY_FINE : BCCSPLAT_QUALITY_DRAFT;
-  options.cancel_token = token_.get();
-  set_options(wish, options);
-  // A slice of any level and moment tells what the picture needs; the coarsest is there at once.
-  if (!slice_is_made_ || wish.tilt != drawn_.tilt) cut(wish, time_slice ? coarsest_ : 0);
-  const bccsplat_camera seen_by = camera(wish);
-  cut(wish, time_slice ? level(wish, seen_by, options) : 0);
-  check(bccsplat_renderer_set_camera(renderer_.get(), &seen_by));
-  look_ahead(wish);
-  classify(wish);
-  drawn_ = wish;
+std::unique_ptr<Picture> Worker::begin(const Wish& wish, bool fine) const {
   auto picture = std::make_unique<Picture>();
   picture->wish = wish;
   picture->width = wish.width, picture->height = wish.height, picture->fine = fine;
-  picture->slice = sized<bccsplat_slice_info>();
-  check(bccsplat_slice_get_info(slice_.get(), &picture->slice));
-
-  const uint32_t width = wish.width, height = wish.height;
-  auto trail = sized<bccsplat_trail>();
-  trail.interval[0] = -wish.trail_frames;
-  check(bccsplat_renderer_set_trail(renderer_.get(), wish.trail && time_slice ? &trail : nullptr));
-  std::vector<float>& rgba = picture->rgba;
-  rgba.resize(size_t{width} * height * 4);
+  picture->rgba.resize(static_cast<size_t>(wish.width) * static_cast<size_t>(wish.height) * 4);
   bccsplat_frame* f = nullptr;
-  check(bccsplat_frame_wrap(device_, width, height, rgba.data(), 0, &f));
+  check(bccsplat_frame_wrap(device_, wish.width, wish.height, picture->rgba.data(), 0, &f));
   picture->frame.reset(f);
-  check(bccsplat_renderer_render(renderer_.get(), f));
-  picture->stats = sized<bccsplat_render_stats>();
-  check(bccsplat_renderer_get_stats(renderer_.get(), &picture->stats));
+  return picture;
+}
 
-  picture->pixels.resize(size_t{width} * height);
+void Worker::show(std::unique_ptr<Picture> picture) {
+  const std::vector<float>& rgba = picture->rgba;
+  picture->pixels.resize(rgba.size() / 4);
   for (size_t i = 0; i < picture->pixels.size(); ++i) // premultiplied: over black as it is
     picture->pixels[i] = srgb_byte(rgba[4 * i]) | srgb_byte(rgba[4 * i + 1]) << 8 |
                          srgb_byte(rgba[4 * i + 2]) << 16 | 0xff000000u;
-  ++(fine ? counts_.fine : counts_.drafts);
+  ++(picture->fine ? counts_.fine : counts_.drafts);
   const std::scoped_lock lock(mutex_);
   picture_ = std::move(picture);
+}
+
+void Worker::draw_scene(const Wish& wish) {
+  const Options of(wish, wish.playing ? BCCSPLAT_QUALITY_DRAFT : BCCSPLAT_QUALITY_FINE, token_.get());
+  scene_.apply(wish);
+  if (wish.playing) scene_.look_ahead(wish);
+  auto status = sized<bccsplat_scene_status>();
+  do {
+    auto picture = begin(wish, false);
+    status = scene_.draw(wish, of.options, wish.playing ? 0 : budget_ms, picture->frame.get());
+    if (status.progress == 0) continue; // nothing is there yet
+    picture->fine = status.complete && !wish.playing;
+    picture->scene = status;
+    show(std::move(picture));
+  } while (!status.complete);
+}
+
+void Worker::draw(const Wish& wish, bool fine) {
+  const Options of(wish, fine ? BCCSPLAT_QUALITY_FINE : BCCSPLAT_QUALITY_DRAFT, token_.get());
+  check(bccsplat_renderer_set_options(renderer_.get(), &of.options));
+  // A slice of any level and moment tells what the picture needs; the coarsest is there at once.
+  if (!slice_is_made_ || wish.tilt != drawn_.tilt) cut(wish, wish.upright() ? coarsest_ : 0);
+  const bccsplat_camera seen_by = camera(wish);
+  cut(wish, wish.upright() ? level(wish, seen_by, of.options) : 0);
+  check(bccsplat_renderer_set_camera(renderer_.get(), &seen_by));
+  // Other planes have a world of their own.
+  const std::vector<bccsplat_clip> clips =
+      wish.upright() ? clips_of(wish, scene_.box()) : std::vector<bccsplat_clip>();
+  check(bccsplat_renderer_set_clips(renderer_.get(), clips.data(), clips.size()));
+  const Look look(wish, range_);
+  check(bccsplat_renderer_set_transfer_function(renderer_.get(), &look.function));
+  drawn_ = wish;
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -wish.trail_frames;
+  check(bccsplat_renderer_set_trail(renderer_.get(), wish.trail && wish.upright() ? &trail : nullptr));
+  auto picture = begin(wish, fine);
+  picture->slice = sized<bccsplat_slice_info>();
+  check(bccsplat_slice_get_info(slice_.get(), &picture->slice));
+  check(bccsplat_renderer_render(renderer_.get(), picture->frame.get()));
+  picture->stats = sized<bccsplat_render_stats>();
+  check(bccsplat_renderer_get_stats(renderer_.get(), &picture->stats));
+  show(std::move(picture));
 }
 
 } // namespace viewer

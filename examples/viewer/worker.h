@@ -1,51 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes pictures in a thread of their own: the newest wish wins, a draft comes first, the fine picture when
-// nothing moves.
+// Makes pictures in a thread of their own: the newest wish wins, a coarse picture comes first, the fine one
+// when nothing moves.
 #pragma once
 
-#include "viewer/surfaces.h"
-
-#include <bccsplat.hpp>
+#include "viewer/scene_view.h"
 
 #include <array>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
-#include <future>
 #include <memory>
 #include <mutex>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 namespace viewer {
-
-using bccsplat::client::Handle;
-using bccsplat::client::sized;
-
-struct Cancelled {};
-// Throws what went wrong, or Cancelled when a newer wish ended the call.
-void check(bccsplat_status status);
-
-constexpr int curve_points = 9; // of the transfer function, evenly spread over the range of values
-
-// Everything a picture depends on.
-struct Wish {
-  double frame = 0;
-  std::array<double, 3> tilt{}; // frames later from one end of x, y, z to the other
-  double rotate_x = 20, rotate_y = 30, zoom = 1;
-  std::array<float, curve_points> opacity{};
-  int palette = 0;
-  bool iso = false; // the surfaces instead of the transfer function's opacities
-  std::vector<Surface> surfaces;
-  bool trail = false;
-  double trail_frames = 4;
-  bool playing = false; // drafts only, and what the next moment needs is made meanwhile
-  double step = 0;      // to the next moment, about
-  int width = 0, height = 0;
-  bool operator==(const Wish&) const = default;
-};
 
 struct Picture {
   Wish wish;                    // that it fulfils
@@ -54,7 +24,8 @@ struct Picture {
   Handle<bccsplat_frame> frame; // of rgba
   int width = 0, height = 0;
   bool fine = false;
-  bccsplat_render_stats stats{};
+  bccsplat_scene_status scene{}; // of a moment, which a scene drew
+  bccsplat_render_stats stats{}; // of another plane, or with a trail
   bccsplat_slice_info slice{};
   std::string error; // instead of pixels
 };
@@ -79,15 +50,17 @@ class Worker {
 
  private:
   void run();
+  // A picture to draw into, which is shown once it is handed over.
+  [[nodiscard]] std::unique_ptr<Picture> begin(const Wish& wish, bool fine) const;
+  void show(std::unique_ptr<Picture> picture);
+  void draw_scene(const Wish& wish);
+  // Other planes, and trails.
   void draw(const Wish& wish, bool fine);
   void cut(const Wish& wish, uint32_t level);
   // The view of the wish, and the level of the file that a picture of it needs.
   [[nodiscard]] bccsplat_camera camera(const Wish& wish) const;
   [[nodiscard]] uint32_t level(const Wish& wish, const bccsplat_camera& camera,
                                const bccsplat_render_options& options) const;
-  void look_ahead(const Wish& wish);
-  void classify(const Wish& wish);
-  void set_options(const Wish& wish, bccsplat_render_options& options);
 
   bccsplat_device* device_;
   const bccsplat_volume* volume_;
@@ -95,6 +68,7 @@ class Worker {
   // Cancelled with each newer wish, and reset when that is taken up: both while mutex_ is held, so that no
   // wish is ended by its own coming.
   Handle<bccsplat_cancel_token> token_;
+  SceneView scene_;
   Handle<bccsplat_renderer> renderer_;
   Handle<bccsplat_slice> slice_;
   Wish drawn_;                        // what slice and renderer are set to
@@ -107,7 +81,6 @@ class Worker {
   Wish wish_;
   std::unique_ptr<Picture> picture_;
   bool newer_ = false, stop_ = false; // a wish that was not taken up yet
-  std::future<void> ahead_;           // what the next moment of a series that plays needs
   std::thread thread_;
 };
 

@@ -1,6 +1,6 @@
 #!/bin/bash
 # viewer.sh EXAMPLES SCRATCH: the viewer on a virtual screen, moved by a real mouse: orbit, time, tilt, trail. The window
-# is saved. A second time the series is played, others show isosurfaces. Exits with 77 where the viewer was not built or Xvfb or xdotool are missing.
+# is saved. A second time the series is played, others cut it open and show isosurfaces. Exits with 77 where the viewer was not built or Xvfb or xdotool are missing.
 set -euo pipefail
 examples=$1 scratch=$2
 [[ -x $examples/viewer ]] && command -v xvfb-run >/dev/null && command -v xdotool >/dev/null ||
@@ -76,6 +76,16 @@ open "$1" pictures
 xdotool key --window "$window" r
 sleep 1
 close
+cp window.bmp whole.bmp
+# Cut open along x, a twentieth beyond the middle.
+open "$1" cut
+xdotool mousemove 600 300
+xdotool key --window "$window" x
+xdotool key --window "$window" bracketright
+sleep 1
+at_rest
+close
+cp window.bmp cut.bmp
 # Isosurfaces by a key, moved by another, and given.
 open "$1" iso
 xdotool mousemove 600 300
@@ -117,7 +127,7 @@ else
   [[ $(head -c 4 viewer-2.0001.png) == *PNG ]]
 fi
 # The value of the file's look, and two hundredths of the range more; that range is 1 here, or nearly.
-surface() { sed -n 's/.* iso \([01]\) value \(.*\)/\1 \2/p' "$1"; }
+surface() { sed -n 's/.* iso \([01]\) value \([^ ]*\) .*/\1 \2/p' "$1"; }
 cat iso given
 read -r shown value < <(surface pictures)
 ((shown == 0))
@@ -139,6 +149,22 @@ print(blue > red, blue + red > 10 ** 6)
 PYTHON
 }
 [[ $(blue_over_red palette.bmp) == "False True" && $(blue_over_red window.bmp) == "True True" ]]
+# Much of the light is cut away, and much stays.
+grep -q 'open 000 to 0.50$' pictures
+grep -q 'open 100 to 0.55$' cut
+light() { # of the window right of the panel
+  python3 - "$1" <<'PYTHON'
+import struct, sys
+data = open(sys.argv[1], 'rb').read()
+start, width, height = struct.unpack_from('<I', data, 10)[0], *struct.unpack_from('<ii', data, 18)
+step = struct.unpack_from('<H', data, 28)[0] // 8
+pitch = (width * step + 3) // 4 * 4
+print(sum(sum(data[start + y * pitch + 330 * step:start + (y * pitch + width * step)]) for y in range(abs(height))))
+PYTHON
+}
+black=$(((1000 - 330) * 680 * 255)) # opacity is a fourth byte
+awk -v whole="$(light whole.bmp)" -v cut="$(light cut.bmp)" -v black="$black" \
+  'BEGIN { part = (cut - black) / (whole - black); print "of the light", part; exit !(part > .1 && part < .9) }'
 # What makes no sense is refused before a window opens.
 for wrong in 'x' '.5:2' '.5:1:red' '.5,' ''; do
   if "$examples/viewer" blobs.bcc4 --iso "$wrong" 2>words; then exit 1; fi

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// A moment of the series, drawn by a scene: within some milliseconds a coarse picture, in calls that follow
+// the complete one.
+#pragma once
+
+#include "viewer/wish.h"
+
+#include <array>
+#include <future>
+
+namespace viewer {
+
+class SceneView {
+ public:
+  SceneView(bccsplat_device* device, const bccsplat_volume* volume, std::array<double, 2> range);
+
+  // Sets what has changed since the last wish.
+  void apply(const Wish& wish);
+  // budget_ms 0: until it is complete.
+  [[nodiscard]] bccsplat_scene_status draw(const Wish& wish, const bccsplat_render_options& options,
+                                           double budget_ms, bccsplat_frame* frame) const;
+  // Reads what the next moment will need, in a thread of its own, unless that is still at work.
+  void look_ahead(const Wish& wish);
+  [[nodiscard]] const double (&box() const)[6] { return box_; }
+
+ private:
+  [[nodiscard]] double time_at(double frame) const;
+  [[nodiscard]] bccsplat_camera camera(const Wish& wish) const;
+
+  const bccsplat_volume* volume_;
+  std::array<double, 2> range_;
+  double last_frame_ = 0;
+  double box_[6] = {};
+  Handle<bccsplat_scene> scene_;
+  uint64_t instance_ = 0;
+  bool any_ = false;
+  Wish applied_;
+  std::future<void> ahead_; // ends before the scene does
+};
+
+} // namespace viewer
