@@ -223,6 +223,8 @@ def volume_facts(volume):
 def slices(volume):
     cut = volume.slice(time=1.25)
     box = cut.sample_grid()
+    assert np.array_equal(Slice.at(volume, volume.time_to_index(1.25)).sample_grid(), box)
+    raises(Error, Status.OUT_OF_DOMAIN, Slice.at_time, volume, 99)
     assert box.shape == (17, 19, 21) and cut.info().kernel == volume.info().kernel
     points = np.array([(10, 9, 8), (3, 4, 5), (13.5, 8, 7)])
     for call in (cut.evaluate, cut.evaluate_with_gradients):
@@ -272,6 +274,28 @@ def pictures(device, volume, cut, folder):
     wide = np.zeros((40, 80, 4), np.float32)
     renderer.render(Frame.wrap(device, wide[:, :60]))
     assert np.array_equal(wide[:, :60], first) and not wide[:, 60:].any()
+    upside_down, depth = np.zeros((40, 60, 4), np.float32), np.zeros((40, 70), np.float32)
+    planes = Frame.wrap_planes(device, 60, 40, {Frame.RGBA: upside_down[::-1], Frame.DEPTH: depth[:, :60],
+                                                Frame.VALUE: None})
+    renderer.render(planes)
+    assert np.array_equal(upside_down[::-1], first) and np.array_equal(planes.rgba(), first)
+    assert np.array_equal(depth[:, :60], frame.depth()) and not depth[:, 60:].any()
+    assert planes.channel(Frame.VALUE).shape == (40, 60)
+    raises(ValueError, None, Frame.wrap_planes, device, 60, 40, {Frame.DEPTH: depth}, text="[height, width]")
+    raises(Error, Status.INVALID_ARGUMENT, Frame.wrap_planes, device, 60, 40, {64: None}, text="channel bit")
+    copied = np.zeros((40, 60, 4), np.uint8)
+
+    def tile(x, y, width, height):
+        copied[y:y + height, x:x + width] = frame.copy_part(x, y, width, height)
+
+    renderer.set_options(tile=tile)
+    renderer.render(frame)
+    assert np.array_equal(copied, straight)
+    renderer.set_options(tile=lambda *_: True)
+    raises(Cancelled, None, renderer.render, frame)
+    renderer.set_options(tile=lambda *_: 1 / 0)
+    raises(ZeroDivisionError, None, renderer.render, frame)
+    renderer.set_options()
 
     renderer.set_transfer_function(TransferFunction.of(volume.look(mode="composite")))
     renderer.render(frame)
@@ -515,7 +539,11 @@ def live(device, folder):
             shown = volume.info().dims[3]
             assert volume.info().frames_expected == 40 and 10 < shown < 30
             before = volume.evaluate([[4, 4, 4, shown - 1.5]])
-        writer.finish_short()
+            assert volume.info().series_state == abi.SERIES_UNFINISHED
+            writer.finish_short()
+            with volume.reopen() as newer:  # the file has another name now
+                assert newer.info().dims[3] == 30 and newer.info().series_state == abi.SERIES_FINISHED
+                assert np.array_equal(newer.evaluate([[4, 4, 4, shown - 1.5]]), before)
     with Volume(device, path) as volume:
         assert volume.info().frames_expected == 0 and volume.info().dims[3] == 30
         assert np.array_equal(volume.evaluate([[4, 4, 4, shown - 1.5]]), before)

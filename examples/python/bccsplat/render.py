@@ -4,7 +4,7 @@ from __future__ import annotations
 import ctypes
 import os
 from ctypes import byref
-from typing import Any, Sequence, Union
+from typing import Any, Callable, Mapping, Sequence, Union
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from .streams import WriteAt, write_stream
 from .volume import Slice
 
 Array = np.ndarray[Any, np.dtype[Any]]
+Tile = Callable[[int, int, int, int], "bool | None"]
 
 
 class TransferFunction:
@@ -66,7 +67,26 @@ class Frame(Child):
                       pixels.strides[0])
         return frame
 
-    _pixels: Array | None = None
+    @classmethod
+    def wrap_planes(cls, device: Device, width: int, height: int, planes: Mapping[int, Array | None]) -> Frame:
+        """Draws into the caller's float32 arrays, by channel: [height, width, 4] for RGBA, else [height, width]; rows may
+        be apart and go from the bottom up (array[::-1]), pixels may not. None: the frame's own memory."""
+        frame = cls.__new__(cls)
+        Child.__init__(frame, device)
+        array = (_abi.HostPlane * max(len(planes), 1))()
+        for plane, (channel, pixels) in zip(array, planes.items()):
+            plane.channel = channel
+            if pixels is None:
+                continue
+            shape, steps = ((height, width, 4), (16, 4)) if channel == cls.RGBA else ((height, width), (4,))
+            if pixels.dtype != np.float32 or pixels.shape != shape or pixels.strides[1:] != steps:
+                raise ValueError("planes must be float32 [height, width, 4] or [height, width] with contiguous rows")
+            plane.pixels, plane.row_bytes = pixels.ctypes.data, pixels.strides[0]
+        frame._pixels = [*planes.values()]  # borrowed by the library
+        frame._create("frame_wrap_planes", device.pointer, width, height, array, len(planes))
+        return frame
+
+    _pixels: Any = None
 
     @property
     def size(self) -> tuple[int, int]:
@@ -80,11 +100,13 @@ class Frame(Child):
         plane = _abi.Plane()
         call("frame_get_channel", self.pointer, channel, byref(plane))
         assert plane.pixels is not None
-        size = plane.row_bytes * (plane.height - 1) + 4 * plane.components * plane.width
-        memory: Any = (ctypes.c_char * size).from_address(plane.pixels)
+        row = ctypes.c_int64(plane.row_bytes).value  # negative from the bottom up
+        size = abs(row) * (plane.height - 1) + 4 * plane.components * plane.width
+        first = -row * (plane.height - 1) if row < 0 else 0  # of row 0 in that memory
+        memory: Any = (ctypes.c_char * size).from_address(plane.pixels - first)
         memory._owner = self.share()
-        shape, strides = (plane.height, plane.width, plane.components), (plane.row_bytes, 4 * plane.components, 4)
-        array: Array = np.ndarray(shape, np.float32, memory, 0, strides)
+        shape, strides = (plane.height, plane.width, plane.components), (row, 4 * plane.components, 4)
+        array: Array = np.ndarray(shape, np.float32, memory, first, strides)
         return array if plane.components > 1 else array[:, :, 0]
 
     def rgba(self) -> Array:
@@ -97,6 +119,13 @@ class Frame(Child):
         plane = self.channel(channel)
         out = np.empty(plane.shape, number)
         call("frame_copy", self.pointer, channel, choose("PIXELS", format), out.ctypes.data, 0)
+        return out
+
+    def copy_part(self, x: int, y: int, width: int, height: int, format: str = "srgb8", channel: int = RGBA) -> Array:
+        """The same of a rectangle; for a tile function, too."""
+        number = np.dtype({"f32": np.float32, "f16": np.float16}.get(format, np.uint8))
+        out = np.empty((height, width, 4) if channel == self.RGBA else (height, width), number)
+        call("frame_copy_part", self.pointer, channel, choose("PIXELS", format), x, y, width, height, out.ctypes.data, 0)
         return out
 
     def depth(self) -> Array:
@@ -176,13 +205,15 @@ class Frame(Child):
 
 class RenderOptions:
     """How pictures are drawn. surfaces: (value, opacity) or (value, opacity, linear RGB) of each isosurface, instead of
-    iso_value. Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
+    iso_value. tile(x, y, width, height) hears of each rectangle of the frame that is final; True cancels. Further options
+    by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
 
     def __init__(self, *, mode: int | str | None = None, quality: int | str | None = None,
                  shading: int | str | None = None, preintegrate: int | str | None = None,
                  smooth_edges: int | str | None = None, iso_value: float | None = None,
                  gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
-                 progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> None:
+                 progress: Progress | None = None, tile: Tile | None = None, cancel: CancelToken | None = None,
+                 **options: Any) -> None:
         o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
                                shading=choose("SHADING", shading),
                                preintegrate=choose("PREINTEGRATE", preintegrate),
@@ -202,7 +233,18 @@ class RenderOptions:
             o.gradient_noise = gradient_noise
         self.watch = Watch(progress)
         o.progress = self.watch.function
+        o.tile = self._tile_function(tile)
         self.struct, self._kept = o, (array, cancel)
+
+    def _tile_function(self, tile: Tile | None) -> Any:
+        def report(_user: int | None, x: int, y: int, width: int, height: int) -> int:
+            try:
+                return 1 if tile is not None and tile(x, y, width, height) else 0
+            except BaseException as error:  # comes out of the call, as that of a progress function
+                self.watch.error = error
+                return 1
+
+        return _abi.bccsplat_tile_fn(report) if tile else _abi.bccsplat_tile_fn(0)
 
 
 class View:
@@ -302,6 +344,7 @@ class Renderer(Child):
     def __init__(self, device: Device) -> None:
         super().__init__(device)
         self._watch, self._slice = Watch(None), None
+        self._made: RenderOptions | None = None
         self._create("renderer_create", device.pointer)
 
     def set_slice(self, cut: Slice | None) -> None:
@@ -357,13 +400,15 @@ class Renderer(Child):
                     shading: int | str | None = None, preintegrate: int | str | None = None,
                     smooth_edges: int | str | None = None, iso_value: float | None = None,
                     gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
-                    progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> None:
+                    progress: Progress | None = None, tile: Tile | None = None, cancel: CancelToken | None = None,
+                    **options: Any) -> None:
         """As RenderOptions."""
         made = RenderOptions(mode=mode, quality=quality, shading=shading, preintegrate=preintegrate,
                              smooth_edges=smooth_edges, iso_value=iso_value, gradient_noise=gradient_noise,
-                             surfaces=surfaces, progress=progress, cancel=cancel, **options)
+                             surfaces=surfaces, progress=progress, tile=tile, cancel=cancel, **options)
         call("renderer_set_options", self.pointer, byref(made.struct))
         self._watch = made.watch  # the one before is of no use to the library any more
+        self._made = made  # with the function of tiles
 
     def render(self, frame: Frame) -> None:
         """Draws into the frame; Error WRONG_STATE without a slice."""

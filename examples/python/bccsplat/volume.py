@@ -143,6 +143,19 @@ class Volume(Child):
         image = base64.b64encode(self._repr_png_()).decode()
         return '<table>%s</table><img src="data:image/png;base64,%s"/>' % (rows, image)
 
+    def reopen(self, source: Source | None = None) -> Volume:
+        """The file as it is now, which may have more frames, with what this volume's caches hold. source: (size, read_at)
+        of a stream that has grown; None: what it was opened from."""
+        newer = object.__new__(type(self))
+        Child.__init__(newer, self.device)
+        if source is None:
+            newer._source = getattr(self, "_source", None)
+            newer._create("volume_reopen", self.pointer, None)
+        else:
+            newer._source = read_stream(source)
+            newer._create("volume_reopen", self.pointer, byref(newer._source))
+        return newer
+
     def info(self) -> _abi.VolumeInfo:
         """What the index says of the file: sizes, times, lattice, units, bytes read so far."""
         info = _abi.VolumeInfo()
@@ -315,7 +328,7 @@ class Volume(Child):
         if sum(given is not None for given in (time, frame, plane)) != 1:
             raise ValueError("give one of time, frame and plane")
         if time is not None:
-            frame = self.time_to_index(time)
+            return Slice.at_time(self, time, **options)
         if frame is not None:
             plane = (0, 0, 0, 1, -frame)
         assert plane is not None
@@ -343,12 +356,18 @@ class Slice(Child):
         of what takes long with it."""
         super().__init__(volume.device)
         self.volume = volume
+        o, _box = self._options(channel, kernel, interval, spacing, time_length, box, cancel, options)
+        self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
+
+    @staticmethod
+    def _options(channel: int, kernel: str | None, interval: tuple[float, float], spacing: float, time_length: float,
+                 box: Any, cancel: CancelToken | None, options: dict[str, Any]) -> tuple[_abi.SliceOptions, Any]:
         corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
         o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
                               box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
                               **options)
         o.interval[:] = [*interval]
-        self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
+        return o, corners
 
     def _cut(self, plane: Any, options: _abi.SliceOptions, progress: Progress | None) -> None:
         watch = Watch(progress)
@@ -359,6 +378,21 @@ class Slice(Child):
     def at(cls, volume: Volume, frame: float, **options: Any) -> Slice:
         """The time slice at a frame number, which may be fractional."""
         return cls(volume, 0, 0, 0, 1, -frame, **options)
+
+    @classmethod
+    def at_time(cls, volume: Volume, time: float, *, channel: int = 0, kernel: str | None = None,
+                interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0, time_length: float = 0.0,
+                box: Any = None, progress: Progress | None = None, cancel: CancelToken | None = None,
+                **options: Any) -> Slice:
+        """The time slice at a time in the file's unit."""
+        cut = cls.__new__(cls)
+        Child.__init__(cut, volume.device)
+        cut.volume = volume
+        o, _box = cls._options(channel, kernel, interval, spacing, time_length, box, cancel, options)
+        watch = Watch(progress)
+        o.progress = watch.function
+        cut._create("volume_slice_at", volume.pointer, time, byref(o), watch=watch)
+        return cut
 
     @classmethod
     def along(cls, volume: Volume, point: Any, basis: Any, *, channel: int = 0, kernel: str | None = None,
