@@ -18,7 +18,7 @@ namespace {
 
 using Scene = Handle<bccsplat_scene>;
 using Pixels = std::vector<float>; // 4 per pixel
-constexpr uint32_t width = 80, height = 64;
+constexpr uint32_t scene_width = 80, scene_height = 64;
 
 class Scenes : public testing::Test {
  protected:
@@ -62,18 +62,18 @@ class Scenes : public testing::Test {
     EXPECT_OK(bccsplat_slice_fit_camera(cut_time(volume_, 3).get(),
                                         perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE
                                                     : BCCSPLAT_PROJECTION_ORTHOGRAPHIC,
-                                        20, 35, width, height, &c));
+                                        20, 35, scene_width, scene_height, &c));
     return c;
   }
   [[nodiscard]] Frame frame(uint32_t channels = 0) const {
     bccsplat_frame* f = nullptr;
-    EXPECT_OK(bccsplat_frame_create(device_.get(), width, height, channels, &f));
+    EXPECT_OK(bccsplat_frame_create(device_.get(), scene_width, scene_height, channels, &f));
     return Frame(f);
   }
   [[nodiscard]] static Pixels pixels(const Frame& f) {
     auto plane = sized<bccsplat_plane>();
     EXPECT_OK(bccsplat_frame_get_channel(f.get(), BCCSPLAT_FRAME_RGBA, &plane));
-    return {plane.pixels, plane.pixels + size_t{4} * width * height};
+    return {plane.pixels, plane.pixels + size_t{4} * scene_width * scene_height};
   }
   [[nodiscard]] Pixels draw(const bccsplat_camera& c, const bccsplat_render_options* options = nullptr,
                             const Scene* of = nullptr) {
@@ -180,7 +180,7 @@ TEST_F(Scenes, APlacedVolumeSeenByAPlacedCameraIsTheVolume) {
   const double expected[6] = {100 - 78, -30, 7, 100, -30 + 78, 7 + 78};
   for (size_t n = 0; n < 6; ++n) EXPECT_NEAR(bounds[n], expected[n], 1e-9) << n;
   auto fitted = sized<bccsplat_camera>();
-  ASSERT_OK(bccsplat_scene_fit_camera(scene_.get(), 0, 0, 0, width, height, &fitted));
+  ASSERT_OK(bccsplat_scene_fit_camera(scene_.get(), 0, 0, 0, scene_width, scene_height, &fitted));
   EXPECT_NEAR(fitted.target[0], 61, 1e-9);
 }
 
@@ -217,12 +217,13 @@ TEST_F(Scenes, AMirrorImageIsOne) {
   ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &mirrored));
   const Pixels mirror = draw(c, &fine);
   double off = 0, other = 0;
-  for (size_t y = 0; y < height; ++y)
-    for (size_t x = 0; x < width; ++x)
+  for (size_t y = 0; y < scene_height; ++y)
+    for (size_t x = 0; x < scene_width; ++x)
       for (size_t k = 0; k < 4; ++k) {
-        off = larger(off,
-                     std::fabs(mirror[4 * (width * y + x) + k] - own[4 * (width * y + width - 1 - x) + k]));
-        other = larger(other, std::fabs(mirror[4 * (width * y + x) + k] - own[4 * (width * y + x) + k]));
+        off = larger(off, std::fabs(mirror[4 * (scene_width * y + x) + k] -
+                                    own[4 * (scene_width * y + scene_width - 1 - x) + k]));
+        other = larger(other,
+                       std::fabs(mirror[4 * (scene_width * y + x) + k] - own[4 * (scene_width * y + x) + k]));
       }
   EXPECT_LT(off, 2e-3); // sites stand elsewhere in the pixels
   EXPECT_GT(other, 0.1);
@@ -338,7 +339,7 @@ TEST_F(Scenes, ADeepPictureOfSeveralFlattensToTheFlatOne) {
   auto deep = sized<bccsplat_deep>();
   ASSERT_OK(bccsplat_frame_get_deep(f.get(), &deep));
   Pixels sums(flat.size());
-  for (size_t p = 0; p < size_t{width} * height; ++p)
+  for (size_t p = 0; p < size_t{scene_width} * scene_height; ++p)
     for (uint64_t n = deep.first[p]; n < deep.first[p + 1]; ++n) {
       const float* const sample = deep.samples + 6 * n; // front, back, alpha, red, green, blue
       const float open = 1 - sums[4 * p + 3];
@@ -377,7 +378,7 @@ TEST_F(Scenes, DepthsAreThoseOfAnOpacity) {
         auto plane = sized<bccsplat_plane>();
         ASSERT_OK(bccsplat_frame_get_channel(f.get(), BCCSPLAT_FRAME_DEPTH, &plane));
         int there = 0;
-        for (size_t p = 0; p < size_t{width} * height; ++p) {
+        for (size_t p = 0; p < size_t{scene_width} * scene_height; ++p) {
           double alpha = 0, depth = HUGE_VAL;
           for (uint64_t n = deep.first[p]; n < deep.first[p + 1]; ++n) {
             const float* const s = deep.samples + 6 * n;
@@ -448,7 +449,7 @@ TEST_F(Scenes, ClipsCutTheInstancesTheyName) {
   const auto half_sum = [](const Pixels& p, bool right) {
     float sum = 0;
     for (size_t n = 0; n < p.size() / 4; ++n)
-      if ((n % width >= width / 2) == right) sum += p[4 * n + 3];
+      if ((n % scene_width >= scene_width / 2) == right) sum += p[4 * n + 3];
     return sum;
   };
   bccsplat_clip clip{};
@@ -496,7 +497,8 @@ TEST_F(Scenes, ABudgetEndsInThePicture) {
   const bccsplat_camera c = camera();
   auto v = sized<bccsplat_view>();
   v.camera = &c;
-  Pixels behind(size_t{4} * width * height, 0.25f), ends(size_t{width} * height, 1e6f);
+  Pixels behind(size_t{4} * scene_width * scene_height, 0.25f),
+      ends(size_t{scene_width} * scene_height, 1e6f);
   v.background = behind.data(), v.depth = ends.data();
   for (const double t : {15.0, 16.5}) {
     set_time(t);
@@ -534,17 +536,71 @@ TEST_F(Scenes, ABudgetEndsInThePicture) {
   EXPECT_LT(largest_difference(pixels(f), pixels(whole)), 1e-4);
 }
 
+// A budget picture holds a copy of the frame, its slices and what they are drawn from: all of it counts.
+// Where that is too much for the device the call says so, or stays with what fits, and the device never holds
+// more.
+TEST_F(Scenes, ABudgetPictureStaysWithinTheMemoryBudget) {
+  constexpr uint32_t edge = 512;
+  constexpr uint64_t picture_bytes = uint64_t{edge} * edge * 16;
+  const auto bytes_of = [](bccsplat_device* device) {
+    auto info = sized<bccsplat_device_info>();
+    EXPECT_OK(bccsplat_device_get_info(device, &info));
+    return info;
+  };
+  int complete = 0, refused = 0;
+  for (const uint64_t budget :
+       {uint64_t{0}, 48 * picture_bytes / 10, 3 * picture_bytes, 2 * picture_bytes + 1000}) {
+    SCOPED_TRACE(budget);
+    const Device device = make_device(2, budget);
+    const Volume volume = open(device, folder_.file("s.bcc4"));
+    bccsplat_scene* scene = nullptr;
+    ASSERT_OK(bccsplat_scene_create(device.get(), &scene));
+    const Scene owner(scene);
+    const auto i = instance();
+    uint64_t id = 0;
+    ASSERT_OK(bccsplat_scene_add(scene, volume.get(), &i, &id));
+    ASSERT_OK(bccsplat_scene_set_time(scene, 15));
+    bccsplat_frame* f = nullptr;
+    ASSERT_OK(bccsplat_frame_create(device.get(), edge, edge, 0, &f));
+    const Frame frame(f);
+    auto status = sized<bccsplat_scene_status>();
+    bccsplat_status answer = BCCSPLAT_OK;
+    for (int n = 0; n < 400 && answer == BCCSPLAT_OK && !status.complete; ++n)
+      answer = bccsplat_scene_render(scene, nullptr, f, nullptr, 5, &status);
+    const auto info = bytes_of(device.get());
+    EXPECT_LE(info.memory_peak, info.memory_budget);
+    if (answer == BCCSPLAT_OK) {
+      EXPECT_EQ(status.complete, 1u);
+      EXPECT_GE(info.memory_peak, 2 * picture_bytes) << "the frame and the picture so far";
+      ++complete;
+    } else {
+      EXPECT_EQ(answer, BCCSPLAT_ERROR_MEMORY_BUDGET) << bccsplat_last_error();
+      ++refused;
+    }
+    // What is refused leaves the scene as it was, and it is drawn where there is room.
+    std::vector<float> outside(size_t{64} * 64 * 4);
+    bccsplat_frame* small = nullptr;
+    ASSERT_OK(bccsplat_frame_wrap(device.get(), 64, 64, outside.data(), 0, &small));
+    const Frame smaller(small);
+    const bccsplat_status again = bccsplat_scene_render(scene, nullptr, small, nullptr, 0, &status);
+    EXPECT_TRUE(again == BCCSPLAT_OK || (answer != BCCSPLAT_OK && again == BCCSPLAT_ERROR_MEMORY_BUDGET));
+  }
+  EXPECT_GE(complete, 1);
+  EXPECT_GE(refused, 1);
+}
+
 TEST_F(Scenes, PrefetchLeavesNothingToRead) {
   (void)add(instance());
   const bccsplat_camera c = camera();
   auto v = sized<bccsplat_view>();
   v.camera = &c;
-  ASSERT_OK(bccsplat_scene_prefetch(scene_.get(), &v, width, height, nullptr, 15));
+  ASSERT_OK(bccsplat_scene_prefetch(scene_.get(), &v, scene_width, scene_height, nullptr, 15));
   set_time(15);
   (void)draw(c);
   EXPECT_EQ(status_.cut, 1u);
   EXPECT_EQ(status_.bytes_read, 0u);
-  EXPECT_OK(bccsplat_scene_prefetch(scene_.get(), &v, width, height, nullptr, 99)) << "nothing is there";
+  EXPECT_OK(bccsplat_scene_prefetch(scene_.get(), &v, scene_width, scene_height, nullptr, 99))
+      << "nothing is there";
 }
 
 TEST_F(Scenes, RangesAreWhatIsReadForAnInstance) {
@@ -561,8 +617,8 @@ TEST_F(Scenes, RangesAreWhatIsReadForAnInstance) {
   v.camera = &c;
   const auto ask = [&](uint32_t flags) {
     std::vector<uint64_t> pairs(2000);
-    EXPECT_OK(bccsplat_scene_get_ranges(scene_.get(), &v, width, height, nullptr, 15, id, flags, pairs.data(),
-                                        pairs.size() / 2, &count));
+    EXPECT_OK(bccsplat_scene_get_ranges(scene_.get(), &v, scene_width, scene_height, nullptr, 15, id, flags,
+                                        pairs.data(), pairs.size() / 2, &count));
     std::vector<Range> out;
     for (uint64_t n = 0; n < count; ++n) out.emplace_back(pairs[2 * n], pairs[2 * n + 1]);
     return out;
@@ -576,8 +632,8 @@ TEST_F(Scenes, RangesAreWhatIsReadForAnInstance) {
   EXPECT_LT(bytes_of(ranges), far.bytes.size()) << "of all moments";
   EXPECT_GT(bytes_of(far.reads), bytes_of(ranges) / 2);
   EXPECT_TRUE(ask(BCCSPLAT_RANGES_MISSING).empty()) << "it was drawn";
-  EXPECT_OK(
-      bccsplat_scene_get_ranges(scene_.get(), &v, width, height, nullptr, 99, id, 0, nullptr, 0, &count));
+  EXPECT_OK(bccsplat_scene_get_ranges(scene_.get(), &v, scene_width, scene_height, nullptr, 99, id, 0,
+                                      nullptr, 0, &count));
   EXPECT_EQ(count, 0u) << "nothing is there";
 }
 
@@ -589,7 +645,8 @@ TEST_F(Scenes, AnotherThreadReadsAheadWhileThisOneDraws) {
   std::atomic<bool> done{false};
   std::thread ahead([&] {
     for (int n = 0; !done; ++n)
-      EXPECT_OK(bccsplat_scene_prefetch(scene_.get(), &v, width, height, nullptr, 10 + n % 28 * 0.5));
+      EXPECT_OK(
+          bccsplat_scene_prefetch(scene_.get(), &v, scene_width, scene_height, nullptr, 10 + n % 28 * 0.5));
   });
   for (int n = 0; n < 20; ++n) {
     set_time(10 + n % 10);

@@ -172,6 +172,88 @@ bccsplat_status read_from(Stream& stream, const Reading& wanted) {
   return steps.status();
 }
 
+bccsplat_status open_from(Stream& stream, const Device& device, Volume& volume) {
+  auto s = sized<bccsplat_read_stream>();
+  s.size = stream.size, s.read_at = Stream::read_at, s.user = &stream;
+  bccsplat_volume* v = nullptr;
+  const bccsplat_status status = bccsplat_volume_open_stream(device.get(), &s, nullptr, &v);
+  EXPECT_EQ(status == BCCSPLAT_OK, v != nullptr);
+  volume.reset(v);
+  return status;
+}
+
+// Two volumes in a scene, one of them opened again, read ahead and drawn within a budget and without.
+bccsplat_status draw_scene(Stream& stream) {
+  stream.calls = 0;
+  Device device;
+  Volume volume, newer;
+  Handle<bccsplat_scene> scene;
+  Frame frame;
+  uint64_t first = 0, second = 0;
+  auto camera = sized<bccsplat_camera>();
+  auto view = sized<bccsplat_view>();
+  const auto render = [&](double budget_ms) {
+    auto status = sized<bccsplat_scene_status>();
+    const bccsplat_status s =
+        bccsplat_scene_render(scene.get(), &view, frame.get(), nullptr, budget_ms, &status);
+    EXPECT_TRUE(s != BCCSPLAT_OK || status.complete);
+    return s;
+  };
+  return Steps()
+      .then([&] { return make_one_thread(device); })
+      .then([&] { return open_from(stream, device, volume); })
+      .then([&] {
+        const double at[4] = {2, 2, 2, 1};
+        float value = 0;
+        return bccsplat_volume_evaluate(volume.get(), 1, at, &value, nullptr);
+      })
+      .then([&] {
+        bccsplat_volume* v = nullptr;
+        const bccsplat_status status = bccsplat_volume_reopen(volume.get(), nullptr, &v);
+        EXPECT_EQ(status == BCCSPLAT_OK, v != nullptr);
+        newer.reset(v);
+        return status;
+      })
+      .then([&] {
+        bccsplat_scene* s = nullptr;
+        const bccsplat_status status = bccsplat_scene_create(device.get(), &s);
+        EXPECT_EQ(status == BCCSPLAT_OK, s != nullptr);
+        scene.reset(s);
+        return status;
+      })
+      .then([&] { return bccsplat_scene_add(scene.get(), volume.get(), nullptr, &first); })
+      .then([&] {
+        auto instance = sized<bccsplat_instance>();
+        for (size_t n = 0; n < 4; ++n) instance.placement[5 * n] = 1;
+        instance.placement[3] = 2;
+        return bccsplat_scene_add(scene.get(), newer.get(), &instance, &second);
+      })
+      .then([&] { return bccsplat_scene_set_time(scene.get(), 1.25); })
+      .then([&] {
+        bccsplat_clip clip{};
+        clip.normal[0] = 1, clip.offset = -1, clip.instance = second;
+        return bccsplat_scene_set_clips(scene.get(), &clip, 1);
+      })
+      .then([&] {
+        view.camera = &camera;
+        return bccsplat_scene_fit_camera(scene.get(), 0, 20, 30, 12, 12, &camera);
+      })
+      .then([&] { return bccsplat_scene_prefetch(scene.get(), &view, 12, 12, nullptr, 2); })
+      .then([&] {
+        const bccsplat_host_plane plane{BCCSPLAT_FRAME_DEPTH, 0, nullptr, 0};
+        bccsplat_frame* f = nullptr;
+        const bccsplat_status status = bccsplat_frame_wrap_planes(device.get(), 12, 12, &plane, 1, &f);
+        EXPECT_EQ(status == BCCSPLAT_OK, f != nullptr);
+        frame.reset(f);
+        return status;
+      })
+      .then([&] { return render(1e6); })
+      .then([&] { return render(0); })
+      .then([&] { return bccsplat_scene_remove(scene.get(), first); })
+      .then([&] { return render(0); })
+      .status();
+}
+
 // Fails every allocation of `run` in turn. OK is an answer too where the library can do without the memory.
 void fail_each_allocation(const std::function<bccsplat_status()>& run) {
   for (int warm_up = 0; warm_up < 2; ++warm_up) // what is allocated once for good is there afterwards
@@ -228,6 +310,12 @@ TEST(Faults, EveryAllocationOfRendering) {
   Stream stream;
   ASSERT_OK(write_to(stream));
   fail_each_allocation([&] { return read_from(stream, {.verify = false, .evaluate = false}); });
+}
+
+TEST(Faults, EveryAllocationOfScenes) {
+  Stream stream;
+  ASSERT_OK(write_to(stream));
+  fail_each_allocation([&] { return draw_scene(stream); });
 }
 
 TEST(Faults, EveryWriteOfAStream) {
