@@ -98,6 +98,7 @@ uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
 std::unique_ptr<TrailMemoryPool::Held> TrailMemoryPool::take(uint64_t bytes) {
   std::unique_lock lock(mutex_);
   for (;;) {
+    idle_.reserve(idle_.size() + static_cast<size_t>(taken_) + 1); // so that giving back allocates nothing
     auto held = std::make_unique<Held>();
     if (!idle_.empty()) {
       held = std::move(idle_.back());
@@ -114,8 +115,8 @@ std::unique_ptr<TrailMemoryPool::Held> TrailMemoryPool::take(uint64_t bytes) {
       drop_idle();
       continue;
     }
+    held = std::make_unique<Held>();
     if (budget_.try_reserve(bytes)) {
-      held = std::make_unique<Held>();
       held->reserved = bytes;
       ++taken_;
       return held;

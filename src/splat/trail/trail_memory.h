@@ -31,7 +31,7 @@ class TrailMemoryPool {
   // Waits for other tiles to end until `bytes` are to be had; fails when there is none to wait for. Any
   // thread may call it.
   [[nodiscard]] std::unique_ptr<Held> take(uint64_t bytes);
-  // Every memory that was taken must come back.
+  // Every memory that was taken must come back. Throws nothing.
   void give_back(std::unique_ptr<Held> held);
 
  private:
