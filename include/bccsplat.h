@@ -645,14 +645,14 @@ typedef struct bccsplat_writer_options {
   double scales[4];
   /* > 0: after every so many slabs (of 8 layers, coefficients 4) that all channels have, the file
    * under way, `path`.partial, is made to be opened as it stands, durable, for a live view and
-   * against crashes: bccsplat_volume_info.frames_expected. Until the first of them can be seen (a
-   * dozen frames or so, of a short series or with `lowpass` only at the end) it is NOT_BCC4. Its
-   * frames are those of which all layers are there that the kernel of the file reaches: at the same
-   * moments they are what the finished file has (where air is far from a field without air, but for
-   * the last digits). With other kernels the last ones are as accurate as those of ENDS_MIRROR.
-   * What becomes of the file without finish is as `partial` says: KEEP lets it stay. The finished
-   * file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it can be opened
-   * when it is finished. */
+   * against crashes: bccsplat_volume_info.series_state; bccsplat_volume_reopen follows it. Until
+   * the first of them can be seen (a dozen frames or so, of a short series or with `lowpass` only
+   * at the end) it is NOT_BCC4. Its frames are those of which all layers are there that the kernel
+   * of the file reaches: at the same moments they are what the finished file has (where air is far
+   * from a field without air, but for the last digits). With other kernels the last ones are as
+   * accurate as those of ENDS_MIRROR. What becomes of the file without finish is as `partial` says:
+   * KEEP lets it stay. The finished file has a few more bytes, which nothing refers to. UNSUPPORTED
+   * with part; 0: it can be opened when it is finished. */
   uint32_t live;
   /* BCCSPLAT_PERIODIC_..., the sum; 0: none. */
   uint32_t periodic_axes;
