@@ -2320,8 +2320,9 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_create(bccsplat_device* device, bccs
 BCCSPLAT_API void bccsplat_scene_retain(bccsplat_scene* scene);
 BCCSPLAT_API void bccsplat_scene_release(bccsplat_scene* scene);
 /* Adds a volume of the scene's device, which the scene retains; the same one may be added several
- * times. instance NULL: the defaults. id: a number from 1 on that no instance had before. Also:
- * NOT_FOUND (channel). */
+ * times. One that was opened again (bccsplat_volume_reopen) is another: it is added, and the old
+ * one removed. instance NULL: the defaults. id: a number from 1 on that no instance had before.
+ * Also: NOT_FOUND (channel). */
 BCCSPLAT_API bccsplat_status bccsplat_scene_add(bccsplat_scene* scene,
     const bccsplat_volume* volume, const bccsplat_instance* instance, uint64_t* id);
 /* Also: NOT_FOUND (id, channel). */
