@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 
 namespace viewer {
 
@@ -16,6 +17,7 @@ SceneView::SceneView(bccsplat_device* device, const bccsplat_volume* volume, std
   scene_.reset(made);
   check(bccsplat_scene_add(made, volume, nullptr, &instance_));
   check(bccsplat_scene_get_bounds(made, box_));
+  check(bccsplat_volume_get_side(volume, &side_));
 }
 
 double SceneView::time_at(double frame) const {
@@ -41,13 +43,18 @@ void SceneView::apply(const Wish& wish) {
   applied_ = wish, any_ = true;
 }
 
-bccsplat_camera SceneView::camera(const Wish& wish) const {
+bccsplat_camera camera_of_box(const Wish& wish, bccsplat_side side, const double (&box)[6]) {
+  auto fit = sized<bccsplat_fit>();
+  fit.side = side;
+  fit.rotate_x_degrees = wish.rotate_x, fit.rotate_y_degrees = wish.rotate_y;
+  std::copy(std::begin(box), std::end(box), fit.bounds);
   auto camera = sized<bccsplat_camera>();
-  check(bccsplat_scene_fit_camera(scene_.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, wish.rotate_x,
-                                  wish.rotate_y, wish.width, wish.height, &camera));
+  check(bccsplat_fit_camera(&fit, wish.width, wish.height, &camera));
   camera.ortho_height /= wish.zoom;
   return camera;
 }
+
+bccsplat_camera SceneView::camera(const Wish& wish) const { return camera_of_box(wish, side_, box_); }
 
 bccsplat_scene_status SceneView::draw(const Wish& wish, const bccsplat_render_options& options,
                                       double budget_ms, bccsplat_frame* frame) const {

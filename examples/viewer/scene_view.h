@@ -10,6 +10,9 @@
 
 namespace viewer {
 
+// A view of a box of the world from a side, as the wish turns it.
+[[nodiscard]] bccsplat_camera camera_of_box(const Wish& wish, bccsplat_side side, const double (&box)[6]);
+
 class SceneView {
  public:
   SceneView(bccsplat_device* device, const bccsplat_volume* volume, std::array<double, 2> range);
@@ -22,15 +25,16 @@ class SceneView {
   // Reads what the next moment will need, in a thread of its own, unless that is still at work.
   void look_ahead(const Wish& wish);
   [[nodiscard]] const double (&box() const)[6] { return box_; }
+  [[nodiscard]] bccsplat_camera camera(const Wish& wish) const;
 
  private:
   [[nodiscard]] double time_at(double frame) const;
-  [[nodiscard]] bccsplat_camera camera(const Wish& wish) const;
 
   const bccsplat_volume* volume_;
   std::array<double, 2> range_;
   double last_frame_ = 0;
   double box_[6] = {};
+  bccsplat_side side_ = BCCSPLAT_SIDE_FRONT;
   Handle<bccsplat_scene> scene_;
   uint64_t instance_ = 0;
   bool any_ = false;

@@ -117,11 +117,15 @@ void Worker::cut(const Wish& wish, uint32_t level) {
 }
 
 bccsplat_camera Worker::camera(const Wish& wish) const {
-  auto camera = sized<bccsplat_camera>();
-  check(bccsplat_slice_fit_camera(slice_.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, wish.rotate_x,
-                                  wish.rotate_y, wish.width, wish.height, &camera));
-  camera.ortho_height /= wish.zoom;
-  return camera;
+  if (wish.upright()) return scene_.camera(wish);
+  // All of a tilted plane, in a world of its own: what a function shows that hides nothing.
+  const double color[] = {0, 1, 1, 1}, opacity[] = {0, 1};
+  auto everything = sized<bccsplat_transfer_function>();
+  everything.color_count = everything.opacity_count = 1;
+  everything.colors = color, everything.opacities = opacity;
+  double box[6];
+  check(bccsplat_slice_get_seen_bounds(slice_.get(), &everything, box));
+  return camera_of_box(wish, BCCSPLAT_SIDE_FRONT, box);
 }
 
 uint32_t Worker::level(const Wish& wish, const bccsplat_camera& camera,

@@ -89,6 +89,9 @@ PARTIAL_DEFAULT = 0
 PARTIAL_KEEP = 1
 PARTIAL_RESUME = 2
 PARTIAL_APPEND = 3
+SERIES_FINISHED = 0
+SERIES_UNFINISHED = 1
+SERIES_OPEN_END = 2
 SLAB_DEFAULT = 0
 SLAB_MEAN = 1
 SLAB_SUM = 2
@@ -196,6 +199,7 @@ bccsplat_read_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
 bccsplat_write_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
 bccsplat_flush_fn = CFUNCTYPE(c_int32, c_void_p)
 bccsplat_field_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_void_p, c_void_p)
+bccsplat_tile_fn = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_uint32, c_uint32, c_uint32)
 
 
 def constant(kind: str, name: str) -> int:
@@ -465,7 +469,7 @@ class VolumeInfo(Struct):
     time_end: float
     frames_expected: int
     periodic_axes: int
-    reserved: int
+    series_state: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -477,7 +481,7 @@ class VolumeInfo(Struct):
         ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4),
         ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64),
         ("level_count", c_uint32), ("time_periodic", c_uint32), ("time_end", c_double),
-        ("frames_expected", c_uint64), ("periodic_axes", c_uint32), ("reserved", c_uint32)]
+        ("frames_expected", c_uint64), ("periodic_axes", c_uint32), ("series_state", c_int32)]
 
 
 class LevelInfo(Struct):
@@ -755,13 +759,16 @@ class RenderOptions(Struct):
     surface_count: int
     reserved: int
     depth_opacity: float
+    tile: Any
+    tile_user: int | None
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
         ("progress", bccsplat_progress_fn), ("progress_user", c_void_p), ("deep_tolerance", c_double),
         ("preintegrate", c_int32), ("smooth_edges", c_int32), ("gradient_noise", c_double),
         ("cancel_token", c_void_p), ("surfaces", POINTER(IsoSurface)), ("surface_count", c_uint32),
-        ("reserved", c_uint32), ("depth_opacity", c_double)]
+        ("reserved", c_uint32), ("depth_opacity", c_double), ("tile", bccsplat_tile_fn),
+        ("tile_user", c_void_p)]
 
 
 class PictureNeeds(Struct):
@@ -867,6 +874,14 @@ class ImageOptions(Struct):
         ("progress_user", c_void_p), ("cancel_token", c_void_p)]
 
 
+class HostPlane(Structure):
+    channel: int
+    reserved: int
+    pixels: int | None
+    row_bytes: int
+    _fields_ = [("channel", c_uint32), ("reserved", c_uint32), ("pixels", c_void_p), ("row_bytes", c_int64)]
+
+
 class Instance(Struct):
     channel: int
     placement: Array[c_double]
@@ -940,6 +955,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_open_memory": (c_int32, c_void_p, c_void_p, c_uint64, POINTER(VolumeOptions), c_void_p,),
     "bccsplat_volume_open_stream": (c_int32, c_void_p, POINTER(ReadStream), POINTER(VolumeOptions),
         c_void_p,),
+    "bccsplat_volume_reopen": (c_int32, c_void_p, POINTER(ReadStream), c_void_p,),
     "bccsplat_volume_retain": (None, c_void_p,),
     "bccsplat_volume_release": (None, c_void_p,),
     "bccsplat_volume_get_info": (c_int32, c_void_p, POINTER(VolumeInfo),),
@@ -963,6 +979,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_recode_stream": (c_int32, c_void_p, POINTER(WriteStream), POINTER(RecodeOptions),
         POINTER(WriterReport),),
     "bccsplat_slice_create": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_void_p,),
+    "bccsplat_volume_slice_at": (c_int32, c_void_p, c_double, POINTER(SliceOptions), c_void_p,),
     "bccsplat_volume_prefetch": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions),),
     "bccsplat_volume_get_ranges": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_uint32,
         c_void_p, c_uint64, c_void_p,),
@@ -1003,10 +1020,14 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_renderer_get_stats": (c_int32, c_void_p, POINTER(RenderStats),),
     "bccsplat_frame_create": (c_int32, c_void_p, c_uint32, c_uint32, c_uint32, c_void_p,),
     "bccsplat_frame_wrap": (c_int32, c_void_p, c_uint32, c_uint32, c_void_p, c_uint64, c_void_p,),
+    "bccsplat_frame_wrap_planes": (c_int32, c_void_p, c_uint32, c_uint32, POINTER(HostPlane), c_uint64,
+        c_void_p,),
     "bccsplat_frame_retain": (None, c_void_p,),
     "bccsplat_frame_release": (None, c_void_p,),
     "bccsplat_frame_get_channel": (c_int32, c_void_p, c_uint32, POINTER(Plane),),
     "bccsplat_frame_copy": (c_int32, c_void_p, c_uint32, c_int32, c_void_p, c_int64,),
+    "bccsplat_frame_copy_part": (c_int32, c_void_p, c_uint32, c_int32, c_uint32, c_uint32, c_uint32, c_uint32,
+        c_void_p, c_int64,),
     "bccsplat_frame_get_deep": (c_int32, c_void_p, POINTER(Deep),),
     "bccsplat_frame_save_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
     "bccsplat_frame_save_deep_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),

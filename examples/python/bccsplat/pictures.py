@@ -8,7 +8,7 @@ import numpy as np
 
 from . import _abi
 from .field_array import FieldArray
-from .render import Frame, RenderOptions, Renderer, TransferFunction
+from .render import Frame, RenderOptions, Renderer, TransferFunction, fit_camera
 from .volume import Array, Slice, Volume
 
 _PLANES = {"x": (2, ("y", "z")), "y": (1, ("x", "z")), "z": (0, ("x", "y"))}
@@ -42,17 +42,19 @@ class Picture:
 def draw(cut: Slice, width: int = 512, height: int = 512, *, transfer_function: TransferFunction | None = None,
          look: int | str | None = None, rotate_x: float = 20, rotate_y: float = 30,
          background: Sequence[float] | None = (0, 0, 0), channel: int = 0, **options: Any) -> Picture:
-    """A picture of a slice, width x height pixels, seen from a camera that is turned by angles in degrees.
+    """A picture of a slice, width x height pixels, filled by what is seen, from the front (of a patient the face) turned
+    by angles in degrees.
 
     transfer_function: None, that of `look` ("ct-bone" ...), or of the file's histogram. background: linear RGB, or None
     for a transparent picture. options: those of RenderOptions, such as mode="maximum" or quality="draft".
     """
     renderer = Renderer(cut.device)
     renderer.set_slice(cut)
-    renderer.set_camera(cut.fit_camera(width, height, rotate_x, rotate_y))
     if transfer_function is None and look is not None:
         transfer_function = TransferFunction.of(cut.volume.look(channel, look))
     renderer.set_transfer_function(transfer_function)
+    renderer.set_camera(fit_camera(cut.seen_bounds(transfer_function), width, height, rotate_x=rotate_x, rotate_y=rotate_y,
+                                   side=cut.volume.side()))
     renderer.set_options(**options)
     frame = Frame(cut.device, width, height)
     renderer.render(frame)
