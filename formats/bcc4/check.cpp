@@ -10,6 +10,7 @@
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/page.h"
+#include "points/uneven_axes.h"
 
 namespace bccsplat {
 namespace {
@@ -158,6 +159,26 @@ void check_affine(const Affine3& affine, Code code) {
   if (affine.determinant() == 0) fail(code, "affine: determinant 0");
 }
 
+// Refuses coordinates that do not put each sample at a place of its own, one beyond the other.
+void check_axis(const VolumeInfo& info, size_t axis, Code code) {
+  const std::vector<double>& at = info.axes[axis].coordinates;
+  const auto bad = [&](const auto&... why) { fail(code, "axis ", "xyz"[axis], ": ", why...); };
+  if (at.empty()) return;
+  if (at.size() != info.lattice.dims[axis] || at.size() < 2)
+    bad(at.size(), " coordinates for ", info.lattice.dims[axis], " samples");
+  if (info.lattice.turns(axis)) bad("it is periodic, and its samples are unevenly spaced");
+  const double sign = at.back() < at.front() ? -1 : 1;
+  for (size_t i = 0; i < at.size(); ++i)
+    if (!std::isfinite(at[i]) || (i > 0 && !(sign * at[i] > sign * at[i - 1])))
+      bad("coordinate ", at[i], " of sample ", i, " is not beyond the one before");
+  if (!std::isfinite(at.back() - at.front())) bad("its coordinates are too far apart");
+  const std::vector<double> even = even_positions(at);
+  for (size_t i = 1; i < even.size(); ++i)
+    if (!(even[i] > even[i - 1]))
+      bad("coordinates ", at[i - 1], " and ", at[i], " are one place beside a range of ",
+          at.back() - at.front());
+}
+
 void check_times(const TimeMap& t, uint32_t frames, Code code) {
   if (t.uniform) {
     if (!std::isfinite(t.first) || !positive(t.step) || !t.times.empty())
@@ -189,6 +210,7 @@ void check_description(const VolumeInfo& info, Code code) {
                         &info.recommended_kernel})
     check_text(*s, code);
   for (const SourceInfo& s : info.sources) check_text(s.name, code);
+  for (const AxisInfo& a : info.axes) check_text(a.unit, code);
   for (const double v : info.coefficient_parameters)
     if (!std::isfinite(v) || info.coefficient_kernel.empty())
       fail(code, "parameter ", v, " of the kernel of the coefficients");
@@ -250,6 +272,13 @@ void check_corrections(const ChannelInfo& c, uint32_t frames, Code code) {
 
 } // namespace
 
+void check_axes(const VolumeInfo& info, Code code) {
+  for (size_t a = 0; a < 3; ++a) check_axis(info, a, code);
+  if (info.has_uneven_axes() && !info.spatial_unit.empty())
+    fail(code, "the axes are unevenly spaced, and space has the unit ", info.spatial_unit,
+         "; axes have their own");
+}
+
 void check_fixed(const VolumeInfo& info, Code code) {
   check_lattice(info, "lattice", code);
   if (!positive(info.scale) || !positive(info.time_scale)) fail(code, "lattice: scales must be positive");
@@ -269,6 +298,7 @@ void check_info(const VolumeInfo& info, Code code) {
   if (info.part && info.lattice.periodic) fail(code, "a part of a periodic series");
   const uint32_t frames = info.lattice.dims[3];
   check_affine(info.affine, code);
+  check_axes(info, code);
   check_times(info.time, frames, code);
   check_description(info, code);
   check_progress(info, code);
@@ -294,6 +324,7 @@ void tidy(VolumeInfo& info) {
                   &info.recommended_kernel})
     text(*s);
   for (SourceInfo& s : info.sources) text(s.name);
+  for (AxisInfo& a : info.axes) text(a.unit);
   for (auto& [key, value] : info.attributes) text(key), text(value);
   for (size_t i = 0; i < info.attributes.size();) {
     const auto later = std::find_if(info.attributes.begin() + i + 1, info.attributes.end(),

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -92,6 +93,14 @@ struct TimeMap {
   bool operator==(const TimeMap&) const = default;
 };
 
+// Where the source samples stand along an axis of space.
+struct AxisInfo {
+  std::string unit;                // may be empty
+  bool down = false;               // coordinates count against the axis of the world, as depths do
+  std::vector<double> coordinates; // of its samples, rising or falling strictly; empty: evenly spaced
+  bool operator==(const AxisInfo&) const = default;
+};
+
 struct SourceInfo {
   std::string name;
   uint64_t bytes = 0;
@@ -159,8 +168,9 @@ inline constexpr uint32_t level_unit = 1u << 24;
 
 struct VolumeInfo : StoredLattice {
   double scale = 1, time_scale = 1; // as asked for when the lattice was fitted, in space their mean
-  Affine3 affine;                   // source index -> world
-  std::string spatial_unit;
+  Affine3 affine;                   // source index -> world; along uneven axes even positions
+  std::string spatial_unit;         // empty where an axis is uneven: axes have their own then
+  std::array<AxisInfo, 3> axes{};   // all empty where none is uneven
   TimeMap time;
   std::vector<ChannelInfo> channels;
   std::vector<LevelInfo> levels;              // 1 and up, each coarser than the one before
@@ -191,6 +201,10 @@ struct VolumeInfo : StoredLattice {
     Quantiser q = channels.at(at.channel);
     if (at.level > 0) q.scale = levels.at(static_cast<size_t>(at.level) - 1).channels.at(at.channel).scale;
     return q;
+  }
+
+  [[nodiscard]] bool has_uneven_axes() const {
+    return std::any_of(axes.begin(), axes.end(), [](const AxisInfo& a) { return !a.coordinates.empty(); });
   }
 
   bool operator==(const VolumeInfo&) const = default;

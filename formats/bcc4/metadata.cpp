@@ -32,7 +32,8 @@ enum RecordType : uint16_t {
   tail = 0x8004,
   errors = 0x8005,
   counts = 0x8007,
-  expected = 0x8008
+  expected = 0x8008,
+  coordinates = 0x8009
 };
 constexpr uint16_t optional_record = 0x8000;
 
@@ -232,6 +233,10 @@ class MetadataReader {
     case expected:
       info_.expected_frames = record.read<uint32_t>();
       return true;
+    case coordinates:
+      read_axes(record, info_.axes);
+      if (!info_.has_uneven_axes()) fail(Code::corrupt, "metadata: coordinates of no axis");
+      return true;
     default:
       return false;
     }
@@ -292,6 +297,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
   if (!info.errors.empty()) record(errors, [&](ByteWriter& p) { write_errors(p, info.errors); });
   if (info.counts) record(counts, [&](ByteWriter& p) { write_counts(p, *info.counts); });
   if (info.expected_frames > 0) record(expected, [&](ByteWriter& p) { p.write(info.expected_frames); });
+  if (info.has_uneven_axes()) record(coordinates, [&](ByteWriter& p) { write_axes(p, info.axes); });
   return out.release();
 }
 

@@ -15,6 +15,8 @@ namespace bccsplat {
 // Checks the rules that hold from the first sample on; a broken one fails with `code`: invalid_argument for a
 // caller's info, corrupt for a file's.
 void check_fixed(const VolumeInfo& info, Code code);
+// Checks where the samples stand along unevenly spaced axes.
+void check_axes(const VolumeInfo& info, Code code);
 // Checks these and the rules for the rest: times, ranges, texts.
 void check_info(const VolumeInfo& info, Code code);
 // Mends what must not spoil a finished file: ranges of nothing become 0 .. 0, bytes that are no UTF-8 become

@@ -9,6 +9,7 @@
 namespace bccsplat {
 namespace {
 
+constexpr uint32_t counts_down = 1; // flag of an axis
 constexpr uint64_t level_lattice_bytes = 64, level_channel_bytes = 48;
 
 void write_level(ByteWriter& out, const StoredLattice& level) {
@@ -161,6 +162,25 @@ void read_world(ByteReader& in, VolumeInfo& info) {
     info.affine.offset[r] = in.read<double>();
   }
   info.spatial_unit = read_text(in);
+}
+
+void write_axes(ByteWriter& out, const std::array<AxisInfo, 3>& axes) {
+  for (const AxisInfo& a : axes) {
+    out.write_string(a.unit);
+    out.write(a.down ? counts_down : uint32_t{0});
+    out.write(static_cast<uint32_t>(a.coordinates.size()));
+    for (const double v : a.coordinates) out.write(v);
+  }
+}
+void read_axes(ByteReader& in, std::array<AxisInfo, 3>& axes) {
+  for (AxisInfo& a : axes) {
+    a.unit = read_text(in);
+    const auto flags = in.read<uint32_t>();
+    if ((flags & ~counts_down) != 0) fail(Code::corrupt, "metadata: flags ", flags, " of an axis");
+    a.down = flags != 0;
+    a.coordinates.resize(read_count(in, sizeof(double)));
+    for (double& v : a.coordinates) v = in.read<double>();
+  }
 }
 
 void write_time(ByteWriter& out, const TimeMap& t) {

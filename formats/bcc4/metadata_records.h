@@ -4,6 +4,7 @@
 // kinds.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -44,6 +45,8 @@ void write_domain(ByteWriter& out, const VolumeInfo& info);
 void read_domain(ByteReader& in, Lattice4& l);
 void write_world(ByteWriter& out, const VolumeInfo& info);
 void read_world(ByteReader& in, VolumeInfo& info);
+void write_axes(ByteWriter& out, const std::array<AxisInfo, 3>& axes);
+void read_axes(ByteReader& in, std::array<AxisInfo, 3>& axes);
 void write_time(ByteWriter& out, const TimeMap& t);
 void read_time(ByteReader& in, TimeMap& t);
 

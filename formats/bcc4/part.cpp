@@ -28,6 +28,7 @@ std::string difference(const VolumeInfo& a, const VolumeInfo& b) {
         x.threshold != y.threshold)
       return "air, or how channel " + x.name + " is rounded, differs";
   }
+  if (a.axes != b.axes) return "the coordinates along the axes differ";
   if (a.time != b.time) return "the times differ";
   if (a.sources != b.sources) return "the source files differ";
   if (a.attributes != b.attributes) return "the attributes differ";

@@ -258,6 +258,29 @@ void make_periodic_axis() {
   });
 }
 
+// Depths along z and pressures, which fall, along y; a reader that knows nothing of them skips them.
+void make_uneven_axes() {
+  VolumeInfo info = volume(LatticeKind::d4star, {14, 7, 12, 4}, {channel("value", ValueType::u16)});
+  info.axes[0].unit = "degrees";
+  info.axes[1] = {"hPa", false, {1000, 850, 700, 500, 300, 100, 10.5}};
+  info.axes[2] = {"m", true, {0, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500, 1000}};
+  const Bytes good = write_file(info, ball);
+  save("v3_uneven_axes", good);
+  const auto save_bad = [&](const std::string& name, const std::function<void(Bytes&)>& spoil) {
+    save(name, rebuild(good, {.metadata = spoil}));
+  };
+  // From the payload: "degrees", flags, count 0; "hPa", flags, count 7.
+  constexpr size_t flags = 11, pressures = 4 + 7 + 8 + 4 + 3 + 8;
+  save_bad("bad_coordinates_fall",
+           [](Bytes& m) { poke<double>(m, payload_of(m, 0x8009) + pressures + 16, 850.5); });
+  save_bad("bad_coordinates_nan", [](Bytes& m) {
+    poke<double>(m, payload_of(m, 0x8009) + pressures + 8, std::numeric_limits<double>::quiet_NaN());
+  });
+  save_bad("bad_coordinates_count",
+           [](Bytes& m) { poke<uint32_t>(m, payload_of(m, 0x8009) + pressures - 4, 6); });
+  save_bad("bad_coordinates_flags", [](Bytes& m) { poke<uint32_t>(m, payload_of(m, 0x8009) + flags, 2); });
+}
+
 void make_optional() {
   const Bytes file =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -398,6 +421,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_domain();
   bccsplat::test::make_periodic();
   bccsplat::test::make_periodic_axis();
+  bccsplat::test::make_uneven_axes();
   bccsplat::test::make_levels();
   bccsplat::test::make_unfinished();
   bccsplat::test::make_bad();

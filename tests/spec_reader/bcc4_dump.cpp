@@ -158,6 +158,13 @@ struct Channel {
   std::vector<BlockRef> masks; // by frame; empty: none
 };
 
+// An axis of space, record 0x8009.
+struct Axis {
+  std::string unit;
+  bool down = false;
+  std::vector<double> coordinates;
+};
+
 struct Volume {
   int kind = 0, slab_layers = 0;
   uint32_t dims[4];
@@ -169,6 +176,8 @@ struct Volume {
   double h[3], ht = 0;
   double first = 0, step = 0;
   std::vector<double> times;
+  std::string spatial_unit;
+  std::vector<Axis> axes; // none: without the record
   std::string kernel, recommended;
   std::vector<double> kernel_numbers;
   bool divided = false; // by the sum of the kernel
@@ -323,6 +332,33 @@ void read_domain(Cursor& r, Volume& v, int lowest) {
   must(r.left() == 0, "metadata: record too long");
 }
 
+// Record 0x8009.
+void read_axes(Cursor& r, Volume& v) {
+  must(v.spatial_unit.empty(), "coordinates: space has a unit");
+  size_t all = 0;
+  for (int a = 0; a < 3; ++a) {
+    Axis axis;
+    axis.unit = r.text();
+    const uint32_t flags = r.u32(), n = r.u32();
+    must(flags <= 1, "coordinates: flags");
+    must(n == 0 || (n == v.dims[a] && n >= 2 && !v.round[a]), "coordinates: count");
+    axis.down = flags == 1;
+    for (uint32_t i = 0; i < n; ++i) axis.coordinates.push_back(r.f64());
+    double before = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      const double first = axis.coordinates.front(), last = axis.coordinates.back();
+      const double even = (n - 1) * ((axis.coordinates[i] - first) / (last - first));
+      must(std::isfinite(axis.coordinates[i]) && std::isfinite(last - first), "coordinates: not finite");
+      must(i == 0 ? even == 0 : even > before, "coordinates: not monotone");
+      before = even;
+    }
+    all += n;
+    v.axes.push_back(axis);
+  }
+  must(all > 0, "coordinates: of no axis");
+  must(r.left() == 0, "metadata: record too long");
+}
+
 void check_planes(const Volume& v);
 
 // The rules of record 1 that levels have, too.
@@ -441,6 +477,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       must(r.left() == 0, "metadata: record too long");
       continue;
     }
+    if (type == 0x8009) read_axes(r, v);
     if (type >= 0x8000) continue;
     must(type != 12, "metadata: this reader knows no stencils");
     must(type >= 1 && type <= 7, "metadata: unknown record");
@@ -461,7 +498,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       check_layers(v);
     } else if (type == 2) {
       for (int i = 0; i < 12; ++i) must(std::isfinite(r.f64()), "world");
-      r.text();
+      v.spatial_unit = r.text();
     } else if (type == 3) {
       v.first = r.f64();
       v.step = r.f64();
@@ -1040,6 +1077,11 @@ void dump(const std::string& path) {
   for (size_t l = 0; l < v.levels.size(); ++l)
     std::printf("lattice of level %zu planes %d %d %d layers %d\n", l + 1, v.levels[l].last_plane[0],
                 v.levels[l].last_plane[1], v.levels[l].last_plane[2], v.levels[l].layers());
+  for (size_t a = 0; a < v.axes.size(); ++a) {
+    std::printf("axis %c unit '%s'%s coordinates %zu\n", "xyz"[a], v.axes[a].unit.c_str(),
+                v.axes[a].down ? " down" : "", v.axes[a].coordinates.size());
+    for (const double c : v.axes[a].coordinates) std::printf("coordinate %.17g\n", c);
+  }
   if (v.times.empty()) std::printf("times %.17g step %.17g\n", v.first, v.step);
   for (const double t : v.times) std::printf("time %.17g\n", t);
   std::printf("store %s recommended %s\n", v.kernel.empty() ? "samples" : v.kernel.c_str(),

@@ -104,12 +104,24 @@ std::string describe_layers(const std::vector<BrickLayer>& layers, const std::st
   return text;
 }
 
-// The lines `channel`, `layer`, `level`, `corrections` and `mask` of the second reader.
+// The lines `axis` and `coordinate` of the second reader.
+std::string describe_axes(const VolumeInfo& info) {
+  std::string text;
+  for (size_t a = 0; a < 3 && info.has_uneven_axes(); ++a) {
+    const AxisInfo& axis = info.axes[a];
+    text += concat("axis ", "xyz"[a], " unit '", axis.unit, "'", axis.down ? " down" : "", " coordinates ",
+                   axis.coordinates.size(), "\n");
+    for (const double c : axis.coordinates) text += concat("coordinate ", c, "\n");
+  }
+  return text;
+}
+
+// The lines `axis`, `channel`, `layer`, `level`, `corrections` and `mask` of the second reader.
 std::string describe(const std::shared_ptr<Bcc4Reader>& reader) {
   Bench bench;
   std::vector<Layers> all;
   for (int l = 0; l < reader->info().level_count(); ++l) all.push_back(read_all(reader, bench, l));
-  std::string text;
+  std::string text = describe_axes(reader->info());
   for (size_t c = 0; c < all[0].size(); ++c) {
     const ChannelInfo& info = reader->info().channels[c];
     char air[32];
@@ -136,8 +148,9 @@ TEST(Bcc4Golden, GoodFilesHoldTheirSamples) {
     ASSERT_TRUE(in) << name;
     std::string expected, line;
     while (std::getline(in, line))
-      if (line.starts_with("channel ") || line.starts_with("layer ") || line.starts_with("level ") ||
-          line.starts_with("corrections ") || line.starts_with("mask "))
+      if (line.starts_with("axis ") || line.starts_with("coordinate ") || line.starts_with("channel ") ||
+          line.starts_with("layer ") || line.starts_with("level ") || line.starts_with("corrections ") ||
+          line.starts_with("mask "))
         expected += line + "\n";
     EXPECT_EQ(describe(open(name)), expected) << name;
   }
@@ -272,6 +285,10 @@ TEST(Bcc4Golden, UnevenTimes) {
 
 TEST(Bcc4Golden, BadFilesAreRefused) {
   const std::map<std::string, Code> expected = {{"bad_truncated", Code::truncated},
+                                                {"bad_coordinates_count", Code::corrupt},
+                                                {"bad_coordinates_fall", Code::corrupt},
+                                                {"bad_coordinates_flags", Code::corrupt},
+                                                {"bad_coordinates_nan", Code::corrupt},
                                                 {"bad_corrections_base", Code::corrupt},
                                                 {"bad_seven_bits", Code::corrupt},
                                                 {"bad_text_mode", Code::corrupt},

@@ -528,6 +528,67 @@ TEST(Bcc4Malformed, Lattice) {
   });
 }
 
+// Coordinates along z, of 12 samples; of x two samples that nobody gave.
+Edit with_axes(const std::function<void(VolumeInfo&)>& change) {
+  return with_info([change](VolumeInfo& v) {
+    v.axes[2] = {"m", true, {0, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500, 1000}};
+    change(v);
+  });
+}
+
+TEST(Bcc4Malformed, Coordinates) {
+  expect_each_refused({
+      {"11 coordinates for 12 samples", Code::corrupt,
+       with_axes([](VolumeInfo& v) { v.axes[2].coordinates.pop_back(); })},
+      {"2 coordinates for 24 samples", Code::corrupt, with_axes([](VolumeInfo& v) {
+         v.axes[0].coordinates = {0, 1};
+       })},
+      {"sample 4 is not beyond", Code::corrupt,
+       with_axes([](VolumeInfo& v) { v.axes[2].coordinates[4] = 30; })},
+      {"sample 1 is not beyond", Code::corrupt,
+       with_axes([](VolumeInfo& v) { v.axes[2].coordinates.back() = -1; })},
+      {"sample 3 is not beyond", Code::corrupt,
+       with_axes([](VolumeInfo& v) { v.axes[2].coordinates[3] = NAN; })},
+      {"sample 11 is not beyond", Code::corrupt,
+       with_axes([](VolumeInfo& v) { v.axes[2].coordinates.back() = INFINITY; })},
+      {"too far apart", Code::corrupt, with_axes([](VolumeInfo& v) {
+         v.axes[2].coordinates.front() = -1.7e308, v.axes[2].coordinates.back() = 1.7e308;
+       })},
+      {"are one place", Code::corrupt,
+       with_axes([](VolumeInfo& v) { v.axes[2].coordinates.front() = -1e18; })},
+      {"space has the unit mm", Code::corrupt, with_axes([](VolumeInfo& v) { v.spatial_unit = "mm"; })},
+      {"not UTF-8", Code::corrupt, with_axes([](VolumeInfo& v) { v.axes[1].unit = "\xff"; })},
+      {"coordinates of no axis", Code::corrupt, with_metadata([](Bytes& m) {
+         const std::array<uint32_t, 11> record{0x8009, 36, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+         const auto bytes = std::as_bytes(std::span(record));
+         m.insert(m.end(), bytes.begin(), bytes.end());
+         m.insert(m.end(), 4, std::byte{0});
+       })},
+      {"flags 2 of an axis", Code::corrupt, with_metadata([](Bytes& m) {
+         const std::array<uint32_t, 11> record{0x8009, 36, 0, 2, 0, 0, 0, 0, 0, 0, 0};
+         const auto bytes = std::as_bytes(std::span(record));
+         m.insert(m.end(), bytes.begin(), bytes.end());
+         m.insert(m.end(), 4, std::byte{0});
+       })},
+      {"elements in", Code::corrupt, with_metadata([](Bytes& m) {
+         const std::array<uint32_t, 11> record{0x8009, 36, 0, 0, 1u << 30, 0, 0, 0, 0, 0, 0};
+         const auto bytes = std::as_bytes(std::span(record));
+         m.insert(m.end(), bytes.begin(), bytes.end());
+         m.insert(m.end(), 4, std::byte{0});
+       })},
+      {"needs", Code::truncated, with_metadata([](Bytes& m) {
+         const std::array<uint32_t, 10> record{0x8009, 32, 0, 0, 0, 0, 0, 0, 0, 0};
+         const auto bytes = std::as_bytes(std::span(record));
+         m.insert(m.end(), bytes.begin(), bytes.end());
+       })},
+  });
+  VolumeInfo periodic = volume(LatticeKind::d4star, {24, 14, 12, 9}, {channel("a", ValueType::u8)});
+  periodic.lattice =
+      Lattice4::fit(LatticeKind::d4star, {24, 14, 12, 9}, {1, 1, 1, 1}, 0, {}, false, {false, false, true});
+  periodic.axes[2].coordinates = {0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+  EXPECT_THROW(check_axes(periodic, Code::corrupt), Error);
+}
+
 TEST(Bcc4Malformed, HugeDeclaredSizesAllocateNothing) {
   // 10^9 planes per axis would be 10^17 bricks; 10^6 still ask for 256 TiB per layer.
   const auto planes = [](int32_t n) {

@@ -191,7 +191,10 @@ TEST(Bcc4RoundTrip, MetadataComesBack) {
   info.scale = 1.0, info.time_scale = 1.0;
   info.affine.linear = {Vec3{0.5, 0.1, 0}, Vec3{0, -2, 0}, Vec3{0, 0.25, 3}};
   info.affine.offset = {10, 20, -30};
-  info.spatial_unit = "µm";
+  info.spatial_unit = "";
+  info.axes[0].unit = "degrees", info.axes[1].unit = "µm";
+  info.axes[2] = {"m", true, {}};
+  for (int i = 0; i < 22; ++i) info.axes[2].coordinates.push_back(1000 - 2.5 * i * i);
   info.time.uniform = false;
   info.time.times = {0, 6, 24.5, 48};
   info.time.unit = "h", info.time.epoch = "2002-10-28T00:00:00Z";
