@@ -15,6 +15,13 @@
  *   0 1) takes the column (x, y, z, 1) of index space to it: world x = m[0] x + m[1] y + m[2] z +
  *   m[3], the translation in m[3], m[7], m[11]. Cameras, lights and unit_distance are in world
  *   space.
+ * - even positions: of a volume whose samples are unevenly spaced along an axis of space
+ *   (bccsplat_axis). They run from 0 to n-1 like indices, in proportion to the coordinates of the
+ *   samples, monotone cubic between these (formats/bcc4.md, record 0x8009). The affine takes them
+ *   to the world; of indices it holds at the corners of the domain alone, as older files and hosts
+ *   have it, whose spatial unit is therefore "". Along other axes they are the indices. All that
+ *   says index space means indices, the errors and bounds of a file too, but what asks for
+ *   BCCSPLAT_SPACE_EVEN.
  * - time: in the volume's time unit. Frames may be unevenly spaced; times rise strictly.
  * - T: the lattice distance, that of the source samples unless a scale says otherwise; lengths of
  *   kernels and sheet steps are in T. Sites of D4* and BCC stand in two shifted grids, each sparser
@@ -568,6 +575,23 @@ typedef struct bccsplat_series_part {
   const double* times;
 } bccsplat_series_part;
 
+/* Flags of an axis. */
+enum {
+  BCCSPLAT_AXIS_DOWN = 1 /* coordinates count against the axis of the world, as depths do */
+};
+
+/* Where the samples stand along an axis of space. */
+typedef struct bccsplat_axis {
+  uint32_t struct_size;
+  uint32_t flags; /* BCCSPLAT_AXIS_... */
+  /* 0: evenly spaced, as the affine says; else as many as there are samples, at least 2. */
+  uint64_t count;
+  /* `count` of them, finite, rising throughout or falling throughout; NULL where there is none. */
+  const double* coordinates;
+  /* Of the coordinates; NULL or "": unknown. */
+  const char* unit;
+} bccsplat_axis;
+
 typedef struct bccsplat_writer_options {
   uint32_t struct_size;
   /* None defined; 0. */
@@ -585,7 +609,9 @@ typedef struct bccsplat_writer_options {
   /* 0: one channel with default options. */
   uint32_t channel_count;
   const bccsplat_channel_options* channels;
-  /* Index space -> world, row-major; all zero: identity. The mean voxel is at least 1e-30 long. */
+  /* Index space -> world, row-major; all zero: identity. The mean voxel is at least 1e-30 long.
+   * With `axes` it is of even positions: for a world that has the coordinates an axis begins at
+   * the first one and is (last - first) / (n - 1) per position long. */
   double affine[16];
   /* "mm", ...; NULL: unknown. */
   const char* spatial_unit;
@@ -658,6 +684,13 @@ typedef struct bccsplat_writer_options {
   uint32_t periodic_axes;
   /* NULL: none; looked at by create, too. */
   bccsplat_cancel_token* cancel_token;
+  /* NULL: all axes of space are evenly spaced. Else three, x y z, copied. Where one has coordinates
+   * the volume's spatial_unit is "", and the one given here is that of axes that name none. What is
+   * written and bounded is the same as without them: samples are those of the source, and nothing
+   * is resampled. INVALID_ARGUMENT: another count than dims, not monotone; UNSUPPORTED: of a
+   * periodic axis. PARTIAL_APPEND refuses others than the file's. Readers that know nothing of
+   * coordinates see an evenly spaced volume of the same corners. */
+  const bccsplat_axis* axes;
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap
@@ -941,7 +974,8 @@ typedef struct bccsplat_volume_info {
    * geometric mean. */
   double scale;
   double time_scale;
-  /* Index space -> world. */
+  /* Index space -> world; of a volume with unevenly spaced axes (bccsplat_volume_get_axis) even
+   * positions -> world, for which spatial_unit is "". */
   double affine[16];
   /* Time of frame 0. */
   double time_first;
@@ -1116,6 +1150,18 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_find_channel(
  * NULL) gets dims[3]. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_times(
     const bccsplat_volume* volume, double* times, uint64_t capacity, uint64_t* count);
+/* Where the samples stand along an axis of space, 0 .. 2 (NOT_FOUND); the array and the unit belong
+ * to the volume. An axis that is evenly spaced has count 0 and in a volume without any other no
+ * unit of its own: that is spatial_unit. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_axis(
+    const bccsplat_volume* volume, uint32_t axis, bccsplat_axis* info);
+/* Index space -> world and back, of n places, n x 3 doubles each; `from` and `to` may be the same.
+ * Along unevenly spaced axes by their coordinates, monotone cubic between samples; the way back is
+ * right to 1e-12 of the axis. Beyond the outermost samples they go on straight. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_index_to_world(
+    const bccsplat_volume* volume, uint64_t n, const double* from, double* to);
+BCCSPLAT_API bccsplat_status bccsplat_volume_world_to_index(
+    const bccsplat_volume* volume, uint64_t n, const double* from, double* to);
 /* Smallest and largest finite value that the source had in each frame, 0 twice in one without any:
  * writes the first min(capacity, count) pairs; ranges: 2 x capacity doubles, may be NULL when
  * capacity is 0. count (may be NULL) gets dims[3], or 0 where the file does not tell: of layers,
@@ -1155,9 +1201,9 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume,
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* The same at places in the world: xyzt: n x 4 doubles, x y z in the unit of space and the time, as
- * the volume's affine and bccsplat_volume_time_to_index place its indices. gradients: value per
- * world length and per time unit. missing: NULL, or it gets the number of points outside or in
- * holes, whose values are NaN, and these are no error. */
+ * bccsplat_volume_index_to_world and bccsplat_volume_index_to_time place its indices. gradients:
+ * value per world length and per time unit. missing: NULL, or it gets the number of points outside
+ * or in holes, whose values are NaN, and these are no error. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume,
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients,
     uint64_t* missing);

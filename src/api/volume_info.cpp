@@ -5,10 +5,25 @@
 #include <tuple>
 
 #include "api/handles.h"
+#include "api/numbers.h"
 #include "api/structs.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
+
+namespace {
+
+template<class Map> void map_points(uint64_t n, const double* from, double* to, const Map& map) {
+  if (n == 0) return;
+  require(from, "from"), require(to, "to");
+  require_count(n, sizeof(Vec3), "n");
+  for (uint64_t i = 0; i < n; ++i) {
+    const Vec3 p = map({from[3 * i], from[3 * i + 1], from[3 * i + 2]});
+    std::copy(p.begin(), p.end(), to + 3 * i);
+  }
+}
+
+} // namespace
 
 extern "C" {
 
@@ -58,6 +73,39 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
       out.series_state = v.expected_frames > 0 ? BCCSPLAT_SERIES_UNFINISHED : BCCSPLAT_SERIES_OPEN_END;
     }
     write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_volume_get_axis(const bccsplat_volume* volume, uint32_t axis, bccsplat_axis* info) {
+  return guard([&] {
+    require(volume, "volume");
+    const auto& axes = volume->file.info().axes;
+    if (axis >= axes.size()) fail(Code::not_found, "axis ", axis, ": space has 0, 1 and 2");
+    const AxisInfo& a = axes[axis];
+    bccsplat_axis out{};
+    out.flags = a.down ? BCCSPLAT_AXIS_DOWN : 0;
+    out.count = a.coordinates.size();
+    out.coordinates = a.coordinates.empty() ? nullptr : a.coordinates.data();
+    out.unit = a.unit.c_str();
+    write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_volume_index_to_world(const bccsplat_volume* volume, uint64_t n, const double* from,
+                                               double* to) {
+  return guard([&] {
+    require(volume, "volume");
+    const Affine3& affine = volume->file.info().affine;
+    map_points(n, from, to, [&](const Vec3& p) { return affine.point(volume->file.axes()->even_of(p)); });
+  });
+}
+
+bccsplat_status bccsplat_volume_world_to_index(const bccsplat_volume* volume, uint64_t n, const double* from,
+                                               double* to) {
+  return guard([&] {
+    require(volume, "volume");
+    const Affine3 inverse = volume->file.info().affine.inverse();
+    map_points(n, from, to, [&](const Vec3& p) { return volume->file.axes()->index_of(inverse.point(p)); });
   });
 }
 

@@ -56,6 +56,40 @@ Affine3 read_affine(const double (&m)[16]) {
   return a;
 }
 
+// number: 0 to 2, of `samples`.
+AxisInfo read_axis(const bccsplat_axis& in, size_t number, uint32_t samples) {
+  const std::string name = concat("bccsplat_writer_options.axes[", number, "]");
+  AxisInfo out;
+  if ((in.flags & ~uint32_t{BCCSPLAT_AXIS_DOWN}) != 0)
+    fail(Code::invalid_argument, name, ".flags: unknown bits ", in.flags);
+  out.down = in.flags != 0;
+  require_utf8(in.unit, name + ".unit");
+  out.unit = text_or(in.unit, "");
+  if (in.count == 0) return out;
+  if (in.count != samples || in.count < 2)
+    fail(Code::invalid_argument, name, " has ", in.count, " coordinates, the axis ", samples,
+         " samples; an axis of two samples or more has one for each");
+  require(in.coordinates, (name + ".coordinates").c_str());
+  out.coordinates.assign(in.coordinates, in.coordinates + in.count);
+  for (const double c : out.coordinates) require_number(c, (name + ".coordinates").c_str());
+  return out;
+}
+
+// Where an axis is unevenly spaced each has its unit, and space has none.
+void read_axes(const bccsplat_axis* axes, WriterSettings& s) {
+  if (!axes) return;
+  bool any = false;
+  std::array<AxisInfo, 3> read;
+  for (size_t a = 0; a < read.size(); ++a) {
+    read[a] = read_axis(read_struct(element(axes, a), "bccsplat_axis"), a, s.dims[a]);
+    any = any || !read[a].coordinates.empty();
+    if (read[a].unit.empty()) read[a].unit = s.spatial_unit;
+  }
+  if (!any) return;
+  s.axes = std::move(read);
+  s.spatial_unit.clear();
+}
+
 // The first that is given: a distance of the axis, of space or time, 1.
 LatticeScales read_scales(const bccsplat_writer_options& o) {
   constexpr double most = 65536;
@@ -156,6 +190,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   require_utf8(o.time_unit, "bccsplat_writer_options.time_unit");
   s.spatial_unit = text_or(o.spatial_unit, "");
   s.time_unit = text_or(o.time_unit, "");
+  read_axes(o.axes, s);
   s.recommended_kernel = text_or(o.recommended_kernel, "");
   if (o.channel_count > 0) require(o.channels, "channels");
   if (o.channel_count > most_channels)

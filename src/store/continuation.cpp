@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -204,6 +205,22 @@ void require_same_lattice(const VolumeInfo& was, const VolumeInfo& now, const st
     refuse_other(path, "the lattices of its series and of the one to be appended differ");
 }
 
+// Coordinates that differ by less than this part of the closest samples' distance are the same.
+constexpr double same_place = 1e-6;
+
+void require_same_axis(const VolumeInfo& was, const VolumeInfo& now, size_t axis, const std::string& path) {
+  const auto &a = was.axes[axis].coordinates, &b = now.axes[axis].coordinates;
+  if (a.size() != b.size())
+    refuse_other(path, "along ", "xyz"[axis], " its samples are ", a.empty() ? "evenly" : "unevenly",
+                 " spaced, those of the series to be appended ", b.empty() ? "evenly" : "unevenly");
+  double closest = std::numeric_limits<double>::infinity();
+  for (size_t i = 1; i < a.size(); ++i) closest = std::min(closest, std::fabs(a[i] - a[i - 1]));
+  for (size_t i = 0; i < a.size(); ++i)
+    if (!(std::fabs(a[i] - b[i]) <= same_place * closest))
+      refuse_other(path, "its sample ", i, " along ", "xyz"[axis], " is at ", a[i],
+                   ", that of the series to be appended at ", b[i]);
+}
+
 void require_same_channel(const VolumeInfo& was, const VolumeInfo& now, size_t c, const std::string& path) {
   const ChannelInfo &x = was.channels[c], &y = now.channels[c];
   const auto differs = [&](const char* what, const auto& of_file, const auto& of_series) {
@@ -225,6 +242,7 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
   if (was.part) fail(Code::wrong_state, path, ": a part of a series; join all parts first");
   if (was.unfinished) fail(Code::wrong_state, path, ": an unfinished series; code it anew first (recode)");
   require_same_lattice(was, now, path);
+  for (size_t a = 0; a < 3; ++a) require_same_axis(was, now, a, path);
   if (frames > 0 && was.lattice.dims[3] > now.lattice.dims[3])
     refuse_other(path, "it has ", was.lattice.dims[3], " frames, the longer series ", now.lattice.dims[3]);
   if (was.coefficient_kernel != now.coefficient_kernel)

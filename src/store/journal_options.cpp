@@ -75,6 +75,9 @@ JournalOptions journal_options(const WriterSettings& s, const std::string& kerne
   out.emplace_back("periodic_axes", or_none(axes));
   for (size_t a = 0; a < 3; ++a) affine += concat(list_of(s.affine.linear[a]), " ", s.affine.offset[a], " ");
   out.emplace_back("affine", affine);
+  for (size_t a = 0; a < 3; ++a)
+    if (!s.axes[a].coordinates.empty())
+      out.emplace_back(concat("coordinates along ", "xyz"[a]), list_of(s.axes[a].coordinates));
   add_part(s, out);
   out.emplace_back("channels", concat(s.channels.size()));
   for (size_t c = 0; c < s.channels.size(); ++c) add_channel(s.channels[c], concat("channel ", c), out);

@@ -97,7 +97,8 @@ struct WriterSettings {
   Measure measure = Measure::bounded;
   uint32_t live_slabs = 0; // after how many slabs the unfinished file is made to be looked at; 0: never
 
-  Affine3 affine; // source index -> world
+  Affine3 affine; // source index -> world; along uneven axes even positions
+  std::array<AxisInfo, 3> axes;
   std::string spatial_unit, time_unit;
   std::string recommended_kernel; // may be empty
   std::vector<ChannelSettings> channels{1};

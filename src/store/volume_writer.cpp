@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/bcc4/metadata.h"
 #include "store/channel_info.h"
 
 namespace bccsplat {
@@ -121,6 +122,10 @@ void VolumeWriter::check_settings() const {
          "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
   if (s.ends == Ends::periodic) check_periodic();
   for (size_t a = 0; a < 3; ++a)
+    if (s.turning[a] && !s.axes[a].coordinates.empty())
+      fail(Code::unsupported, "writer: axis ", "xyz"[a],
+           " is periodic, and its coordinates are unevenly spaced; a periodic axis takes none");
+  for (size_t a = 0; a < 3; ++a)
     if (s.turning[a] && (s.dims[a] < 2 || (s.faces == Faces::along && s.faces_along[a])))
       fail(Code::invalid_argument,
            "writer: a periodic axis has two samples at least, and no faces to predict");
@@ -168,6 +173,8 @@ void VolumeWriter::begin_info() {
   initial_.slab_layers = fit_options_.slab_layers;
   initial_.affine = s.affine;
   initial_.spatial_unit = s.spatial_unit;
+  initial_.axes = s.axes;
+  check_axes(initial_, Code::invalid_argument);
   initial_.time.unit = s.time_unit;
   if (!s.recommended_kernel.empty())
     initial_.recommended_kernel = make_kernel(s.recommended_kernel).name;

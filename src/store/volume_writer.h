@@ -114,7 +114,8 @@ class VolumeWriter {
   // Settles what the first data settle, and checks what that is needed for. A step that is refused undoes it.
   template<class Step> void prepare(const Step& step) {
     const bool first = fits_.empty();
-    const Settled settled = first ? Settled{initial_, fit_options_} : Settled{};
+    Settled settled;
+    if (first) settled = {initial_, fit_options_};
     try {
       step();
     } catch (const Error& e) {

@@ -70,6 +70,10 @@ bool covers(const BrickBox& outer, const BrickBox& inner) {
   return true;
 }
 
+UnevenAxes uneven_axes(const VolumeInfo& info) {
+  return UnevenAxes({info.axes[0].coordinates, info.axes[1].coordinates, info.axes[2].coordinates});
+}
+
 // A kernel that is not made for the lattice fails where it is used.
 VolumeCache cache_to_play(const Bcc4Reader& reader, const Kernel& kernel) {
   try {
@@ -83,6 +87,7 @@ VolumeCache cache_to_play(const Bcc4Reader& reader, const Kernel& kernel) {
 
 OpenVolume::OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& options, MemoryBudget& memory)
     : reader_(Bcc4Reader::open(std::move(source), options.limits)), times_(time_axis(reader_->info())),
+      axes_(std::make_shared<const UnevenAxes>(uneven_axes(reader_->info()))),
       kernel_(make_kernel(choose_kernel(reader_->info(), options.kernel.c_str()))),
       recommended_kernel_(make_kernel(reader_->info().recommended_kernel).name) {
   const uint64_t sites = info().lattice.sites();

@@ -21,6 +21,7 @@
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/level_error.h"
 #include "points/time_axis.h"
+#include "points/uneven_axes.h"
 
 namespace bccsplat {
 
@@ -44,6 +45,8 @@ class OpenVolume {
   [[nodiscard]] const VolumeInfo& info() const { return reader_->info(); }
   [[nodiscard]] const std::shared_ptr<Bcc4Reader>& reader() const { return reader_; }
   [[nodiscard]] const TimeAxis& times() const { return times_; }
+  // Which axes of space are unevenly spaced, and how: the volume's affine takes even positions to the world.
+  [[nodiscard]] const std::shared_ptr<const UnevenAxes>& axes() const { return axes_; }
   [[nodiscard]] const Kernel& kernel() const { return kernel_; }
   [[nodiscard]] const std::string& recommended_kernel() const { return recommended_kernel_; }
   // These fail with not_found where there is no such channel or level.
@@ -95,6 +98,7 @@ class OpenVolume {
   std::shared_ptr<Bcc4Reader> reader_;
   std::vector<std::unique_ptr<Bcc4Samples>> samples_; // by level
   TimeAxis times_;
+  std::shared_ptr<const UnevenAxes> axes_; // never null
   Kernel kernel_;
   std::string recommended_kernel_;
   uint64_t cache_bytes_;                                  // for coefficients, per channel and kernel

@@ -12,7 +12,7 @@ namespace {
 
 // Index units of a point of the world; the last one is NaN at times outside the series.
 Vec4 to_index(const OpenVolume& volume, const Affine3& to_space, const Vec4& world) {
-  const Vec3 p = to_space.point({world[0], world[1], world[2]});
+  const Vec3 p = volume.axes()->index_of(to_space.point({world[0], world[1], world[2]}));
   const TimeAxis& times = volume.times();
   const bool is_static = volume.info().lattice.is_static();
   double t = std::numeric_limits<double>::quiet_NaN();
@@ -41,7 +41,8 @@ EvaluateMisses values_at_world(const OpenVolume& volume, uint32_t channel, std::
   const EvaluateMisses misses = values_at(volume, channel, at, values, gradients, context);
   for (size_t n = 0; n < gradients.size(); ++n) {
     std::array<float, 4>& g = gradients[n];
-    const Vec3 space = to_space.transposed({g[0], g[1], g[2]});
+    const Vec3 stretch = volume.axes()->slopes_at({at[n][0], at[n][1], at[n][2]});
+    const Vec3 space = to_space.transposed({g[0] / stretch[0], g[1] / stretch[1], g[2] / stretch[2]});
     const double per_time = std::isnan(at[n][3]) ? 1 : 1 / volume.times().slope_at(at[n][3]);
     g = {static_cast<float>(space[0]), static_cast<float>(space[1]), static_cast<float>(space[2]),
          static_cast<float>(g[3] * per_time)};
