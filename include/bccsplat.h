@@ -1310,6 +1310,20 @@ enum {
   BCCSPLAT_METHOD_EXTRACTED = 3
 };
 
+/* What a slice of a volume with unevenly spaced axes is laid out by; of others both are the same.
+ *   INDEX  indices: what is sampled and exported is the source's grid. Such a slice is not drawn:
+ *          its affine holds at the corners of the domain alone (set_slice takes it, render answers
+ *          UNSUPPORTED).
+ *   EVEN   even positions: hyperplane, box, slice space, origin, basis and extent are of these,
+ *          which the affine takes to the world; pictures are made of such slices. They are
+ *          resampled from the volume's field with its corrections, between the closest samples of
+ *          an axis finely enough to keep what these tell, up to 32 planes for one of an even axis:
+ *          the log warns where that is too few. Masks are exact. Merged slices are resampled once
+ *          more, others point by point, which reads all of the volume. UNSUPPORTED: EXTRACTED, a
+ *          thickness across uneven axes. */
+typedef int32_t bccsplat_space;
+enum { BCCSPLAT_SPACE_DEFAULT = 0, BCCSPLAT_SPACE_INDEX = 1, BCCSPLAT_SPACE_EVEN = 2 };
+
 typedef struct bccsplat_slice_options {
   uint32_t struct_size;
   uint32_t channel;
@@ -1359,6 +1373,10 @@ typedef struct bccsplat_slice_options {
   const double* box;
   /* NULL: none. */
   bccsplat_cancel_token* cancel_token;
+  /* DEFAULT: INDEX. */
+  bccsplat_space space;
+  /* 0 */
+  uint32_t reserved;
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {

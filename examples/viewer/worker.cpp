@@ -106,6 +106,7 @@ void Worker::cut(const Wish& wish, uint32_t level) {
   }
   auto options = sized<bccsplat_slice_options>();
   options.level = level;
+  options.space = BCCSPLAT_SPACE_EVEN; // what is drawn stands where its coordinates say
   options.cancel_token = token_.get();
   bccsplat_slice* slice = nullptr;
   slice_is_made_ = false;

@@ -31,7 +31,7 @@ extern "C" bccsplat_status bccsplat_volume_get_ranges(const bccsplat_volume* vol
     require(volume, "volume");
     check_ranges(flags, ranges, capacity);
     const auto o = read_struct(options, "bccsplat_slice_options");
-    HypersliceOptions cut = read_slice_options(o, volume->file.info());
+    HypersliceOptions cut = read_slice_options(o, volume->file);
     const Hyperplane h = read_hyperplane(hyperplane, o, cut);
     const Token token = read_token(o.cancel_token);
     Progress progress(progress_callback(o.progress, o.progress_user), true);

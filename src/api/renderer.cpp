@@ -61,6 +61,13 @@ void tell_level(const bccsplat_renderer& renderer, int level) {
                                            " times the lattice distance is drawn"));
 }
 
+// Refuses a slice that no affine takes to the world.
+void require_even(const bccsplat_slice& slice) {
+  if (slice.volume->file.axes()->any() && !slice.open.cut.even)
+    fail(Code::unsupported, "render: the volume's axes are unevenly spaced: draw a slice that was made with ",
+         "bccsplat_slice_options.space BCCSPLAT_SPACE_EVEN");
+}
+
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
   if (!renderer.trail) {
     const bccsplat_slice& slice = *renderer.slice.get();
@@ -234,6 +241,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     const Alone alone(renderer, "renderer");
     require(frame, "frame");
     if (!renderer->slice) fail(Code::wrong_state, "renderer: set a slice first");
+    require_even(*renderer->slice.get());
     if (frame->device.get() != renderer->device.get())
       fail(Code::invalid_handle, "renderer: the frame belongs to another device");
     Progress progress(progress_callback(renderer->progress, renderer->progress_user));

@@ -18,7 +18,7 @@ namespace {
 
 SliceRequest read_request(const bccsplat_volume* volume, const bccsplat_hyperplane* hyperplane,
                           const bccsplat_slice_options& options) {
-  HypersliceOptions cut = read_slice_options(options, volume->file.info());
+  HypersliceOptions cut = read_slice_options(options, volume->file);
   const Hyperplane h = read_hyperplane(hyperplane, options, cut);
   return request_slice(volume->file, options.channel, options.kernel, options.level, h, cut,
                        options.method == BCCSPLAT_METHOD_EXTRACTED);
@@ -57,6 +57,10 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     result->token = asked.token;
     result->open = cut_slice(volume->file, asked.request, volume->device->context(making));
     volume->note_repeats(*asked.request.coefficients);
+    if (const double lacking = result->open.slice.lacking; lacking > 1)
+      volume->device->log(BCCSPLAT_LOG_WARNING,
+                          concat("slice: the closest samples of an axis would need planes ", lacking,
+                                 " times as close: what is between them is drawn coarser"));
     asked.progress.report(1);
     *slice = result.release();
   });

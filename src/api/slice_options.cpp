@@ -29,7 +29,8 @@ double longest_axis(const Lattice4& lattice) {
 
 } // namespace
 
-HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const VolumeInfo& info) {
+HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const OpenVolume& volume) {
+  const VolumeInfo& info = volume.info();
   HypersliceOptions r;
   if (o.lattice == BCCSPLAT_LATTICE_BCC)
     r.target = LatticeKind::bcc;
@@ -52,6 +53,9 @@ HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const Volu
   r.spacing = o.spacing;
   r.time_length = o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
   if (o.box) r.box = read_box(o.box, info.lattice);
+  require_choice(o.space, BCCSPLAT_SPACE_EVEN, "bccsplat_slice_options.space");
+  require_zero(o.reserved, "bccsplat_slice_options.reserved");
+  if (o.space == BCCSPLAT_SPACE_EVEN && volume.axes()->any()) r.even = volume.axes();
   if (o.method == BCCSPLAT_METHOD_MERGED) r.method = SliceMethod::merged;
   if (o.method == BCCSPLAT_METHOD_RESAMPLED) r.method = SliceMethod::resampled;
   return r;

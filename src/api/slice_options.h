@@ -8,7 +8,7 @@
 
 namespace bccsplat::api {
 
-[[nodiscard]] HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const VolumeInfo& info);
+[[nodiscard]] HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const OpenVolume& volume);
 // The hyperplane of the call: in normal form, or spanned by the options' basis, whose axes go into `options`.
 [[nodiscard]] Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane,
                                          const bccsplat_slice_options& o, HypersliceOptions& options);

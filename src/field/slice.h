@@ -50,6 +50,9 @@ struct Slice {
   std::array<Vec4, 3> basis{}; // index-space directions of u, v, w
 
   double frame = 0; // frame index of a time slice
+  // Of an even slice (slice/even_slice.h): how much finer its lattice would have to be for the closest
+  // samples.
+  double lacking = 1;
   // The file's corrections as this slice sees them; null: none.
   std::shared_ptr<const SliceCorrections> corrections;
   std::shared_ptr<const SliceMask> mask; // null: nothing is missing, or the lattice says what

@@ -23,6 +23,13 @@ bool SliceMask::missing(const Vec3& uvw) const {
          std::all_of(others_.begin(), others_.end(), [&](const auto& m) { return m->missing(uvw); });
 }
 
+SliceMask SliceMask::from_even(const std::shared_ptr<const UnevenAxes>& axes, const Vec4& origin) const {
+  SliceMask mask = *this;
+  mask.even_ = axes, mask.origin_ = origin;
+  for (auto& other : mask.others_) other = std::make_shared<const SliceMask>(other->from_even(axes, origin));
+  return mask;
+}
+
 SliceMask SliceMask::also(std::vector<std::shared_ptr<const SliceMask>> others) const {
   SliceMask mask = *this;
   mask.others_ = std::move(others);

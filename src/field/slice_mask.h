@@ -9,6 +9,7 @@
 
 #include "base/vec.h"
 #include "field/masks.h"
+#include "points/uneven_axes.h"
 
 namespace bccsplat {
 
@@ -25,6 +26,8 @@ class SliceMask {
   [[nodiscard]] bool missing(const Vec3& uvw) const;
   // Returns whether any sample of its frames is.
   [[nodiscard]] bool any() const;
+  // Returns the same seen from even positions along uneven axes, with slice space at `origin` in them.
+  [[nodiscard]] SliceMask from_even(const std::shared_ptr<const UnevenAxes>& axes, const Vec4& origin) const;
   // Returns what is missing here and in all the others.
   [[nodiscard]] SliceMask also(std::vector<std::shared_ptr<const SliceMask>> others) const;
 
@@ -39,6 +42,7 @@ class SliceMask {
 
   // The sample that decides about a position along an axis of space.
   [[nodiscard]] int64_t sample_at(size_t axis, double position) const {
+    if (even_ && even_->uneven(axis)) return even_->nearest_sample(axis, position);
     return turning_[axis] ? turned_sample(position, n_[axis]) : nearest_sample(position, n_[axis]);
   }
 
@@ -49,6 +53,7 @@ class SliceMask {
   int64_t first_;
   std::vector<FrameMaskPtr> frames_;
   std::vector<std::shared_ptr<const SliceMask>> others_;
+  std::shared_ptr<const UnevenAxes> even_; // positions along its axes are even; null: all are indices
 };
 
 // The same for the points o + i u + j v of a plane of slice space, for many of them at once.

@@ -190,6 +190,11 @@ std::vector<HostScene::Need> HostScene::needs(const Sight& sight, const RenderOp
                                              need.sight, width, height, options);
     if (!found.seen) continue;
     need.level = static_cast<uint32_t>(found.level);
+    // A box of uneven axes would be sampled anew for each: the whole is kept.
+    if (instance.volume->axes()->any()) {
+      out.push_back(std::move(need));
+      continue;
+    }
     if (share_of(found.box, instance.volume->lattice(0)) < worth_cutting) need.box = found.box;
     out.push_back(std::move(need));
   }
@@ -201,6 +206,7 @@ SliceRequest HostScene::Need::request() const {
   HypersliceOptions cut;
   cut.time_length = std::cbrt(std::fabs(instance.volume->info().affine.determinant()));
   cut.box = box;
+  if (instance.volume->axes()->any()) cut.even = instance.volume->axes();
   return request_slice(*instance.volume, instance.channel, nullptr, level, Hyperplane(0, 0, 0, 1, -frame),
                        cut, false);
 }

@@ -8,6 +8,7 @@
 
 #include "base/would_block.h"
 #include "scene/trail_layers.h"
+#include "slice/even_slice.h"
 #include "slice/maximum_slice.h"
 #include "slice/part.h"
 #include "slice/time_slice.h"
@@ -43,7 +44,7 @@ std::vector<Moment> midpoints(double begin, double end, int intervals, int count
 }
 
 void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slice,
-               const TrailOptions& options, const std::optional<IndexBox>& box, const Context& context) {
+               const TrailOptions& options, const HypersliceOptions& like, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
   const auto [from, to] =
       time_span(lattice, slice.frame + options.interval[0], slice.frame + options.interval[1]);
@@ -53,8 +54,8 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
                                           : std::clamp(static_cast<int>(std::ceil(part / lattice.time_step)),
                                                        fewest_stills, most_stills);
   const auto within = [&](Slice made) {
-    if (box) cut_to_box(made, *box);
-    return made;
+    if (like.box) cut_to_box(made, like.even ? index_box(*like.box, *like.even) : *like.box);
+    return like.even ? even_slice(made, like.even, context) : made;
   };
   const auto instant = [&](double frame) {
     return time_slice(coefficients, frame, {0, 0}, slice.slice_to_world, context);
@@ -62,7 +63,7 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
   Attempts attempts; // a host hears at once of all that the moments lack
   if (options.content == TrailContent::classified) {
     const auto moments = midpoints(from, to, options.intervals, samples);
-    if (add_layers(trail, coefficients, slice, moments, context)) return;
+    if (!like.even && add_layers(trail, coefficients, slice, moments, context)) return;
     for (const Moment& m : moments)
       attempts.attempt([&] { add_slice(trail, within(instant(m.at)), m, context); });
     attempts.throw_if_waiting();
@@ -143,7 +144,7 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
   Trail trail;
   const bool own_lattice = like.spacing == 0 && !like.target && !like.axes && like.thickness.length == 0;
   if (slice.is_time_slice() && own_lattice)
-    add_times(trail, coefficients, slice, options, like.box, context);
+    add_times(trail, coefficients, slice, options, like, context);
   else
     add_planes(trail, coefficients, slice, options, like, index_to_world, context);
   return trail;

@@ -9,6 +9,7 @@
 #include "field/evaluate.h"
 #include "slice/axis_slice.h"
 #include "slice/corrected_slice.h"
+#include "slice/even_slice.h"
 #include "slice/masked_slice.h"
 #include "slice/plane_slice.h"
 #include "slice/time_slice.h"
@@ -18,6 +19,7 @@ namespace {
 
 // Cutting is about this share of the work on a slice that is corrected afterwards, for reports of progress.
 constexpr double mend_begin = 0.7;
+constexpr double even_begin = 0.5;       // the same of a slice that is resampled evenly
 constexpr double touch_tolerance = 1e-9; // index units: a hyperplane this far beyond an end still touches it
 
 void check_options(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice) {
@@ -55,6 +57,9 @@ Way choose_way(const Coefficients& coefficients, const Hyperplane& h, const Hype
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
   const bool can_merge = own_lattice && cut && (is_time || can_turn(coefficients, cut->axis));
   const bool misses = cut && !is_time && !inside; // an empty slice, whatever the method
+  if (cut && !is_time && options.even && options.even->uneven(cut->axis) && options.thickness.length > 0)
+    fail(Code::unsupported, "slice: axis ", "xyz"[cut->axis],
+         " is unevenly spaced: in even positions a slice across it has no thickness");
   const bool merged = can_merge && !misses && options.method != SliceMethod::resampled;
   if (options.method == SliceMethod::merged && !can_merge && !misses)
     fail(Code::unsupported,
@@ -65,7 +70,10 @@ Way choose_way(const Coefficients& coefficients, const Hyperplane& h, const Hype
   if (options.has_interval() && (!can_merge || options.method == SliceMethod::resampled))
     fail(Code::unsupported, "slice: with an interval the slice is merged; use a thickness");
   if (!merged) return {};
-  if (!is_time) return {Way::Kind::axis, cut->axis, cut->position};
+  if (!is_time) {
+    const double at = options.even ? options.even->index_of(cut->axis, cut->position) : cut->position;
+    return {Way::Kind::axis, cut->axis, at};
+  }
   return {Way::Kind::time, 3, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end)};
 }
 
@@ -82,6 +90,7 @@ PlaneOptions plane_options(const HypersliceOptions& options) {
   plane.target = options.target.value_or(LatticeKind::bcc);
   plane.thickness = options.thickness;
   plane.axes = options.axes;
+  plane.even = options.even;
   return plane;
 }
 
@@ -98,7 +107,8 @@ void rehearse_values(const Coefficients& coefficients, const std::array<double, 
 BrickBox HypersliceOptions::reads(const Lattice4& lattice) const {
   if (!box) return {};
   const bool filtered = thickness.length > 0 && thickness.kind == ThicknessKind::maximum;
-  return bricks_around(*box, lattice, filtered ? BeyondBox::prefilter : BeyondBox::field);
+  return bricks_around(even ? index_box(*box, *even) : *box, lattice,
+                       filtered ? BeyondBox::prefilter : BeyondBox::field);
 }
 
 void prepare_hyperslice(const Coefficients& coefficients, const Hyperplane& h,
@@ -109,30 +119,52 @@ void prepare_hyperslice(const Coefficients& coefficients, const Hyperplane& h,
   prepare_time_slice(coefficients, way.position, interval_of(options), context);
 }
 
-Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
-                 const Affine3& index_to_world, const Context& context) {
-  const Way way = choose_way(coefficients, h, options);
+namespace {
+
+// A slice across an axis that the lattice's planes or layers are merged to.
+Slice merged_slice_of(const Coefficients& coefficients, const Hyperplane& h, const Way& way,
+                      const HypersliceOptions& options, const Affine3& index_to_world,
+                      const Context& context) {
   if (way.kind == Way::Kind::time) {
     Slice slice = thick_time_slice(coefficients, way.position, interval_of(options), options.thickness.kind,
                                    index_to_world, context);
-    if (options.box) cut_to_box(slice, *options.box);
+    if (options.box) cut_to_box(slice, options.even ? index_box(*options.box, *options.even) : *options.box);
     return slice;
   }
   const double cut_end = coefficients.corrections() ? mend_begin : 1;
   Progress cutting(context.progress, 0, cut_end), mending(context.progress, cut_end, 1);
-  if (way.kind == Way::Kind::axis) {
-    Slice slice = axis_slice(coefficients, way.axis, way.position, options.thickness, context.with(cutting));
-    slice.hyperplane = h;
-    slice.origin = {};
-    slice.origin[way.axis] = way.position;
-    slice.basis = plane_axes(h).basis;
-    slice.frame = 0;
-    slice.slice_to_world = world_affine({slice.origin, slice.basis}, index_to_world, options.time_length);
-    mask_slice(slice, coefficients);
-    correct_slice(slice, coefficients, options.thickness, context.with(mending));
-    return slice;
+  Slice slice = axis_slice(coefficients, way.axis, way.position, options.thickness, context.with(cutting));
+  slice.hyperplane = h;
+  slice.origin = {};
+  slice.origin[way.axis] = way.position;
+  slice.basis = plane_axes(h).basis;
+  slice.frame = 0;
+  slice.slice_to_world = world_affine({slice.origin, slice.basis}, index_to_world, options.time_length);
+  mask_slice(slice, coefficients);
+  correct_slice(slice, coefficients, options.thickness, context.with(mending));
+  return slice;
+}
+
+} // namespace
+
+Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
+                 const Affine3& index_to_world, const Context& context) {
+  const Way way = choose_way(coefficients, h, options);
+  if (way.kind != Way::Kind::plane) {
+    if (!options.even) return merged_slice_of(coefficients, h, way, options, index_to_world, context);
+    Progress cutting(context.progress, 0, even_begin), sampling(context.progress, even_begin, 1);
+    const Slice slice = merged_slice_of(coefficients, h, way, options, index_to_world, context.with(cutting));
+    return even_slice(slice, options.even, context.with(sampling));
   }
+  const double cut_end = coefficients.corrections() && !options.even ? mend_begin : 1;
+  Progress cutting(context.progress, 0, cut_end), mending(context.progress, cut_end, 1);
   Slice slice = plane_slice(coefficients, h, plane_options(options), index_to_world, context.with(cutting));
+  if (options.even) {
+    mask_slice(slice, coefficients);
+    if (slice.mask)
+      slice.mask = std::make_shared<const SliceMask>(slice.mask->from_even(options.even, slice.origin));
+    return slice; // its points are of the field with its corrections
+  }
   mask_slice(slice, coefficients);
   correct_slice(slice, coefficients, options.thickness, context.with(mending));
   return slice;

@@ -3,10 +3,12 @@
 // hyperplanes normal to an axis, resampling for all others and wherever a lattice of its own is asked for.
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
+#include "points/uneven_axes.h"
 #include "slice/part.h"
 #include "slice/plane_geometry.h"
 #include "slice/thickness.h"
@@ -26,6 +28,9 @@ struct HypersliceOptions {
   std::optional<PlaneAxes> axes;
   // Only this box of a time slice is made; the coefficients may be of `reads` alone.
   std::optional<IndexBox> box;
+  // Slice space, box and hyperplane are of even positions along these axes, and so is the slice
+  // (even_slice.h); null: all are indices.
+  std::shared_ptr<const UnevenAxes> even;
   [[nodiscard]] BrickBox reads(const Lattice4& lattice) const;
 
   [[nodiscard]] bool has_interval() const { return interval[0] != 0 || interval[1] != 0; }

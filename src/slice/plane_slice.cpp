@@ -14,6 +14,7 @@
 #include "kernel/cc_kernel.h"
 #include "kernel/kernel_time.h"
 #include "points/sample_source.h"
+#include "slice/even_slice.h"
 #include "slice/occupancy.h"
 #include "slice/thick_field.h"
 #include "slice/touched_samples.h"
@@ -33,12 +34,22 @@ constexpr int planes_outside = 2;
 // coefficients made of them.
 constexpr uint64_t held_part = 4;
 
+// Returns how much finer a lattice has to be along a direction of slice space that runs along uneven axes.
+double refinement(const UnevenAxes& axes, const Vec4& direction) {
+  double most = 1;
+  for (size_t a = 0; a < 3; ++a)
+    if (axes.uneven(a)) most = std::max(most, std::fabs(direction[a]) * wanted_refinement(axes, a));
+  return most;
+}
+
 // Returns the distances of the target lattice along its axes.
 Vec3 spacings(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes) {
   Vec3 spacing;
   for (size_t k = 0; k < 3; ++k) {
     const double density = lattice_density(lattice, axes.basis[k]);
     spacing[k] = options.spacing > 0 ? options.spacing : 1 / std::max(density, 1.0);
+    if (options.even && options.spacing == 0)
+      spacing[k] /= std::min(refinement(*options.even, axes.basis[k]), most_refined);
   }
   return spacing;
 }
@@ -158,11 +169,17 @@ struct Wanted {
   const Occupancy* occupancy; // null: unknown
   double margin;              // beyond the ends of the domain
   Vec4 reach;                 // of values on coefficients
+  const UnevenAxes* even;     // along which points are even positions; null: none
 
   [[nodiscard]] bool near_domain(const Vec4& p) const {
     for (size_t i = 0; i < 4; ++i)
       if (p[i] < -margin || p[i] > lattice.domain_end(i) + margin) return false;
     return true;
+  }
+  [[nodiscard]] Vec4 index_of(const Vec4& p) const {
+    if (!even) return p;
+    const Vec3 space = even->index_of({p[0], p[1], p[2]});
+    return {space[0], space[1], space[2], p[3]};
   }
   [[nodiscard]] bool box(const Vec4& centre, const Vec4& half) const {
     if (!occupancy) return true;
@@ -224,7 +241,7 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
           if (!block[k] || i[0] >= n[0] || i[1] >= n[1] || i[2] >= n[2]) continue;
           const Vec4 q = placed(slice.site(coset, i));
           if (!wanted.near_domain(q)) continue;
-          points.push_back(q);
+          points.push_back(wanted.index_of(q));
           place.emplace_back(static_cast<uint32_t>(layer.slot(bx, by, bz)), static_cast<uint16_t>(s));
         }
       }
@@ -270,6 +287,41 @@ Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, co
     target.dims[a] = static_cast<uint32_t>(target.space.last[a]) + 1; // planes; only 1 or more matters here
   }
   return target;
+}
+
+// Makes the coefficients of a slice of what the field is at its sites. sample_begin: the part of the work
+// that is done.
+void fill(Slice& slice, const ThickField& field, const Lattice4& target, const Placement& placed,
+          const Wanted& wanted, double sample_begin, float prune, const Context& context) {
+  std::vector<std::vector<BrickLayer>> channels(1);
+  const double part = (sample_end - sample_begin) / target.space.cosets();
+  for (int c = 0; c < target.space.cosets(); ++c) {
+    Progress sampling(context.progress, sample_begin + c * part, sample_begin + (c + 1) * part);
+    channels[0].push_back(sample_coset(field, slice, target, c, placed, wanted, context.with(sampling)));
+  }
+  const MemorySamples memory(target, {slice.base}, std::move(channels));
+  const Coefficients filtered(memory, 0, slice.kernel, prune, std::numeric_limits<uint64_t>::max());
+  Progress filtering(context.progress, sample_end, 1);
+  for (int c = 0; c < target.space.cosets(); ++c)
+    slice.coset[c] = *filtered.layer(c, context.with(filtering));
+}
+
+// Evaluates the volume's field point by point at a slice of even positions.
+void fill_evenly(Slice& slice, const Coefficients& coefficients, const PlaneOptions& options,
+                 const Lattice4& target, const Context& context) {
+  if (options.thickness.length > 0)
+    fail(Code::unsupported,
+         "slice: axes are unevenly spaced: in even positions an oblique slice has no thickness");
+  const ThickField field(coefficients, slice.hyperplane, {});
+  slice.base = field.base(), slice.air = field.air();
+  const Lattice4& lattice = coefficients.source().lattice();
+  const PlaneAxes axes{slice.origin, slice.basis};
+  const Vec3 spacing = spacings(lattice, options, axes);
+  const double margin = margin_of(slice, *std::max_element(spacing.begin(), spacing.end()));
+  const Wanted wanted{lattice, nullptr, margin, {}, options.even.get()};
+  for (const Vec4& b : slice.basis)
+    slice.lacking = std::max(slice.lacking, refinement(*options.even, b) / most_refined);
+  fill(slice, field, target, Placement(slice), wanted, 0, coefficients.prune(), context);
 }
 
 } // namespace
@@ -321,6 +373,13 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const PlaneAxes axes{slice.origin, slice.basis};
   const PlaneExtent extent = plane_extent(lattice, h, axes);
   const Lattice4 target = target_lattice(lattice, options, axes, extent);
+  if (options.even) {
+    fill_evenly(slice, coefficients, options, target, context);
+    slice.bounds = coefficient_bounds(slice);
+    slice.milliseconds =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return slice;
+  }
   const Placement placed(slice);
   const auto [margin, reach, region] = reads_of(coefficients, slice, extent, options);
   const TouchedSamples touched(coefficients.source(), h, reach, region);
@@ -333,7 +392,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
                            coefficients.cache_bytes(), region);
   const ThickField field(local, h, options.thickness);
   slice.base = field.base(), slice.air = field.air();
-  Wanted wanted{lattice, nullptr, margin, kernel_reach(coefficients)};
+  Wanted wanted{lattice, nullptr, margin, kernel_reach(coefficients), nullptr};
   for (size_t i = 0; i < 4; ++i) wanted.reach[i] += reach.half_thickness * std::fabs(h[i]);
   // The sum over a line that the domain cuts short lacks some of the base, which is not nothing.
   std::optional<Occupancy> occupancy;
@@ -350,19 +409,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
     }
     wanted.occupancy = &*occupancy;
   }
-  std::vector<std::vector<BrickLayer>> channels(1);
-  const double sample_begin = occupancy ? make_end : read_end;
-  const double part = (sample_end - sample_begin) / target.space.cosets();
-  for (int c = 0; c < target.space.cosets(); ++c) {
-    Progress sampling(context.progress, sample_begin + c * part, sample_begin + (c + 1) * part);
-    channels[0].push_back(sample_coset(field, slice, target, c, placed, wanted, context.with(sampling)));
-  }
-  const MemorySamples memory(target, {slice.base}, std::move(channels));
-  const Coefficients filtered(memory, 0, slice.kernel, coefficients.prune(),
-                              std::numeric_limits<uint64_t>::max());
-  Progress filtering(context.progress, sample_end, 1);
-  for (int c = 0; c < target.space.cosets(); ++c)
-    slice.coset[c] = *filtered.layer(c, context.with(filtering));
+  fill(slice, field, target, placed, wanted, occupancy ? make_end : read_end, coefficients.prune(), context);
   slice.bounds = coefficient_bounds(slice);
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -374,6 +421,11 @@ void rehearse_plane_slice(const Coefficients& coefficients, const Hyperplane& h,
   const Slice slice = bare_plane(coefficients, h, options, {});
   if (slice.empty()) return;
   const SampleSource& source = coefficients.source();
+  if (options.even) {
+    for (int32_t m = 0; m < source.lattice().layers(); ++m)
+      (void)source.read_layer(coefficients.channel(), m, {}, context);
+    return;
+  }
   const PlaneReads reads =
       reads_of(coefficients, slice, plane_extent(source.lattice(), h, {slice.origin, slice.basis}), options);
   const TouchedSamples touched(source, h, reads.reach, reads.region);

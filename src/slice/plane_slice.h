@@ -3,11 +3,13 @@
 // then the 3D prefilter, so that the slice's own reconstruction interpolates those values.
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "base/context.h"
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
+#include "points/uneven_axes.h"
 #include "slice/plane_geometry.h"
 #include "slice/thickness.h"
 
@@ -23,6 +25,9 @@ struct PlaneOptions {
   // domain.
   Thickness thickness;
   std::optional<PlaneAxes> axes; // slice space; none: plane_axes of the hyperplane
+  // The hyperplane and slice space are of even positions along these axes: the field is evaluated point by
+  // point, without a thickness, and the lattice is finer where it runs along them (even_slice.h). Null: none.
+  std::shared_ptr<const UnevenAxes> even;
 };
 
 // The hyperplane is its unit normal (a, b, c, d) and e in index space, t in frames. World space of the slice
