@@ -200,7 +200,10 @@ std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source,
   d.frame_numbers.clear();
   for (const PlannedFrame& p : plan.frames) d.frame_numbers.push_back(p.number);
   if (options.spacing) {
-    const auto& s = *options.spacing;
+    auto s = *options.spacing;
+    // Coordinates keep their direction: --spacing says how large the box is.
+    for (size_t a = 0; a < s.size(); ++a)
+      if (has_coordinates(d)) s[a] = std::copysign(s[a], d.affine[5 * a]);
     d.affine = {s[0], 0, 0, 0, 0, s[1], 0, 0, 0, 0, s[2], 0, 0, 0, 0, 1};
     d.affine_origin = "--spacing";
   }

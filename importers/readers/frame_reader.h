@@ -56,6 +56,13 @@ struct SeriesTimes {
   std::string origin{};         // where they came from, for the report
 };
 
+// Where the samples of an axis of space stand, as the source says it.
+struct Places {
+  std::string unit{};
+  bool down = false;                 // coordinates count down
+  std::vector<double> coordinates{}; // rising or falling strictly; empty: evenly spaced, as the affine says
+};
+
 struct SourceFile {
   std::string path;
   uint64_t bytes = 0;
@@ -68,6 +75,8 @@ struct SeriesDescription {
   std::array<uint64_t, 4> dims{1, 1, 1, 1};
   std::array<double, 16> affine{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   std::string affine_origin;
+  // Along x, y and z. Where some are uneven the affine is of even steps from the first sample to the last.
+  std::array<Places, 3> places{};
   std::string spatial_unit;
   std::string axes; // how the axes of the file were read
   SeriesTimes times;
@@ -80,6 +89,13 @@ struct SeriesDescription {
   std::vector<std::pair<std::string, std::string>> attributes; // free text to keep
   bool sparse = false;
 };
+
+// Returns whether an axis of space is unevenly spaced.
+[[nodiscard]] inline bool has_coordinates(const SeriesDescription& d) {
+  for (const Places& p : d.places)
+    if (!p.coordinates.empty()) return true;
+  return false;
+}
 
 // Frames are cheapest in rising order, all channels of a frame one after the other. Not for concurrent use.
 class FrameReader {

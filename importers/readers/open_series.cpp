@@ -77,7 +77,11 @@ const std::vector<Format>& formats() {
   static const std::vector<Format> table{
       {"raw", {}, nullptr, open_raw, "plain or gzip"},
       {"nrrd", {".nrrd", ".nhdr"}, is_nrrd, open_nrrd, "attached and detached; raw, gzip, ascii"},
-      {"vti", {".vti", ".pvd"}, is_vtk, open_vti, "VTK ImageData and .pvd; ascii, binary, appended, zlib"},
+      {"vti",
+       {".vti", ".vtr", ".pvd"},
+       is_vtk,
+       open_vti,
+       "VTK ImageData, RectilinearGrid and .pvd; ascii, binary, appended, zlib"},
       {"nifti", {".nii", ".nii.gz"}, is_nifti, open_nifti, "NIfTI-1 and -2, pairs; plain or gzip", "", true},
       {"metaimage", {".mha", ".mhd"}, is_metaimage, open_metaimage, ".mha and .mhd; raw, zlib, text"},
       {"netcdf",

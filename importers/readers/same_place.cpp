@@ -37,6 +37,10 @@ void require_volume(const Affine& affine, const ReaderOptions& options, const st
 void require_same_place(const SeriesDescription& first, const SeriesDescription& next,
                         const std::array<uint64_t, 3>& samples, const ReaderOptions& options,
                         const std::string& path) {
+  for (size_t axis = 0; axis < first.places.size(); ++axis)
+    if (first.places[axis].coordinates != next.places[axis].coordinates)
+      fail_input(path, ": its coordinates along ", "xyz"[axis], " are not those of ",
+                 first.files.front().path, ": import them one by one");
   constexpr double rounding = 0.01; // voxels: what single precision makes of one place
   if (options.spacing) return;
   const double shift = shift_of(first.affine, next.affine, samples, !options.origin);

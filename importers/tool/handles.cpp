@@ -98,6 +98,18 @@ bccsplat_channel_info channel_info(const Volume& volume, uint32_t channel) {
   return info;
 }
 
+bccsplat_axis axis_info(const Volume& volume, uint32_t axis) {
+  auto info = sized<bccsplat_axis>();
+  check(bccsplat_volume_get_axis(volume.get(), axis, &info), "");
+  return info;
+}
+
+bool has_coordinates(const Volume& volume) {
+  for (uint32_t a = 0; a < 3; ++a)
+    if (axis_info(volume, a).count > 0) return true;
+  return false;
+}
+
 bccsplat_level_info level_info(const Volume& volume, uint32_t level) {
   auto info = sized<bccsplat_level_info>();
   check(bccsplat_volume_get_level_info(volume.get(), level, &info), "");

@@ -41,6 +41,9 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
   return static_cast<double>(v.dims[3]) - (v.time_periodic ? 0 : 1);
 }
 [[nodiscard]] bccsplat_channel_info channel_info(const Volume& volume, uint32_t channel);
+// Where the samples stand along an axis of space; coordinates and unit belong to the volume.
+[[nodiscard]] bccsplat_axis axis_info(const Volume& volume, uint32_t axis);
+[[nodiscard]] bool has_coordinates(const Volume& volume);
 [[nodiscard]] bccsplat_level_info level_info(const Volume& volume, uint32_t level);
 // Finds a channel by its name or number.
 [[nodiscard]] uint32_t find_channel(const Volume& volume, const std::string& name);

@@ -7,7 +7,6 @@
 
 #include "readers/error.h"
 #include "readers/frame_plan.h"
-#include "readers/netcdf/even_levels.h"
 #include "readers/netcdf/netcdf_axes.h"
 #include "readers/netcdf/netcdf_channels.h"
 #include "readers/netcdf/netcdf_file.h"
@@ -60,9 +59,8 @@ class NetcdfSeries {
   [[nodiscard]] uint64_t frames() const { return frames_; }
 
   std::unique_ptr<FrameReader> reader() {
-    auto reader = netcdf_frames(std::move(d_), std::move(channels_), std::move(axes_.roles),
-                                std::move(parts_), std::move(file_));
-    return uneven_ ? resample_levels(std::move(reader), *uneven_) : std::move(reader);
+    return netcdf_frames(std::move(d_), std::move(channels_), std::move(axes_.roles), std::move(parts_),
+                         std::move(file_));
   }
 
  private:
@@ -80,13 +78,13 @@ class NetcdfSeries {
     NetcdfSpace space = netcdf_space(file, v, axes.roles);
     if (parts_.empty()) {
       describe_axes(d_, v, axes);
-      uneven_ = describe_space(d_, space, options_.spacing.has_value());
+      describe_space(d_, space);
       axes_ = std::move(axes);
       space_ = std::move(space);
     } else if (axes.roles != axes_.roles) {
       fail_input(file.path(), ": the axes of ", v.name, " are not those of the first file");
     } else {
-      part.turned = turned_axes(space_, space, file.path(), options_.spacing.has_value());
+      part.turned = turned_axes(d_, space_, space, file.path(), options_.spacing.has_value());
     }
     d_.files.push_back({file.path(), file_size(file.path())});
     frames_ += part.count;
@@ -120,7 +118,6 @@ class NetcdfSeries {
   std::unique_ptr<NetcdfFile> file_; // the first one
   NetcdfAxes axes_;                  // of the first file, as what follows
   NetcdfSpace space_;
-  std::optional<EvenLevels> uneven_;
   uint64_t frames_ = 0;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coordinates become an affine where they are evenly spaced. Those of the files of a series are compared: a
-// file may count an axis from its other end, as of latitudes, but not have its samples elsewhere.
+// Coordinates become an affine where they are evenly spaced, and are kept beside one where they are not.
+// Those of the files of a series are compared: a file may count an axis from its other end, as of latitudes,
+// but not have its samples elsewhere.
 #include "readers/netcdf/netcdf_space.h"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "readers/affine.h"
 #include "readers/error.h"
 #include "readers/netcdf/netcdf_values.h"
+#include "readers/places.h"
 
 namespace bcc4 {
 namespace {
@@ -18,18 +20,6 @@ constexpr double kPartOfStep = 1e-3; // places that differ by less are one
 const char* letter_of(const NetcdfLine& line) {
   static constexpr const char* letters[] = {"x", "y", "z"};
   return letters[static_cast<size_t>(line.role)];
-}
-
-double mean_step(const std::vector<double>& at) {
-  return at.size() < 2 ? 0 : (at.back() - at.front()) / static_cast<double>(at.size() - 1);
-}
-
-bool evenly_spaced(const std::vector<double>& at) {
-  const double step = mean_step(at);
-  bool even = step != 0 && std::isfinite(step);
-  for (size_t i = 0; i < at.size(); ++i)
-    even = even && std::abs(at[i] - (at[0] + static_cast<double>(i) * step)) <= kPartOfStep * std::abs(step);
-  return even;
 }
 
 // "degrees_north", "degree_E" and the like of longitude and latitude are one.
@@ -79,15 +69,16 @@ std::vector<std::string> curvilinear(const NetcdfFile& file, const NetcdfVariabl
 }
 
 void warn_of_uneven(SeriesDescription& d, const NetcdfLine& line) {
-  d.warnings.push_back(concat(line.name, " is not evenly spaced (", short_number(line.at.front()), " to ",
-                              short_number(line.at.back()),
-                              "): its index is the coordinate; --spacing sets another"));
+  d.warnings.push_back(
+      concat(line.name, " is not evenly spaced (", short_number(line.at.front()), " to ",
+             short_number(line.at.back()),
+             ") and does not rise or fall throughout: its index is the coordinate; --spacing sets another"));
 }
 
-void note_levels(SeriesDescription& d, const NetcdfLine& line, const EvenLevels& even) {
-  d.notes.push_back(concat(line.name, ": ", line.size, " uneven levels, ", short_number(line.at.front()),
-                           " to ", short_number(line.at.back()), ", are sampled at ", even.count,
-                           " even ones, linearly between them; --spacing keeps them as they are"));
+void note_uneven(SeriesDescription& d, const NetcdfLine& line) {
+  d.notes.push_back(concat(line.name, ": ", line.size, " samples at uneven places, ",
+                           short_number(line.at.front()), " to ", short_number(line.at.back()),
+                           line.unit.empty() ? "" : " ", line.unit, ", which are kept"));
 }
 
 // Says of which axes the places are not known, where some are or would be.
@@ -123,6 +114,15 @@ bool same_places(const NetcdfLine& a, const NetcdfLine& b, bool turned) {
   return true;
 }
 
+// What holds for the first file alone is not said of the series.
+void forget_places(SeriesDescription& d, const NetcdfLine& line, const std::string& path) {
+  std::vector<double>& at = d.places[static_cast<size_t>(line.role)].coordinates;
+  if (at.empty()) return;
+  at.clear();
+  d.warnings.push_back(concat("the samples along ", line.name, " of ", path,
+                              " are not at the places of the first file: no coordinates are kept of it"));
+}
+
 std::string run_text(const NetcdfLine& line) {
   if (line.at.empty()) return "not told";
   return concat(short_number(line.at.front(), 6), " to ", short_number(line.at.back(), 6),
@@ -140,8 +140,7 @@ NetcdfSpace netcdf_space(const NetcdfFile& file, const NetcdfVariable& v,
   return space;
 }
 
-std::optional<EvenLevels> describe_space(SeriesDescription& d, const NetcdfSpace& space, bool keep_levels) {
-  std::optional<EvenLevels> uneven;
+void describe_space(SeriesDescription& d, const NetcdfSpace& space) {
   std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<double, 3> origin{};
   std::vector<std::string> known, unknown, units;
@@ -153,20 +152,19 @@ std::optional<EvenLevels> describe_space(SeriesDescription& d, const NetcdfSpace
       unknown.emplace_back(letter_of(line));
       continue;
     }
-    double step = mean_step(line.at);
+    const auto r = static_cast<size_t>(line.role);
+    d.places[r].unit = common_unit(line.unit), d.places[r].down = line.down;
     if (!evenly_spaced(line.at)) {
-      if (line.role != AxisRole::z || keep_levels || !strictly_monotonic(line.at)) {
+      if (!strictly_monotonic(line.at)) {
         warn_of_uneven(d, line);
         continue;
       }
-      uneven = even_levels(line.at);
-      step = uneven->step;
-      note_levels(d, line, *uneven);
+      d.places[r].coordinates = line.at;
+      note_uneven(d, line);
     }
     if (line.down) d.notes.push_back(concat(line.name, " counts down: z is what is above its 0"));
-    const auto r = static_cast<size_t>(line.role);
     const double sign = line.down ? -1 : 1;
-    columns[r][r] = sign * step;
+    columns[r][r] = sign * mean_step(line.at);
     origin[r] = sign * line.at[0] + 0.0; // not -0
     known.push_back(line.name);
     if (!line.unit.empty()) units.push_back(line.unit);
@@ -175,11 +173,10 @@ std::optional<EvenLevels> describe_space(SeriesDescription& d, const NetcdfSpace
   d.affine_origin = known.empty() ? "none given: one unit per voxel" : "coordinate variables " + join(known);
   describe_unknown(d, space, unknown, !known.empty());
   describe_units(d, units, axes);
-  return uneven;
 }
 
-std::array<bool, 3> turned_axes(const NetcdfSpace& first, const NetcdfSpace& space, const std::string& path,
-                                bool any_place) {
+std::array<bool, 3> turned_axes(SeriesDescription& d, const NetcdfSpace& first, const NetcdfSpace& space,
+                                const std::string& path, bool any_place) {
   std::array<bool, 3> turned{};
   for (size_t i = 0; i < space.lines.size(); ++i) {
     const NetcdfLine &a = first.lines[i], &b = space.lines[i];
@@ -194,6 +191,8 @@ std::array<bool, 3> turned_axes(const NetcdfSpace& first, const NetcdfSpace& spa
       fail_input(path, ": the samples along ", b.name, " are not at the places of the first file (",
                  run_text(b), ", there ", run_text(a),
                  "): import them one by one, or say by --spacing that their indices are the coordinates");
+    else
+      forget_places(d, b, path);
   }
   return turned;
 }

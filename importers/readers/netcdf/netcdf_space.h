@@ -3,12 +3,10 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "readers/frame_reader.h"
-#include "readers/netcdf/even_levels.h"
 #include "readers/netcdf/netcdf_file.h"
 
 namespace bcc4 {
@@ -30,14 +28,15 @@ struct NetcdfSpace {
 [[nodiscard]] NetcdfSpace netcdf_space(const NetcdfFile& file, const NetcdfVariable& v,
                                        const std::vector<AxisRole>& roles);
 
-// Makes spacing and origin of even steps, in z with depths below 0. Returns uneven levels, which are to be
-// resampled unless `keep_levels`; other axes cannot be, and a note says so.
-[[nodiscard]] std::optional<EvenLevels> describe_space(SeriesDescription& d, const NetcdfSpace& space,
-                                                       bool keep_levels);
+// Makes spacing and origin of the coordinates, in z with depths below 0. Uneven ones are kept, and the
+// spacing is their mean; those that are not monotone are not, and a warning says so.
+void describe_space(SeriesDescription& d, const NetcdfSpace& space);
 
 // Returns which of x, y and z run the other way than in the first file. Throws, in the name of the file,
-// where its samples are at other places, unless `any_place`.
-[[nodiscard]] std::array<bool, 3> turned_axes(const NetcdfSpace& first, const NetcdfSpace& space,
-                                              const std::string& path, bool any_place);
+// where its samples are at other places; with `any_place` coordinates that this makes wrong are dropped from
+// `d`, and a warning says so.
+[[nodiscard]] std::array<bool, 3> turned_axes(SeriesDescription& d, const NetcdfSpace& first,
+                                              const NetcdfSpace& space, const std::string& path,
+                                              bool any_place);
 
 } // namespace bcc4

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+// Makes an affine of directions, spacings and ends of axes, coordinates of what the keys of axes say, and
+// right-handed spaces of left-handed ones.
 #include "readers/nrrd/nrrd_place.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "readers/affine.h"
+#include "readers/error.h"
+#include "readers/places.h"
 #include "readers/same_place.h"
 #include "readers/text.h"
 
@@ -65,6 +69,30 @@ AxisPlace axis_place(const NrrdAxis& axis, bool cells) {
   return place;
 }
 
+namespace {
+
+std::string key_of(const NrrdHeader& h, size_t axis, const char* name) {
+  const auto found = h.keys.find(concat("axis ", axis, " index ", name));
+  return found == h.keys.end() ? "" : std::string(trim(found->second));
+}
+
+// The places that "axis N index values" tells of axes of space, as it does of time, where they are uneven.
+void set_places(SeriesDescription& d, const NrrdHeader& h, const std::vector<AxisRole>& roles) {
+  for (size_t a = 0; a < roles.size(); ++a) {
+    const std::string values = key_of(h, a, "values"), kind = key_of(h, a, "type");
+    if (roles[a] > AxisRole::z || values.empty() || (!kind.empty() && lower(kind) != "numeric")) continue;
+    const auto numbers = parse_numbers(split(values, " \t,;"));
+    if (!numbers || numbers->size() != h.axes[a].size || numbers->size() < 2 || !strictly_monotonic(*numbers))
+      fail_input(h.path, ": \"axis ", a, " index values\" should give ", h.axes[a].size,
+                 " numbers that rise or fall throughout: correct or remove it");
+    if (evenly_spaced(*numbers)) continue;
+    d.places[static_cast<size_t>(roles[a])] = {
+        .unit = key_of(h, a, "unit"), .down = key_of(h, a, "positive") == "down", .coordinates = *numbers};
+  }
+}
+
+} // namespace
+
 void set_affine(SeriesDescription& d, const NrrdHeader& h, const std::vector<AxisRole>& roles,
                 const ReaderOptions& options) {
   Columns columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -96,6 +124,7 @@ void set_affine(SeriesDescription& d, const NrrdHeader& h, const std::vector<Axi
   d.affine_origin = directions ? "space directions and origin"
                     : spacing  ? "spacings and ends of the axes"
                                : "none given: one unit per voxel";
+  set_places(d, h, roles);
   if (const std::string space = right_handed(d, h.space); !space.empty())
     d.attributes.emplace_back("space", space);
 }

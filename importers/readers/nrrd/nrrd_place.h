@@ -19,7 +19,8 @@ struct AxisPlace {
 // `cells`: what the samples are where neither the centering nor the ends and the spacing tell.
 [[nodiscard]] AxisPlace axis_place(const NrrdAxis& axis, bool cells);
 
-// Sets the affine, where it comes from, the unit and the space. Left-handed spaces become right-handed ones.
+// Sets the affine, where it comes from, coordinates of uneven axes, the unit and the space. Left-handed
+// spaces become right-handed ones.
 void set_affine(SeriesDescription& d, const NrrdHeader& h, const std::vector<AxisRole>& roles,
                 const ReaderOptions& options);
 

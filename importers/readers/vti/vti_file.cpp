@@ -8,6 +8,7 @@
 #include <ranges>
 
 #include "readers/error.h"
+#include "readers/places.h"
 #include "readers/vti/xml.h"
 
 namespace bcc4 {
@@ -67,25 +68,28 @@ std::vector<double> numbers_of(pugi::xml_node e, const char* key, std::vector<do
 VtiFile::VtiFile(const std::string& path)
     : path_(path), file_(path), text_(read_header_text(file_, appended_)) {
   parse_xml(text_, path_, document_);
-  const pugi::xml_node root = document_.document_element(), image = root.child("ImageData");
+  const pugi::xml_node root = document_.document_element();
+  rectilinear_ = attribute(root, "type") == "RectilinearGrid";
+  const pugi::xml_node image = root.child(rectilinear_ ? "RectilinearGrid" : "ImageData");
   if (attribute(root, "type") == "PImageData")
     fail_input(path,
                ": an image in several files (.pvti), which are not joined: save it as one .vti, such as by "
                "Save Data of ParaView");
-  if (root.name() != std::string_view("VTKFile") || attribute(root, "type") != "ImageData")
-    fail_input(path, ": not a VTK ImageData file (.vti)");
+  if (root.name() != std::string_view("VTKFile") || (attribute(root, "type") != "ImageData" && !rectilinear_))
+    fail_input(path, ": not a VTK ImageData (.vti) or RectilinearGrid (.vtr) file");
   const std::string_view compressor = attribute(root, "compressor");
   coding_.compressed = !compressor.empty();
   if (coding_.compressed && compressor != "vtkZLibDataCompressor")
     fail_input(path, ": compressed with ", compressor, ", which cannot be read; vtkZLibDataCompressor can");
   coding_.swap = needs_swap(attribute(root, "byte_order") == "BigEndian");
   coding_.count_size = attribute(root, "header_type") == "UInt64" ? 8 : 4;
-  if (!image) fail_input(path, ": no ImageData element");
+  if (!image) fail_input(path, ": no ", rectilinear_ ? "RectilinearGrid" : "ImageData", " element");
   const auto pieces = std::ranges::distance(image.children("Piece"));
   if (pieces != 1) fail_input(path, ": ", pieces, " pieces; files of one piece can be read");
   if (appended_ > 0) find_appended(root.child("AppendedData"));
   find_arrays(image.child("Piece"));
-  read_geometry(image);
+  count_samples(image);
+  rectilinear_ ? read_coordinates(image) : read_geometry(image);
   for (const pugi::xml_node holder : {image, root})
     if (!time_) find_time(holder.child("FieldData"));
 }
@@ -108,15 +112,9 @@ void VtiFile::find_time(pugi::xml_node fields) {
   }
 }
 
-void VtiFile::read_geometry(pugi::xml_node image) {
+// What no file of this size can hold is refused before anything is read for it.
+void VtiFile::count_samples(pugi::xml_node image) {
   const auto extent = extent_of(image.child("Piece"), "Extent", path_);
-  const auto spacing = numbers_of(image, "Spacing", {1, 1, 1}, path_);
-  const auto origin = numbers_of(image, "Origin", {0, 0, 0}, path_);
-  const auto direction = numbers_of(image, "Direction", {1, 0, 0, 0, 1, 0, 0, 0, 1}, path_);
-  std::array<std::array<double, 3>, 3> columns{};
-  for (size_t a = 0; a < 3; ++a)
-    for (size_t row = 0; row < 3; ++row) columns[a][row] = direction[row * 3 + a] * spacing[a];
-  std::array<double, 3> begin{};
   uint64_t total = 1;
   for (size_t a = 0; a < 3; ++a) {
     const int64_t samples = extent[2 * a + 1] - extent[2 * a] + (cell_data_ ? 0 : 1);
@@ -126,10 +124,50 @@ void VtiFile::read_geometry(pugi::xml_node image) {
       fail_input(path_, ": an extent of ", attribute(image.child("Piece"), "Extent"), " cannot fit into ",
                  file_.size(), " bytes");
     total *= dims_[a];
-    begin[a] = static_cast<double>(extent[2 * a]) + (cell_data_ ? 0.5 : 0);
   }
+}
+
+void VtiFile::read_geometry(pugi::xml_node image) {
+  const auto extent = extent_of(image.child("Piece"), "Extent", path_);
+  const auto spacing = numbers_of(image, "Spacing", {1, 1, 1}, path_);
+  const auto origin = numbers_of(image, "Origin", {0, 0, 0}, path_);
+  const auto direction = numbers_of(image, "Direction", {1, 0, 0, 0, 1, 0, 0, 0, 1}, path_);
+  std::array<std::array<double, 3>, 3> columns{};
+  for (size_t a = 0; a < 3; ++a)
+    for (size_t row = 0; row < 3; ++row) columns[a][row] = direction[row * 3 + a] * spacing[a];
+  std::array<double, 3> begin{};
+  for (size_t a = 0; a < 3; ++a) begin[a] = static_cast<double>(extent[2 * a]) + (cell_data_ ? 0.5 : 0);
   affine_ = moved_origin(affine_from_columns(columns, {origin[0], origin[1], origin[2]}), begin);
   if (!(std::abs(determinant(affine_)) > 0)) fail_input(path_, ": Spacing and Direction span no volume");
+}
+
+// The three arrays of a rectilinear grid tell where its points stand; cells lie half way between two.
+void VtiFile::read_coordinates(pugi::xml_node grid) {
+  std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  std::array<double, 3> origin{};
+  size_t a = 0;
+  for (const pugi::xml_node e : grid.child("Piece").child("Coordinates").children("DataArray")) {
+    const auto type = type_by_name(attribute(e, "type"));
+    if (a == 3 || !type) fail_input(path_, ": Coordinates should be three arrays of numbers");
+    const uint64_t points = dims_[a] + (cell_data_ ? 1 : 0);
+    const Bytes bytes = decode(e, *type, points);
+    std::vector<double> at(points);
+    visit_type(*type, [&](auto zero) {
+      using T = decltype(zero);
+      for (uint64_t i = 0; i < points; ++i)
+        at[i] = static_cast<double>(load_as<T>(bytes.data() + i * sizeof(T)));
+    });
+    for (uint64_t i = 0; cell_data_ && i + 1 < points; ++i) at[i] = (at[i] + at[i + 1]) / 2;
+    at.resize(dims_[a]);
+    if (!strictly_monotonic(at))
+      fail_input(path_, ": coordinates along ", "xyz"[a], " do not rise or fall throughout");
+    origin[a] = at.front();
+    if (at.size() > 1) columns[a][a] = mean_step(at);
+    if (at.size() > 1 && !evenly_spaced(at)) coordinates_[a] = at;
+    ++a;
+  }
+  if (a != 3) fail_input(path_, ": Coordinates should be three arrays of numbers");
+  affine_ = affine_from_columns(columns, origin);
 }
 
 void VtiFile::find_arrays(pugi::xml_node piece) {

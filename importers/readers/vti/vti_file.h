@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One VTK XML ImageData file (.vti): its header and its arrays.
-// Format: VTK File Formats, "XML File Formats" (serial ImageData; ascii, binary and appended data, zlib
-// blocks).
+// One VTK XML ImageData file (.vti), or RectilinearGrid (.vtr): its header and its arrays.
+// Format: VTK File Formats, "XML File Formats" (serial ImageData and RectilinearGrid; ascii, binary and
+// appended data, zlib blocks).
 #pragma once
 
 #include <pugixml.hpp>
@@ -36,6 +36,9 @@ class VtiFile {
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::array<uint64_t, 3>& dims() const { return dims_; }
   [[nodiscard]] const Affine& affine() const { return affine_; }
+  // Of a rectilinear grid the coordinates of its samples along axes where they are uneven.
+  [[nodiscard]] const std::array<std::vector<double>, 3>& coordinates() const { return coordinates_; }
+  [[nodiscard]] bool rectilinear() const { return rectilinear_; }
   [[nodiscard]] bool cell_data() const { return cell_data_; }
   [[nodiscard]] const std::vector<VtiArray>& arrays() const { return arrays_; }
   // Returns the name of the array marked as the active scalars, "" when none is.
@@ -48,6 +51,8 @@ class VtiFile {
 
  private:
   void read_geometry(pugi::xml_node image);
+  void count_samples(pugi::xml_node image);
+  void read_coordinates(pugi::xml_node grid);
   void find_appended(pugi::xml_node element);
   void find_time(pugi::xml_node fields);
   void find_arrays(pugi::xml_node piece);
@@ -64,7 +69,8 @@ class VtiFile {
   VtiCoding coding_;
   std::array<uint64_t, 3> dims_{};
   Affine affine_{};
-  bool cell_data_ = false;
+  bool cell_data_ = false, rectilinear_ = false;
+  std::array<std::vector<double>, 3> coordinates_;
   std::vector<VtiArray> arrays_;
   std::string active_;
   std::optional<double> time_;

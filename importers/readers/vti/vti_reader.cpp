@@ -32,7 +32,7 @@ class VtiReader : public FrameReader {
   VtiReader(SeriesDescription description, std::vector<VtiChannel> channels, uint64_t memory_limit,
             std::unique_ptr<VtiFile> first)
       : description_(std::move(description)), channels_(std::move(channels)), memory_limit_(memory_limit),
-        file_(std::move(first)) {}
+        file_(std::move(first)), affine_(file_->affine()), coordinates_(file_->coordinates()) {}
 
   const SeriesDescription& description() const override { return description_; }
   std::string frame_name(uint64_t frame) const override { return description_.files[frame].path; }
@@ -56,8 +56,9 @@ class VtiReader : public FrameReader {
     if (file.dims() != std::array{d[0], d[1], d[2]})
       fail_input(path, ": ", file.dims()[0], " x ", file.dims()[1], " x ", file.dims()[2],
                  " samples, but the first frame has ", d[0], " x ", d[1], " x ", d[2]);
-    if (file.affine() != description_.affine)
-      fail_input(path, ": Origin, Spacing or Direction differ from those of the first frame");
+    if (file.affine() != affine_ || file.coordinates() != coordinates_)
+      fail_input(path, ": ", file.rectilinear() ? "Coordinates" : "Origin, Spacing or Direction",
+                 " differ from those of the first frame");
     const VtiArray& array = find_array(file, path, name);
     if (array.type != description_.channels[channel].precision)
       fail_input(path, ": array ", name, " is ", type_name(array.type), ", in the first frame ",
@@ -78,6 +79,8 @@ class VtiReader : public FrameReader {
   std::vector<VtiChannel> channels_;
   uint64_t memory_limit_;
   std::unique_ptr<VtiFile> file_;
+  Affine affine_; // of the first file, as its coordinates
+  std::array<std::vector<double>, 3> coordinates_;
   std::shared_ptr<const Bytes> values_; // all components of one array of one frame
   uint64_t frame_ = 0;
   std::string array_;
@@ -115,12 +118,13 @@ std::unique_ptr<FrameReader> open_files(const Sequence& sequence, const ReaderOp
   refuse_raw_options(options, path, "VTK ImageData", false);
   refuse_grid_option(options, path, "VTK ImageData");
   SeriesDescription d;
-  d.format = "VTK ImageData";
   for (const SequenceFile& f : sequence.files) d.files.push_back({f.path, file_size(f.path)});
   auto first = std::make_unique<VtiFile>(path);
+  d.format = first->rectilinear() ? "VTK RectilinearGrid" : "VTK ImageData";
   d.dims = {first->dims()[0], first->dims()[1], first->dims()[2], sequence.files.size()};
   d.affine = first->affine();
-  d.affine_origin = "Origin, Spacing and Direction";
+  d.affine_origin = first->rectilinear() ? "Coordinates" : "Origin, Spacing and Direction";
+  for (size_t a = 0; a < 3; ++a) d.places[a].coordinates = first->coordinates()[a];
   d.axes = concat("x ", d.dims[0], " (fastest), y ", d.dims[1], ", z ", d.dims[2]);
   if (!sequence.note.empty()) d.notes.push_back(sequence.note);
   std::vector<VtiChannel> channels;

@@ -66,6 +66,12 @@ std::string periodic_axes(const bccsplat_volume_info& v) {
   return text;
 }
 
+Json axis_json(const bccsplat_axis& axis) {
+  return {{"unit", axis.unit},
+          {"down", (axis.flags & BCCSPLAT_AXIS_DOWN) != 0},
+          {"coordinates", std::vector<double>(axis.coordinates, axis.coordinates + axis.count)}};
+}
+
 Json info_json(const Volume& volume, const InfoArguments& a) {
   const bccsplat_volume_info v = volume_info(volume);
   const bccsplat_channel_info first = channel_info(volume, 0);
@@ -93,6 +99,8 @@ Json info_json(const Volume& volume, const InfoArguments& a) {
   if (v.part_end > 0) j["part"] = {{"first", v.part_first}, {"last", v.part_end - 1}};
   j["affine"] = matrix_json(v.affine);
   j["spatial_unit"] = v.spatial_unit;
+  if (has_coordinates(volume))
+    for (uint32_t axis = 0; axis < 3; ++axis) j["axes"].push_back(axis_json(axis_info(volume, axis)));
   j["air"] = first.air;
   j["bytes"] = {
       {"file", v.bytes_file}, {"runs", v.bytes_runs}, {"values", v.bytes_values}, {"index", v.bytes_index}};
@@ -206,6 +214,20 @@ void print_frames(const Volume& volume, uint32_t channel) {
          " to ", short_number(ranges[f][1], 6));
 }
 
+// Prints where the samples of unevenly spaced axes stand.
+void print_axes(const Volume& volume) {
+  if (!has_coordinates(volume)) return;
+  for (uint32_t a = 0; a < 3; ++a) {
+    const bccsplat_axis axis = axis_info(volume, a);
+    std::string text = axis.count == 0 ? "evenly spaced" : "";
+    for (uint64_t i = 0; i < axis.count; ++i)
+      text += concat(i == 0 ? "" : " ", short_number(axis.coordinates[i], 7));
+    const std::string name(1, "xyz"[a]);
+    line(name.c_str(), text, *axis.unit ? concat(" ", axis.unit) : "",
+         (axis.flags & BCCSPLAT_AXIS_DOWN) != 0 ? ", counted down" : "");
+  }
+}
+
 void print_info(const Volume& volume, const InfoArguments& a) {
   const bccsplat_volume_info v = volume_info(volume);
   const std::string unit = *v.time_unit ? concat(" ", v.time_unit) : "";
@@ -230,7 +252,9 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          ", elsewhere air; bcc4 concat joins all parts");
   for (size_t r = 0; r < 3; ++r)
     line(r == 0 ? "affine" : "", v.affine[4 * r], " ", v.affine[4 * r + 1], " ", v.affine[4 * r + 2], " ",
-         v.affine[4 * r + 3], r == 0 && *v.spatial_unit ? concat(" ", v.spatial_unit) : "");
+         v.affine[4 * r + 3], r == 0 && *v.spatial_unit ? concat(" ", v.spatial_unit) : "",
+         r == 0 && has_coordinates(volume) ? ", of even positions" : "");
+  print_axes(volume);
   line("kernel", v.kernel, v.store == BCCSPLAT_STORE_COEFFICIENTS ? ", coefficients stored" : "");
   line("bytes", v.bytes_file, ": values ", v.bytes_values, ", runs ", v.bytes_runs, ", index ",
        v.bytes_index);

@@ -11,6 +11,7 @@
 #include "tool/json.h"
 #include "tool/output/nrrd_output.h"
 #include "tool/output/output_file.h"
+#include "tool/view/even_places.h"
 #include "tool/view/slice_choice.h"
 #include "tool/view/slice_sweep.h"
 #include "tool/view/time_slice.h"
@@ -49,15 +50,55 @@ struct Range {
   }
 };
 
-// Index space of the box that is written -> world.
-Affine box_affine(const bccsplat_slice_info& info) {
+// Index space of the box that is written -> world. Along uneven axes even steps lead from its first sample to
+// the last.
+Affine box_affine(const Volume& volume, const bccsplat_slice_info& info) {
   Affine affine;
   std::copy(info.affine, info.affine + 16, affine.begin());
-  return moved_origin(affine, {info.extent[0][0], info.extent[1][0], info.extent[2][0]});
+  std::array<double, 3> begin{info.extent[0][0], info.extent[1][0], info.extent[2][0]};
+  Affine steps = affine;
+  for (size_t k = 0; k < 3; ++k)
+    for (uint32_t a = 0; a < 3; ++a) {
+      if (info.basis[k][a] != 1 || axis_info(volume, a).count == 0) continue;
+      const double first = even_position(volume, a, begin[k]), length = info.extent[k][1] - begin[k];
+      if (length > 0)
+        for (size_t r = 0; r < 3; ++r)
+          steps[4 * r + k] *= (even_position(volume, a, info.extent[k][1]) - first) / length;
+      begin[k] = first;
+    }
+  const Affine moved = moved_origin(affine, begin);
+  for (size_t r = 0; r < 3; ++r) steps[4 * r + 3] = moved[4 * r + 3];
+  return steps;
+}
+
+// Says what a slice of an uneven volume does not hold.
+void warn_of_uneven(const Volume& volume, const Cut& where, bool vdb) {
+  if (!has_coordinates(volume)) return;
+  if (vdb)
+    std::fprintf(stderr,
+                 "bcc4: warning: samples are unevenly spaced along an axis, which OpenVDB cannot say: "
+                 "they stand evenly in it; NRRD keeps their coordinates\n");
+  else if (!where.is_time_slice)
+    std::fprintf(stderr,
+                 "bcc4: warning: axes are unevenly spaced: the plane is one of samples, and only along "
+                 "axes that it keeps are coordinates written\n");
 }
 
 const char* slab_name(int32_t slab) {
   return slab == BCCSPLAT_SLAB_SUM ? "sum" : slab == BCCSPLAT_SLAB_MAXIMUM ? "max" : "mean";
+}
+
+// Tells where the samples stand along axes that run along unevenly spaced ones of the volume.
+void add_coordinates(const Volume& volume, const bccsplat_slice_info& info, NrrdOutput& n) {
+  for (size_t k = 0; k < 3; ++k)
+    for (uint32_t a = 0; a < 3; ++a) {
+      const bccsplat_axis axis = axis_info(volume, a);
+      const auto first = static_cast<uint64_t>(std::llround(info.extent[k][0]));
+      if (axis.count == 0 || info.basis[k][a] != 1 || first + info.dims[k] > axis.count) continue;
+      n.coordinates[k].assign(axis.coordinates + first, axis.coordinates + first + info.dims[k]);
+      n.coordinate_units[k] = axis.unit;
+      n.coordinates_down[k] = (axis.flags & BCCSPLAT_AXIS_DOWN) != 0;
+    }
 }
 
 NrrdOutput nrrd_output(const Volume& volume, uint32_t channel, const bccsplat_slice_info& info,
@@ -69,8 +110,9 @@ NrrdOutput nrrd_output(const Volume& volume, uint32_t channel, const bccsplat_sl
   // A sum along the normal is in another unit.
   if (where.thickness == 0 || where.slab != BCCSPLAT_SLAB_SUM) n.sample_unit = c.unit;
   n.sizes.assign(info.dims, info.dims + 3);
-  n.affine = box_affine(info);
+  n.affine = box_affine(volume, info);
   n.spatial_unit = v.spatial_unit;
+  add_coordinates(volume, info, n);
   const char* space = nullptr;
   if (where.is_time_slice && bccsplat_volume_find_attribute(volume.get(), "space", &space) == BCCSPLAT_OK)
     n.space = space;
@@ -90,8 +132,8 @@ NrrdOutput nrrd_output(const Volume& volume, uint32_t channel, const bccsplat_sl
   return n;
 }
 
-Json slice_json(const bccsplat_slice_info& info, const Cut& where, const std::string& output,
-                const Range& range) {
+Json slice_json(const Volume& volume, const bccsplat_slice_info& info, const Cut& where,
+                const std::string& output, const Range& range) {
   Json basis = Json::array();
   for (const auto& b : info.basis) basis.push_back({b[0], b[1], b[2], b[3]});
   Json j{{"output", output}, {"dims", info.dims}};
@@ -100,7 +142,7 @@ Json slice_json(const bccsplat_slice_info& info, const Cut& where, const std::st
   j["basis"] = basis;
   j["first_sample"] = {info.extent[0][0], info.extent[1][0], info.extent[2][0]};
   j["spacing"] = {1, 1, 1};
-  j["affine"] = matrix_json(box_affine(info).data());
+  j["affine"] = matrix_json(box_affine(volume, info).data());
   j["lattice"] = lattice_name(info.lattice);
   j["level"] = info.level;
   j["points"] = info.points;
@@ -136,7 +178,7 @@ Range write_vdb_slice(const Volume& volume, uint32_t channel, const Slice& slice
   }
   if (where.is_time_slice) tell_time(volume, where.time, o);
   std::copy(info.dims, info.dims + 3, o.dims.begin());
-  o.affine = box_affine(info);
+  o.affine = box_affine(volume, info);
   o.overwrite = true;
   write_vdb(path, o, values);
   return range;
@@ -182,7 +224,7 @@ Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel
                 static_cast<unsigned long long>(info.dims[2]), range.text().c_str(),
                 range.holes > 0 ? concat(", ", range.holes, " NaN").c_str() : "",
                 static_cast<unsigned long long>(info.points), short_number(info.milliseconds, 3).c_str());
-  return slice_json(info, where, path, range);
+  return slice_json(volume, info, where, path, range);
 }
 
 Exit run_slice(const SliceArguments& a) {
@@ -201,6 +243,7 @@ Exit run_slice(const SliceArguments& a) {
   const std::vector<Cut> cuts = sweep(volume, a.which);
   const std::vector<std::string> names = sweep_names(a.output, cuts.size());
   for (const std::string& name : names) refuse_existing(name, true);
+  if (!a.common.quiet) warn_of_uneven(volume, cuts.front(), vdb);
   Json written = Json::array();
   for (size_t i = 0; i < cuts.size(); ++i) {
     stop_if_interrupted();

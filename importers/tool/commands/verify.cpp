@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // bcc4 verify: checksums of a file, and its field against the source it was made from.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -33,6 +34,24 @@ std::unique_ptr<FrameReader> open_as_imported(const Volume& volume, const Reader
   return open_series(given.options);
 }
 
+// Refuses a source whose samples stand elsewhere along an unevenly spaced axis.
+void require_places(const Volume& volume, uint32_t axis, const SeriesDescription& s,
+                    const std::string& file) {
+  constexpr double rounding = 1e-6; // of a step
+  const bccsplat_axis stored = axis_info(volume, axis);
+  const std::vector<double>& at = s.places[axis].coordinates;
+  if (stored.count == 0) return;
+  if (at.size() != stored.count)
+    fail_input("along ", "xyz"[axis], " ", file, " has coordinates of ", stored.count,
+               " samples, the source of ", at.size(), ": it was made from another source");
+  for (size_t i = 0; i < at.size(); ++i) {
+    const size_t next = i + 1 < at.size() ? i + 1 : i - 1;
+    if (std::abs(at[i] - stored.coordinates[i]) > rounding * std::abs(at[next] - at[i]))
+      fail_input("along ", "xyz"[axis], " sample ", i, " of the source is at ", at[i], ", that of ", file,
+                 " at ", stored.coordinates[i], ": it was made from another source");
+  }
+}
+
 // Refuses a source that is not the one the file was made from, by what its description tells.
 std::unique_ptr<FrameReader> open_source(const Volume& volume, VerifyArguments& a) {
   a.reader.options.max_memory = a.common.max_memory / 4;
@@ -43,6 +62,7 @@ std::unique_ptr<FrameReader> open_source(const Volume& volume, VerifyArguments& 
     fail_input("the source has ", s.dims[0], " x ", s.dims[1], " x ", s.dims[2], " x ", s.dims[3],
                " samples in ", s.channels.size(), " channel(s), but ", a.file, " was made from ", v.dims[0],
                " x ", v.dims[1], " x ", v.dims[2], " x ", v.dims[3], " in ", v.channel_count);
+  for (uint32_t axis = 0; axis < 3; ++axis) require_places(volume, axis, s, a.file);
   return reader;
 }
 

@@ -72,6 +72,14 @@ std::string times_text(const SeriesTimes& times) {
   return concat(t.front(), " to ", t.back(), unit, ", ", t.size(), " frames, uneven");
 }
 
+// Prints which axes of space are unevenly spaced.
+void print_places(const SeriesDescription& s) {
+  for (size_t a = 0; a < s.places.size(); ++a)
+    if (const std::vector<double>& at = s.places[a].coordinates; !at.empty())
+      line(concat("  ", "xyz"[a]).c_str(), at.size(), " uneven places, ", short_number(at.front(), 7), " to ",
+           short_number(at.back(), 7), s.places[a].unit.empty() ? "" : " ", s.places[a].unit);
+}
+
 void print_plan(const ImportPlan& plan) {
   const SeriesDescription& s = plan.series;
   uint64_t bytes = 0;
@@ -85,6 +93,7 @@ void print_plan(const ImportPlan& plan) {
   line("axes", s.axes);
   line("space", affine_text(s.affine), s.spatial_unit.empty() ? "" : " " + s.spatial_unit, " (",
        s.affine_origin, ")");
+  print_places(s);
   line("times", times_text(s.times), " (", s.times.origin, ")");
   for (const std::string& gap : s.gaps) line("gap", gap);
   for (size_t c = 0; c < s.channels.size(); ++c) {
@@ -167,6 +176,9 @@ Json plan_json(const ImportPlan& plan) {
   j["affine"] = matrix_json(s.affine.data());
   j["affine_origin"] = s.affine_origin;
   j["spatial_unit"] = s.spatial_unit;
+  if (has_coordinates(s))
+    for (const Places& p : s.places)
+      j["places"].push_back({{"unit", p.unit}, {"down", p.down}, {"coordinates", p.coordinates}});
   j["times"] = {{"count", s.times.values.size()},     {"first", s.times.values.front()},
                 {"last", s.times.values.back()},      {"unit", s.times.unit},
                 {"uniform", uniform(s.times.values)}, {"origin", s.times.origin}};

@@ -5,6 +5,7 @@
 #include "tool/import/series_writer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -228,16 +229,32 @@ struct SeriesOptions {
   SeriesOptions& operator=(const SeriesOptions&) = delete;
 
   std::vector<bccsplat_channel_options> channels;
+  std::array<bccsplat_axis, 3> axes{};
+  std::array<std::string, 3> axis_units;
   std::string spatial_unit, time_unit, kernel;
   bccsplat_writer_options options = sized<bccsplat_writer_options>();
 };
 
 const char* text_or_null(const std::string& text) { return text.empty() ? nullptr : text.c_str(); }
 
+// Its coordinates are those of `places`.
+bccsplat_axis axis_of(const Places& places, const std::string& unit) {
+  auto axis = sized<bccsplat_axis>();
+  axis.count = places.coordinates.size();
+  axis.coordinates = places.coordinates.data();
+  axis.flags = places.down ? BCCSPLAT_AXIS_DOWN : 0;
+  axis.unit = text_or_null(unit);
+  return axis;
+}
+
 SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettings& settings,
                              const std::vector<ChannelScan>& scans)
     : spatial_unit(utf8_of(series.spatial_unit)), time_unit(utf8_of(series.times.unit)),
       kernel(kernel_of(settings)) {
+  for (size_t a = 0; a < axes.size(); ++a) {
+    axis_units[a] = utf8_of(series.places[a].unit);
+    axes[a] = axis_of(series.places[a], axis_units[a]);
+  }
   bool has_fill = false;
   for (size_t c = 0; c < series.channels.size(); ++c) {
     channels.push_back(channel_options(series.channels[c], settings,
@@ -251,6 +268,7 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
   std::copy(series.affine.begin(), series.affine.end(), options.affine);
   options.spatial_unit = text_or_null(spatial_unit);
   options.time_unit = text_or_null(time_unit);
+  if (has_coordinates(series)) options.axes = axes.data();
   options.lattice = settings.lattice;
   options.filter = settings.filter;
   options.lowpass = settings.lowpass ? 1 : 0;

@@ -9,6 +9,7 @@
 
 #include "tool/interrupt.h"
 #include "tool/output/export_type.h"
+#include "tool/view/even_places.h"
 #include "tool/view/render_function.h"
 #include "tool/view/time_slice.h"
 #if BCCSPLAT_WITH_OPENVDB
@@ -51,6 +52,14 @@ NrrdOutput Exporter::header(bool series) const {
   n.sizes.assign(box.dims.begin(), box.dims.end());
   n.affine = affine();
   n.spatial_unit = info_.spatial_unit;
+  for (uint32_t a = 0; a < 3; ++a) {
+    const bccsplat_axis axis = axis_info(volume_, a);
+    if (axis.count == 0) continue;
+    const double* const first = axis.coordinates + box.begin[a];
+    n.coordinates[a].assign(first, first + box.dims[a]);
+    n.coordinate_units[a] = axis.unit;
+    n.coordinates_down[a] = (axis.flags & BCCSPLAT_AXIS_DOWN) != 0;
+  }
   n.time_unit = info_.time_unit;
   const char* space = nullptr;
   if (bccsplat_volume_find_attribute(volume_.get(), "space", &space) == BCCSPLAT_OK) n.space = space;
@@ -71,8 +80,19 @@ Affine Exporter::affine() const {
   std::copy(info_.affine, info_.affine + 16, whole.begin());
   if (!options_.region) return whole;
   std::array<double, 3> begin{};
-  for (size_t i = 0; i < 3; ++i) begin[i] = static_cast<double>(options_.region->begin[i]);
-  return moved_origin(whole, begin);
+  for (uint32_t i = 0; i < 3; ++i) {
+    const double first = static_cast<double>(options_.region->begin[i]),
+                 steps = static_cast<double>(options_.region->dims[i]) - 1;
+    begin[i] = even_position(volume_, i, first);
+    // Of an uneven axis even steps from the first sample of the box to the last.
+    if (steps > 0 && axis_info(volume_, i).count > 0)
+      for (size_t r = 0; r < 3; ++r)
+        whole[4 * r + i] *= (even_position(volume_, i, first + steps) - begin[i]) / steps;
+  }
+  Affine moved = whole;
+  for (size_t r = 0; r < 3; ++r)
+    for (size_t i = 0; i < 3; ++i) moved[4 * r + 3] += info_.affine[4 * r + i] * begin[i];
+  return moved;
 }
 
 // Import keeps labels on their own grid, where frames come back as they are; what has few values and is

@@ -45,6 +45,14 @@ std::string field(const char* name, const std::string& text) {
   return trim(line).empty() ? "" : concat(name, ": ", line, "\n");
 }
 
+// The keys that tell where the samples of an axis stand; nothing without values.
+std::string index_values(size_t axis, const std::vector<double>& values) {
+  if (values.empty()) return "";
+  std::string text = concat("axis ", axis, " index type:=numeric\naxis ", axis, " index values:=");
+  for (size_t i = 0; i < values.size(); ++i) text += concat(i > 0 ? " " : "", values[i]);
+  return text + "\n";
+}
+
 } // namespace
 
 std::vector<std::pair<std::string, std::string>> time_keys(double time, const std::string& unit) {
@@ -78,11 +86,14 @@ std::string nrrd_header_text(const NrrdOutput& o) {
     text += concat("labels: \"x\" \"y\" \"z\" \"t\"\nunits: \"\" \"\" \"\" ", quoted(o.time_unit), "\n");
   text += field("sample units", o.sample_unit);
   text += "endian: little\nencoding: raw\n";
-  if (series) {
-    text += "axis 3 index type:=numeric\naxis 3 index values:=";
-    for (size_t i = 0; i < o.times.size(); ++i) text += concat(i > 0 ? " " : "", o.times[i]);
-    text += "\n";
+  for (size_t a = 0; a < 3; ++a) {
+    text += index_values(a, o.coordinates[a]);
+    const std::string unit = one_line(o.coordinate_units[a]);
+    if (!o.coordinates[a].empty() && o.coordinates_down[a])
+      text += concat("axis ", a, " index positive:=down\n");
+    if (!o.coordinates[a].empty() && !unit.empty()) text += concat("axis ", a, " index unit:=", unit, "\n");
   }
+  if (series) text += index_values(3, o.times);
   for (const auto& [key, value] : o.keys) text += concat(key, ":=", value, "\n");
   return text + "\n";
 }

@@ -2,6 +2,7 @@
 // Header text of attached NRRD files with raw little-endian data.
 #pragma once
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,10 @@ struct NrrdOutput {
   std::string space;           // "" : three unnamed dimensions
   std::string spatial_unit, time_unit;
   std::vector<double> times; // of a fourth axis
+  // Coordinates of the samples along x, y and z, and their units; empty: as the affine says.
+  std::array<std::vector<double>, 3> coordinates{};
+  std::array<std::string, 3> coordinate_units{};
+  std::array<bool, 3> coordinates_down{};
   std::vector<std::pair<std::string, std::string>> keys;
 };
 

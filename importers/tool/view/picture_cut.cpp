@@ -58,7 +58,8 @@ PictureCut PictureCutter::cut(const Cut& where, const std::function<bccsplat_cam
         "picture");
   const bool simple = where.method == BCCSPLAT_METHOD_DEFAULT && where.lattice == BCCSPLAT_LATTICE_DEFAULT &&
                       where.spacing == 0;
-  if (simple && !cut.region && needs.seen) cut.region = seen_region(needs, v);
+  // A box of uneven axes would be resampled for each camera.
+  if (simple && !cut.region && needs.seen && !has_coordinates(volume_)) cut.region = seen_region(needs, v);
   if (needs.level == cut.level && !cut.region) return out;
   cut.level = needs.level;
   const bccsplat_slice_info told = out.info;

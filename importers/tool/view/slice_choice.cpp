@@ -7,6 +7,7 @@
 
 #include "tool/cli.h"
 #include "tool/interrupt.h"
+#include "tool/view/even_places.h"
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {
@@ -140,18 +141,21 @@ Cut resolve_cut(const Volume& volume, const SliceChoiceArguments& a) {
 
 Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel) {
   auto hyperplane = sized<bccsplat_hyperplane>();
-  hyperplane.a = where.plane[0];
-  hyperplane.b = where.plane[1];
-  hyperplane.c = where.plane[2];
-  hyperplane.d = where.plane[3];
-  hyperplane.e = where.plane[4];
+  std::array<double, 5> plane{};
+  std::copy_n(where.plane, plane.size(), plane.begin());
+  if (where.even) plane = even_plane(volume, where.plane);
+  hyperplane.a = plane[0], hyperplane.b = plane[1], hyperplane.c = plane[2], hyperplane.d = plane[3];
+  hyperplane.e = plane[4];
   auto options = sized<bccsplat_slice_options>();
   options.channel = channel, options.level = where.level;
   options.thickness = where.thickness, options.spacing = where.spacing;
   options.slab = where.slab, options.method = where.method, options.lattice = where.lattice;
   if (where.point) options.point = where.point->data(), options.basis = where.basis.data();
-  const auto box = sample_box(volume, where.region);
+  auto box = sample_box(volume, where.region);
+  for (uint32_t i = 0; box && where.even && i < box->size(); ++i)
+    (*box)[i] = even_position(volume, i % 3, (*box)[i]);
   if (box) options.box = box->data();
+  if (where.even) options.space = BCCSPLAT_SPACE_EVEN;
   options.cancel_token = interrupt_token();
   bccsplat_slice* slice = nullptr;
   check(bccsplat_slice_create(volume.get(), where.point ? nullptr : &hyperplane, &options, &slice), "slice");

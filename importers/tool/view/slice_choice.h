@@ -43,6 +43,7 @@ struct Cut {
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
   std::optional<SampleBox> region;
   uint32_t level = 0;
+  bool even = false; // laid out by even positions, for pictures (bccsplat_slice_options.space)
 
   bool operator==(const Cut&) const = default;
 };

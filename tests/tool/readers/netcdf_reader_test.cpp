@@ -144,39 +144,36 @@ std::string depths(const std::string& path, bool falling) {
   return path;
 }
 
-TEST(NetcdfReader, SamplesUnevenDepthsEvenlyBelowZero) {
+TEST(NetcdfReader, KeepsUnevenDepthsAndTheirPlaces) {
   Scratch s;
   for (const bool falling : {false, true}) {
     const auto reader = open_series(inputs({depths(s.path("a.nc"), falling)}));
     const SeriesDescription& d = reader->description();
     EXPECT_TRUE(d.warnings.empty()) << d.warnings[0];
-    ASSERT_EQ(d.dims, (std::array<uint64_t, 4>{2, 3, 6, 1}));
-    EXPECT_EQ(d.affine[10], falling ? 10 : -10); // z = -depth
+    ASSERT_EQ(d.dims, (std::array<uint64_t, 4>{2, 3, 4, 1}));
+    EXPECT_NEAR(d.affine[10], falling ? 50.0 / 3 : -50.0 / 3,
+                1e-12); // z = -depth, from the first to the last
     EXPECT_EQ(d.affine[11], falling ? -50 : 0);
+    std::vector<double> at{0, 10, 20, 50};
+    if (falling) std::reverse(at.begin(), at.end());
+    EXPECT_EQ(d.places[2].coordinates, at);
+    EXPECT_EQ(d.places[2].unit, "m");
+    EXPECT_TRUE(d.places[2].down);
+    EXPECT_TRUE(d.places[0].coordinates.empty());
     const auto values = dense(*reader, 0);
-    const double by_depth[] = {0, 100, 400, 1100, 1800, 2500}; // linear from 20 to 50
-    for (size_t k = 0; k < 6; ++k) {
-      EXPECT_NEAR(values[6 * (falling ? 5 - k : k) + 4], by_depth[k], 1e-3) << k;
-      EXPECT_EQ(std::isnan(values[6 * (falling ? 5 - k : k)]), k >= 2 && k <= 4) << k;
+    for (size_t k = 0; k < 4; ++k) {
+      EXPECT_EQ(values[6 * k + 4], at[k] * at[k]) << k;
+      EXPECT_EQ(std::isnan(values[6 * k]), at[k] == 20) << k;
     }
+    // --spacing says how large the box is, and nothing else.
     ReaderOptions o = inputs({s.path("a.nc")});
     o.spacing = {1, 1, 2};
-    const auto kept = open_series(o);
-    EXPECT_EQ(kept->description().dims[2], 4u);
-    EXPECT_EQ(dense(*kept, 0)[6 * (falling ? 0 : 3) + 1], 2500);
+    const auto shaped = open_series(o);
+    EXPECT_EQ(shaped->description().places[2].coordinates, at);
+    EXPECT_TRUE(shaped->description().places[2].down);
+    EXPECT_EQ(shaped->description().affine[10], falling ? 2 : -2);
+    EXPECT_EQ(dense(*shaped, 0)[6 * (falling ? 0 : 3) + 1], 2500);
   }
-}
-
-TEST(NetcdfReader, TakesLimitedNumbersOfEvenLevels) {
-  Scratch s;
-  NcFile nc(s.path("a.nc"), {{"z", 4, "m"}, {"y", 3}, {"x", 2}});
-  check_nc(nc_enddef(nc.id));
-  const double close[] = {0, 0.001, 100, 1000};
-  check_nc(nc_put_var_double(nc.id, nc.axes[0].first, close));
-  check_nc(nc_close(nc.id));
-  const auto reader = open_series(inputs({s.path("a.nc")}));
-  EXPECT_EQ(reader->description().dims[2], 17u);
-  EXPECT_EQ(reader->description().affine[10], 1000.0 / 16);
 }
 
 TEST(NetcdfReader, WarnsOfLevelsOutOfOrderAndNeedsNoTime) {

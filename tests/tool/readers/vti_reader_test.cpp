@@ -277,5 +277,42 @@ TEST(Base64, RoundTrips) {
   EXPECT_REFUSED(refusal([&] { (void)take_base64(bad, 3, "test"); }), Exit::bad_input, "base64");
 }
 
+// 2 x 3 x 4 samples at uneven places along z; x is even, y falls.
+std::string vtr(const std::string& z, const std::string& data, const char* kind = "PointData") {
+  const bool cells = std::string(kind) == "CellData";
+  return std::string("<VTKFile type=\"RectilinearGrid\" version=\"0.1\"><RectilinearGrid WholeExtent=\"") +
+         (cells ? "0 2 0 3 0 4" : "0 1 0 2 0 3") + "\"><Piece Extent=\"" +
+         (cells ? "0 2 0 3 0 4" : "0 1 0 2 0 3") + "\"><" + kind +
+         "><DataArray type=\"Float32\" Name=\"d\" format=\"ascii\">" + data + "</DataArray></" + kind +
+         "><Coordinates><DataArray type=\"Float32\" format=\"ascii\">" + (cells ? "3 5 7" : "3 5") +
+         "</DataArray><DataArray type=\"Float64\" format=\"ascii\">" + (cells ? "9 8 6 0" : "9 8 6") +
+         "</DataArray><DataArray type=\"Int32\" format=\"ascii\">" + z +
+         "</DataArray></Coordinates></Piece></RectilinearGrid></VTKFile>";
+}
+
+TEST(VtiReader, TakesRectilinearGridsWithTheirCoordinates) {
+  Scratch s;
+  std::string data;
+  for (int i = 0; i < 24; ++i) data += std::to_string(i) + " ";
+  const auto reader = open_series(inputs({s.file("a.vtr", vtr("0 10 20 50", data))}));
+  const SeriesDescription& d = reader->description();
+  EXPECT_EQ(d.format, "VTK RectilinearGrid");
+  EXPECT_EQ(d.dims, (std::array<uint64_t, 4>{2, 3, 4, 1}));
+  EXPECT_TRUE(d.places[0].coordinates.empty());
+  EXPECT_EQ(d.places[1].coordinates, (std::vector<double>{9, 8, 6}));
+  EXPECT_EQ(d.places[2].coordinates, (std::vector<double>{0, 10, 20, 50}));
+  EXPECT_EQ(d.affine, (Affine{2, 0, 0, 3, 0, -1.5, 0, 9, 0, 0, 50.0 / 3, 0, 0, 0, 0, 1}));
+  EXPECT_EQ(dense(*reader, 0)[23], 23);
+  const auto cells = open_series(inputs({s.file("c.vtr", vtr("0 10 20 50 100", data, "CellData"))}));
+  EXPECT_EQ(cells->description().places[2].coordinates, (std::vector<double>{5, 15, 35, 75}));
+  EXPECT_EQ(cells->description().places[1].coordinates, (std::vector<double>{8.5, 7, 3}));
+  for (const char* z : {"0 10 10 50", "0 10 5 50"})
+    EXPECT_THROW((void)open_series(inputs({s.file("b.vtr", vtr(z, data))})), Error) << z;
+  // Files of a series must agree.
+  const auto series = open_series(
+      inputs({s.file("t0.vtr", vtr("0 10 20 50", data)), s.file("t1.vtr", vtr("0 10 21 50", data))}));
+  EXPECT_THROW((void)series->read(1, 0), Error);
+}
+
 } // namespace
 } // namespace bcc4::test
