@@ -26,7 +26,8 @@ _PIPELINE = vtkStreamingDemandDrivenPipeline
 
 @smproxy.reader(name="Bcc4Reader", label="bccsplat volume", extensions="bcc4", file_description="bccsplat volumes")
 class Bcc4Reader(VTKPythonAlgorithmBase):
-    """One array per channel, at the source's resolution, in the world space of the file."""
+    """One array per channel, at the source's resolution, in the world space of the file. Along axes whose samples are
+    unevenly spaced voxels are even, as many as there are samples."""
 
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
@@ -93,7 +94,7 @@ class Bcc4Reader(VTKPythonAlgorithmBase):
         image.SetSpacing(spacing)
         image.SetDirectionMatrix(direction.ravel().tolist())
         for channel in range(info.channel_count):
-            box = volume.slice(time=time, channel=channel).sample_grid()  # x fastest, as VTK has it
+            box = volume.slice(time=time, channel=channel, space="even").sample_grid()  # x fastest, as VTK has it
             array = numpy_to_vtk(box.ravel())
             array.SetName(volume.channel_info(channel).name.decode())
             image.GetPointData().AddArray(array)

@@ -135,6 +135,26 @@ def late(device, content):
         assert np.array_equal(cut.sample_grid(), same.slice(frame=2.5, interval=(-0.5, 0.5)).sample_grid())
 
 
+def uneven_axes(device, folder):
+    """Depths come back as they were, and the world has them."""
+    depths, path = np.array([0, 10, 20, 30, 50, 100, 200, 500.0]), os.path.join(folder, "depths.bcc4")
+    x, y = np.meshgrid(np.arange(9), np.arange(7))
+    field = np.array([20 * np.exp(-d / 100) + np.sin(.5 * x) * np.cos(.4 * y) for d in depths], np.float32)
+    axes = [(None, "km", False), (None, "km", False), (depths, "m", True)]
+    with Writer(device, path, (9, 7, 8, 1), affine=np.diag([1, 1, -500 / 7, 1]), axes=axes, abs_error=0.01) as writer:
+        writer.add_frame(field, time=0)
+    volume = Volume(device, path)
+    values, unit, down = volume.axis(2)
+    assert values.tolist() == depths.tolist() and unit == "m" and down
+    assert volume.info().spatial_unit == b"" and volume.axis(0)[1] == "km"
+    world = volume.index_to_world([[3, 2, i] for i in range(8)])
+    assert np.abs(world[:, 2] + depths).max() < 1e-9
+    got = volume.evaluate_world(np.c_[world, np.zeros(8)])[0]
+    assert np.abs(got - field[:, 2, 3]).max() < 0.011
+    even = volume.slice(frame=0, space="even").sample_grid()  # at even depths
+    assert abs(even[7, 2, 3] - field[7, 2, 3]) < 0.1 and np.abs(even[1] - field[1]).max() > 5
+
+
 def files(device, folder):
     """Path, stream and memory are the same file; what Python raises comes out of the call that met it."""
     path, progress = os.path.join(folder, "s.bcc4"), []
@@ -184,6 +204,10 @@ def files(device, folder):
     placed = np.c_[inner[:, :3] @ affine[:3, :3].T + affine[:3, 3], [volumes[0].index_to_time(t) for t in inner[:, 3]]]
     assert np.abs(volumes[0].evaluate_world(placed)[0] - volumes[0].evaluate(inner)).max() < 1e-3
     assert np.isnan(volumes[0].evaluate_world(placed - [1e6, 0, 0, 0])[0]).all()
+    assert np.abs(volumes[0].index_to_world(inner[:, :3]) - placed[:, :3]).max() < 1e-9
+    assert np.abs(volumes[0].world_to_index(placed[:, :3]) - inner[:, :3]).max() < 1e-9
+    assert volumes[0].axis(2)[0].size == 0 and volumes[0].axis(2)[1:] == ("", False)
+    uneven_axes(device, folder)
     recorded_evaluate(volumes[0], points, out)
     partly = raises(Error, Status.OUT_OF_DOMAIN, volumes[0].evaluate, [[0, 0, 0, 0], [99, 0, 0, 0]], out=out[:2])
     assert partly.name == "BCCSPLAT_ERROR_OUT_OF_DOMAIN" and np.isnan(out[1]) and not np.isnan(out[0])

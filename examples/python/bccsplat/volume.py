@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import ctypes
 import os
-from ctypes import byref, c_char_p, c_double, c_uint32, c_uint64
+from ctypes import POINTER, byref, c_char_p, c_double, c_uint32, c_uint64, cast
 from typing import TYPE_CHECKING, Any, Sequence, Union
 
 import numpy as np
@@ -271,6 +271,30 @@ class Volume(Child):
              slopes.ctypes.data, byref(c_uint64()))
         return values, slopes
 
+    def axis(self, axis: int) -> tuple[Array, str, bool]:
+        """Coordinates of the samples along an axis of space (none where it is evenly spaced), their unit, and whether they
+        count down."""
+        info = _abi.Axis()
+        call("volume_get_axis", self.pointer, axis, byref(info))
+        if not info.count:
+            return np.empty(0), decode(info.unit), bool(info.flags & _abi.AXIS_DOWN)
+        values = np.ctypeslib.as_array(cast(info.coordinates, POINTER(c_double)), (info.count,)).copy()
+        return values, decode(info.unit), bool(info.flags & _abi.AXIS_DOWN)
+
+    def index_to_world(self, points: Any) -> Array:
+        """Places [..., 3] of index space in the world; along unevenly spaced axes by their coordinates."""
+        return self._mapped("volume_index_to_world", points)
+
+    def world_to_index(self, points: Any) -> Array:
+        """Places [..., 3] of the world in index space."""
+        return self._mapped("volume_world_to_index", points)
+
+    def _mapped(self, function: str, points: Any) -> Array:
+        at = _points(points, 3)
+        out = np.empty(at.shape, np.float64)
+        call(function, self.pointer, at.size // 3, at.ctypes.data, out.ctypes.data)
+        return out
+
     def verify(self, progress: Progress | None = None) -> _abi.VerifyReport:
         """What a check of all bytes found. Where some cannot be read, Error with the report of the others in `report`."""
         report, watch = _abi.VerifyReport(), Watch(progress)
@@ -350,10 +374,11 @@ class Slice(Child):
 
     def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int = 0,
                  kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,
-                 time_length: float = 0.0, box: Any = None, progress: Progress | None = None,
+                 time_length: float = 0.0, box: Any = None, space: str | None = None, progress: Progress | None = None,
                  cancel: CancelToken | None = None, **options: Any) -> None:
-        """box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it. cancel: of making it and
-        of what takes long with it."""
+        """box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it. space: "index" or "even",
+        which pictures of volumes with unevenly spaced axes are made of. cancel: of making it and of what takes long
+        with it."""
         super().__init__(volume.device)
         self.volume = volume
         o, _box = self._options(channel, kernel, interval, spacing, time_length, box, cancel, options)
@@ -365,7 +390,7 @@ class Slice(Child):
         corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
         o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
                               box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
-                              **options)
+                              space=choose("SPACE", space), **options)
         o.interval[:] = [*interval]
         return o, corners
 

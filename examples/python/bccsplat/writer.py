@@ -57,6 +57,8 @@ class Writer(Child):
     partial: PARTIAL_KEEP lets unfinished work stay, PARTIAL_RESUME goes on with it, PARTIAL_APPEND with a finished
     file (all of them of abi); where these do not fit the other arguments it is refused here, WRONG_STATE.
     live: after every so many slabs the file under way, target + ".partial", can be opened as it stands.
+    axes: for x, y and z the coordinates of the samples, rising or falling (None: evenly spaced, as the affine says),
+    their unit, and whether they count down, as depths do.
     part: (first, end) makes one file of several for join_parts: the frames of part_frames() are added. part_times are
     those of the whole series.
     """
@@ -69,7 +71,8 @@ class Writer(Child):
                  overwrite: bool = False, affine: Any = None, spatial_unit: str | None = None,
                  time_unit: str | None = None, scale: float | Sequence[float] = 0.0, time_scale: float = 0.0,
                  kernel: str | None = None, ends: int | str | None = None, part: tuple[int, int] | None = None,
-                 part_times: Sequence[float] = (), part_lead: int = 0, progress: Progress | None = None,
+                 part_times: Sequence[float] = (), part_lead: int = 0,
+                 axes: Sequence[tuple[Any, str | None, bool]] | None = None, progress: Progress | None = None,
                  cancel: CancelToken | None = None, flush: Flush | None = None, **options: Any) -> None:
         super().__init__(device)
         self._watch, self._finished = Watch(progress), False
@@ -87,6 +90,11 @@ class Writer(Child):
         o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
         if affine is not None:
             o.affine[:] = np.asarray(affine, np.float64).reshape(16).tolist()
+        if axes is not None:
+            places = [np.empty(0) if at is None else np.ascontiguousarray(at, np.float64) for at, _, _ in axes]
+            o.axes = (_abi.Axis * 3)(*[
+                _abi.Axis(count=at.size, coordinates=at.ctypes.data if at.size else None, unit=encode(unit),
+                          flags=_abi.AXIS_DOWN if down else 0) for at, (_, unit, down) in zip(places, axes)])
         if part is not None:
             times = np.ascontiguousarray(part_times, np.float64)
             if times.size != o.dims[3]:

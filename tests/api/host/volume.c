@@ -89,6 +89,33 @@ static int32_t cancel_at_once(void* user, double fraction) {
 }
 
 /* As many pairs as there are frames, of what was written. */
+/* An evenly spaced volume has no coordinates, and its affine takes indices to the world. */
+static void axes(const bccsplat_volume* volume) {
+  bccsplat_axis axis = BCCSPLAT_INIT(bccsplat_axis);
+  bccsplat_volume_info info = BCCSPLAT_INIT(bccsplat_volume_info);
+  const double index[3] = {1, 2.5, 3};
+  double world[3] = {0}, back[3] = {0}, expected;
+  int r, c;
+  OK(bccsplat_volume_get_axis(volume, 2, &axis));
+  EXPECT(axis.count == 0 && axis.coordinates == NULL && axis.unit[0] == 0);
+  REFUSED(NOT_FOUND, "axis 3", bccsplat_volume_get_axis(volume, 3, &axis));
+  REFUSED(INVALID_ARGUMENT, "info is NULL", bccsplat_volume_get_axis(volume, 0, NULL));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_axis(NULL, 0, &axis));
+
+  OK(bccsplat_volume_get_info(volume, &info));
+  OK(bccsplat_volume_index_to_world(volume, 1, index, world));
+  for (r = 0; r < 3; ++r) {
+    expected = info.affine[4 * r + 3];
+    for (c = 0; c < 3; ++c) expected += info.affine[4 * r + c] * index[c];
+    EXPECT(fabs(world[r] - expected) < 1e-9);
+  }
+  OK(bccsplat_volume_world_to_index(volume, 1, world, back));
+  for (c = 0; c < 3; ++c) EXPECT(fabs(back[c] - index[c]) < 1e-9);
+  OK(bccsplat_volume_index_to_world(volume, 0, NULL, NULL));
+  REFUSED(INVALID_ARGUMENT, "from is NULL", bccsplat_volume_index_to_world(volume, 1, NULL, world));
+  REFUSED(INVALID_ARGUMENT, "to is NULL", bccsplat_volume_world_to_index(volume, 1, world, NULL));
+}
+
 static void frame_ranges(const bccsplat_volume* volume) {
   double ranges[2 * NT + 2] = {0};
   static float samples[SAMPLES];
@@ -177,6 +204,7 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   REFUSED(INVALID_ARGUMENT, "times is NULL", bccsplat_volume_get_times(volume, NULL, 1, &count));
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_times(NULL, times, 1, &count));
   frame_ranges(volume);
+  axes(volume);
 
   OK(bccsplat_volume_time_to_index(volume, 13, &number));
   EXPECT(number == 1.5);
