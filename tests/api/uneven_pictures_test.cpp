@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <iostream>
+#include <limits>
 
 #include "support.h"
 
@@ -268,6 +269,50 @@ TEST_F(UnevenPictures, WrongSpacesAndMethodsAreRefused) {
   EXPECT_EQ(bccsplat_slice_create(uneven.get(), &plane, &options, &made), BCCSPLAT_ERROR_INVALID_ARGUMENT);
   options.space = BCCSPLAT_SPACE_EVEN, options.method = BCCSPLAT_METHOD_EXTRACTED;
   EXPECT_EQ(bccsplat_slice_create(uneven.get(), &plane, &options, &made), BCCSPLAT_ERROR_UNSUPPORTED);
+}
+
+// What is missing at the source's samples is missing up to half way to the next one, in indices.
+TEST(UnevenMasks, AreExactInEvenPositions) {
+  const Device device = make_device();
+  const Folder folder;
+  const std::vector<double> z = stretched(24, 1.1);
+  Series s{14, 13, static_cast<uint32_t>(z.size()), 5};
+  const auto land = [](double x, double y, double k) { return k > 6 + x / 2 && y < 9; };
+  s.field = [&](double x, double y, double k, double t) {
+    return land(x, y, k)
+               ? std::numeric_limits<double>::quiet_NaN()
+               : 10 + std::sin(0.4 * x + 0.2 * t) * std::cos(0.3 * y) + 0.1 * z[static_cast<size_t>(k)];
+  };
+  auto o = options_of(s);
+  std::array<bccsplat_axis, 3> axes{};
+  for (auto& a : axes) a = sized<bccsplat_axis>();
+  axes[2].count = z.size(), axes[2].coordinates = z.data();
+  o.axes = axes.data(), o.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  o.affine[0] = o.affine[5] = o.affine[15] = 1, o.affine[10] = edge / (z.size() - 1.0);
+  const Writer w = make_writer(device, folder.file("m.bcc4"), o);
+  ASSERT_OK(add_frames(w.get(), s));
+  ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+  const Volume volume = open(device, folder.file("m.bcc4"));
+  const Slice even = cut_evenly(volume, {0, 0, 0, 1, -2.2}), plane = cut_evenly(volume, {1, 0, 0, 0, -5});
+  size_t missing = 0, there = 0;
+  for (double x = 0.13; x < 13; x += 0.77)
+    for (double y = 0.19; y < 12; y += 0.83)
+      for (double k = 0.07; k < 23; k += 0.31) {
+        double world[3] = {x, y, k};
+        ASSERT_OK(bccsplat_volume_index_to_world(volume.get(), 1, world, world));
+        const double uvw[3] = {x, y, world[2] / o.affine[10]};
+        float value = 0;
+        const bool expected = land(std::floor(x + 0.5), std::floor(y + 0.5), std::floor(k + 0.5));
+        const bccsplat_status status = bccsplat_slice_evaluate(even.get(), 1, uvw, &value, nullptr);
+        ASSERT_EQ(status, expected ? BCCSPLAT_ERROR_HOLE : BCCSPLAT_OK) << x << ' ' << y << ' ' << k;
+        (expected ? missing : there) += 1;
+        const double over_time[3] = {y, uvw[2], 2.2}; // y, z and t of the plane x = 5
+        const bool of_plane = land(5, std::floor(y + 0.5), std::floor(k + 0.5));
+        ASSERT_EQ(bccsplat_slice_evaluate(plane.get(), 1, over_time, &value, nullptr),
+                  of_plane ? BCCSPLAT_ERROR_HOLE : BCCSPLAT_OK);
+      }
+  EXPECT_GT(missing, 1000u);
+  EXPECT_GT(there, 1000u);
 }
 
 } // namespace
