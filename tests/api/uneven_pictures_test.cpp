@@ -288,7 +288,7 @@ TEST(UnevenMasks, AreExactInEvenPositions) {
   for (auto& a : axes) a = sized<bccsplat_axis>();
   axes[2].count = z.size(), axes[2].coordinates = z.data();
   o.axes = axes.data(), o.nonfinite = BCCSPLAT_NONFINITE_HOLE;
-  o.affine[0] = o.affine[5] = o.affine[15] = 1, o.affine[10] = edge / (z.size() - 1.0);
+  o.affine[0] = o.affine[5] = o.affine[15] = 1, o.affine[10] = edge / (s.nz - 1.0);
   const Writer w = make_writer(device, folder.file("m.bcc4"), o);
   ASSERT_OK(add_frames(w.get(), s));
   ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));

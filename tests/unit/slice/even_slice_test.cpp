@@ -55,8 +55,8 @@ double likeness(const Slice& slice, const Slice& even, const UnevenAxes& axes) {
   }
   std::vector<float> expected(at_index.size()), got(at_index.size());
   TestContext context;
-  EXPECT_EQ(sample_points(slice, at_index, expected, {}, context).outside, 0u);
-  EXPECT_EQ(sample_points(even, at_even, got, {}, context).outside, 0u);
+  EXPECT_EQ(sample_points(slice, at_index, expected, {}, context.get()).outside, 0u);
+  EXPECT_EQ(sample_points(even, at_even, got, {}, context.get()).outside, 0u);
   double signal = 0, error = 0;
   for (size_t i = 0; i < got.size(); ++i)
     signal += expected[i] * expected[i], error += std::pow(static_cast<double>(got[i]) - expected[i], 2);
@@ -124,12 +124,12 @@ TEST(EvenSlice, ABoxIsThatPartOfIt) {
   for (double s = 0; s <= 1; s += 0.01)
     points.push_back({3 + 17 * s, 5 + 12 * std::fabs(std::sin(9 * s)), 2 + 7 * s * s});
   std::vector<float> a(points.size()), b(points.size());
-  EXPECT_EQ(sample_points(whole, points, a, {}, context).outside, 0u);
-  EXPECT_EQ(sample_points(part, points, b, {}, context).outside, 0u);
+  EXPECT_EQ(sample_points(whole, points, a, {}, context.get()).outside, 0u);
+  EXPECT_EQ(sample_points(part, points, b, {}, context.get()).outside, 0u);
   for (size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 0.01);
   const std::vector<Vec3> beyond{{2.9, 8, 5}, {8, 8, 9.1}};
   std::vector<float> none(beyond.size());
-  EXPECT_EQ(sample_points(part, beyond, none, {}, context).outside, beyond.size());
+  EXPECT_EQ(sample_points(part, beyond, none, {}, context.get()).outside, beyond.size());
 }
 
 TEST(EvenSlice, PicturesAreThoseOfTheField) {
@@ -218,7 +218,7 @@ TEST(EvenSlice, AnyHyperplaneIsThatOfEvenPositions) {
         for (size_t a = 0; a < 4; ++a) even[a] += uvw[k] * slice.basis[k][a];
       EXPECT_NEAR(height(h, even), 0, 1e-9);
       float value = 0;
-      sample_points(slice, std::span(&uvw, 1), std::span(&value, 1), {}, context);
+      sample_points(slice, std::span(&uvw, 1), std::span(&value, 1), {}, context.get());
       if (std::isnan(value)) continue;
       const Vec3 index = axes->index_of({even[0], even[1], even[2]});
       bool inner = true; // where mirrors at the ends of this bare lattice are out of reach
