@@ -27,7 +27,7 @@ UnevenAxes::UnevenAxes(const std::array<std::vector<double>, 3>& coordinates) {
   for (size_t a = 0; a < 3; ++a) {
     if (coordinates[a].empty()) continue;
     const std::vector<double> even = even_positions(coordinates[a]);
-    Axis& axis = axes_[a].emplace();
+    UnevenAxis& axis = axes_[a].emplace();
     axis.even = TimeAxis(even);
     axis.end = static_cast<double>(even.size()) - 1;
     for (size_t i = 0; i + 1 < even.size(); ++i) {

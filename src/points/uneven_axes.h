@@ -18,6 +18,14 @@ namespace bccsplat {
 // Returns where samples of these coordinates stand, from 0 to their number less 1.
 [[nodiscard]] std::vector<double> even_positions(std::span<const double> coordinates);
 
+// One of them.
+struct UnevenAxis {
+  TimeAxis even;              // even positions by indices
+  double end = 0;             // of indices and of even positions
+  double closest = 1;         // least slope
+  std::vector<double> halves; // even positions of the indices i + 1/2
+};
+
 class UnevenAxes {
  public:
   UnevenAxes() = default;
@@ -41,13 +49,7 @@ class UnevenAxes {
   [[nodiscard]] double closest(size_t axis) const;
 
  private:
-  struct Axis {
-    TimeAxis even;
-    double end = 0;             // of indices and of even positions
-    double closest = 1;         // least slope
-    std::vector<double> halves; // even positions of the indices i + 1/2
-  };
-  std::array<std::optional<Axis>, 3> axes_;
+  std::array<std::optional<UnevenAxis>, 3> axes_;
 };
 
 } // namespace bccsplat
