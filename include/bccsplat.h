@@ -1317,10 +1317,10 @@ enum {
  *   EVEN   even positions: hyperplane, box, slice space, origin, basis and extent are of these,
  *          which the affine takes to the world; pictures are made of such slices. They are
  *          resampled from the volume's field with its corrections, between the closest samples of
- *          an axis finely enough to keep what these tell, up to 32 planes for one of an even axis:
- *          the log warns where that is too few. Masks are exact. Merged slices are resampled once
- *          more, others point by point, which reads all of the volume. UNSUPPORTED: EXTRACTED, a
- *          thickness across uneven axes. */
+ *          an axis finely enough to keep what these tell, up to 32 planes for one of an even axis
+ *          and as far as half of the memory budget allows: the log warns where that is too few.
+ *          Masks are exact. Merged slices are resampled once more, others point by point, which
+ *          reads all of the volume. UNSUPPORTED: EXTRACTED, a thickness across uneven axes. */
 typedef int32_t bccsplat_space;
 enum { BCCSPLAT_SPACE_DEFAULT = 0, BCCSPLAT_SPACE_INDEX = 1, BCCSPLAT_SPACE_EVEN = 2 };
 

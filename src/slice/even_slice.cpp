@@ -58,13 +58,12 @@ std::array<SliceAxis, 3> slice_axes(const Slice& slice, const UnevenAxes& axes) 
 }
 
 // Makes the lattice of one axis, and its place in slice space.
-void lay_out(const Slice& from, const SliceAxis& axis, size_t k, const UnevenAxes& axes, Lattice4& lattice,
-             Slice& to) {
+void lay_out_axis(const Slice& from, const SliceAxis& axis, size_t k, const UnevenAxes& axes, double most,
+                  Lattice4& lattice, Slice& to) {
   lattice.space.last[k] = from.lattice.last[k];
   if (axis.uneven) {
     const double unit = from.lattice_to_slice.linear[k][k], plane = from.lattice.plane_distance();
-    const double wanted = planes_per_sample / axes.closest(axis.axis),
-                 refined = std::min(wanted, most_refined);
+    const double wanted = wanted_refinement(axes, axis.axis), refined = std::min(wanted, most);
     to.lacking = std::max(to.lacking, wanted / refined);
     const double size = axis.end - axis.begin, distance = unit * plane / refined;
     const int32_t inside = std::max(1, static_cast<int32_t>(std::ceil(size / distance - plane_rounding)));
@@ -77,6 +76,27 @@ void lay_out(const Slice& from, const SliceAxis& axis, size_t k, const UnevenAxe
     to.lattice_to_slice.offset[k] = axis.begin - step * to.domain_begin[k];
   }
   lattice.dims[k] = static_cast<uint32_t>(lattice.space.last[k]) + 1; // only 1 or more matters here
+}
+
+// Returns how many sites a slice may have, that pictures of it find room as well.
+double most_sites(const MemoryBudget& memory) {
+  constexpr double bytes_per_site = 64, sites = 1 << 26;
+  return std::min(sites, static_cast<double>(memory.limit()) / 2 / bytes_per_site);
+}
+
+// Makes a lattice that is as fine as is wanted, or as `sites` allow, and its place in slice space.
+Lattice4 lay_out(const Slice& from, const std::array<SliceAxis, 3>& along, const UnevenAxes& axes,
+                 double sites, Slice& to) {
+  Lattice4 lattice;
+  lattice.kind = from.lattice.bcc ? LatticeKind::bcc : LatticeKind::cc;
+  lattice.time_step = 0, lattice.last_layer = from.lattice.cosets() - 1;
+  for (double most = most_refined;; most /= 2) {
+    to = from;
+    lattice.space = from.lattice;
+    for (size_t k = 0; k < 3; ++k) lay_out_axis(from, along[k], k, axes, most, lattice, to);
+    to.lattice = lattice.space;
+    if (static_cast<double>(to.sites()) <= sites || most <= 1) return lattice;
+  }
 }
 
 // Goes from the lattice of the even slice to that of the slice.
@@ -166,13 +186,8 @@ double wanted_refinement(const UnevenAxes& axes, size_t axis) {
 Slice even_slice(const Slice& slice, const std::shared_ptr<const UnevenAxes>& axes, const Context& context) {
   if (slice.empty()) return slice;
   const std::array<SliceAxis, 3> along = slice_axes(slice, *axes);
-  Slice to = slice;
-  Lattice4 lattice;
-  lattice.kind = slice.lattice.bcc ? LatticeKind::bcc : LatticeKind::cc;
-  lattice.space = slice.lattice;
-  lattice.time_step = 0, lattice.last_layer = slice.lattice.cosets() - 1;
-  for (size_t k = 0; k < 3; ++k) lay_out(slice, along[k], k, *axes, lattice, to);
-  to.lattice = lattice.space;
+  Slice to;
+  const Lattice4 lattice = lay_out(slice, along, *axes, most_sites(context.memory), to);
   const Slice field = bare_field(slice);
   const EvenWay way(slice, to, along, *axes);
   std::vector<BrickLayer> layers;

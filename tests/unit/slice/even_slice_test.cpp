@@ -98,6 +98,18 @@ TEST(EvenSlice, TellsWhatItLacks) {
   EXPECT_EQ(even.lattice.last[0], slice.lattice.last[0]);
 }
 
+TEST(EvenSlice, IsCoarserWhereMemoryIsShort) {
+  const auto axes = stretched();
+  TestContext context;
+  const Slice slice = slice_of([](const Vec3& p) { return 1 + p[0]; }, dims_of());
+  const Slice fine = even_slice(slice, axes, context.get());
+  const Context whole = context.get();
+  MemoryBudget budget(static_cast<uint64_t>(fine.sites()) * 64); // half of it is for half of the sites
+  const Slice coarse = even_slice(slice, axes, Context{whole.tasks, budget, whole.progress});
+  EXPECT_LT(coarse.sites(), fine.sites() / 2 + 1);
+  EXPECT_GT(coarse.lacking, 1);
+}
+
 TEST(EvenSlice, KeepsTheDomainAndTheWorld) {
   const auto axes = stretched();
   TestContext context;
