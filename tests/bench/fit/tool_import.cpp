@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "base/text.h"
 
 namespace bccsplat::bench {
@@ -75,6 +76,24 @@ double ToolImport::seconds(const std::string& options) const {
   const double before = spent();
   if (std::system(command.c_str()) != 0) fail(Code::io_error, "cannot run ", command);
   return spent() - before;
+}
+
+double ToolImport::export_seconds(std::vector<std::byte>& frames) const {
+  const auto spent = [] {
+    rusage usage{};
+    getrusage(RUSAGE_CHILDREN, &usage);
+    return static_cast<double>(usage.ru_utime.tv_sec) + 1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
+  };
+  const std::string raw = folder_ + "/back.raw",
+                    command = concat("'", tool, "' export '", file(),
+                                     "' --all --threads 1 --quiet --overwrite -o '", raw, "'");
+  const double before = spent();
+  if (std::system(command.c_str()) != 0) fail(Code::io_error, "cannot run ", command);
+  const double seconds = spent() - before;
+  const auto source = open_file_source(raw);
+  frames.resize(source->size());
+  source->read_at(0, frames);
+  return seconds;
 }
 
 } // namespace bccsplat::bench

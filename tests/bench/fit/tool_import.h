@@ -2,7 +2,9 @@
 // What `bcc4 import` makes of a source, as somebody who has it as raw samples runs it.
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 #include "tests/bench/fit/fit_source.h"
 
@@ -24,6 +26,9 @@ class ToolImport {
   // The same without a report, and what is measured as the options say: CPU seconds of the tool, on one
   // thread.
   [[nodiscard]] double seconds(const std::string& options) const;
+  // Reads every frame of the file back, packed as the source is; CPU seconds of the tool on one thread, the
+  // system's not among them.
+  [[nodiscard]] double export_seconds(std::vector<std::byte>& frames) const;
   [[nodiscard]] std::string file() const { return folder_ + "/out.bcc4"; }
 
  private:
