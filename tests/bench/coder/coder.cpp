@@ -163,7 +163,8 @@ std::string kib_of(double bytes) { return number(bytes / kibibyte, 1); }
 void add_psnr(const FitSource& source, double goal, const Stored& trial, const Stored& today,
               Tables& tables) {
   const auto zfp = zfp_bytes(source, goal);
-  const double best = std::min(today.bytes, zfp.value_or(today.bytes)), ratio = trial.bytes / best;
+  const double best = today.bytes > 0 ? std::min(today.bytes, zfp.value_or(today.bytes)) : zfp.value_or(NAN),
+               ratio = trial.bytes / best;
   tables.ratios += ratio, ++tables.count;
   tables.bytes.push_back({word("series", source.name), figure("asked dB", goal, 0),
                           figure("trial dB", trial.psnr, 2), word("trial KiB", kib_of(trial.bytes)),
