@@ -187,4 +187,71 @@ std::optional<double> seconds_in(std::string_view unit) {
   return std::nullopt;
 }
 
+namespace {
+
+constexpr double kDay = 86400;
+constexpr int kMonths = 12;
+
+// Returns the date of a day number: the year by its length, then the month, then the day.
+std::optional<Date> date_of_day(int64_t number, Calendar calendar) {
+  constexpr double days_of_year = 365.25, days_of_360 = 360;
+  const auto first = day_number({0, 1, 1, 0}, calendar);
+  if (!first || number < *first) return std::nullopt;
+  const double length = calendar == Calendar::days_360 ? days_of_360 : days_of_year;
+  Date date{static_cast<int>(static_cast<double>(number - *first) / length), 1, 1, 0};
+  const auto begins = [&](int year, int month) {
+    return day_number({year, month, 1, 0}, calendar).value_or(number + 1);
+  };
+  while (date.year > 0 && begins(date.year, 1) > number) --date.year;
+  while (date.year < kMostYear && begins(date.year + 1, 1) <= number) ++date.year;
+  while (date.month < kMonths && begins(date.year, date.month + 1) <= number) ++date.month;
+  for (int day = 1; day <= month_days(date.year, date.month, calendar); ++day) {
+    date.day = day; // days are missing where Julian becomes Gregorian
+    if (day_number(date, calendar) == number) return date;
+  }
+  return std::nullopt;
+}
+
+std::optional<Date> after_seconds(const Date& from, double seconds, Calendar calendar) {
+  const auto day = day_number(from, calendar);
+  constexpr double rounding = 1e-4; // of a second, which sums of steps are off by
+  const double all = from.seconds + seconds, days = std::floor((all + rounding) / kDay);
+  if (!day || !(std::abs(days) < kMostYear * 400.0)) return std::nullopt;
+  auto date = date_of_day(*day + static_cast<int64_t>(days), calendar);
+  if (date) date->seconds = std::max(0.0, all - days * kDay);
+  return date;
+}
+
+std::optional<Date> after_months(const Date& from, double months, Calendar calendar) {
+  const double whole = std::floor(months);
+  if (!(std::abs(whole) < 12.0 * kMostYear)) return std::nullopt;
+  const int64_t sum = int64_t{kMonths} * from.year + from.month - 1 + static_cast<int64_t>(whole);
+  if (sum < 0) return std::nullopt;
+  Date date{static_cast<int>(sum / kMonths), static_cast<int>(sum % kMonths) + 1, from.day, from.seconds};
+  const int days = month_days(date.year, date.month, calendar);
+  date.day = std::min(date.day, days);
+  return after_seconds(date, (months - whole) * days * kDay, calendar);
+}
+
+} // namespace
+
+std::optional<Date> date_after(const Date& from, double count, std::string_view unit, Calendar calendar) {
+  const std::string name = lower(trim(unit));
+  if (name == "month" || name == "months") return after_months(from, count, calendar);
+  if (name == "year" || name == "years") return after_months(from, kMonths * count, calendar);
+  const auto seconds = seconds_in(name);
+  return seconds ? after_seconds(from, count * *seconds, calendar) : std::nullopt;
+}
+
+std::string date_text(const Date& date) {
+  constexpr double hour = 3600, minute = 60, thousand = 1000;
+  const double rounded = std::round(date.seconds * thousand) / thousand;
+  const auto two = [](double n) { return concat(n < 10 ? "0" : "", std::floor(n)); };
+  const double seconds = std::round(std::fmod(rounded, minute) * thousand) / thousand;
+  std::string text =
+      concat(day_text(date), ' ', two(rounded / hour), ':', two(std::fmod(rounded, hour) / minute));
+  if (seconds != 0) text += concat(':', seconds < 10 ? "0" : "", seconds);
+  return text;
+}
+
 } // namespace bcc4

@@ -36,4 +36,11 @@ struct Date {
 // length.
 [[nodiscard]] std::optional<double> seconds_in(std::string_view unit);
 
+// Returns the date so many of the unit after another one. A month is one of the calendar, and a part of it
+// that part of its days; a year is twelve. Nothing for units and dates that are not known.
+[[nodiscard]] std::optional<Date> date_after(const Date& from, double count, std::string_view unit,
+                                             Calendar calendar);
+// Returns text such as "2000-03-01 12:00" or "2000-03-01 12:00:07.5".
+[[nodiscard]] std::string date_text(const Date& date);
+
 } // namespace bcc4

@@ -133,6 +133,15 @@ FileTime file_time(const NrrdHeader& h) {
   return {parse_number<double>(key("time")), key("time unit")};
 }
 
+// The date of time 0 and its calendar, which are no fields of the format: what bcc4 writes.
+void keep_dates(SeriesDescription& d, const NrrdHeader& h) {
+  constexpr std::pair<const char*, const char*> kept[] = {{"time epoch", "time_epoch"},
+                                                          {"time calendar", "time_calendar"}};
+  for (const auto& [key, attribute] : kept)
+    if (const auto found = h.keys.find(key); found != h.keys.end() && !trim(found->second).empty())
+      d.attributes.emplace_back(attribute, utf8_of(trim(found->second)));
+}
+
 struct OneNrrd {
   NrrdHeader header{};
   Roles roles{};
@@ -212,6 +221,7 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
   }
 
   d.format = "NRRD";
+  keep_dates(d, h);
   d.axes = layout_text(layout) + (first.roles.why.empty() ? "" : "; " + first.roles.why);
   if (file_per_frame) {
     frames = sequence.files.size();

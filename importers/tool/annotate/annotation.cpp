@@ -13,6 +13,7 @@
 #include "tool/annotate/font.h"
 #include "tool/annotate/scale_bar.h"
 #include "tool/annotate/ticks.h"
+#include "tool/view/dates.h"
 #include "tool/view/picture_output.h"
 
 namespace bcc4 {
@@ -39,6 +40,13 @@ std::string plane_text(const Cut& where) {
   return "plane " + numbers;
 }
 
+// A date where the file tells one, else the time in its unit.
+std::string moment_text(const bccsplat_volume_info& v, const Dates& dates, double time,
+                        const std::string& text) {
+  if (const std::string date = dates.of(time); !date.empty()) return date;
+  return v.dims[3] > 1 ? with_unit("t = " + text, v.time_unit) : "";
+}
+
 std::vector<std::string> moments_of(const Volume& volume, const std::vector<Picture>& pictures) {
   const bccsplat_volume_info v = volume_info(volume);
   std::vector<double> times;
@@ -46,12 +54,13 @@ std::vector<std::string> moments_of(const Volume& volume, const std::vector<Pict
     if (p.where.is_time_slice) times.push_back(p.where.time);
   const std::vector<std::string> texts = tick_texts(times);
   std::vector<std::string> out;
+  const Dates dates(volume);
   size_t next = 0;
   for (const Picture& p : pictures) {
     if (!p.where.is_time_slice)
       out.push_back(plane_text(p.where));
     else
-      out.push_back(v.dims[3] > 1 ? with_unit("t = " + texts[next], v.time_unit) : ""), ++next;
+      out.push_back(moment_text(v, dates, p.where.time, texts[next])), ++next;
   }
   return out;
 }

@@ -11,6 +11,7 @@
 #include "tool/commands/commands.h"
 #include "tool/handles.h"
 #include "tool/json.h"
+#include "tool/view/dates.h"
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {
@@ -95,6 +96,10 @@ Json info_json(const Volume& volume, const InfoArguments& a) {
   j["times"] = {{"count", v.dims[3]},  {"first", v.time_first},          {"last", v.time_last},
                 {"unit", v.time_unit}, {"uniform", v.time_uniform != 0}, {"periodic", v.time_periodic != 0},
                 {"end", v.time_end}};
+  if (const Dates dates(volume); !dates.of(v.time_first).empty())
+    j["times"]["dates"] = {{"first", dates.of(v.time_first)},
+                           {"last", dates.of(v.time_last)},
+                           {"calendar", dates.calendar().empty() ? "standard" : dates.calendar()}};
   if (v.frames_expected > 0) j["unfinished"] = {{"frames", v.dims[3]}, {"expected", v.frames_expected}};
   if (v.part_end > 0) j["part"] = {{"first", v.part_first}, {"last", v.part_end - 1}};
   j["affine"] = matrix_json(v.affine);
@@ -209,9 +214,10 @@ void print_frames(const Volume& volume, uint32_t channel) {
   if (ranges.empty()) line("frames", "the file does not tell their ranges");
   std::vector<double> times(ranges.size());
   check(bccsplat_volume_get_times(volume.get(), times.data(), times.size(), nullptr), "");
+  const Dates dates(volume);
   for (size_t f = 0; f < ranges.size(); ++f)
-    line(f == 0 ? "frames" : "", f, " at ", short_number(times[f], 6), ": ", short_number(ranges[f][0], 6),
-         " to ", short_number(ranges[f][1], 6));
+    line(f == 0 ? "frames" : "", f, " at ", short_number(times[f], 6), dates.known() ? ", " : "",
+         dates.of(times[f]), ": ", short_number(ranges[f][0], 6), " to ", short_number(ranges[f][1], 6));
 }
 
 // Prints where the samples of unevenly spaced axes stand.
@@ -245,6 +251,10 @@ void print_info(const Volume& volume, const InfoArguments& a) {
        v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven",
        v.time_periodic ? concat(", periodic: ", time_text(v.time_end), unit, " is the first frame again")
                        : "");
+  const Dates dates(volume);
+  if (const std::string first = dates.of(v.time_first); !first.empty())
+    line("dates", first, " to ", dates.of(v.time_last), dates.calendar().empty() ? "" : ", calendar ",
+         dates.calendar());
   if (v.frames_expected > 0)
     line("unfinished", v.dims[3], " of ", v.frames_expected, " frames can be looked at");
   if (v.part_end > 0)

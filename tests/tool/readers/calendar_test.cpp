@@ -41,5 +41,34 @@ TEST(Calendar, ReadsDatesThatAreNumbers) {
   EXPECT_FALSE(date_of_number(20001301));
 }
 
+std::string after(const char* epoch, double count, const char* unit, Calendar calendar) {
+  const auto date = date_after(parse_date(epoch).value(), count, unit, calendar);
+  return date ? date_text(*date) : "";
+}
+
+TEST(Calendar, FindsTheDateAfterSomeTime) {
+  EXPECT_EQ(after("2000-02-27", 2.5, "days", Calendar::noleap), "2000-03-01 12:00");
+  EXPECT_EQ(after("2000-02-27", 2.5, "days", Calendar::standard), "2000-02-29 12:00");
+  EXPECT_EQ(after("2000-02-27", 3, "days", Calendar::days_360), "2000-02-30 00:00");
+  EXPECT_EQ(after("1582-10-04", 1, "day", Calendar::standard), "1582-10-15 00:00");
+  EXPECT_EQ(after("2000-03-01", -1, "d", Calendar::julian), "2000-02-29 00:00");
+  EXPECT_EQ(after("1960-01-01", 13.5, "months", Calendar::days_360), "1961-02-16 00:00");
+  EXPECT_EQ(after("1960-01-31", 1, "months", Calendar::standard), "1960-02-29 00:00");
+  EXPECT_EQ(after("2000-01-01 06:00", 1.5, "years", Calendar::noleap), "2001-07-01 06:00");
+  EXPECT_EQ(after("2000-01-01", 7.5, "s", Calendar::standard), "2000-01-01 00:00:07.5");
+  EXPECT_EQ(after("2000-01-01", 86399.99999, "s", Calendar::standard), "2000-01-02 00:00");
+  EXPECT_EQ(after("2000-01-01", 1, "furlongs", Calendar::standard), "");
+}
+
+TEST(Calendar, ComesBackFromEveryDay) {
+  for (const Calendar calendar : {Calendar::standard, Calendar::gregorian, Calendar::julian, Calendar::noleap,
+                                  Calendar::all_leap, Calendar::days_360})
+    for (int days = 0; days < 1600; ++days) {
+      const Date from = parse_date("1580-12-28").value();
+      const Date date = date_after(from, days, "days", calendar).value();
+      ASSERT_EQ(seconds_between(from, date, calendar), 86400.0 * days) << day_text(date);
+    }
+}
+
 } // namespace
 } // namespace bcc4::test
