@@ -32,20 +32,6 @@ NiftiHeader parse_nifti_header(const std::string& bytes, const std::string& path
   fail_input(path, ": the NIfTI header is cut off");
 }
 
-Type nifti_type(const NiftiHeader& header, const std::string& path) {
-  static constexpr std::pair<int, Type> codes[] = {
-      {2, Type::u8},   {4, Type::i16},   {8, Type::i32},   {16, Type::f32},   {64, Type::f64},
-      {256, Type::i8}, {512, Type::u16}, {768, Type::u32}, {1024, Type::i64}, {1280, Type::u64}};
-  const int code = header.at<int16_t>(header.fields().datatype);
-  for (const auto& [number, type] : codes)
-    if (number == code) return type;
-  const char* const parts = code == 32 || code == 1792 || code == 2048 ? "complex numbers: real, imaginary"
-                            : code == 128 || code == 2304              ? "colours: red, green, blue"
-                                                                       : "";
-  fail_input(path, ": NIfTI data type ", code, " cannot be read; integers and floats up to 64 bits can",
-             *parts ? concat(" (it holds ", parts, "; write each part to a file of its own)") : "");
-}
-
 bool is_nifti(std::string_view start) {
   if (start.size() < 348) return false;
   for (const bool swap : {false, true}) {

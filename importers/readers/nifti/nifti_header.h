@@ -16,13 +16,13 @@ namespace bcc4 {
 // Byte offsets of the fields in the two versions.
 struct NiftiFields {
   size_t header, dim, datatype, pixdim, vox_offset, slope, inter, units, toffset, qform, sform, quatern,
-      qoffset, srow;
+      qoffset, srow, text, intent_name;
   bool wide; // NIfTI-2: dims are i64, floats f64, codes i32
 };
-inline constexpr NiftiFields kNifti1{348, 40,  70,  76,  108, 112, 116,  123,
-                                     136, 252, 254, 256, 268, 280, false};
-inline constexpr NiftiFields kNifti2{540, 16,  12,  104, 168, 176, 184, 500,
-                                     216, 344, 348, 352, 376, 400, true};
+inline constexpr NiftiFields kNifti1{348, 40,  70,  76,  108, 112, 116, 123,  136,
+                                     252, 254, 256, 268, 280, 148, 328, false};
+inline constexpr NiftiFields kNifti2{540, 16,  12,  104, 168, 176, 184, 500, 216,
+                                     344, 348, 352, 376, 400, 240, 508, true};
 
 class NiftiHeader {
  public:
@@ -53,6 +53,11 @@ class NiftiHeader {
   [[nodiscard]] int units() const {
     return f_.wide ? at<int32_t>(f_.units) : static_cast<int>(at<uint8_t>(f_.units));
   }
+  // Returns a text of at most `most` bytes, which ends before.
+  [[nodiscard]] std::string text(size_t offset, size_t most) const {
+    const std::string_view field = std::string_view(bytes_).substr(offset, most);
+    return std::string(trim(field.substr(0, field.find('\0'))));
+  }
   [[nodiscard]] double vox_offset() const {
     return f_.wide ? static_cast<double>(at<int64_t>(f_.vox_offset)) : real(f_.vox_offset);
   }
@@ -65,7 +70,5 @@ class NiftiHeader {
 
 // Throws for a header that is cut off.
 [[nodiscard]] NiftiHeader parse_nifti_header(const std::string& bytes, const std::string& path);
-// Throws for values that are no scalars.
-[[nodiscard]] Type nifti_type(const NiftiHeader& header, const std::string& path);
 
 } // namespace bcc4

@@ -2,16 +2,21 @@
 // Opens NIfTI files as one dense array behind their headers.
 #include "readers/nifti/nifti_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
+#include "readers/components.h"
 #include "readers/decoders.h"
 #include "readers/dense_reader.h"
 #include "readers/error.h"
+#include "readers/file_times.h"
 #include "readers/frame_plan.h"
 #include "readers/nifti/nifti_header.h"
 #include "readers/nifti/nifti_place.h"
+#include "readers/nifti/nifti_values.h"
 #include "readers/same_place.h"
+#include "readers/utf8.h"
 
 namespace bcc4 {
 namespace {
@@ -51,21 +56,29 @@ std::string image_of(const std::string& header) {
              " is missing: put it beside the header");
 }
 
-DenseLayout layout_of(const NiftiHeader& h, const std::string& path) {
+constexpr size_t kValueAxis = 4; // dim[5]
+
+// Returns the axes in the order of the file: the parts of a voxel are its fastest, values of dim[5] its
+// slowest.
+DenseLayout layout_of(const NiftiHeader& h, const NiftiValues& values, const std::string& path) {
   static constexpr AxisRole roles[] = {AxisRole::x, AxisRole::y, AxisRole::z, AxisRole::t};
   const int64_t axes = h.dim(0);
   if (axes < 1 || axes > 7) fail_input(path, ": dim[0] is ", axes, ", not 1 to 7");
   DenseLayout layout;
-  layout.type = nifti_type(h, path);
+  layout.type = values.type;
   layout.swap = h.swapped();
   for (size_t a = 0; a < 7; ++a) {
     const int64_t n = a < static_cast<size_t>(axes) ? h.dim(a + 1) : 1;
     if (n < 1) fail_input(path, ": dim[", a + 1, "] is ", n);
-    if (a >= 4 && n > 1)
-      fail_input(path, ": ", n, " values per voxel (dim[", a + 1,
-                 "]); scalars can be read: write each to a file of its own");
-    if (a < 4) layout.axes.push_back({roles[a], static_cast<uint64_t>(n)});
+    if (n > 1 && (a > kValueAxis || (a == kValueAxis && values.parts > 1)))
+      fail_input(path, ": ", n, " values per voxel (dim[", a + 1, "]) ",
+                 a > kValueAxis ? "beside those of dim[5]" : "of several parts each",
+                 ": write each to a file of its own");
+    if (a < kValueAxis) layout.axes.push_back({roles[a], static_cast<uint64_t>(n)});
+    if (a == kValueAxis && n > 1) layout.axes.push_back({AxisRole::component, static_cast<uint64_t>(n)});
   }
+  if (values.parts > 1) layout.axes.insert(layout.axes.begin(), {AxisRole::component, values.parts});
+  if (values.colour()) return layout; // slopes are not for colours
   const double slope = h.real(h.fields().slope), inter = h.real(h.fields().inter);
   if (slope != 0 && std::isfinite(slope) && std::isfinite(inter)) {
     layout.slope = slope;
@@ -76,14 +89,16 @@ DenseLayout layout_of(const NiftiHeader& h, const std::string& path) {
 
 struct OneNifti {
   NiftiHeader header;
+  NiftiValues values;
   DenseLayout layout;
   Segment segment;
 };
 
 OneNifti open_header(const std::string& path) {
   const FileStart start = read_start(path, kNifti2.header);
-  OneNifti n{parse_nifti_header(start.bytes, path), {}, {}};
-  n.layout = layout_of(n.header, path);
+  OneNifti n{parse_nifti_header(start.bytes, path), {}, {}, {}};
+  n.values = nifti_values(n.header, path);
+  n.layout = layout_of(n.header, n.values, path);
   const bool pair = n.header.at<char>(n.header.fields().wide ? 5 : 345) == 'i';
   n.segment.path = pair ? image_of(path) : path;
   n.segment.bytes = layout_bytes(n.layout, path);
@@ -108,7 +123,7 @@ void require_like(const SeriesDescription& d, const DenseLayout& first, const On
   const std::string& of_first = d.files.front().path;
   const DenseLayout& l = next.layout;
   if (l.type != first.type || l.swap != first.swap || samples_of(l) != samples_of(first) ||
-      l.size_of(AxisRole::t) != 1)
+      l.size_of(AxisRole::component) != first.size_of(AxisRole::component) || l.size_of(AxisRole::t) != 1)
     fail_input(path, ": its sizes or type differ from those of ", of_first,
                ": convert the files to one kind");
   if (l.slope != first.slope || l.intercept != first.intercept)
@@ -120,13 +135,51 @@ void require_like(const SeriesDescription& d, const DenseLayout& first, const On
   require_same_place(d, place, samples_of(first), options, path);
 }
 
+// The name of the values and their unit, where the file tells them (the unit as bcc4 writes it).
+void describe_values(Channel& channel, const NiftiHeader& h) {
+  constexpr size_t name_bytes = 16, text_bytes = 80;
+  constexpr std::string_view unit = "bcc4; values in ";
+  if (const std::string name = h.text(h.fields().intent_name, name_bytes); !name.empty())
+    channel.name = utf8_of(name);
+  if (const std::string text = h.text(h.fields().text, text_bytes); text.starts_with(unit))
+    channel.unit = utf8_of(text.substr(unit.size()));
+}
+
+FileTime file_time(const NiftiHeader& h) {
+  constexpr int seconds = 8, milliseconds = 16, microseconds = 24, time_bits = 0x38;
+  const int unit = h.units() & time_bits;
+  return {h.decimal(h.fields().toffset), unit == seconds        ? "s"
+                                         : unit == milliseconds ? "ms"
+                                         : unit == microseconds ? "us"
+                                                                : ""};
+}
+
+// Takes the times of files of one frame each. Files that do not tell theirs all have 0 there.
+void take_times(SeriesDescription& d, const std::vector<FileTime>& times) {
+  const auto told = [](const FileTime& t) { return t.time.value_or(0) != 0; };
+  if (std::any_of(times.begin(), times.end(), told)) take_file_times(d, times, "toffset");
+}
+
+// Reads the channels that the values of a voxel are, one frame after the other.
+std::unique_ptr<FrameReader> open_values(SeriesDescription d, std::vector<Segment> segments,
+                                         const OneNifti& first, DenseLayout layout,
+                                         const ReaderOptions& options, const std::string& path) {
+  Channel kind;
+  layout.describe(kind, d);
+  DenseSeries series(std::move(segments), layout, memory_limit(options));
+  if (first.values.complex()) return open_complex(std::move(d), std::move(series), options, path, kind);
+  const uint64_t count = layout.size_of(AxisRole::component);
+  if (count == 1) describe_values(kind, first.header);
+  std::vector<uint64_t> wanted = add_channels(d, options, path, count, kind, first.values.names);
+  return std::make_unique<DenseReader>(std::move(d), std::move(series), std::move(wanted));
+}
+
 } // namespace
 
 std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOptions& options) {
   const std::string& path = sequence.files.front().path;
   refuse_raw_options(options, path, "NIfTI", false);
   refuse_grid_option(options, path, "NIfTI");
-  refuse_channel_option(options, path, "NIfTI");
   const bool file_per_frame = sequence.files.size() > 1;
 
   SeriesDescription d;
@@ -145,9 +198,11 @@ std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOp
   set_affine(d, first.header, path, options);
   check_frame_count(frames, path);
   if (!file_per_frame) set_times(d, first.header, frames, path, options);
+  std::vector<FileTime> times{file_time(first.header)};
   for (size_t i = 1; i < sequence.files.size(); ++i) {
     const std::string& name = sequence.files[i].path;
     const OneNifti next = open_header(name);
+    times.push_back(file_time(next.header));
     require_like(d, layout, next, options, name);
     add_file(name, next);
   }
@@ -160,11 +215,11 @@ std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOp
   const auto samples = samples_of(layout);
   d.dims = {samples[0], samples[1], samples[2], frames};
   d.axes = layout_text(layout);
-  layout.describe(d.channels.emplace_back(), d);
+  if (times.size() == frames && d.times.values.empty()) take_times(d, times);
   FramePlan plan = plan_frames(sequence, frames, options);
-  DenseSeries series(std::move(segments), layout, memory_limit(options));
-  return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series)), std::move(plan),
-                        options);
+  return planned_series(
+      open_values(std::move(d), std::move(segments), first, std::move(layout), options, path),
+      std::move(plan), options);
 }
 
 } // namespace bcc4
