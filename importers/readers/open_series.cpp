@@ -15,6 +15,7 @@
 #include "readers/nrrd/nrrd_reader.h"
 #include "readers/raw/raw_reader.h"
 #include "readers/sequence.h"
+#include "readers/unpacked.h"
 #include "readers/vti/vti_reader.h"
 #if BCCSPLAT_WITH_NETCDF
 #include <netcdf_meta.h>
@@ -136,7 +137,8 @@ std::unique_ptr<FrameReader> open_series(const ReaderOptions& options) {
     if (!format.begins || !format.begins(start)) continue;
     if (!format.open) fail_input(path, ": ", format.absent);
     if (gzip && !format.reads_gzip)
-      fail_input(path, ": a ", format.name, " file packed with gzip: unpack it first (gunzip --keep)");
+      return open_unpacked(sequence,
+                           [&](const Sequence& unpacked) { return format.open(unpacked, options); });
     return format.open(sequence, options);
   }
   check_raw(path, start);
