@@ -20,6 +20,7 @@ constexpr uint64_t kProbes = 1 << 16; // pairs looked at: more make opening a fi
 // noise, higher ones miss a wrong order in data with little structure.
 constexpr double kSmootherSwapped = 1.25, kSmootherTurned = 2;
 constexpr double kAbsurdStep = 1e30; // sum of steps: floats of the other byte order are as large
+constexpr size_t kFewBytes = 16;     // and of bytes that are labels
 constexpr size_t kMostLabels = 256;  // of so few values the steps are as they happen to be numbered
 
 double value_at(const Bytes& bytes, Type type, uint64_t i, bool swapped) {
@@ -49,16 +50,16 @@ double relative_step(const Bytes& bytes, Type type, uint64_t stride, bool swappe
 }
 
 // Returns whether the values looked at are labels, or all one: no byte order makes these smooth.
-bool are_labels(const Bytes& bytes, Type type) {
+bool are_labels(const Bytes& bytes, Type type, size_t most = kMostLabels) {
   std::set<uint64_t> patterns;
   const size_t size = type_size(type);
   const uint64_t count = bytes.size() / size, skip = std::max<uint64_t>(1, count / kProbes);
-  for (uint64_t i = 0; i < count && patterns.size() <= kMostLabels; i += skip) {
+  for (uint64_t i = 0; i < count && patterns.size() <= most; i += skip) {
     uint64_t pattern = 0;
     std::memcpy(&pattern, bytes.data() + i * size, size);
     patterns.insert(pattern);
   }
-  return patterns.size() <= kMostLabels;
+  return patterns.size() <= most;
 }
 
 // Returns whether all values are whole multiples of what the other byte order reads as small numbers.
@@ -93,6 +94,17 @@ bool split_by_sign(const Bytes& bytes, Type type) {
   return quarters[0] > 0 && quarters[1] == 0 && quarters[2] == 0 && last - first > 1;
 }
 
+// Returns whether values of two bytes look like twice as many of one: smooth along the bytes, and more so
+// from one byte to the next than from a value to the next. Bytes of real pairs, a fine and a coarse one,
+// differ wildly.
+bool are_single_bytes(const Bytes& bytes, Type type) {
+  constexpr double smooth = 0.7, nearer = 0.9; // real pairs have 1.3 and more of the first
+  if (type_size(type) != 2 || are_labels(bytes, Type::u8, kFewBytes)) return false;
+  const double next = relative_step(bytes, Type::u8, 1, false),
+               over = relative_step(bytes, Type::u8, 2, false);
+  return next < smooth && next < nearer * over;
+}
+
 const char* other_sign(Type type) {
   return type == Type::u16 ? "i16" : type == Type::i16 ? "u16" : type == Type::u32 ? "i32" : "u32";
 }
@@ -108,6 +120,10 @@ std::vector<std::string> find_suspicions(const Bytes& bytes, Type type, const st
       out.push_back("the values jump about as declared and are smooth with the bytes of each value reversed: "
                     "is --endian right?");
   }
+  if (are_single_bytes(bytes, type))
+    out = {concat("the two bytes of each ", type_name(type),
+                  " are as close to each other as neighbours are: as u8 ",
+                  "the values would be smooth: is --dtype right?")};
   if (out.empty() && split_by_sign(bytes, type))
     out.push_back(concat("the values are near both ends of ", type_name(type), " and nowhere between: as ",
                          other_sign(type), " they would be close: is --dtype right?"));
