@@ -69,6 +69,7 @@ SeriesTimes plan_times(const SeriesTimes& source, const FramePlan& plan, const R
     else
       times.values.push_back(plan.times_by_number ? static_cast<double>(p.number) : index);
   }
+  times.counted = !options.dt && source.values.empty() && plan.decimals.empty() && !plan.times_by_number;
   times.origin = options.dt                ? concat("--dt ", *options.dt, ", from 0")
                  : !source.values.empty()  ? source.origin
                  : plan.frames.size() == 1 ? "one frame, no time given"

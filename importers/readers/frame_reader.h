@@ -54,6 +54,7 @@ struct SeriesTimes {
   std::vector<double> values{}; // one per frame, rising strictly
   std::string unit{};           // "" when unknown
   std::string origin{};         // where they came from, for the report
+  bool counted = false;         // nobody told them: frames are counted
 };
 
 // Where the samples of an axis of space stand, as the source says it.

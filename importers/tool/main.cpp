@@ -51,6 +51,7 @@ Exit run(int argc, char** argv) {
                                                           {"recode", add_recode(tool)},
                                                           {"info", add_info(tool)},
                                                           {"verify", add_verify(tool)},
+                                                          {"compare", add_compare(tool)},
                                                           {"export", add_export(tool)},
                                                           {"slice", add_slice(tool)},
                                                           {"render", add_render(tool, command_line)},

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tool/compare/sampled_series.h"
+
+#include <cmath>
+#include <limits>
+
+#include "tool/view/time_slice.h"
+
+namespace bcc4 {
+namespace {
+
+class VolumeSeries : public SampledSeries {
+ public:
+  VolumeSeries(const Volume& volume, const std::string& file) : volume_(volume) {
+    const bccsplat_volume_info v = volume_info(volume);
+    name = file;
+    std::copy(v.dims, v.dims + 3, dims.begin());
+    std::copy(v.affine, v.affine + 16, affine.begin());
+    spatial_unit = v.spatial_unit, time_unit = v.time_unit;
+    const char* text = nullptr;
+    if (bccsplat_volume_find_attribute(volume.get(), "space", &text) == BCCSPLAT_OK) space = text;
+    times.resize(v.dims[3]);
+    check(bccsplat_volume_get_times(volume.get(), times.data(), times.size(), nullptr), file);
+    for (uint32_t c = 0; c < v.channel_count; ++c) {
+      const bccsplat_channel_info info = channel_info(volume, c);
+      channels.push_back({info.name, info.unit});
+    }
+  }
+
+  void read(uint64_t frame, uint32_t channel, const Take& take) override {
+    std::vector<double> values;
+    sample_planes(
+        cut_frame(volume_, static_cast<double>(frame), channel),
+        [&](uint64_t z, std::span<const float> planes) {
+          values.assign(planes.begin(), planes.end());
+          take(z, values);
+        },
+        SampleBox{{0, 0, 0}, dims});
+  }
+
+ private:
+  const Volume& volume_;
+};
+
+class ReaderSeries : public SampledSeries {
+ public:
+  ReaderSeries(FrameReader& reader, const std::string& file, bool placed) : reader_(reader) {
+    const SeriesDescription& d = reader.description();
+    name = file;
+    std::copy_n(d.dims.begin(), 3, dims.begin());
+    affine = d.affine;
+    spatial_unit = d.spatial_unit, time_unit = d.times.unit;
+    for (const auto& [key, value] : d.attributes)
+      if (key == "space") space = value;
+    times = d.times.values;
+    has_times = !times.empty() && !d.times.counted;
+    for (uint64_t f = times.size(); f < d.dims[3]; ++f) times.push_back(static_cast<double>(f));
+    has_place = placed || d.format != "raw";
+    for (const Channel& c : d.channels) channels.push_back({c.name, c.unit});
+  }
+
+  void read(uint64_t frame, uint32_t channel, const Take& take) override {
+    const SeriesDescription& d = reader_.description();
+    const Frame values = reader_.read(frame, channel);
+    std::vector<double> plane(dims[0] * dims[1]);
+    for (uint64_t z = 0; z < dims[2]; ++z) {
+      gather_plane(values, d.dims, z, d.channels[channel].air, plane.data());
+      for (double& value : plane)
+        if (!std::isfinite(static_cast<float>(value))) value = std::numeric_limits<double>::quiet_NaN();
+      take(z, plane);
+    }
+  }
+
+ private:
+  FrameReader& reader_;
+};
+
+} // namespace
+
+std::unique_ptr<SampledSeries> series_of_volume(const Volume& volume, const std::string& name) {
+  return std::make_unique<VolumeSeries>(volume, name);
+}
+
+std::unique_ptr<SampledSeries> series_of_reader(FrameReader& reader, const std::string& name, bool placed) {
+  return std::make_unique<ReaderSeries>(reader, name, placed);
+}
+
+} // namespace bcc4
