@@ -1,10 +1,10 @@
-# The tool opens what needs OpenVDB or NetCDF when a file asks for it (tool/modules/module.h): beside itself in the build
+# The tool opens what needs OpenVDB, NetCDF or TIFF when a file asks for it (tool/modules/module.h): beside itself in the build
 # folder, installed in a folder of the libraries that it knows from its own.
 file(RELATIVE_PATH folder ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/bccsplat)
 # Modules of another build are refused: the name of what they export holds the version and a digest of the types that they
 # share with the tool.
 set(shared_types readers/frame_reader.h readers/name_numbers.h readers/reader_options.h readers/sequence.h readers/value_type.h readers/error.h
-  tool/output/vdb_output.h tool/modules/module.h)
+  tool/output/vdb_output.h tool/output/volume_file.h tool/modules/module.h)
 set(digests)
 foreach(header IN LISTS shared_types)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})

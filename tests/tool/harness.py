@@ -99,8 +99,11 @@ class ToolTest(unittest.TestCase):
     def path(self, name):
         return os.path.join(self.folder, name)
 
-    def bcc4(self, *args, expect=0, env=None):
-        """Runs the tool in the scratch folder; returns (stdout, stderr) after checking the exit code."""
+    def bcc4(self, *args, expect=0, env=None, overwrite=True):
+        """Runs the tool in the scratch folder; returns (stdout, stderr) after checking the exit code. Pictures and
+        slices may replace those of before."""
+        if args and args[0] in ('render', 'slice') and overwrite and '--overwrite' not in args:
+            args = (*args, '--overwrite')
         p = subprocess.run([BCC4, *map(str, args)], capture_output=True, text=True, cwd=self.folder, env=env, timeout=300)
         self.assertEqual(p.returncode, expect, f'bcc4 {" ".join(map(str, args))}\n{p.stdout}\n{p.stderr}')
         return p.stdout, p.stderr

@@ -33,7 +33,7 @@ class Modules(ToolTest):
     def test_the_tool_starts_without_their_libraries(self):
         needed = subprocess.run(['ldd', BCC4], capture_output=True, text=True, check=True).stdout
         self.assertIn('libbccsplat', needed)
-        for library in ('openvdb', 'tbb', 'netcdf', 'hdf5', 'curl'):
+        for library in ('openvdb', 'tbb', 'netcdf', 'hdf5', 'curl', 'tiff'):
             self.assertNotIn('lib' + library, needed)
 
     def test_errors_are_those_of_the_readers(self):
@@ -49,6 +49,10 @@ class Modules(ToolTest):
             library, name, _ = MODULES[reader]
             self.refused(3, f'this bcc4 was built with {library}, but its module', 'import', name, '-o', 'x.bcc4', output='x.bcc4')
             self.refused(3, f'bcc4_{reader}.so cannot be opened', 'import', name, '-o', 'x.bcc4', output='x.bcc4')
+        v = self.volume((4, 4, 4, 1), lambda x, y, z, t: x + y + z, name='t.bcc4')
+        self.refused(3, 'bcc4_tiff.so cannot be opened', 'export', v, '--all', '-o', 'x.tif', output='x.tif')
+        if 'netcdf' in self.readers:
+            self.refused(3, 'bcc4_netcdf.so cannot be opened', 'export', v, '--all', '-o', 'x.nc', output='x.nc')
         if 'openvdb' in self.readers:
             v = self.volume((4, 4, 4, 1), lambda x, y, z, t: x + y + z)
             self.refused(3, 'bcc4_openvdb.so cannot be opened', 'export', v, '--all', '-o', 'x.vdb', output='x.vdb')

@@ -133,7 +133,7 @@ class Slice(ToolTest):
         self.refused(2, 'misses', 'render', 'v.bcc4', '--plane', '1,0,0,0,99', '-o', 'x.png', output='x.png')
         self.refused(2, 'misses', 'slice', 'v.bcc4', '--plane', '1,0,0,0,99', '-o', 'x.nrrd', output='x.nrrd')
         self.refused(2, 'exclude', 'slice', 'v.bcc4', '--time', 1, '--plane', '1,0,0,0,0', '-o', 'x.nrrd', output='x.nrrd')
-        self.refused(2, '.nrrd or .vdb', 'slice', 'v.bcc4', '--time', 1, '-o', 'x.raw', output='x.raw')
+        self.refused(2, 'must end in .nrrd, .vdb, .nii', 'slice', 'v.bcc4', '--time', 1, '-o', 'x.raw', output='x.raw')
         self.refused(2, 'did you mean paper?', 'slice', 'v.bcc4', '--time', 1, '--kernel', 'papper', '-o', 'x.nrrd', output='x.nrrd')
         self.refused(3, 'none', 'slice', 'v.bcc4', '--time', 1, '-o', 'none/x.nrrd')
         self.refused(3, 'none.bcc4', 'slice', 'none.bcc4', '--time', 1, '-o', 'x.nrrd', output='x.nrrd')

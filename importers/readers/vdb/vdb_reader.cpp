@@ -60,6 +60,7 @@ void add_channel(SeriesDescription& d, const SurveyedGrid& grid, bool fog) {
                            ", background ", info.background));
   d.attributes.emplace_back("openvdb.name." + info.name, info.own_name);
   d.attributes.emplace_back("openvdb.class." + info.name, info.grid_class);
+  if (info.tree_type == "double") d.attributes.emplace_back("openvdb.type." + info.name, info.tree_type);
 }
 
 } // namespace
@@ -99,6 +100,8 @@ std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOpti
   d.dims[3] = sequence.files.size();
   d.affine = moved_origin(survey.reference().affine, begin);
   d.affine_origin = "transform of the grid";
+  d.attributes.emplace_back("openvdb.begin",
+                            concat(bounds.begin[0], " ", bounds.begin[1], " ", bounds.begin[2]));
   d.spatial_unit = survey.reference().told.space_unit;
   d.axes = "x, y, z as in the grid";
   d.notes.push_back(

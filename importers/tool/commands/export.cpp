@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// bcc4 export: frames back on the source grid, as raw, NRRD or OpenVDB files.
+// bcc4 export: frames back on the source grid, as files of other formats.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 
@@ -11,6 +13,7 @@
 #include "tool/interrupt.h"
 #include "tool/output/exporter.h"
 #include "tool/output/output_file.h"
+#include "tool/output/vti_output.h"
 #include "tool/progress.h"
 #include "tool/view/slice_choice.h"
 #include "tool/view/time_slice.h"
@@ -26,6 +29,10 @@ struct ExportArguments {
   CommonOptions common;
 };
 
+constexpr const char* kCollection = ".pvd";
+
+bool names_collection(const std::string& output) { return lower(output).ends_with(kCollection); }
+
 // One file per frame goes into a folder or to a pattern; a plain name is one file for all.
 std::string output_pattern(const ExportArguments& a, const std::string& suffix) {
   std::error_code ignored;
@@ -40,11 +47,11 @@ std::string output_pattern(const ExportArguments& a, const std::string& suffix) 
 
 ExportFormat format_of(const ExportArguments& a) {
   if (a.options.format != ExportFormat::unset) return a.options.format;
-  const std::string out = lower(a.output);
-  if (out.ends_with(".nrrd")) return ExportFormat::nrrd;
-  if (out.ends_with(".vdb")) return ExportFormat::vdb;
-  if (out.ends_with(".raw")) return ExportFormat::raw;
-  fail_usage("--format raw, nrrd or vdb is missing: -o ", a.output, " does not say");
+  const ExportFormat format = format_of_suffix(a.output);
+  if (format == ExportFormat::unset)
+    fail_usage("--format raw, nrrd, vdb, nifti, netcdf, vti or tiff is missing: -o ", a.output,
+               " does not say");
+  return format;
 }
 
 // Opens the file with what is damaged as missing data, and warns of that.
@@ -73,53 +80,103 @@ void export_files(Exporter& exporter, const Volume& volume, const std::string& p
   }
 }
 
+// Writes the collection of a series of .vti files.
+void write_collection(const Volume& volume, const std::string& path, const std::string& pattern,
+                      bool overwrite) {
+  std::vector<double> times(volume_info(volume).dims[3]);
+  check(bccsplat_volume_get_times(volume.get(), times.data(), times.size(), nullptr), "");
+  std::vector<std::pair<std::string, double>> files;
+  for (size_t f = 0; f < times.size(); ++f)
+    files.emplace_back(std::filesystem::path(apply_frame_pattern(pattern, f)).filename().string(), times[f]);
+  OutputFile file(path, overwrite);
+  const std::string text = collection_text(files);
+  file.write(std::as_bytes(std::span(text)));
+  file.finish();
+}
+
+// smoke.pvd: smoke.0000.vti and so on beside it.
+std::string pattern_of_collection(const std::string& path) {
+  return concat(path.substr(0, path.size() - std::strlen(kCollection)), ".%04d.vti");
+}
+// smoke.%04d.vti: smoke.pvd.
+std::string collection_of_pattern(const std::string& pattern) {
+  std::string name = apply_frame_pattern(pattern, 0);
+  const std::string other = apply_frame_pattern(pattern, 1);
+  const size_t last = std::mismatch(name.begin(), name.end(), other.begin()).first - name.begin();
+  size_t begin = last;
+  while (begin > 0 && is_digit(name[begin - 1])) --begin;
+  const size_t end = last + 1;
+  while (begin > 0 && (name[begin - 1] == '.' || name[begin - 1] == '_' || name[begin - 1] == '-')) --begin;
+  const size_t suffix = lower(name).ends_with(".vti") ? name.size() - std::strlen(".vti") : name.size();
+  return concat(name.substr(0, begin), name.substr(end, std::max(suffix, end) - end), kCollection);
+}
+
 // Exports all frames into one file.
 void export_file(Exporter& exporter, const Volume& volume, const ExportArguments& a, Progress& progress) {
-  if (a.options.format != ExportFormat::vdb) return exporter.write_series(a.output, progress);
+  if (holds_series(a.options.format)) return exporter.write_series(a.output, progress);
+  const bool vdb = a.options.format == ExportFormat::vdb;
   if (volume_info(volume).dims[3] > 1)
-    fail_usage("-o ", a.output, ": an OpenVDB file holds one frame; write a pattern such as smoke.%04d.vdb");
+    fail_usage("-o ", a.output, vdb ? ": an OpenVDB" : ": a .vti",
+               " file holds one frame; write a pattern such as ",
+               vdb ? "smoke.%04d.vdb" : "smoke.%04d.vti, or smoke.pvd for a series of them");
   exporter.write_frame(a.output, cut_at_index(volume, 0));
+}
+
+// Exports all frames to where -o says; `pattern` is that of files of one frame each, "" for one file.
+void export_all(Exporter& exporter, const Volume& volume, const ExportArguments& a,
+                const std::string& pattern) {
+  Progress progress("export", volume_info(volume).dims[3], false, a.common.quiet);
+  if (pattern.empty()) return export_file(exporter, volume, a, progress);
+  const bool collected = a.options.format == ExportFormat::vti;
+  const std::string collection = !collected                   ? ""
+                                 : names_collection(a.output) ? a.output
+                                                              : collection_of_pattern(pattern);
+  if (collected) refuse_existing(collection, a.options.overwrite);
+  export_files(exporter, volume, pattern, a.options.overwrite, progress);
+  if (collected) write_collection(volume, collection, pattern, a.options.overwrite);
+}
+
+// Exports the frame at the moment asked for.
+void export_moment(Exporter& exporter, const Volume& volume, const ExportArguments& a,
+                   const std::string& pattern) {
+  if (names_collection(a.output))
+    fail_usage("-o ", a.output, ": a collection is of several frames: --all, or -o smoke.vti for one");
+  Cut where = resolve_cut(volume, a.which);
+  if (const double frame = exporter.written_index(where.index); frame != where.index) {
+    where.index = frame; // its time stays that asked for
+    if (!a.common.quiet)
+      std::fprintf(stderr,
+                   "bcc4: %s: labels: those of frame %s, the nearest, are written; bcc4 slice has the "
+                   "field between frames\n",
+                   a.file.c_str(), concat(frame).c_str());
+  }
+  exporter.write_frame(pattern.empty() ? a.output : apply_frame_pattern(pattern, std::llround(where.index)),
+                       where);
 }
 
 Exit run_export(ExportArguments& a) {
   require_option(a.file, "FILE", "bcc4 export smoke.bcc4 --all -o smoke.%04d.vdb");
   require_option(a.output, "-o", "-o smoke.%04d.vdb");
   a.options.format = format_of(a);
-#if !BCCSPLAT_WITH_OPENVDB
-  if (a.options.format == ExportFormat::vdb)
-    fail_usage("--format vdb: this bcc4 was built without OpenVDB (BCCSPLAT_WITH_OPENVDB)");
-#endif
+  require_format(a.options.format, concat("-o ", a.output));
+  a.options.quiet = a.common.quiet;
   if (a.all && (a.which.time || a.which.index)) fail_usage("--all and --time exclude each other");
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const Volume volume = a.salvage ? open_salvaged(device, a) : open_volume(device, a.file, a.kernel);
   if (!a.common.quiet) warn_of_part(volume, a.file);
-  Exporter exporter(volume, find_channel(volume, a.channel), a.options);
+  const uint32_t channel = find_channel(volume, a.channel);
+  Exporter exporter(volume, channel, a.options,
+                    a.salvage ? StoredSites() : StoredSites(device, a.file, channel));
   const bccsplat_volume_info v = volume_info(volume);
   if (!a.all && !a.which.time && v.dims[3] > 1) fail_usage("--time T or --all is missing");
   if (a.options.region) check_region(*a.options.region, v);
-  static constexpr const char* suffixes[] = {"", ".raw", ".nrrd", ".vdb"};
-  const std::string pattern = output_pattern(a, suffixes[static_cast<int>(a.options.format)]);
+  const std::string pattern = names_collection(a.output) ? pattern_of_collection(a.output)
+                                                         : output_pattern(a, suffix_of(a.options.format));
   if (pattern.empty()) refuse_source_as_output(a.output, a.file);
-
-  if (a.all) {
-    Progress progress("export", v.dims[3], false, a.common.quiet);
-    if (pattern.empty())
-      export_file(exporter, volume, a, progress);
-    else
-      export_files(exporter, volume, pattern, a.options.overwrite, progress);
-  } else {
-    Cut where = resolve_cut(volume, a.which);
-    if (const double frame = exporter.written_index(where.index); frame != where.index) {
-      where.index = frame; // its time stays that asked for
-      if (!a.common.quiet)
-        std::fprintf(stderr,
-                     "bcc4: %s: labels: those of frame %s, the nearest, are written; bcc4 slice has the "
-                     "field between frames\n",
-                     a.file.c_str(), concat(frame).c_str());
-    }
-    exporter.write_frame(pattern.empty() ? a.output : apply_frame_pattern(pattern, std::llround(where.index)),
-                         where);
-  }
+  if (a.all)
+    export_all(exporter, volume, a, pattern);
+  else
+    export_moment(exporter, volume, a, pattern);
 
   if (a.options.format != ExportFormat::nrrd && has_coordinates(volume))
     std::fprintf(stderr,
@@ -145,16 +202,17 @@ Run add_export(Command tool) {
   auto a = std::make_shared<ExportArguments>();
   const Command ex = tool.add_command("export", "Write frames back on the source grid");
   ex.add_option("FILE", a->file, "A .bcc4 file");
-  ex.add_option("-o,--output", a->output, "A file, a pattern such as smoke.%04d.vdb, or a folder")
+  ex.add_option("-o,--output,--out", a->output,
+                "A file, a pattern such as smoke.%04d.vdb, or a folder: .nrrd, .vdb, .nii, .nii.gz, .nc, "
+                ".vti, .pvd, .tif "
+                "or .raw")
       .type_name("OUT");
   ex.add_flag("--all", a->all, "All frames");
   add_number(ex, "--time", a->which.time, "One time, in the file's unit; of labels the nearest frame");
   ex.add_flag("--index", a->which.index, "--time is a frame number, fractions allowed");
   add_region(ex, a->options.region, "Only this box of the source grid: samples from 0, both ends included");
-  add_choice<ExportFormat>(
-      ex, "--format", a->options.format,
-      {{"raw", ExportFormat::raw}, {"nrrd", ExportFormat::nrrd}, {"vdb", ExportFormat::vdb}},
-      "Format (default: by the name of the output)");
+  add_choice<ExportFormat>(ex, "--format", a->options.format, export_formats(),
+                           "Format (default: by the name of the output)");
   ex.add_flag("--salvage", a->salvage, "Of a damaged file: what is lost becomes missing data");
   ex.add_option("--channel", a->channel, "Channel, by name or number (default: the first)").type_name("NAME");
   ex.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)").type_name("NAME");

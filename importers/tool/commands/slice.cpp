@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bcc4 slice: a hyperplane of a volume as a dense NRRD or OpenVDB box at the source's resolution.
+// bcc4 slice: a hyperplane of a volume as a dense box at the source's resolution.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -9,7 +10,8 @@
 #include "tool/commands/commands.h"
 #include "tool/interrupt.h"
 #include "tool/json.h"
-#include "tool/output/nrrd_output.h"
+#include "tool/output/describe_volume.h"
+#include "tool/output/export_format.h"
 #include "tool/output/output_file.h"
 #include "tool/view/even_places.h"
 #include "tool/view/slice_choice.h"
@@ -25,6 +27,7 @@ namespace {
 struct SliceArguments {
   std::string file, output, kernel, channel;
   SliceChoiceArguments which;
+  bool overwrite = false;
   CommonOptions common;
 };
 
@@ -84,12 +87,40 @@ void warn_of_uneven(const Volume& volume, const Cut& where, bool vdb) {
                  "axes that it keeps are coordinates written\n");
 }
 
+// Gives the last axis, which is time, the unit of time; frames where they are uneven.
+void set_time_axis(const bccsplat_volume_info& v, const bccsplat_slice_info& info, VolumeOutput& output) {
+  constexpr size_t t = 2;
+  const bool even = v.time_uniform != 0 && v.dims[3] > 1;
+  const double step = even ? (v.time_last - v.time_first) / static_cast<double>(v.dims[3] - 1) : 1;
+  output.affine[4 * t + t] = step;
+  output.affine[4 * t + 3] = (even ? v.time_first : 0) + step * info.extent[t][0];
+  output.axis_units[t] = even ? v.time_unit : "frames";
+}
+
+// Names the axes of a slice over time and their units where each is one of x, y, z and t.
+void name_axes(const Volume& volume, const bccsplat_slice_info& info, VolumeOutput& output) {
+  const bccsplat_volume_info v = volume_info(volume);
+  for (size_t u = 0; u < 3; ++u) {
+    const double* const direction = info.basis[u];
+    const auto axis =
+        std::find_if(direction, direction + 4, [](double d) { return std::abs(d) == 1; }) - direction;
+    if (axis == 4) {
+      output.axis_names = output.axis_units = {};
+      output.spatial_unit.clear(); // lengths and times together
+      return;
+    }
+    output.axis_names[u] = std::string(1, "xyzt"[axis]);
+    output.axis_units[u] = v.spatial_unit;
+    if (axis == 3) set_time_axis(v, info, output);
+  }
+}
+
 const char* slab_name(int32_t slab) {
   return slab == BCCSPLAT_SLAB_SUM ? "sum" : slab == BCCSPLAT_SLAB_MAXIMUM ? "max" : "mean";
 }
 
 // Tells where the samples stand along axes that run along unevenly spaced ones of the volume.
-void add_coordinates(const Volume& volume, const bccsplat_slice_info& info, NrrdOutput& n) {
+void add_coordinates(const Volume& volume, const bccsplat_slice_info& info, VolumeOutput& n) {
   for (size_t k = 0; k < 3; ++k)
     for (uint32_t a = 0; a < 3; ++a) {
       const bccsplat_axis axis = axis_info(volume, a);
@@ -101,23 +132,19 @@ void add_coordinates(const Volume& volume, const bccsplat_slice_info& info, Nrrd
     }
 }
 
-NrrdOutput nrrd_output(const Volume& volume, uint32_t channel, const bccsplat_slice_info& info,
-                       const Cut& where) {
-  const bccsplat_volume_info v = volume_info(volume);
-  const bccsplat_channel_info c = channel_info(volume, channel);
-  NrrdOutput n;
-  n.content = c.name;
+VolumeOutput slice_output(const Volume& volume, uint32_t channel, const bccsplat_slice_info& info,
+                          const Cut& where) {
+  VolumeOutput n = describe_volume(volume, channel);
   // A sum along the normal is in another unit.
-  if (where.thickness == 0 || where.slab != BCCSPLAT_SLAB_SUM) n.sample_unit = c.unit;
-  n.sizes.assign(info.dims, info.dims + 3);
+  if (where.thickness > 0 && where.slab == BCCSPLAT_SLAB_SUM) n.unit.clear();
+  std::copy(info.dims, info.dims + 3, n.dims.begin());
   n.affine = box_affine(volume, info);
-  n.spatial_unit = v.spatial_unit;
   add_coordinates(volume, info, n);
-  const char* space = nullptr;
-  if (where.is_time_slice && bccsplat_volume_find_attribute(volume.get(), "space", &space) == BCCSPLAT_OK)
-    n.space = space;
-  if (where.is_time_slice) n.keys = time_keys(where.time, v.time_unit);
-  const std::vector<std::pair<std::string, std::string>> cut{
+  if (where.is_time_slice)
+    n.times = {where.time};
+  else
+    n.space.clear(), name_axes(volume, info, n);
+  n.keys = {
       {"bccsplat hyperplane", row(info.hyperplane, 5)},
       {"bccsplat origin", row(info.origin, 4)},
       {"bccsplat basis u", row(info.basis[0], 4)},
@@ -126,7 +153,6 @@ NrrdOutput nrrd_output(const Volume& volume, uint32_t channel, const bccsplat_sl
       {"bccsplat first sample", concat(info.extent[0][0], " ", info.extent[1][0], " ", info.extent[2][0])},
       {"bccsplat spacing", "1 1 1"},
       {"bccsplat kernel", info.kernel}};
-  n.keys.insert(n.keys.end(), cut.begin(), cut.end());
   if (where.thickness > 0)
     n.keys.emplace_back("bccsplat slab", concat(slab_name(where.slab), " ", where.thickness));
   return n;
@@ -169,9 +195,11 @@ Range write_vdb_slice(const Volume& volume, uint32_t channel, const Slice& slice
   });
   VdbOutput o = vdb_like_source(volume, channel);
   if (where.is_time_slice && where.thickness == 0) {
+    for (size_t a = 0; a < 3 && where.region; ++a) o.begin[a] += static_cast<int32_t>(where.region->begin[a]);
     if (!where.region) keep_sparsity(volume, channel, where.index, values, o);
   } else { // of another kind than the source's frames
     o.grid_class = VdbOutput{}.grid_class;
+    o.begin = {};
     o.air = static_cast<float>(info.air);
     o.range = {-HUGE_VALF, HUGE_VALF};
     if (where.slab == BCCSPLAT_SLAB_SUM) o.told.value_unit.clear();
@@ -185,21 +213,11 @@ Range write_vdb_slice(const Volume& volume, uint32_t channel, const Slice& slice
 }
 #endif
 
-Range write_nrrd_slice(const Slice& slice, const std::string& path, const NrrdOutput& header) {
-  OutputFile file(path, true);
-  const std::string text = nrrd_header_text(header);
-  file.write(std::as_bytes(std::span(text)));
+Range write_samples(const Slice& slice, VolumeFile& file) {
   Range range;
-  std::vector<std::byte> bytes;
   sample_planes(slice, [&](uint64_t, std::span<const float> planes) {
     range.add(planes);
-    if constexpr (std::endian::native == std::endian::little) {
-      file.write(std::as_bytes(planes));
-    } else {
-      bytes.assign(std::as_bytes(planes).begin(), std::as_bytes(planes).end());
-      swap_bytes(bytes, sizeof(float));
-      file.write(bytes);
-    }
+    file.write(std::as_bytes(planes));
   });
   file.finish();
   return range;
@@ -211,12 +229,14 @@ Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel
   const Slice slice = cut_slice(volume, where, channel);
   const bccsplat_slice_info info = slice_info(slice);
   Range range;
-  if (lower(path).ends_with(".vdb")) {
+  const ExportFormat format = format_of_suffix(path);
+  if (format == ExportFormat::vdb) {
 #if BCCSPLAT_WITH_OPENVDB
     range = write_vdb_slice(volume, channel, slice, where, path);
 #endif
   } else {
-    range = write_nrrd_slice(slice, path, nrrd_output(volume, channel, info, where));
+    const VolumeOutput output = slice_output(volume, channel, info, where);
+    range = write_samples(slice, *create_volume_file(format, path, output, true, a.common.quiet));
   }
   if (!a.common.json && !a.common.quiet)
     std::printf("%s: %llu x %llu x %llu samples, %s%s, from %llu lattice points in %s ms\n", path.c_str(),
@@ -230,19 +250,17 @@ Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel
 Exit run_slice(const SliceArguments& a) {
   require_option(a.file, "FILE", "bcc4 slice smoke.bcc4 --time 10 -o slice.nrrd");
   require_option(a.output, "-o", "-o slice.nrrd");
-  const bool vdb = lower(a.output).ends_with(".vdb");
-  if (!vdb && !lower(a.output).ends_with(".nrrd")) fail_usage("-o ", a.output, ": must end in .nrrd or .vdb");
-#if !BCCSPLAT_WITH_OPENVDB
-  if (vdb)
-    fail_usage("-o ", a.output, ": this bcc4 was built without OpenVDB (BCCSPLAT_WITH_OPENVDB); .nrrd works");
-#endif
+  const ExportFormat format = format_of_suffix(a.output);
+  if (format == ExportFormat::unset || format == ExportFormat::raw || lower(a.output).ends_with(".pvd"))
+    fail_usage("-o ", a.output, ": must end in .nrrd, .vdb, .nii, .nii.gz, .nc, .vti or .tif");
+  require_format(format, concat("-o ", a.output));
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const Volume volume = open_volume(device, a.file, a.kernel);
   if (!a.common.quiet) warn_of_part(volume, a.file);
   const uint32_t channel = find_channel(volume, a.channel);
   const std::vector<Cut> cuts = sweep(volume, a.which);
   const std::vector<std::string> names = sweep_names(a.output, cuts.size());
-  for (const std::string& name : names) refuse_existing(name, true);
+  for (const std::string& name : names) refuse_existing(name, a.overwrite);
   if (!a.common.quiet) warn_of_uneven(volume, cuts.front(), vdb);
   Json written = Json::array();
   for (size_t i = 0; i < cuts.size(); ++i) {
@@ -259,7 +277,10 @@ Run add_slice(Command tool) {
   auto a = std::make_shared<SliceArguments>();
   const Command slice = tool.add_command("slice", "Cut a hyperplane and write its samples");
   slice.add_option("FILE", a->file, "A .bcc4 file");
-  slice.add_option("-o,--output", a->output, "The .nrrd or .vdb file to write").type_name("OUT");
+  slice
+      .add_option("-o,--output,--out", a->output,
+                  "The file to write: .nrrd, .vdb, .nii, .nii.gz, .nc, .vti or .tif")
+      .type_name("OUT");
   add_slice_choice(slice, a->which);
   add_sweep(slice, a->which);
   slice.add_option("--channel", a->channel, "Channel, by name or number (default: the first)")
@@ -267,6 +288,7 @@ Run add_slice(Command tool) {
   slice.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)").type_name("NAME");
   add_threads(slice, a->common);
   add_max_memory(slice, a->common);
+  slice.add_flag("--overwrite", a->overwrite, "Replace existing outputs");
   slice.add_flag("--json", a->common.json, "Report as JSON");
   slice.add_flag("--quiet", a->common.quiet, "Print errors only");
   return [a] { return run_slice(*a); };

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "readers/netcdf/netcdf_reader.h"
 #include "tool/modules/module.h"
+#include "tool/output/netcdf_output.h"
 
 extern "C" {
 [[gnu::visibility("default")]] extern const bcc4::Module BCC4_MODULE_ENTRY;
-const bcc4::Module BCC4_MODULE_ENTRY{bcc4::open_netcdf};
+const bcc4::Module BCC4_MODULE_ENTRY{.open = bcc4::open_netcdf, .create = bcc4::create_netcdf};
 }

@@ -8,6 +8,10 @@
 #include "tool/modules/module.h"
 #if BCCSPLAT_WITH_NETCDF
 #include "readers/netcdf/netcdf_reader.h"
+#include "tool/output/netcdf_output.h"
+#endif
+#if BCCSPLAT_WITH_TIFF
+#include "tool/output/tiff_output.h"
 #endif
 #if BCCSPLAT_WITH_OPENVDB
 #include "readers/vdb/vdb_reader.h"
@@ -34,9 +38,26 @@ const Module& open_module(const std::string& file, const char* library) {
 } // namespace
 
 #if BCCSPLAT_WITH_NETCDF
-std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence, const ReaderOptions& options) {
+static const Module& netcdf_module() {
   static const Module& module = open_module("bcc4_netcdf.so", "NetCDF");
-  return module.open(sequence, options);
+  return module;
+}
+
+std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence, const ReaderOptions& options) {
+  return netcdf_module().open(sequence, options);
+}
+
+std::unique_ptr<VolumeFile> create_netcdf(const std::string& path, const std::string& name,
+                                          const VolumeOutput& output) {
+  return netcdf_module().create(path, name, output);
+}
+#endif
+
+#if BCCSPLAT_WITH_TIFF
+std::unique_ptr<VolumeFile> create_tiff(const std::string& path, const std::string& name,
+                                        const VolumeOutput& output) {
+  static const Module& module = open_module("bcc4_tiff.so", "TIFF");
+  return module.create(path, name, output);
 }
 #endif
 

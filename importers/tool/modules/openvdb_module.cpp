@@ -5,5 +5,5 @@
 
 extern "C" {
 [[gnu::visibility("default")]] extern const bcc4::Module BCC4_MODULE_ENTRY;
-const bcc4::Module BCC4_MODULE_ENTRY{bcc4::open_vdb, bcc4::write_vdb_grid};
+const bcc4::Module BCC4_MODULE_ENTRY{.open = bcc4::open_vdb, .write_grid = bcc4::write_vdb_grid};
 }

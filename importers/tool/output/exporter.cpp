@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples a time slice at the source grid, plane by plane, and writes raw values, with or without an NRRD
-// header before them, or an OpenVDB grid that is like the source's own (vdb_origin.h). Values that are
-// missing and become 0 are counted.
+// Samples a time slice at the source grid, plane by plane, and hands the values to the file of a format, or
+// makes an OpenVDB grid that is like the source's own (vdb_origin.h). Values that are missing and become 0
+// are counted.
 #include "tool/output/exporter.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "tool/interrupt.h"
+#include "tool/output/describe_volume.h"
 #include "tool/output/export_type.h"
 #include "tool/view/even_places.h"
 #include "tool/view/render_function.h"
@@ -23,52 +26,62 @@ uint64_t count_missing(std::span<const float> values) {
   return std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); });
 }
 
-// Little-endian values; NaN (missing data) becomes 0 in integers and is counted.
-void append_values(OutputFile& file, std::span<const float> values, Type type, uint64_t& holes) {
-  std::vector<std::byte> bytes(values.size() * type_size(type));
-  visit_type(type, [&](auto zero) {
+// Missing values (NaN) become what the file has for them, or 0 in integers, which is counted.
+std::vector<std::byte> stored_values(std::span<const float> values, const VolumeOutput& output,
+                                     uint64_t& holes) {
+  std::vector<std::byte> bytes(values.size() * type_size(output.type));
+  visit_type(output.type, [&](auto zero) {
     using T = decltype(zero);
     if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 4))
-      for (size_t i = 0; i < values.size(); ++i)
-        store_as<T>(static_cast<double>(values[i]), bytes.data() + i * sizeof(T));
+      for (size_t i = 0; i < values.size(); ++i) {
+        const double value =
+            std::isnan(values[i]) && output.fill ? *output.fill : static_cast<double>(values[i]);
+        store_as<T>(value, bytes.data() + i * sizeof(T));
+      }
   });
-  if (!is_float(type)) holes += count_missing(values);
-  if constexpr (std::endian::native != std::endian::little) swap_bytes(bytes, type_size(type));
-  file.write(bytes);
+  if (!is_float(output.type) && !output.fill) holes += count_missing(values);
+  return bytes;
+}
+
+// Returns a number that is no value of the channel, for those that are missing; nothing where there is none.
+std::optional<double> fill_of(Type type, const bccsplat_channel_info& channel) {
+  constexpr double of_floats = 9.969209968386869e36; // NetCDF's own
+  if (is_float(type)) return of_floats;
+  if (channel.holes == 0 && channel.missing == 0) return std::nullopt;
+  std::optional<double> fill;
+  visit_type(type, [&](auto zero) {
+    using T = decltype(zero);
+    if constexpr (std::is_integral_v<T>)
+      for (const T end : {std::numeric_limits<T>::max(), std::numeric_limits<T>::min()})
+        if (const auto value = static_cast<double>(end); value > channel.range[1] || value < channel.range[0])
+          fill = value;
+  });
+  return fill;
 }
 
 } // namespace
 
-Exporter::Exporter(const Volume& volume, uint32_t channel, const ExportOptions& options)
-    : volume_(volume), channel_(channel), options_(options), info_(volume_info(volume)),
-      channel_info_(channel_info(volume, channel)), type_(export_type(channel_info_)) {}
+Exporter::Exporter(const Volume& volume, uint32_t channel, const ExportOptions& options, StoredSites sites)
+    : volume_(volume), channel_(channel), options_(options), sites_(std::move(sites)),
+      info_(volume_info(volume)), channel_info_(channel_info(volume, channel)),
+      type_(export_type(channel_info_)) {}
 
-NrrdOutput Exporter::header(bool series) const {
-  NrrdOutput n;
-  n.type = type_;
-  n.content = channel_info_.name;
-  n.sample_unit = channel_info_.unit;
+VolumeOutput Exporter::description() const {
+  VolumeOutput o = describe_volume(volume_, channel_);
+  o.type = type_;
+  o.dims = region().dims;
+  o.affine = affine();
   const SampleBox box = region();
-  n.sizes.assign(box.dims.begin(), box.dims.end());
-  n.affine = affine();
-  n.spatial_unit = info_.spatial_unit;
   for (uint32_t a = 0; a < 3; ++a) {
     const bccsplat_axis axis = axis_info(volume_, a);
     if (axis.count == 0) continue;
     const double* const first = axis.coordinates + box.begin[a];
-    n.coordinates[a].assign(first, first + box.dims[a]);
-    n.coordinate_units[a] = axis.unit;
-    n.coordinates_down[a] = (axis.flags & BCCSPLAT_AXIS_DOWN) != 0;
+    o.coordinates[a].assign(first, first + box.dims[a]);
+    o.coordinate_units[a] = axis.unit;
+    o.coordinates_down[a] = (axis.flags & BCCSPLAT_AXIS_DOWN) != 0;
   }
-  n.time_unit = info_.time_unit;
-  const char* space = nullptr;
-  if (bccsplat_volume_find_attribute(volume_.get(), "space", &space) == BCCSPLAT_OK) n.space = space;
-  if (series) {
-    n.sizes.push_back(info_.dims[3]);
-    n.times.resize(info_.dims[3]);
-    check(bccsplat_volume_get_times(volume_.get(), n.times.data(), n.times.size(), nullptr), "");
-  }
-  return n;
+  if (options_.format == ExportFormat::netcdf) o.fill = fill_of(type_, channel_info_);
+  return o;
 }
 
 SampleBox Exporter::region() const {
@@ -103,12 +116,27 @@ double Exporter::written_index(double index) const {
   return look.kind == BCCSPLAT_KIND_LABELS ? std::round(index) : index;
 }
 
-void Exporter::append_frame(OutputFile& file, double index) {
+void Exporter::sample_frame(double index, const std::optional<SampleBox>& region,
+                            const std::function<void(std::span<const float> values)>& take) {
   // Of a periodic axis without sample 0 once more.
+  const SampleBox box{{0, 0, 0},
+                      region ? region->dims : std::array{info_.dims[0], info_.dims[1], info_.dims[2]}};
+  const Slice slice = cut_frame(volume_, index, channel_, region);
+  sites_.move_to(index, region);
+  std::vector<float> planes;
   sample_planes(
-      cut_frame(volume_, index, channel_, options_.region),
-      [&](uint64_t, std::span<const float> values) { append_values(file, values, type_, holes_); },
-      SampleBox{{0, 0, 0}, region().dims});
+      slice,
+      [&](uint64_t first_plane, std::span<const float> values) {
+        planes.assign(values.begin(), values.end());
+        sites_.clear(first_plane, box.dims, planes);
+        take(planes);
+      },
+      box);
+}
+
+void Exporter::append_frame(VolumeFile& file, const VolumeOutput& output, double index) {
+  sample_frame(index, options_.region,
+               [&](std::span<const float> values) { file.write(stored_values(values, output, holes_)); });
 }
 
 void Exporter::write_frame(const std::string& path, const Cut& where) {
@@ -116,30 +144,26 @@ void Exporter::write_frame(const std::string& path, const Cut& where) {
     write_vdb_frame(path, where);
     return;
   }
-  OutputFile file(path, options_.overwrite);
-  if (options_.format == ExportFormat::nrrd) {
-    NrrdOutput n = header(false);
-    n.keys = time_keys(where.time, n.time_unit);
-    const std::string text = nrrd_header_text(n);
-    file.write(std::as_bytes(std::span(text)));
-  }
-  append_frame(file, where.index);
-  file.finish();
+  VolumeOutput output = description();
+  output.times = {where.time};
+  const auto file = create_volume_file(options_.format, path, output, options_.overwrite, options_.quiet);
+  append_frame(*file, output, where.index);
+  file->finish();
 }
 
 void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path, [[maybe_unused]] const Cut& where) {
 #if BCCSPLAT_WITH_OPENVDB
   VdbOutput o = vdb_like_source(volume_, channel_);
   std::vector<float> values;
-  const auto take = [&](uint64_t, std::span<const float> planes) {
+  const auto take = [&](std::span<const float> planes) {
     values.insert(values.end(), planes.begin(), planes.end());
   };
-  const Slice slice = cut_frame(volume_, where.index, channel_);
-  sample_planes(slice, take, SampleBox{{0, 0, 0}, {info_.dims[0], info_.dims[1], info_.dims[2]}});
+  sample_frame(where.index, std::nullopt, take);
   keep_sparsity(volume_, channel_, where.index, values, o);
   if (options_.region) {
     values.clear();
-    sample_planes(slice, take, options_.region);
+    sample_frame(where.index, options_.region, take);
+    for (size_t i = 0; i < 3; ++i) o.begin[i] += static_cast<int32_t>(options_.region->begin[i]);
   }
   holes_ += count_missing(values); // become background
   o.dims = region().dims;
@@ -152,17 +176,17 @@ void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path, [[maybe
 
 void Exporter::write_series(const std::string& path, Progress& progress) {
   const uint64_t frames = info_.dims[3];
-  OutputFile file(path, options_.overwrite);
-  if (options_.format == ExportFormat::nrrd) {
-    const std::string text = nrrd_header_text(header(true));
-    file.write(std::as_bytes(std::span(text)));
-  }
+  VolumeOutput output = description();
+  output.series = true;
+  output.times.resize(frames);
+  check(bccsplat_volume_get_times(volume_.get(), output.times.data(), frames, nullptr), "");
+  const auto file = create_volume_file(options_.format, path, output, options_.overwrite, options_.quiet);
   for (uint64_t f = 0; f < frames; ++f) {
     stop_if_interrupted();
-    append_frame(file, static_cast<double>(f));
+    append_frame(*file, output, static_cast<double>(f));
     progress.update(f + 1, concat("frame ", f + 1, "/", frames));
   }
-  file.finish();
+  file->finish();
 }
 
 } // namespace bcc4

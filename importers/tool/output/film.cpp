@@ -50,7 +50,10 @@ std::vector<std::string> ffmpeg_arguments(const std::string& path, const std::st
   };
   append({"-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", concat(f.width, "x", f.height)});
   append({"-framerate", concat(f.fps[0], "/", f.fps[1]), "-i", "pipe:0", "-an"});
-  append({"-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=bicubic+accurate_rnd+full_chroma_int"});
+  const std::string again =
+      f.shown > 1 ? concat("loop=loop=", f.shown - 1, ":size=", f.pictures, ":start=0,") : "";
+  append({"-vf",
+          again + "scale=out_color_matrix=bt709:out_range=tv:flags=bicubic+accurate_rnd+full_chroma_int"});
   append(encoder(path));
   append({"-pix_fmt", "yuv420p", "-color_range", "tv", "-colorspace", "bt709"});
   append({"-color_primaries", "bt709", "-color_trc", "bt709"});

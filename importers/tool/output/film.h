@@ -22,6 +22,8 @@ struct FilmFormat {
   std::array<int32_t, 2> fps{24, 1}; // numerator and denominator
   int threads = 0;                   // 0: ffmpeg's choice
   std::string comment;
+  int shown = 1;       // times, one after the other: ffmpeg keeps the pictures in memory for that
+  size_t pictures = 0; // that it gets
 };
 
 class Film {

@@ -53,6 +53,27 @@ std::string index_values(size_t axis, const std::vector<double>& values) {
   return text + "\n";
 }
 
+// Names and units of the axes. Those of a slice that is not at one time have labels, and units where all
+// have.
+std::string axes_text(const VolumeOutput& o) {
+  std::string text;
+  bool any = false;
+  for (size_t a = 0; a < 3; ++a) any = any || !unit_of_axis(o, a).empty();
+  if (any) {
+    text += "space units:";
+    for (size_t a = 0; a < 3; ++a) text += " " + quoted(unit_of_axis(o, a));
+    text += "\n";
+  }
+  if (!o.axis_names[0].empty()) {
+    text += "labels:";
+    for (const std::string& name : o.axis_names) text += " " + quoted(name);
+    text += "\n";
+  }
+  if (o.series)
+    text += concat("labels: \"x\" \"y\" \"z\" \"t\"\nunits: \"\" \"\" \"\" ", quoted(o.time_unit), "\n");
+  return text;
+}
+
 } // namespace
 
 std::vector<std::pair<std::string, std::string>> time_keys(double time, const std::string& unit) {
@@ -61,30 +82,25 @@ std::vector<std::pair<std::string, std::string>> time_keys(double time, const st
   return keys;
 }
 
-std::string nrrd_header_text(const NrrdOutput& o) {
-  const bool series = o.sizes.size() == 4;
+std::string nrrd_header_text(const VolumeOutput& o) {
+  const bool series = o.series;
   std::string text =
-      concat("NRRD0005\n# written by bcc4\ntype: ", nrrd_type(o.type), "\ndimension: ", o.sizes.size(), "\n");
-  text += field("content", o.content);
+      concat("NRRD0005\n# written by bcc4\ntype: ", nrrd_type(o.type), "\ndimension: ", series ? 4 : 3, "\n");
+  text += field("content", o.name);
   if (o.space.empty())
     text += "space dimension: 3\n";
   else
     text += concat("space: ", o.space, "\n");
   text += "sizes:";
-  for (const uint64_t n : o.sizes) text += concat(" ", n);
-  text += "\nspace directions:";
+  for (const uint64_t n : o.dims) text += concat(" ", n);
+  text += (series ? concat(" ", o.times.size()) : "") + "\nspace directions:";
   for (size_t a = 0; a < 3; ++a)
     text += concat(" (", o.affine[a], ",", o.affine[4 + a], ",", o.affine[8 + a], ")");
   text += series ? " none" : "";
   text += concat("\nspace origin: (", o.affine[3], ",", o.affine[7], ",", o.affine[11], ")\n");
   text += concat("kinds: domain domain domain", series ? " time" : "", "\n");
-  if (!o.spatial_unit.empty()) {
-    const std::string u = quoted(o.spatial_unit);
-    text += concat("space units: ", u, " ", u, " ", u, "\n");
-  }
-  if (series)
-    text += concat("labels: \"x\" \"y\" \"z\" \"t\"\nunits: \"\" \"\" \"\" ", quoted(o.time_unit), "\n");
-  text += field("sample units", o.sample_unit);
+  text += axes_text(o);
+  text += field("sample units", o.unit);
   text += "endian: little\nencoding: raw\n";
   for (size_t a = 0; a < 3; ++a) {
     text += index_values(a, o.coordinates[a]);
@@ -94,7 +110,12 @@ std::string nrrd_header_text(const NrrdOutput& o) {
     if (!o.coordinates[a].empty() && !unit.empty()) text += concat("axis ", a, " index unit:=", unit, "\n");
   }
   if (series) text += index_values(3, o.times);
-  for (const auto& [key, value] : o.keys) text += concat(key, ":=", value, "\n");
+  if (!series && !o.times.empty())
+    for (const auto& [key, value] : time_keys(o.times[0], o.time_unit))
+      text += concat(key, ":=", value, "\n");
+  if (!o.epoch.empty()) text += concat("time epoch:=", one_line(o.epoch), "\n");
+  if (!o.calendar.empty()) text += concat("time calendar:=", one_line(o.calendar), "\n");
+  for (const auto& [key, value] : o.keys) text += concat(key, ":=", one_line(value), "\n");
   return text + "\n";
 }
 

@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "tool/output/byte_sink.h"
+
 namespace bcc4 {
 
 // An existing `path` is refused unless `overwrite`, and what is no regular file always.
@@ -19,16 +21,16 @@ void refuse_source_as_output(const std::string& output, const std::string& sourc
 [[nodiscard]] std::string partial_path(const std::string& path);
 void rename_finished(const std::string& partial, const std::string& path);
 
-class OutputFile {
+class OutputFile : public ByteSink {
  public:
   OutputFile(std::string path, bool overwrite);
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
-  ~OutputFile(); // removes what was written unless finished
-  void write(std::span<const std::byte> bytes);
+  ~OutputFile() override; // removes what was written unless finished
+  void write(std::span<const std::byte> bytes) override;
   // For what writes into a stream; finish() tells what went wrong there, too.
   [[nodiscard]] std::ostream& stream() { return stream_; }
-  void finish();
+  void finish() override;
 
  private:
   [[noreturn]] void fail_writing() const;

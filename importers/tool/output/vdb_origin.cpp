@@ -9,6 +9,8 @@
 namespace bcc4 {
 namespace {
 
+constexpr double farthest = 1 << 30; // index that a box may begin at
+
 std::optional<std::string> attribute(const Volume& volume, const std::string& key) {
   const char* value = nullptr;
   if (bccsplat_volume_find_attribute(volume.get(), key.c_str(), &value) != BCCSPLAT_OK) return std::nullopt;
@@ -25,6 +27,12 @@ VdbOutput vdb_like_source(const Volume& volume, uint32_t channel) {
   o.air = static_cast<float>(info.air);
   const auto [low, high] = std::minmax({info.range[0], info.range[1]});
   o.range = {std::min(static_cast<float>(low), o.air), std::max(static_cast<float>(high), o.air)};
+  o.as_double = attribute(volume, concat("openvdb.type.", info.name)).value_or("") == "double";
+  if (const auto begin = attribute(volume, "openvdb.begin")) {
+    const auto numbers = parse_numbers(split(*begin));
+    for (size_t a = 0; a < 3 && numbers && numbers->size() == 3; ++a)
+      o.begin[a] = static_cast<int32_t>(std::clamp((*numbers)[a], -farthest, farthest));
+  }
   o.as_half = info.source_type == BCCSPLAT_TYPE_F16;
   o.told.value_unit = info.unit;
   o.told.space_unit = volume_info(volume).spatial_unit;
@@ -47,6 +55,7 @@ void keep_sparsity(const Volume& volume, uint32_t channel, double index, std::sp
   const size_t after = std::min(before + 1, counts->size() - 1);
   const double part = index - std::floor(index);
   const double count = (1 - part) * (*counts)[before] + part * (*counts)[after];
+  output.all_active = count >= static_cast<double>(values.size());
   output.least = least_distance(output, values, std::llround(count));
 }
 

@@ -17,12 +17,14 @@ struct VdbOutput {
   std::string grid;                      // its name
   std::string grid_class = "fog volume"; // in small letters
   std::array<uint64_t, 3> dims{};
-  Affine affine{}; // index -> world
-  float air = 0;   // the background; of level sets that outside
+  std::array<int32_t, 3> begin{}; // the grid's index of the first voxel
+  Affine affine{};                // of the box, whose first voxel is (0, 0, 0), to the world
+  float air = 0;                  // the background; of level sets that outside
   float least = 0; // voxels that differ by less from the background stay inactive, and so do equal ones
   std::array<float, 2> range; // values beyond are written as its ends
-  bool as_half = false;
-  VdbTold told{}; // time and units, as metadata
+  bool as_half = false, as_double = false;
+  bool all_active = false; // whatever their values
+  VdbTold told{};          // time and units, as metadata
   bool overwrite = false;
 };
 

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tool/output/describe_volume.h"
+
+namespace bcc4 {
+namespace {
+
+std::string told(const Volume& volume, const char* key) {
+  const char* value = nullptr;
+  return bccsplat_volume_find_attribute(volume.get(), key, &value) == BCCSPLAT_OK ? value : "";
+}
+
+} // namespace
+
+VolumeOutput describe_volume(const Volume& volume, uint32_t channel) {
+  const bccsplat_volume_info v = volume_info(volume);
+  const bccsplat_channel_info c = channel_info(volume, channel);
+  VolumeOutput o;
+  o.name = c.name;
+  o.unit = c.unit;
+  o.space = told(volume, "space");
+  o.spatial_unit = v.spatial_unit;
+  o.time_unit = v.time_unit;
+  o.epoch = told(volume, "time_epoch");
+  o.calendar = told(volume, "time_calendar");
+  return o;
+}
+
+} // namespace bcc4
