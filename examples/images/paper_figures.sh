@@ -15,7 +15,7 @@ trap 'rm -rf "$work"' EXIT
 export BCCSPLAT_LIBRARY=$build/src/libbccsplat.so.0 PYTHONPATH=$here/../python PYTHONDONTWRITEBYTECODE=1
 wide=1200 slate='#0b0e14' slate_values=0.043,0.055,0.078
 
-draw() { "$bcc4" render --quality fine --quiet "$@"; }
+draw() { "$bcc4" render --overwrite --quality fine --quiet "$@"; }
 number() { "$bcc4" info "$1" --json | sed -n "s/^ *\"$2\": *\([0-9][0-9]*\),*$/\1/p" | sed -n 1p; }
 share() { awk -v a="$1" -v b="$2" 'BEGIN { printf "%.0f %%%%", 100 * a / b }'; }
 millions() { awk -v n="$1" 'BEGIN { if (n < 1e6) printf "%.1f k", n / 1e3; else printf "%.2f M", n / 1e6 }'; }

@@ -6,7 +6,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 bcc4=$1 smoke=$2 out=$3
 
 render() {
-  "$bcc4" render "$smoke" --camera persp --size 600x520 --background 0.02,0.02,0.03 "$@"
+  "$bcc4" render "$smoke" --overwrite --camera persp --size 600x520 --background 0.02,0.02,0.03 "$@"
 }
 # What the plane x = 48 held over time: y to the right, z up, time into the picture.
 render --plane 1,0,0,0,-48 --zoom 1.8 --rotate-y 40 --colormap inferno --range 0,0.9 --opacity 3 --no-shading -o "$out/x-slice.png"

@@ -143,6 +143,25 @@ class Film(ToolTest):
         with open(self.path('f.mp4'), 'rb') as f:
             self.assertEqual(f.read(), b'film')
 
+    def test_seconds_and_times_shown(self):
+        given, pictures, said = self.film('--seconds', .5, '--fps', 20, '--loop', 3)
+        self.assertEqual(len(pictures), 10)  # from frame 0 to 5, by moments between them
+        self.assertIn('loop=loop=2:size=10:start=0,', self.after(given, '-vf'))
+        self.assertIn('10 pictures, 3 times, 1.5 s at 20 per second', said[0])
+        _, whole, _ = self.film('--frames', '0-5x5')
+        self.assertEqual((pictures[0], pictures[-1]), (whole[0], whole[1]))
+        given, pictures, _ = self.film('--frames', '1-3', '--seconds', .25)
+        self.assertEqual(len(pictures), 6)
+        self.assertNotIn('loop=', self.after(given, '-vf'))
+        _, pictures, _ = self.film('--time', 2, '--turntable', 8, '--seconds', .5, '--fps', 8)
+        self.assertEqual(len(pictures), 4)
+        _, turn, _ = self.film('--time', 2, '--turntable', 4)
+        self.assertEqual(pictures, turn)
+        self.refused(2, 'are for films', 'render', 'v.bcc4', '--time', 0, '--seconds', 2, '-o', 'p.png', output='p.png')
+        self.refused(2, 'nothing moves', 'render', 'v.bcc4', '--time', 0, '--seconds', 2, '-o', 'x.mp4', output='x.mp4')
+        self.refused(2, '2 to 1000000 can be drawn', 'render', 'v.bcc4', '--seconds', .01, '-o', 'x.mp4', output='x.mp4')
+        self.refused(2, '1 to 1000 times', 'render', 'v.bcc4', '--loop', 0, '-o', 'x.mp4', output='x.mp4')
+
     def test_signals_end_ffmpeg_and_leave_nothing(self):
         for number in (signal.SIGINT, signal.SIGTERM):
             for out in os.listdir(self.path('bin')):
@@ -163,7 +182,7 @@ class Film(ToolTest):
 
     def test_a_kill_leaves_the_film_before(self):
         self.write('f.mp4', b'before')
-        p = subprocess.Popen([BCC4, 'render', 'v.bcc4', '-o', 'f.mp4', '--size', '400x400', '--quiet'],
+        p = subprocess.Popen([BCC4, 'render', 'v.bcc4', '-o', 'f.mp4', '--size', '400x400', '--quiet', '--overwrite'],
                              cwd=self.folder, env=self.environment('hang'))
         deadline = time.monotonic() + 60
         while not any('partial' in n for n in os.listdir(self.folder)):

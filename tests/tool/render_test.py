@@ -429,7 +429,7 @@ class Render(ToolTest):
         self.refused(2, 'value of an isosurface', *go, '--mode', 'mip', '--iso', 3, output='x.png')
         self.refused(2, '--opacity inf', *go, '--opacity', 'inf', output='x.png')
         self.refused(2, 'WxH', *go, '--size', '0x5', output='x.png')
-        self.refused(2, 'WxH', *go, '--size', '512', output='x.png')
+        self.refused(2, 'WxH', *go, '--size', '512x', output='x.png')
         self.refused(2, 'did you mean composite?', *go, '--mode', 'compsite', output='x.png')
         self.refused(2, '--trail DT', *go, '--trail-mode', 'post', output='x.png')
         self.refused(2, '0 to 1', *go, '--background', '255,0,0', output='x.png')

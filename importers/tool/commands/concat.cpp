@@ -67,7 +67,7 @@ Run add_concat(Command tool) {
   auto a = std::make_shared<ConcatArguments>();
   const Command concat = tool.add_command("concat", "Join the parts of a series that import --part made");
   concat.add_option("PART", a->parts, "Files of import --part, in any order");
-  concat.add_option("-o,--output", a->output, "The .bcc4 file to write").type_name("OUT.bcc4");
+  concat.add_option("-o,--output,--out", a->output, "The .bcc4 file to write").type_name("OUT.bcc4");
   concat.add_flag("--overwrite", a->overwrite, "Replace an existing output");
   concat.add_flag("--json", a->common.json, "Report as JSON");
   concat.add_flag("--quiet", a->common.quiet, "Print nothing but warnings and errors");

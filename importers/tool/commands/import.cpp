@@ -227,10 +227,12 @@ void refuse_planned_options(Command import) {
                                                 "--max-mem", "--live", "--resume", "--overwrite",
                                                 "--json",    "--quiet"};
   for (const OptionText& option : import.options()) {
-    const std::string& name = option.names.back();
-    if (!option.given || !name.starts_with("--")) continue;
-    if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
-      fail_usage(name, ": the plan decides that; make another plan for other options");
+    if (!option.given || option.is_argument()) continue;
+    const auto is_allowed = [](const std::string& name) {
+      return std::find(allowed.begin(), allowed.end(), name) != allowed.end();
+    };
+    if (std::none_of(option.names.begin(), option.names.end(), is_allowed))
+      fail_usage(option.names.back(), ": the plan decides that; make another plan for other options");
   }
 }
 

@@ -91,7 +91,7 @@ Run add_recode(Command tool) {
   const Command recode = tool.add_command(
       "recode", "Write a .bcc4 file anew, without its source: another store, kernel, step or format version");
   recode.add_option("FILE", a->file, "A .bcc4 file");
-  recode.add_option("-o,--output", a->output, "The .bcc4 file to write").type_name("OUT.bcc4");
+  recode.add_option("-o,--output,--out", a->output, "The .bcc4 file to write").type_name("OUT.bcc4");
   add_choice<int32_t>(recode, "--store", a->store, kStoreChoices,
                       "Store samples, or coefficients of the kernel (default: as FILE does)");
   recode

@@ -338,9 +338,18 @@ void print_times(const Scene& scene, const RenderTimes& times) {
 }
 
 void refuse_outputs(const RenderArguments& a, const std::vector<Picture>& pictures) {
-  for (const Picture& p : pictures) refuse_existing(p.path, true);
+  for (const Picture& p : pictures) refuse_existing(p.path, a.overwrite);
   for (const std::string* out : {&a.stats, &a.dump_tf})
-    if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
+    if (!out->empty()) refuse_existing(*out, a.overwrite), refuse_source_as_output(*out, a.file);
+}
+
+// The pictures of a turn that lasts --seconds; a film of one moment has no other motion.
+int turn_of(const RenderArguments& a, size_t count) {
+  if (!a.turntable)
+    fail_usage(
+        "--seconds: a film of one moment, in which nothing moves; --turntable N turns it, --frames A-B "
+        "shows others");
+  return static_cast<int>(count);
 }
 
 Renderer create_renderer(const Device& device, const bccsplat_render_options& options,
@@ -368,6 +377,7 @@ Exit run_render(RenderArguments a) {
   if (a.trail && volume_info(volume).dims[3] == 1)
     fail_usage("--trail: ", a.file, " has one frame, in which nothing moves");
   choose_moment(volume, a, cameras > 1);
+  if (const auto count = pictures_of_film(a); count && !a.frames) a.turntable = turn_of(a, *count);
   const std::vector<Picture> pictures = picture_sequence(volume, a, cameras);
   refuse_outputs(a, pictures);
 

@@ -154,7 +154,7 @@ void add_output_options(Command import, ImportArguments& a) {
 void add_import_options(Command import, ImportArguments& a) {
   import.add_option("INPUT", a.reader.options.inputs,
                     "Files, a pattern such as smoke.%04d.vdb or smoke.####.vdb, a glob, or @LIST");
-  import.add_option("-o,--output", a.output, "The .bcc4 file to write").type_name("OUT.bcc4");
+  import.add_option("-o,--output,--out", a.output, "The .bcc4 file to write").type_name("OUT.bcc4");
   add_reader_options(import, a.reader);
   add_fit_options(import, a);
   add_lattice_options(import, a);

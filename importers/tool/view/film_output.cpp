@@ -5,16 +5,17 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tool/view/film_rate.h"
+
 namespace bcc4 {
 namespace {
-
-constexpr std::array<int32_t, 2> usual_rate{24, 1};
 
 // Half of a film's colours come in blocks of two by two pixels, so its sizes are even.
 uint32_t even(uint32_t n) { return n + n % 2; }
 
-FilmFormat film_format(const RenderArguments& a, const PictureSize& size) {
-  return {even(size.width), even(size.height), a.fps.value_or(usual_rate), a.common.threads, a.command_line};
+FilmFormat film_format(const RenderArguments& a, const PictureSize& size, size_t pictures) {
+  return {even(size.width),   even(size.height), a.fps.value_or(usual_rate), a.common.threads, a.command_line,
+          a.loop.value_or(1), pictures};
 }
 
 // Bytes of linear intensities from 0 to 1, without a power for each: finer than a byte's steps are near
@@ -32,7 +33,7 @@ const std::vector<unsigned char>& display_bytes() {
 } // namespace
 
 FilmOutput::FilmOutput(const RenderArguments& a, const PictureSize& size, size_t count)
-    : format_(film_format(a, size)), count_(count),
+    : format_(film_format(a, size, count)), count_(count),
       background_(linear_background(a).value_or(Color{0, 0, 0})),
       rgb_(size_t{3} * format_.width * format_.height), film_(a.output, format_) {
   if (format_.width != size.width || format_.height != size.height)
@@ -63,9 +64,10 @@ void FilmOutput::take(const Image& image, const Picture&, double) {
 
 std::string FilmOutput::in_words() const {
   const double rate = static_cast<double>(format_.fps[0]) / format_.fps[1];
+  const double seconds = static_cast<double>(count_) * format_.shown / rate;
   return concat(", ", count_, count_ == 1 ? " picture, " : " pictures, ",
-                short_number(static_cast<double>(count_) / rate, 3), " s at ", short_number(rate, 4),
-                " per second");
+                format_.shown > 1 ? concat(format_.shown, " times, ") : "", short_number(seconds, 3),
+                " s at ", short_number(rate, 4), " per second");
 }
 
 } // namespace bcc4

@@ -11,6 +11,22 @@
 namespace bcc4 {
 namespace {
 
+// As many as the film lasts, from the first frame to the last; of a whole turn of a periodic series, whose
+// end is its first frame again, that end is left out.
+std::vector<Picture> evenly(const Volume& volume, const RenderArguments& a) {
+  const size_t count = *pictures_of_film(a);
+  const bool turn = volume_info(volume).time_periodic && a.frames->first == 0 &&
+                    a.frames->last == last_index(volume_info(volume));
+  const double step = (a.frames->last - a.frames->first) / static_cast<double>(turn ? count : count - 1);
+  std::vector<Picture> out;
+  for (size_t i = 0; i < count; ++i) {
+    const double frame = std::min(a.frames->last, a.frames->first + static_cast<double>(i) * step);
+    out.push_back({cut_at_index(volume, frame), 0, 0, {}});
+    set_shape(out.back().where, a.which);
+  }
+  return out;
+}
+
 std::vector<Picture> pictures_of_frames(const Volume& volume, const RenderArguments& a) {
   if (a.which.time || a.which.index || a.which.plane || a.which.point)
     fail_usage("--frames excludes --time, --plane and --point");
@@ -18,6 +34,7 @@ std::vector<Picture> pictures_of_frames(const Volume& volume, const RenderArgume
   if (!(a.frames->first >= 0 && a.frames->last <= last_frame))
     fail_usage("--frames: the frames are 0 to ", last_frame);
   std::vector<Picture> out;
+  if (a.seconds) return evenly(volume, a);
   const auto count = static_cast<size_t>((a.frames->last - a.frames->first) / a.frames->step + 1e-9) + 1;
   if (count > 1'000'000) fail_usage("--frames: ", count, " pictures are too many");
   for (size_t i = 0; i < count; ++i) {

@@ -8,9 +8,12 @@
 
 #include "tool/cli.h"
 #include "tool/output/film.h"
+#include "tool/view/film_rate.h"
 
 namespace bcc4 {
 namespace {
+
+constexpr double most_pictures = 1e6;
 
 // What the kind of file that is written has no place for.
 void check_output(const RenderArguments& a) {
@@ -19,6 +22,7 @@ void check_output(const RenderArguments& a) {
     fail_usage("-o ", a.output, ": must end in .png or .exr, or a film in .mp4 or .webm");
   if (a.background && exr) fail_usage("--background is for PNG and films; an EXR keeps its opacity");
   if (a.fps && !exr && !film) fail_usage("--fps is for EXR and films; a PNG has no place for a rate");
+  if ((a.seconds || a.loop) && !film) fail_usage("--seconds and --loop are for films: -o film.mp4");
   if (a.deep && !exr) fail_usage("--deep is for EXR: -o picture.exr");
   if (exr && (a.annotate || !a.title.empty()))
     fail_usage("--annotate and --title are for PNG and films; an EXR keeps what was rendered");
@@ -28,6 +32,16 @@ void check_output(const RenderArguments& a) {
 } // namespace
 
 bool makes_one_file(const RenderArguments& a) { return a.sheet || is_film(a.output); }
+
+std::optional<size_t> pictures_of_film(const RenderArguments& a) {
+  if (!a.seconds) return std::nullopt;
+  const std::array<int32_t, 2> rate = a.fps.value_or(usual_rate);
+  const double count = std::round(*a.seconds * rate[0] / rate[1]);
+  if (!(count >= 2 && count <= most_pictures))
+    fail_usage("--seconds ", *a.seconds, ": at ", rate[0], rate[1] > 1 ? concat("/", rate[1]) : "",
+               " pictures a second that is ", count, " pictures; 2 to ", most_pictures, " can be drawn");
+  return static_cast<size_t>(count);
+}
 
 std::array<double, 2> rotations(const RenderArguments& a) {
   return a.view.value_or(std::array{a.rotate_x.value_or(20), a.rotate_y.value_or(30)});
@@ -58,6 +72,9 @@ void check_arguments(const RenderArguments& a) {
   if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))
     fail_usage("--trail-content, --trail-mode and the like go with --trail DT");
   if (a.which.sweep && (a.frames || a.turntable)) fail_usage("--sweep excludes --frames and --turntable");
+  if (a.seconds && (a.which.sweep || (a.frames && a.turntable)))
+    fail_usage(
+        "--seconds sets how many pictures there are, and so do --sweep, and --frames with --turntable");
   if (a.view && (a.rotate_x || a.rotate_y))
     fail_usage("--view and --rotate-x, --rotate-y exclude each other");
   if (a.zoom && !(*a.zoom >= 1e-3 && *a.zoom <= 1e6)) fail_usage("--zoom ", *a.zoom, ": 0.001 to 1e6");

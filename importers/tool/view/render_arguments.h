@@ -61,17 +61,22 @@ struct RenderArguments {
   int32_t trail_mode = BCCSPLAT_TRAIL_COMBINE_DEFAULT;
   std::optional<std::vector<double>> background; // display colours
   std::optional<std::array<int32_t, 2>> fps;     // numerator and denominator
+  std::optional<double> seconds;                 // that a film lasts, once
+  std::optional<int> loop;                       // times that a film is shown
   std::optional<AnnotationParts> annotate;
   std::string title;
   std::string command_line; // what was typed
   std::string stats;
   int repeat = 1;
+  bool overwrite = false;
   CommonOptions common;
 };
 
 void add_render_options(Command command, RenderArguments& arguments);
 // A film or a sheet: one file for all pictures.
 [[nodiscard]] bool makes_one_file(const RenderArguments& arguments);
+// The pictures that a film of --seconds has; none: as many as there are.
+[[nodiscard]] std::optional<size_t> pictures_of_film(const RenderArguments& arguments);
 // The rotations about x and y that the fitted view has.
 [[nodiscard]] std::array<double, 2> rotations(const RenderArguments& arguments);
 // What no single option can tell.

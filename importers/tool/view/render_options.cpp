@@ -26,6 +26,13 @@ std::array<uint32_t, 2> parse_product(const std::string& option, const std::stri
   return {*w, *h};
 }
 
+std::array<uint32_t, 2> parse_size(const std::string& text) {
+  constexpr uint32_t most = 65536;
+  const bool square = text.find('x') == std::string::npos;
+  return parse_product("--size", square ? concat(text, "x", text) : text, most,
+                       "WxH or the edge of a square is expected, such as 512x512 or 512");
+}
+
 std::array<int32_t, 2> parse_rate(const std::string& text) {
   const size_t slash = text.find('/');
   const std::string_view all(text);
@@ -136,9 +143,8 @@ void add_pictures(Command command, RenderArguments& a) {
       [&a](const std::string& t) {
         a.sheet = parse_product("--sheet", t, 1000, "CxR is expected, columns and rows such as 4x3");
       });
-  command.add_text("--size", "WxH", "Pixels of a picture (default 512x512)", [&a](const std::string& t) {
-    a.size = parse_product("--size", t, 65536, "WxH is expected, such as 512x512");
-  });
+  command.add_text("--size", "WxH|N", "Pixels of a picture, N: a square (default 512x512)",
+                   [&a](const std::string& t) { a.size = parse_size(t); });
 }
 
 // Adds the options that place the camera.
@@ -331,6 +337,15 @@ void add_decoration(Command command, RenderArguments& a) {
   command.add_text("--fps", "N[/D]",
                    "EXR and films: rate at which the pictures are to be shown (default 24 for sequences)",
                    [&a](const std::string& t) { a.fps = parse_rate(t); });
+  command.add_text(
+      "--seconds", "S",
+      "Films: how long it lasts, by moments between frames; of --turntable how long a turn takes",
+      [&a](const std::string& t) { a.seconds = option_number<double>("--seconds", t); });
+  command.add_text("--loop", "N", "Films: shown N times, one after the other", [&a](const std::string& t) {
+    constexpr int most = 1000;
+    a.loop = option_number<int>("--loop", t);
+    if (*a.loop < 1 || *a.loop > most) fail_usage("--loop ", t, ": 1 to ", most, " times");
+  });
 }
 
 // Deep pictures.
@@ -351,6 +366,7 @@ void add_work(Command command, RenderArguments& a) {
   });
   add_threads(command, a.common);
   add_max_memory(command, a.common);
+  command.add_flag("--overwrite", a.overwrite, "Replace existing outputs");
   command.add_flag("--quiet", a.common.quiet, "Print warnings and errors only");
 }
 
@@ -360,7 +376,7 @@ void add_render_options(Command command, RenderArguments& a) {
   command.add_option("FILE", a.file, "A .bcc4 file");
   command
       .add_option(
-          "-o,--output", a.output,
+          "-o,--output,--out", a.output,
           "The .png or .exr to write; a pattern such as p.%04d.png for several; or a film of them, .mp4 or "
           ".webm, encoded by ffmpeg (H.264, VP9)")
       .type_name("OUT");
