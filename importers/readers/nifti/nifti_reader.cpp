@@ -162,7 +162,7 @@ void take_times(SeriesDescription& d, const std::vector<FileTime>& times) {
 
 // Reads the channels that the values of a voxel are, one frame after the other.
 std::unique_ptr<FrameReader> open_values(SeriesDescription d, std::vector<Segment> segments,
-                                         const OneNifti& first, DenseLayout layout,
+                                         const OneNifti& first, const DenseLayout& layout,
                                          const ReaderOptions& options, const std::string& path) {
   Channel kind;
   layout.describe(kind, d);
@@ -217,9 +217,8 @@ std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOp
   d.axes = layout_text(layout);
   if (times.size() == frames && d.times.values.empty()) take_times(d, times);
   FramePlan plan = plan_frames(sequence, frames, options);
-  return planned_series(
-      open_values(std::move(d), std::move(segments), first, std::move(layout), options, path),
-      std::move(plan), options);
+  return planned_series(open_values(std::move(d), std::move(segments), first, layout, options, path),
+                        std::move(plan), options);
 }
 
 } // namespace bcc4
