@@ -89,6 +89,7 @@ PARTIAL_DEFAULT = 0
 PARTIAL_KEEP = 1
 PARTIAL_RESUME = 2
 PARTIAL_APPEND = 3
+AXIS_DOWN = 1
 SERIES_FINISHED = 0
 SERIES_UNFINISHED = 1
 SERIES_OPEN_END = 2
@@ -100,6 +101,9 @@ METHOD_DEFAULT = 0
 METHOD_MERGED = 1
 METHOD_RESAMPLED = 2
 METHOD_EXTRACTED = 3
+SPACE_DEFAULT = 0
+SPACE_INDEX = 1
+SPACE_EVEN = 2
 RANGES_MISSING = 1
 PROJECTION_DEFAULT = 0
 PROJECTION_ORTHOGRAPHIC = 1
@@ -296,6 +300,15 @@ class SeriesPart(Struct):
         ("lead", c_uint64), ("times", c_void_p)]
 
 
+class Axis(Struct):
+    flags: int
+    count: int
+    coordinates: int | None
+    unit: bytes | None
+    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32), ("count", c_uint64),
+        ("coordinates", c_void_p), ("unit", c_char_p)]
+
+
 class WriterOptions(Struct):
     set_mask: int
     dims: Array[c_uint32]
@@ -327,6 +340,7 @@ class WriterOptions(Struct):
     live: int
     periodic_axes: int
     cancel_token: int | None
+    axes: Any
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
@@ -335,7 +349,7 @@ class WriterOptions(Struct):
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
         ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
         ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4), ("live", c_uint32),
-        ("periodic_axes", c_uint32), ("cancel_token", c_void_p)]
+        ("periodic_axes", c_uint32), ("cancel_token", c_void_p), ("axes", POINTER(Axis))]
 
 
 class Box(Struct):
@@ -590,11 +604,14 @@ class SliceOptions(Struct):
     method: int
     box: int | None
     cancel_token: int | None
+    space: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
         ("thickness", c_double), ("point", c_void_p), ("basis", c_void_p), ("slab", c_int32),
-        ("method", c_int32), ("box", c_void_p), ("cancel_token", c_void_p)]
+        ("method", c_int32), ("box", c_void_p), ("cancel_token", c_void_p), ("space", c_int32),
+        ("reserved", c_uint32)]
 
 
 class SliceInfo(Struct):
@@ -963,6 +980,9 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_get_channel_info": (c_int32, c_void_p, c_uint32, POINTER(ChannelInfo),),
     "bccsplat_volume_find_channel": (c_int32, c_void_p, c_char_p, c_void_p,),
     "bccsplat_volume_get_times": (c_int32, c_void_p, c_void_p, c_uint64, c_void_p,),
+    "bccsplat_volume_get_axis": (c_int32, c_void_p, c_uint32, POINTER(Axis),),
+    "bccsplat_volume_index_to_world": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p,),
+    "bccsplat_volume_world_to_index": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p,),
     "bccsplat_volume_get_frame_ranges": (c_int32, c_void_p, c_uint32, c_void_p, c_uint64, c_void_p,),
     "bccsplat_volume_time_to_index": (c_int32, c_void_p, c_double, c_void_p,),
     "bccsplat_volume_index_to_time": (c_int32, c_void_p, c_double, c_void_p,),

@@ -178,11 +178,7 @@ Exit run_export(ExportArguments& a) {
   else
     export_moment(exporter, volume, a, pattern);
 
-  if (a.options.format != ExportFormat::nrrd && has_coordinates(volume))
-    std::fprintf(stderr,
-                 "bcc4: warning: samples are unevenly spaced along an axis, which %s cannot say: they stand "
-                 "evenly in it; NRRD keeps their coordinates, and bcc4 info tells them\n",
-                 a.options.format == ExportFormat::vdb ? "OpenVDB" : "a raw file");
+  if (has_coordinates(volume)) warn_of_uneven_samples(a.options.format);
   if (exporter.holes() > 0) {
     const bool vdb = a.options.format == ExportFormat::vdb;
     std::fprintf(stderr, "bcc4: warning: %llu missing values were written as %s: %s has no code for them\n",

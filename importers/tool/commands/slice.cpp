@@ -75,13 +75,10 @@ Affine box_affine(const Volume& volume, const bccsplat_slice_info& info) {
 }
 
 // Says what a slice of an uneven volume does not hold.
-void warn_of_uneven(const Volume& volume, const Cut& where, bool vdb) {
+void warn_of_uneven(const Volume& volume, const Cut& where, ExportFormat format) {
   if (!has_coordinates(volume)) return;
-  if (vdb)
-    std::fprintf(stderr,
-                 "bcc4: warning: samples are unevenly spaced along an axis, which OpenVDB cannot say: "
-                 "they stand evenly in it; NRRD keeps their coordinates\n");
-  else if (!where.is_time_slice)
+  warn_of_uneven_samples(format);
+  if (!where.is_time_slice)
     std::fprintf(stderr,
                  "bcc4: warning: axes are unevenly spaced: the plane is one of samples, and only along "
                  "axes that it keeps are coordinates written\n");
@@ -261,7 +258,7 @@ Exit run_slice(const SliceArguments& a) {
   const std::vector<Cut> cuts = sweep(volume, a.which);
   const std::vector<std::string> names = sweep_names(a.output, cuts.size());
   for (const std::string& name : names) refuse_existing(name, a.overwrite);
-  if (!a.common.quiet) warn_of_uneven(volume, cuts.front(), vdb);
+  if (!a.common.quiet) warn_of_uneven(volume, cuts.front(), format);
   Json written = Json::array();
   for (size_t i = 0; i < cuts.size(); ++i) {
     stop_if_interrupted();

@@ -34,6 +34,25 @@ constexpr Suffix kSuffixes[] = {{".raw", ExportFormat::raw},      {".nrrd", Expo
                                 {".vti", ExportFormat::vti},      {".pvd", ExportFormat::vti},
                                 {".tif", ExportFormat::tiff},     {".tiff", ExportFormat::tiff}};
 
+// Its name where it cannot say where uneven samples stand; null where it can.
+const char* without_coordinates(ExportFormat format) {
+  switch (format) {
+  case ExportFormat::vdb:
+    return "OpenVDB";
+  case ExportFormat::nifti:
+    return "NIfTI";
+  case ExportFormat::vti:
+    return "VTI";
+  case ExportFormat::tiff:
+    return "TIFF";
+  case ExportFormat::nrrd:
+  case ExportFormat::netcdf:
+    return nullptr;
+  default:
+    return "a raw file";
+  }
+}
+
 std::unique_ptr<ByteSink> create_sink(const std::string& path, bool overwrite) {
   if (lower(path).ends_with(".gz")) return create_gzip(path, overwrite);
   return std::make_unique<OutputFile>(path, overwrite);
@@ -54,6 +73,14 @@ ExportFormat format_of_suffix(const std::string& name) {
   for (const auto& [suffix, format] : kSuffixes)
     if (low.ends_with(suffix)) return format;
   return ExportFormat::unset;
+}
+
+void warn_of_uneven_samples(ExportFormat format) {
+  if (const char* const name = without_coordinates(format))
+    std::fprintf(stderr,
+                 "bcc4: warning: samples are unevenly spaced along an axis, which %s cannot say: they stand "
+                 "evenly in it; NRRD and NetCDF keep their coordinates, and bcc4 info tells them\n",
+                 name);
 }
 
 const char* suffix_of(ExportFormat format) {

@@ -19,6 +19,8 @@ enum class ExportFormat : uint8_t { unset, raw, nrrd, vdb, nifti, netcdf, vti, t
 [[nodiscard]] Choices<ExportFormat> export_formats();
 // Throws for a format that this build cannot write; `option` is what asked for it.
 void require_format(ExportFormat format, const std::string& option);
+// Tells that samples are uneven along an axis where the format has no place for their coordinates.
+void warn_of_uneven_samples(ExportFormat format);
 // Can a file hold several frames?
 [[nodiscard]] bool holds_series(ExportFormat format);
 

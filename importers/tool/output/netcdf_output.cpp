@@ -42,9 +42,9 @@ size_t world_axis(const Affine& m, size_t a) {
   return count == 1 ? found : 3;
 }
 
-// Returns the places of the samples along an axis of the grid. Axes whose samples are uneven would have
-// theirs here.
+// Returns the places of the samples along an axis of the grid.
 std::vector<double> coordinates_of(const VolumeOutput& o, size_t a) {
+  if (!o.coordinates[a].empty()) return o.coordinates[a];
   const size_t row = world_axis(o.affine, a);
   std::vector<double> at(o.dims[a]);
   for (size_t i = 0; i < at.size(); ++i)
@@ -66,6 +66,7 @@ struct Axis {
   std::string name; // of the dimension and its variable
   char letter = 0;
   std::string unit;
+  bool down = false;
   std::vector<double> at;
 };
 
@@ -115,18 +116,22 @@ class NetcdfOutputFile : public VolumeFile {
     check(nc_def_var(id_, axis.name.c_str(), NC_DOUBLE, 1, &dimension, &variable), "cannot be written");
     text(variable, "axis", std::string(1, axis.letter));
     text(variable, "units", axis.unit);
+    if (axis.down) text(variable, "positive", "down");
     return {dimension, variable};
   }
 
   static std::vector<Axis> axes_of(const VolumeOutput& o) {
     std::vector<Axis> axes;
     if (!o.times.empty())
-      axes.push_back({"time", 'T', o.time_unit + (o.epoch.empty() ? "" : " since " + o.epoch), o.times});
+      axes.push_back(
+          {"time", 'T', o.time_unit + (o.epoch.empty() ? "" : " since " + o.epoch), false, o.times});
     for (size_t a = 3; a-- > 0;) {
       const size_t row = world_axis(o.affine, a);
       const std::string name = o.axis_names[row].empty() ? std::string(1, "xyz"[row]) : o.axis_names[row];
       const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
-      axes.push_back({name, letter, unit_of_axis(o, row), coordinates_of(o, a)});
+      const bool uneven = !o.coordinates[a].empty();
+      axes.push_back({name, letter, uneven ? o.coordinate_units[a] : unit_of_axis(o, row),
+                      uneven && o.coordinates_down[a], coordinates_of(o, a)});
     }
     return axes;
   }

@@ -34,7 +34,7 @@ struct VolumeOutput {
   std::array<std::vector<double>, 3> coordinates{};
   std::array<std::string, 3> coordinate_units{};
   std::array<bool, 3> coordinates_down{};
-  std::optional<double> fill;              // what stands for missing values; floats have NaN
+  std::optional<double> fill;                            // what stands for missing values; floats have NaN
   std::vector<std::pair<std::string, std::string>> keys; // free text, for formats that have it
 };
 

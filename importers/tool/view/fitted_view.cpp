@@ -66,6 +66,7 @@ std::optional<FittedView::Bounds> FittedView::seen_of_series(const Cut& shape) c
     const uint64_t frame = moments == 1 ? first : first + n * (end - 1 - first) / (moments - 1);
     Cut cut = cut_at_index(volume_, static_cast<double>(frame));
     set_shape(cut, arguments_.which);
+    cut.even = shape.even;
     const bool merged = shape.method != BCCSPLAT_METHOD_EXTRACTED;
     cut.level = merged && !arguments_.which.level ? v.level_count : shape.level;
     try {
