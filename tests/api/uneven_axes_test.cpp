@@ -7,7 +7,7 @@
 
 #include "support.h"
 
-namespace host {
+namespace host::uneven_axes {
 namespace {
 
 const std::vector<double> depths{0, 10, 20, 30, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 700, 1000};
@@ -337,4 +337,4 @@ TEST(UnevenAxes, UnfinishedWorkIsTakenUpWithTheSameAlone) {
 }
 
 } // namespace
-} // namespace host
+} // namespace host::uneven_axes

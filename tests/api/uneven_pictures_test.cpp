@@ -8,7 +8,7 @@
 
 #include "support.h"
 
-namespace host {
+namespace host::uneven_pictures {
 namespace {
 
 constexpr double edge = 40; // of the box, in world units
@@ -316,4 +316,4 @@ TEST(UnevenMasks, AreExactInEvenPositions) {
 }
 
 } // namespace
-} // namespace host
+} // namespace host::uneven_pictures
