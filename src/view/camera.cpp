@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Cameras: resolved to axes, as matrices for other programs, and fitted to boxes and slices.
 #include "view/camera.h"
 
 #include <algorithm>

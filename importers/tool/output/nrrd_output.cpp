@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Header text of NRRD files: place, axes, times and coordinates as the fields that Teem reads, the rest as
+// keys.
 #include "tool/output/nrrd_output.h"
 
 #include "readers/text.h"
