@@ -2,6 +2,7 @@
 #include "points/uneven_axes.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace bccsplat {
 namespace {
@@ -27,7 +28,7 @@ UnevenAxes::UnevenAxes(const std::array<std::vector<double>, 3>& coordinates) {
   for (size_t a = 0; a < 3; ++a) {
     if (coordinates[a].empty()) continue;
     const std::vector<double> even = even_positions(coordinates[a]);
-    UnevenAxis& axis = axes_[a].emplace();
+    UnevenAxis axis;
     axis.even = TimeAxis(even);
     axis.end = static_cast<double>(even.size()) - 1;
     for (size_t i = 0; i + 1 < even.size(); ++i) {
@@ -36,6 +37,7 @@ UnevenAxes::UnevenAxes(const std::array<std::vector<double>, 3>& coordinates) {
             std::min(axis.closest, axis.even.slope_at(static_cast<double>(i) + k * slope_distance));
       axis.halves.push_back(axis.even.time_of(static_cast<double>(i) + half));
     }
+    axes_[a] = std::move(axis);
   }
 }
 

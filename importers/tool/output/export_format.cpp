@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The formats that volumes are written in: their suffixes, what they have no place for, and who makes their
+// files.
 #include "tool/output/export_format.h"
 
 #include <cstdio>

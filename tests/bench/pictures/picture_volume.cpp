@@ -133,7 +133,7 @@ Drawn PictureVolume::draw(const Shot& shot) const {
 #ifdef BCCSPLAT_BENCH_READERS
   if (shot.mode == BCCSPLAT_MODE_XRAY) {
     std::optional<bcc4::XrayExposure> exposure;
-    bcc4::expose_xray(f, camera, info_of(slice.get()), bcc4::least_background(look(), 0), exposure);
+    bcc4::expose_xray(f, camera, info_of(slice.get()), bcc4::least_background(look(), 0), true, exposure);
   }
 #endif
   return out;
