@@ -114,7 +114,8 @@ class Volume(Child):
         from .pictures import draw
         if time is None and frame is None:
             frame = (self.shape[0] - 1) / 2
-        return draw(self.slice(time=time, frame=frame, channel=channel), width, height, channel=channel, **options)
+        cut = self.slice(time=time, frame=frame, channel=channel, space="even")
+        return draw(cut, width, height, channel=channel, **options)
 
     def plane(self, time: float | None = None, *, frame: float | None = None, channel: int = 0, level: int = 0,
               **place: float) -> Plane:
@@ -278,6 +279,7 @@ class Volume(Child):
         call("volume_get_axis", self.pointer, axis, byref(info))
         if not info.count:
             return np.empty(0), decode(info.unit), bool(info.flags & _abi.AXIS_DOWN)
+        assert info.coordinates is not None
         values = np.ctypeslib.as_array(cast(info.coordinates, POINTER(c_double)), (info.count,)).copy()
         return values, decode(info.unit), bool(info.flags & _abi.AXIS_DOWN)
 
@@ -381,12 +383,13 @@ class Slice(Child):
         with it."""
         super().__init__(volume.device)
         self.volume = volume
-        o, _box = self._options(channel, kernel, interval, spacing, time_length, box, cancel, options)
+        o, _box = self._options(channel, kernel, interval, spacing, time_length, box, space, cancel, options)
         self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
 
     @staticmethod
     def _options(channel: int, kernel: str | None, interval: tuple[float, float], spacing: float, time_length: float,
-                 box: Any, cancel: CancelToken | None, options: dict[str, Any]) -> tuple[_abi.SliceOptions, Any]:
+                 box: Any, space: str | None, cancel: CancelToken | None,
+                 options: dict[str, Any]) -> tuple[_abi.SliceOptions, Any]:
         corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
         o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
                               box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
@@ -407,13 +410,13 @@ class Slice(Child):
     @classmethod
     def at_time(cls, volume: Volume, time: float, *, channel: int = 0, kernel: str | None = None,
                 interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0, time_length: float = 0.0,
-                box: Any = None, progress: Progress | None = None, cancel: CancelToken | None = None,
-                **options: Any) -> Slice:
+                box: Any = None, space: str | None = None, progress: Progress | None = None,
+                cancel: CancelToken | None = None, **options: Any) -> Slice:
         """The time slice at a time in the file's unit."""
         cut = cls.__new__(cls)
         Child.__init__(cut, volume.device)
         cut.volume = volume
-        o, _box = cls._options(channel, kernel, interval, spacing, time_length, box, cancel, options)
+        o, _box = cls._options(channel, kernel, interval, spacing, time_length, box, space, cancel, options)
         watch = Watch(progress)
         o.progress = watch.function
         cut._create("volume_slice_at", volume.pointer, time, byref(o), watch=watch)
