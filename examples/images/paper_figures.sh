@@ -15,7 +15,8 @@ trap 'rm -rf "$work"' EXIT
 export BCCSPLAT_LIBRARY=$build/src/libbccsplat.so.0 PYTHONPATH=$here/../python PYTHONDONTWRITEBYTECODE=1
 wide=1200 slate='#0b0e14' slate_values=0.043,0.055,0.078
 
-draw() { "$bcc4" render --overwrite --quality fine --quiet "$@"; }
+# Pictures that are compared have one camera.
+draw() { "$bcc4" render --fit domain --overwrite --quality fine --quiet "$@"; }
 number() { "$bcc4" info "$1" --json | sed -n "s/^ *\"$2\": *\([0-9][0-9]*\),*$/\1/p" | sed -n 1p; }
 share() { awk -v a="$1" -v b="$2" 'BEGIN { printf "%.0f %%%%", 100 * a / b }'; }
 millions() { awk -v n="$1" 'BEGIN { if (n < 1e6) printf "%.1f k", n / 1e3; else printf "%.2f M", n / 1e6 }'; }
@@ -108,8 +109,8 @@ row "Figures 8 and 9   Where it was before" trail{-none,,-post,-colours}.png
 # Real sets on both lattices, two sets to a row. name|file|options of the import|of the pictures
 sets=('neghip|neghip_64x64x64_u8.raw|--dims 64,64,64 --dtype u8|'
   'fuel|fuel_64x64x64_u8.vti||'
-  'tooth|tooth_103x94x161_u8.nrrd||--rotate-x 75 --mode mip --range 40,255'
-  'engine|engine_256x256x128_u8.raw.gz|--dims 256,256,128 --dtype u8|--rotate-x -60 --range 60,255'
+  'tooth|tooth_103x94x161_u8.nrrd||--rotate-x 15 --mode mip --range 40,255'
+  'engine|engine_256x256x128_u8.raw.gz|--dims 256,256,128 --dtype u8|--rotate-x 20 --range 60,255'
   'bonsai|bonsai_256x256x256_u8_zlib.vti||--rotate-x 15 --range 45,200'
   'viscous fingers, step 60.5|viscous_fingers_run01_64x64x64x99_u16.nrrd||--index --time 60.5 --rotate-x -75'
   'forecast, frame 2.5|ncep_forecast_36x33x10x7_f32.nc|--channel T|--index --time 2.5 --rotate-y 0'

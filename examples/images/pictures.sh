@@ -6,15 +6,15 @@ here=$(cd "$(dirname "$0")" && pwd)
 bcc4=$1 smoke=$2 out=$3
 
 render() {
-  "$bcc4" render "$smoke" --overwrite --camera persp --size 600x520 --background 0.02,0.02,0.03 "$@"
+  "$bcc4" render "$smoke" --overwrite --camera persp --size 600x520 --zoom 1.3 --background 0.02,0.02,0.03 "$@"
 }
 # What the plane x = 48 held over time: y to the right, z up, time into the picture.
-render --plane 1,0,0,0,-48 --zoom 1.8 --rotate-y 40 --colormap inferno --range 0,0.9 --opacity 3 --no-shading -o "$out/x-slice.png"
+render --plane 1,0,0,0,-48 --rotate-y 40 --colormap inferno --range 0,0.9 --opacity 3 --no-shading -o "$out/x-slice.png"
 # A hyperplane across three axes.
-render --plane 0.4,0.2,0,0.6,-34 --zoom 1.6 --rotate-y 40 --colormap inferno --range 0,0.9 --opacity 3 --no-shading -o "$out/oblique-slice.png"
+render --plane 0.4,0.2,0,0.6,-34 --rotate-y 40 --colormap inferno --range 0,0.9 --opacity 3 --no-shading -o "$out/oblique-slice.png"
 # Solid smoke and where it was during the sixteen frames before: in one space, and as two pictures, one over the other.
 moving() {
-  render --time 46 --zoom 1.95 --rotate-x 10 --rotate-y 15 --tf "$here/solid.json" --trail-tf "$here/thin.json" "$@"
+  render --time 46 --rotate-x 10 --rotate-y 15 --tf "$here/solid.json" --trail-tf "$here/thin.json" "$@"
 }
 moving --trail 16f -o "$out/trail.png"
 moving --trail 16f --trail-mode post -o "$out/trail-post.png"
@@ -22,5 +22,5 @@ moving --trail 16f --trail-mode post -o "$out/trail-post.png"
 moving --trail 20f,5 -o "$out/trail-colours.png"
 # Four shells thinner than the steps between the sheets, by one entry of the function per step and pre-integrated.
 for how in off on; do
-  render --time 46 --zoom 2.1 --rotate-x 10 --rotate-y 15 --tf "$here/shells.json" --preintegrate $how -o "$out/shells-$how.png"
+  render --time 46 --rotate-x 10 --rotate-y 15 --tf "$here/shells.json" --preintegrate $how -o "$out/shells-$how.png"
 done
