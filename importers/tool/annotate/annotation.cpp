@@ -43,7 +43,7 @@ std::string plane_text(const Cut& where) {
 // A date where the file tells one, else the time in its unit.
 std::string moment_text(const bccsplat_volume_info& v, const Dates& dates, double time,
                         const std::string& text) {
-  if (const std::string date = dates.of(time); !date.empty()) return date;
+  if (std::string date = dates.of(time); !date.empty()) return date;
   return v.dims[3] > 1 ? with_unit("t = " + text, v.time_unit) : "";
 }
 
