@@ -1376,7 +1376,7 @@ typedef struct bccsplat_slice_options {
   /* DEFAULT: INDEX. */
   bccsplat_space space;
   /* 0 */
-  uint32_t reserved;
+  uint32_t reserved2;
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {

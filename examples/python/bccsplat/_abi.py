@@ -605,13 +605,13 @@ class SliceOptions(Struct):
     box: int | None
     cancel_token: int | None
     space: int
-    reserved: int
+    reserved2: int
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
         ("thickness", c_double), ("point", c_void_p), ("basis", c_void_p), ("slab", c_int32),
         ("method", c_int32), ("box", c_void_p), ("cancel_token", c_void_p), ("space", c_int32),
-        ("reserved", c_uint32)]
+        ("reserved2", c_uint32)]
 
 
 class SliceInfo(Struct):
