@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/machine.h"
 
+#include <dlfcn.h>
 #include <unistd.h>
 
 namespace bccsplat {
@@ -10,5 +11,7 @@ uint64_t machine_memory() {
   if (pages <= 0 || page <= 0) return uint64_t{1} << 30;
   return static_cast<uint64_t>(pages) * page;
 }
+
+bool machine_has_library(const char* name) { return dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr; }
 
 } // namespace bccsplat

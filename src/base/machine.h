@@ -9,4 +9,7 @@ namespace bccsplat {
 // Bytes of memory; 1 GiB where the system does not tell.
 [[nodiscard]] uint64_t machine_memory();
 
+// Returns whether the system has a shared library of this name ("libEGL.so.1"), which then stays loaded.
+[[nodiscard]] bool machine_has_library(const char* name);
+
 } // namespace bccsplat
