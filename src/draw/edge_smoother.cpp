@@ -11,7 +11,7 @@ EdgeSmoother::EdgeSmoother(bool wanted, const Context& context, const Image& ima
     : image_(image), budget_(context.memory) {
   if (!wanted || options.mode != RenderMode::isosurface || options.surfaces.empty()) return;
   const size_t pixels = plane_size(image.width, image.height);
-  layered_ = options.with_hits = options.surfaces.size() > 1 || sees_through(options.surfaces);
+  layered_ = options.with_hits = needs_hits(options);
   memory_ = Reservation(budget_, pixels * (layered_ ? sizeof(size_t) : sizeof(float)),
                         "the depths of a surface's edges");
   picture_ = {image.width, image.height, {}, {}, {}, image.rgba.pixels, image.rgba.row_floats};
@@ -19,6 +19,11 @@ EdgeSmoother::EdgeSmoother(bool wanted, const Context& context, const Image& ima
     picture_.first.assign(pixels + 1, 0);
   else
     picture_.k.resize(pixels);
+}
+
+bool EdgeSmoother::needs_hits(const ShotOptions& options) {
+  return options.mode == RenderMode::isosurface &&
+         (options.surfaces.size() > 1 || sees_through(options.surfaces));
 }
 
 void EdgeSmoother::add(const TilePixels& tile) {

@@ -18,6 +18,8 @@ class EdgeSmoother {
   // with their hits, which the options are told.
   EdgeSmoother(bool wanted, const Context& context, const Image& image, ShotOptions& options);
 
+  // Returns whether tiles have to come with their hits.
+  [[nodiscard]] static bool needs_hits(const ShotOptions& options);
   // Returns whether pixels will be drawn again.
   [[nodiscard]] bool at_work() const { return layered_ || !picture_.k.empty(); }
   void add(const TilePixels& tile); // from any thread

@@ -18,6 +18,16 @@ Lights lights_of(const Shot& shot, KernelForm form) {
   return lights;
 }
 
+KernelForm sample_form(const Shot& shot) {
+  const QualitySettings quality = quality_settings(shot.quality);
+  const double step = shot.view->step;
+  if (shot.options.mode == RenderMode::composite && shot.options.shading && step >= quality.flat_kernel)
+    return KernelForm::flat_form;
+  // Unshaded pictures converge faster, so that what shading hides shows one step earlier.
+  return step >= (shot.options.shading ? 1 : 2) * quality.short_kernel ? KernelForm::short_form
+                                                                       : KernelForm::exact;
+}
+
 bool corrected(const Shot& shot) {
   if (shot.slice->corrections) return true;
   return shot.trail &&

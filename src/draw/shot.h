@@ -115,6 +115,10 @@ struct Shot {
 // Returns the lights with the noise of the kernel in this form, where the shot asks for it.
 [[nodiscard]] Lights lights_of(const Shot& shot, KernelForm form = KernelForm::exact);
 
+// Returns the form of the kernel that the samples of a shot are drawn with, by its mode, quality and step.
+// Surfaces and maxima are then found by the kernel itself.
+[[nodiscard]] KernelForm sample_form(const Shot& shot);
+
 // Returns whether corrections are in any of the fields that are drawn.
 [[nodiscard]] bool corrected(const Shot& shot);
 

@@ -10,9 +10,6 @@ namespace {
 struct SheetQuality {
   // Pixels per T: below it gradients are the kernel's own, from there on fourth-order differences.
   double analytic_below;
-  // Steps of this many T and more are drawn with flat_kernel() in shaded composites, and with short_kernel()
-  // elsewhere, without shading from twice that on.
-  double flat_kernel, short_kernel;
   // How sheets are raised where samples are shaded, where they are not, and in isosurfaces.
   RaiseFilter raise, raise_unshaded, raise_surface;
 };
@@ -34,51 +31,23 @@ constexpr RaiseFilter medium{.taps = 6, .density = 1.74, .from = 1.25, .from_gen
 constexpr RaiseFilter dense{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2};
 constexpr RaiseFilter close{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2, .depth = 2};
 constexpr RaiseFilter long_taps{.taps = 8, .density = 1.49, .from = 1.35, .from_general = 1.2};
-constexpr double never = 1e30; // T
 
 SheetQuality sheet_quality(Quality quality) {
   switch (quality) {
   case Quality::draft:
-    return {.analytic_below = 1.1,
-            .flat_kernel = 0.5,
-            .short_kernel = 0.5,
-            .raise = coarse,
-            .raise_unshaded = medium,
-            .raise_surface = long_taps};
+    return {.analytic_below = 1.1, .raise = coarse, .raise_unshaded = medium, .raise_surface = long_taps};
   case Quality::normal:
-    return {.analytic_below = 1.1,
-            .flat_kernel = 0.5,
-            .short_kernel = 0.5,
-            .raise = coarse,
-            .raise_unshaded = dense,
-            .raise_surface = dense};
+    return {.analytic_below = 1.1, .raise = coarse, .raise_unshaded = dense, .raise_surface = dense};
   case Quality::fine:
-    return {.analytic_below = 1.1,
-            .flat_kernel = 0,
-            .short_kernel = never,
-            .raise = close,
-            .raise_unshaded = {},
-            .raise_surface = {}};
+    return {.analytic_below = 1.1, .raise = close, .raise_unshaded = {}, .raise_surface = {}};
   case Quality::best:
     break;
   }
-  return {.analytic_below = 1.25,
-          .flat_kernel = 0,
-          .short_kernel = never,
-          .raise = close,
-          .raise_unshaded = {},
-          .raise_surface = {}};
+  return {.analytic_below = 1.25, .raise = close, .raise_unshaded = {}, .raise_surface = {}};
 }
 
 // Pixels per unit: from as near as this their differences drown in the rounding of floats.
 constexpr double analytic_above = 4096;
-
-KernelForm kernel_form(const SplatOptions& o, const SheetQuality& quality, double step) {
-  if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel)
-    return KernelForm::flat_form;
-  // Unshaded pictures converge faster, so that what shading hides shows one step earlier.
-  return step >= (o.shading ? 1 : 2) * quality.short_kernel ? KernelForm::short_form : KernelForm::exact;
-}
 
 } // namespace
 
@@ -94,7 +63,7 @@ SplatOptions sheet_options(const Shot& shot) {
   // The analytic sums know nothing of the lattice sum that such kernels divide by, nor of corrections.
   if ((shot.slice->kernel.normalised || corrected(shot)) && o.gradient == GradientMethod::analytic)
     o.gradient = GradientMethod::fourth_order;
-  o.kernel_form = wishes.kernel_form.value_or(kernel_form(o, quality, shot.view->step));
+  o.kernel_form = wishes.kernel_form.value_or(sample_form(shot));
   o.raise = wishes.raise.value_or(o.mode == RenderMode::isosurface               ? quality.raise_surface
                                   : o.mode == RenderMode::composite && o.shading ? quality.raise
                                                                                  : quality.raise_unshaded);
