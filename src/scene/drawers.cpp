@@ -5,20 +5,49 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/error.h"
+#if BCCSPLAT_WITH_GPU
+#include "gpu/gpu_drawer.h"
+#include "gpu/gpu_look.h"
+#endif
 #include "rays/rays.h"
 #include "splat/sheet_drawer.h"
 
 namespace bccsplat {
 
-Drawers::Drawers() {
+#if !BCCSPLAT_WITH_GPU
+class GpuDrawer {};
+#endif
+
+Drawers::Drawers() : gpu_(std::make_unique<GpuDrawer>()) {
   auto rays = std::make_unique<RayDrawer>();
   rays_ = rays.get();
   drawers_.push_back(std::move(rays));
   drawers_.push_back(std::make_unique<SheetDrawer>());
 }
 
-Drawer& Drawers::drawer_of(const Shot& shot, bool sheets_only) {
-  if (sheets_only) return *drawers_.back();
+Drawers::~Drawers() = default;
+
+#if BCCSPLAT_WITH_GPU
+Drawer* Drawers::gpu_drawer_of(const Shot& shot, const DrawerChoice& choice) {
+  if (choice.backend == Backend::cpu || !choice.gpu) return nullptr;
+  const bool asked = choice.backend == Backend::gpu;
+  if (!asked && !choice.gpu->preferred()) return nullptr;
+  gpu_->use(choice.gpu);
+  if (const char* const what = not_on_gpu(shot); what && asked)
+    fail(Code::unsupported, "render: the GPU does not draw ", what, "; let the CPU draw it");
+  return asked || gpu_->covers(shot) ? gpu_.get() : nullptr;
+}
+#else
+Drawer* Drawers::gpu_drawer_of(const Shot& /*shot*/, const DrawerChoice& choice) {
+  if (choice.backend == Backend::gpu) (void)gpu_info(nullptr);
+  return nullptr;
+}
+#endif
+
+Drawer& Drawers::drawer_of(const Shot& shot, const DrawerChoice& choice) {
+  if (Drawer* const drawer = gpu_drawer_of(shot, choice)) return *drawer;
+  if (choice.sheets_only) return *drawers_.back();
   return **std::find_if(drawers_.begin(), drawers_.end() - 1,
                         [&](const auto& drawer) { return drawer->covers(shot); });
 }
@@ -26,6 +55,9 @@ Drawer& Drawers::drawer_of(const Shot& shot, bool sheets_only) {
 KeptSurfaceCells& Drawers::surface_cells() { return rays_->cells(); }
 
 void Drawers::forget() {
+#if BCCSPLAT_WITH_GPU
+  gpu_->forget();
+#endif
   for (const auto& drawer : drawers_) drawer->forget();
 }
 

@@ -9,18 +9,28 @@
 
 #include "draw/drawer.h"
 #include "field/lattice_sums.h"
+#include "scene/backend.h"
 
 namespace bccsplat {
 
+class GpuDrawer;        // gpu/gpu_drawer.h
 class KeptSurfaceCells; // rays/surface_cells.h
 class RayDrawer;        // rays/rays.h
+
+// What a picture may be drawn by.
+struct DrawerChoice {
+  bool sheets_only = false; // of the CPU's
+  Backend backend = Backend::cpu;
+  std::shared_ptr<GpuDevice> gpu; // null: none
+};
 
 class Drawers {
  public:
   Drawers();
-  // Returns the first drawer that covers the shot; sheets cover all. sheets_only: those whatever others
-  // cover.
-  [[nodiscard]] Drawer& drawer_of(const Shot& shot, bool sheets_only);
+  ~Drawers();
+  // Returns the first drawer that covers the shot; sheets cover all. Throws unsupported where a GPU is asked
+  // for and does not cover it, with the reason, and missing_feature where there is none.
+  [[nodiscard]] Drawer& drawer_of(const Shot& shot, const DrawerChoice& choice);
   // What the kernel makes of a constant, as earlier pictures looked it up.
   KeptLatticeSums sums;
   // What rays keep.
@@ -29,6 +39,10 @@ class Drawers {
   void forget();
 
  private:
+  // Null where the CPU draws.
+  [[nodiscard]] Drawer* gpu_drawer_of(const Shot& shot, const DrawerChoice& choice);
+
+  std::unique_ptr<GpuDrawer> gpu_;
   RayDrawer* rays_;
   std::vector<std::unique_ptr<Drawer>> drawers_; // by preference, sheets last
 };

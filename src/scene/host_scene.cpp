@@ -259,7 +259,7 @@ void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, C
     const Scene scene = scene_of(shown.front());
     Picture single(scene, picture.options, context, image); // refused, an image stays as it was
     if (image.deep) *image.deep = {};                       // gives its memory back first
-    (void)single.draw();
+    stats.picture = single.draw();
   } else {
     std::vector<Scene> scenes;
     for (const Need& need : shown) {

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/context.h"
@@ -42,6 +43,8 @@ struct RenderOptions : SheetWishes {
   // Takes four samples of edge pixels, in isosurfaces without a trail that are not deep. Pictures are
   // compared sample by sample without.
   bool smooth_edges = false;
+  Backend backend = Backend::cpu;
+  std::shared_ptr<GpuDevice> gpu; // that it may be drawn by
 
   bool operator==(const RenderOptions&) const = default;
 };
@@ -74,6 +77,8 @@ struct RenderStats {
   double sheet_step = 0;    // T
   int level = 0;            // of the slice that was drawn; 0: the scene's own
   uint64_t edge_pixels = 0; // that were smoothed
+  const char* drawer = "";
+  std::string gpu_failed; // why the CPU drew what the GPU had begun; empty: it did not
 };
 
 // A picture that is settled: its level, its view, what it is drawn by. Scene, options, context and image
@@ -85,7 +90,7 @@ class Picture {
   Picture(const Scene& scene, const RenderOptions& options, const Context& context, Image& image);
   ~Picture();
 
-  // Returns the name of what draws it: "sheets", "rays" or "reference".
+  // Returns the name of what draws it: "sheets", "rays", "gpu" or "reference".
   [[nodiscard]] const char* drawer() const;
   // Draws into every plane the image has. Once. Throws cancelled, memory_budget.
   RenderStats draw();

@@ -140,6 +140,7 @@ void SettledPicture::settle_look() {
   shot_.quality = options_.quality;
   shot_.preintegrate = options_.preintegrate;
   shot_.options = shot_options(options_, image_);
+  shot_.options.with_hits = smooths_edges() && EdgeSmoother::needs_hits(shot_.options);
   // Nobody knows whether the host's depths are those of the picture before.
   if (view_.ends.distance) shot_.options.disable_skips |= skip_unchanged;
   shot_.wishes = &options_;
@@ -163,20 +164,38 @@ void SettledPicture::settle_trail() {
   shot_.trail = &trail_;
 }
 
-void SettledPicture::settle_drawer() {
+Drawer& SettledPicture::choose_drawer(Backend backend) {
   Drawers& drawers = scene_.drawers ? *scene_.drawers : of_picture_;
   shot_.sums = &drawers.sums;
-  drawer_ = &drawers.drawer_of(shot_, !options_.rays || scene_.trail);
+  return drawers.drawer_of(shot_, {!options_.rays || scene_.trail, backend, options_.gpu});
+}
+
+void SettledPicture::settle_drawer() {
+  drawer_ = &choose_drawer(options_.backend);
   drawer_->prepare(shot_, context_);
+}
+
+// Draws, by the CPU where a GPU fails that nobody insists on.
+DrawStats SettledPicture::draw_tiles(RenderStats& stats, const std::function<void(const TilePixels&)>& emit) {
+  try {
+    stats.drawer = drawer_->name();
+    return drawer_->draw(shot_, context_, emit);
+  } catch (const GpuFailure& e) {
+    if (options_.backend == Backend::gpu) throw;
+    stats.gpu_failed = e.message();
+  }
+  drawer_ = &choose_drawer(Backend::cpu);
+  stats.drawer = drawer_->name();
+  return drawer_->draw(shot_, context_, emit);
 }
 
 RenderStats SettledPicture::draw() {
   // Trails end at the pixel centre's surface and deep samples have one depth: neither has edges to be
   // smoothed.
-  EdgeSmoother edges(options_.smooth_edges && !shot_.trail && !image_.deep, context_, image_, shot_.options);
+  EdgeSmoother edges(smooths_edges(), context_, image_, shot_.options);
   DeepCollector deep(context_.memory);
   RenderStats stats;
-  stats.drawn = drawer_->draw(shot_, context_, [&](const TilePixels& tile) {
+  stats.drawn = draw_tiles(stats, [&](const TilePixels& tile) {
     write_tile(tile, view_, image_);
     edges.add(tile);
     if (tile.deep) deep.add(tile, view_, context_.progress);

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <optional>
 
 #include "draw/shot.h"
@@ -54,6 +55,10 @@ class SettledPicture {
   double step_ = 0; // T of the slice that is drawn
   std::optional<SliceView> seen_;
   SheetView view_;
+  [[nodiscard]] bool smooths_edges() const { return options_.smooth_edges && !scene_.trail && !image_.deep; }
+  [[nodiscard]] Drawer& choose_drawer(Backend backend);
+  DrawStats draw_tiles(RenderStats& stats, const std::function<void(const TilePixels&)>& emit);
+
   ClassTable table_;
   ShotTrail trail_;
   std::deque<SheetView> moved_; // of the trail's sources with a domain of their own

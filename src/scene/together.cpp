@@ -71,13 +71,17 @@ void render_together(std::span<const Scene> scenes, const RenderOptions& options
   if (image.value.pixels || image.time.pixels)
     fail(Code::unsupported, "render: values and times of several instances have no place in one picture");
   for (const Scene& scene : scenes) check_picture(scene, options, image);
+  if (options.backend == Backend::gpu)
+    fail(Code::unsupported, "render: the GPU does not draw several instances; let the CPU draw them");
+  RenderOptions by_cpu = options;
+  by_cpu.backend = Backend::cpu;
   if (options.mode == RenderMode::composite && !options.reference &&
-      draw_by_sheets(scenes, options, context, image))
+      draw_by_sheets(scenes, by_cpu, context, image))
     return;
   if (image.deep)
     fail(Code::unsupported, "render: a deep picture of several instances is of mode composite, and of "
                             "lattices of like spacing");
-  draw_merged(scenes, options, context, image);
+  draw_merged(scenes, by_cpu, context, image);
 }
 
 } // namespace bccsplat

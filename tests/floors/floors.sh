@@ -18,7 +18,7 @@ find "${folders[@]}" -type f \
 # between slashes where they do not know each other. Paths are written without src/, the house itself is the place "", and a
 # dot means the files directly in a place.
 BEGIN {
-  ladder("", "base < lattice | kernel < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / reference < scene < api")
+  ladder("", "base < lattice | kernel < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / gpu / reference < scene < api")
   ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "coding < .")
   ladder("field", "footprint < coefficients < .")
@@ -94,6 +94,7 @@ function leads(place, from, to, steps, e, p) {
     else if (target ~ /^(openvdb|nanovdb|CLI|nlohmann|tbb|netcdf|nifti)/) wrong("belongs to importers/, not to the library")
     else if (home != "base" && target ~ /^(unistd\.h|fcntl\.h|dlfcn\.h|pthread\.h|sys\/.*|thread|fstream|filesystem)$/)
       wrong("the operating system is called in src/base only")
+    else if (target ~ /^(epoxy|EGL|GL|GLES[23])\// && home != "gpu") wrong("OpenGL is called in src/gpu only")
     else if (target ~ /^(OpenEXR|Imf|Imath|ImathV|png\.h|libpng)/ && home != "formats") wrong("image files are written in formats/ only")
   } else if (in_src) {
     wrong("src/" home " is on no floor of: " order[""])

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bricks are filled row by row; which of them are not all zeros is known before any is stored.
+#include "gpu/field_bricks.h"
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+
+namespace bccsplat {
+namespace {
+
+// Sites beyond the ends that samples outside the domain depend on.
+constexpr int sites_beyond = 4;
+constexpr int cell_edge = 2;
+
+// The sites of a coset that stand where those of bricks do, along each axis, borders included.
+struct SiteMap {
+  std::array<std::vector<int32_t>, 3> site;
+  SiteMap(const Lattice3& lattice, int coset, const FieldBricks& bricks) {
+    for (size_t a = 0; a < 3; ++a)
+      for (int i = -bricks.border; i < brick_edge * bricks.bricks[a] + bricks.border; ++i)
+        site[a].push_back(lattice.mirror(a, coset, bricks.first_site[a] + i));
+  }
+};
+
+class Filler {
+ public:
+  Filler(const Slice& slice, const FieldBricks& bricks)
+      : slice_(slice),
+        bricks_(bricks), maps_{SiteMap(slice.lattice, 0, bricks), SiteMap(slice.lattice, 1, bricks)} {}
+
+  // Fills a brick with its border; returns whether any of it is not zero.
+  bool fill(int coset, const Int3& brick, float* out) const {
+    const int edge = bricks_.edge;
+    const SiteMap& map = maps_[static_cast<size_t>(coset)];
+    bool any = false;
+    for (int z = 0; z < edge; ++z)
+      for (int y = 0; y < edge; ++y, out += edge)
+        any |= fill_row(slice_.coset[static_cast<size_t>(coset)], map.site[0].data() + brick_edge * brick[0],
+                        map.site[1][static_cast<size_t>(brick_edge) * brick[1] + y],
+                        map.site[2][static_cast<size_t>(brick_edge) * brick[2] + z], out);
+    return any;
+  }
+
+ private:
+  bool fill_row(const BrickLayer& layer, const int32_t* x, int32_t y, int32_t z, float* out) const {
+    const size_t row = static_cast<size_t>(z % brick_edge * brick_edge + y % brick_edge) * brick_edge;
+    const Brick* from = nullptr;
+    int at = -1;
+    bool any = false;
+    for (int i = 0; i < bricks_.edge; ++i) {
+      const int bx = x[i] / brick_edge;
+      if (bx != at) at = bx, from = layer.brick(bx, y / brick_edge, z / brick_edge);
+      out[i] = from ? from->value[row + static_cast<size_t>(x[i] % brick_edge)] : 0.0f;
+      any |= out[i] != 0;
+    }
+    return any;
+  }
+
+  const Slice& slice_;
+  const FieldBricks& bricks_;
+  std::array<SiteMap, 2> maps_;
+};
+
+void include(std::array<float, 2>& range, float value) {
+  range[0] = std::min(range[0], value), range[1] = std::max(range[1], value);
+}
+
+// Adds the own sites of a brick to the ranges of the cells that hold them.
+void add_ranges(FieldBricks& bricks, const Int3& brick, const float* value) {
+  constexpr int per_brick = brick_edge / cell_edge;
+  for (int z = 0; z < brick_edge; ++z)
+    for (int y = 0; y < brick_edge; ++y) {
+      const float* const row =
+          value + ((z + bricks.border) * bricks.edge + y + bricks.border) * bricks.edge + bricks.border;
+      const size_t first = (static_cast<size_t>(brick[2] * per_brick + z / cell_edge) * bricks.cells[1] +
+                            brick[1] * per_brick + y / cell_edge) *
+                               bricks.cells[0] +
+                           static_cast<size_t>(brick[0]) * per_brick;
+      for (int x = 0; x < brick_edge; ++x)
+        include(bricks.range[first + static_cast<size_t>(x / cell_edge)], row[x]);
+    }
+}
+
+// Calls body(first, stride) for each line of cells along an axis.
+void each_line(const Int3& cells, size_t axis, const std::function<void(size_t first, size_t stride)>& body) {
+  const std::array<size_t, 3> stride{1, static_cast<size_t>(cells[0]),
+                                     static_cast<size_t>(cells[0]) * cells[1]};
+  const size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+  for (int j = 0; j < cells[v]; ++j)
+    for (int i = 0; i < cells[u]; ++i) body(i * stride[u] + j * stride[v], stride[axis]);
+}
+
+// Widens every range by those of the cells up to `around` away.
+void widen_ranges(FieldBricks& bricks, int around) {
+  std::vector<std::array<float, 2>> line;
+  for (size_t axis = 0; axis < 3; ++axis)
+    each_line(bricks.cells, axis, [&](size_t first, size_t stride) {
+      const int count = bricks.cells[axis];
+      line.clear();
+      for (int i = 0; i < count; ++i) line.push_back(bricks.range[first + i * stride]);
+      for (int i = 0; i < count; ++i)
+        for (int j = std::max(i - around, 0); j <= std::min(i + around, count - 1); ++j) {
+          auto& range = bricks.range[first + i * stride];
+          include(range, line[j][0]), include(range, line[j][1]);
+        }
+    });
+}
+
+Int3 position_of(size_t n, const Int3& bricks) {
+  const size_t nx = bricks[0], ny = bricks[1];
+  return {static_cast<int32_t>(n % nx), static_cast<int32_t>(n / nx % ny),
+          static_cast<int32_t>(n / (nx * ny) % static_cast<size_t>(bricks[2]))};
+}
+
+FieldBricks lay_out(const Slice& slice, int border) {
+  FieldBricks b;
+  b.border = border, b.edge = brick_edge + 2 * border;
+  for (size_t a = 0; a < 3; ++a) {
+    b.first_site[a] = -sites_beyond;
+    b.bricks[a] = (slice.lattice.dims(0)[a] + 2 * sites_beyond + brick_edge - 1) / brick_edge;
+    b.cells[a] = b.bricks[a] * brick_edge / cell_edge;
+  }
+  b.brick_at.resize(size_t{2} * b.bricks[0] * b.bricks[1] * b.bricks[2]);
+  b.range.resize(static_cast<size_t>(b.cells[0]) * b.cells[1] * b.cells[2]);
+  return b;
+}
+
+} // namespace
+
+FieldBricks make_field_bricks(const Slice& slice, int border, const Context& context) {
+  FieldBricks b = lay_out(slice, border);
+  const Filler filler(slice, b);
+  const size_t per_coset = b.brick_at.size() / 2, size = static_cast<size_t>(b.edge) * b.edge * b.edge;
+  context.tasks.parallel_for(per_coset, [&](uint64_t n) {
+    context.progress.check();
+    std::vector<float> values(size);
+    const Int3 at = position_of(n, b.bricks);
+    for (int coset = 0; coset < 2; ++coset) {
+      if (!filler.fill(coset, at, values.data())) continue;
+      b.brick_at[coset * per_coset + n] = 1;
+      add_ranges(b, at, values.data());
+    }
+  });
+  uint32_t count = 1; // brick 0 is zeros
+  for (uint32_t& brick : b.brick_at)
+    if (brick != 0) brick = count++;
+  b.value.resize(count * size);
+  context.tasks.parallel_for(b.brick_at.size(), [&](uint64_t n) {
+    context.progress.check();
+    if (b.brick_at[n] == 0) return;
+    (void)filler.fill(n < per_coset ? 0 : 1, position_of(n, b.bricks), b.value.data() + b.brick_at[n] * size);
+  });
+  widen_ranges(b, border);
+  return b;
+}
+
+std::vector<uint8_t> cells_around(const Int3& cells, int around, std::vector<uint8_t> marked) {
+  constexpr int most = 255;
+  // Chebyshev's distance to the nearest mark, axis by axis: the least over a line of the larger of the
+  // distance along it and that of the cell there.
+  std::vector<int> distance(marked.size()), line;
+  for (size_t n = 0; n < marked.size(); ++n) distance[n] = marked[n] ? 0 : most + around;
+  for (size_t axis = 0; axis < 3; ++axis)
+    each_line(cells, axis, [&](size_t first, size_t stride) {
+      const int count = cells[axis];
+      line.clear();
+      for (int i = 0; i < count; ++i) line.push_back(distance[first + i * stride]);
+      for (int i = 0; i < count; ++i) {
+        int& best = distance[first + i * stride];
+        for (int away = 1; away < best; ++away) {
+          if (i - away >= 0) best = std::min(best, std::max(away, line[i - away]));
+          if (i + away < count) best = std::min(best, std::max(away, line[i + away]));
+          if (i - away < 0 && i + away >= count) break;
+        }
+      }
+    });
+  for (size_t n = 0; n < marked.size(); ++n)
+    marked[n] = static_cast<uint8_t>(std::clamp(distance[n] - around, 0, most));
+  return marked;
+}
+
+} // namespace bccsplat

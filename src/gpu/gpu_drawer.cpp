@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keeps the sites of slices on the GPU, and with them the table and the cells of the last picture, as long as
+// they stay the same; hands the finished picture on in bands of rows.
+#include "gpu/gpu_drawer.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/grid.h"
+#include "draw/stage_clock.h"
+#include "gpu/gpu_picture.h"
+
+namespace bccsplat {
+
+// What the classes of a picture are made of.
+struct GpuClassKey {
+  RenderMode mode = RenderMode::composite;
+  std::vector<Vec4f> texels;
+  float low = 0, scale = 0;
+  std::vector<IsoSurface> surfaces;
+  uint32_t disable_skips = 0;
+  double step = 0;
+  bool operator==(const GpuClassKey&) const = default;
+};
+
+struct GpuDrawer::Kept {
+  const Slice* slice = nullptr;
+  FieldBricks bricks; // without their values
+  double change = 0;
+  uint64_t bytes = 0; // on the GPU
+  std::optional<GpuSites> sites;
+  std::optional<GpuClasses> classes;
+  GpuClassKey key;
+};
+
+GpuDrawer::GpuDrawer() = default;
+GpuDrawer::~GpuDrawer() { forget(); }
+
+void GpuDrawer::use(std::shared_ptr<GpuDevice> device) {
+  if (device == device_) return;
+  forget();
+  device_ = std::move(device);
+}
+
+bool GpuDrawer::covers(const Shot& shot) const { return device_ && !not_on_gpu(shot); }
+
+void GpuDrawer::forget() {
+  for (auto& kept : kept_) drop(kept);
+}
+
+void GpuDrawer::drop(std::unique_ptr<Kept>& kept) {
+  if (!kept) return;
+  device_->release(kept->bytes);
+  if (kept->sites) device_->clear([&] { kept.reset(); });
+  kept.reset();
+}
+
+GpuDrawer::Kept& GpuDrawer::find(const Slice& slice, const Context& context) {
+  if (kept_[0] && kept_[0]->slice == &slice) return *kept_[0];
+  if (kept_[1] && kept_[1]->slice == &slice) {
+    std::swap(kept_[0], kept_[1]);
+    return *kept_[0];
+  }
+  auto fresh = std::make_unique<Kept>();
+  fresh->slice = &slice;
+  fresh->bricks = make_field_bricks(slice, brick_border(slice.kernel.space), context);
+  fresh->change = change_at_sites(slice);
+  drop(kept_[1]);
+  device_->reserve(fresh->bricks.bytes());
+  fresh->bytes = fresh->bricks.bytes();
+  kept_[1] = std::exchange(kept_[0], std::move(fresh));
+  return *kept_[0];
+}
+
+namespace {
+
+// A band of finished rows.
+class Band {
+ public:
+  Band(const Shot& shot, std::span<const GpuPixel> pixels, int y, int rows)
+      : planes_(plane_count, std::vector<float>(pixels.size())) {
+    const bool lit =
+        shot.options.mode == RenderMode::composite || shot.options.mode == RenderMode::isosurface;
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN(), far = 1e29f;
+    for (size_t p = 0; p < pixels.size(); ++p) {
+      const auto& [color, more] = pixels[p];
+      for (size_t c = 0; c < color.size(); ++c) planes_[c][p] = color[c];
+      const bool known = lit ? color[3] > 0 : more[3] > 0;
+      planes_[4][p] = more[0] < far ? more[0] : std::numeric_limits<float>::infinity();
+      planes_[5][p] = known ? more[1] : nan;
+      planes_[6][p] = known && more[2] < far ? more[2] : nan;
+    }
+    tile.y = y, tile.width = tile.pitch = shot.view->width, tile.height = rows;
+    tile.red = planes_[0].data(), tile.green = planes_[1].data(), tile.blue = planes_[2].data();
+    tile.alpha = planes_[3].data(), tile.depth = planes_[4].data();
+    if (shot.options.with_value) tile.value = planes_[5].data();
+    if (shot.options.with_time) tile.time = planes_[6].data();
+  }
+  TilePixels tile;
+
+ private:
+  static constexpr size_t plane_count = 7;
+  std::vector<std::vector<float>> planes_;
+};
+
+void emit_bands(const Shot& shot, std::span<const GpuPixel> pixels, const Context& context,
+                const std::function<void(const TilePixels&)>& emit) {
+  constexpr int rows = 64;
+  const int width = shot.view->width, height = shot.view->height;
+  context.tasks.parallel_for(static_cast<uint64_t>((height + rows - 1) / rows), [&](uint64_t n) {
+    const int y = static_cast<int>(n) * rows, count = std::min(rows, height - y);
+    emit(Band(shot, pixels.subspan(plane_index(0, y, width), plane_size(width, count)), y, count).tile);
+  });
+}
+
+// The host's depths of a picture, packed.
+std::vector<float> packed_ends(const SheetView& view) {
+  std::vector<float> out;
+  if (!view.ends.distance) return out;
+  constexpr float far = 1e30f; // instead of infinity, of which GPUs need not know
+  for (int j = 0; j < view.height; ++j)
+    for (int i = 0; i < view.width; ++i) out.push_back(std::clamp(view.ends.at(i, j), -far, far));
+  return out;
+}
+
+// Takes a picture off the GPU, on the thread that its objects belong to.
+struct EndOnGpu {
+  GpuDevice& device;
+  std::optional<GpuPicture>& picture;
+  ~EndOnGpu() {
+    if (picture) device.clear([this] { picture.reset(); });
+  }
+};
+
+GpuClassKey key_of(const Shot& shot, const ClassTable& table, const std::vector<Vec4f>& texels) {
+  return {shot.options.mode,          texels,         table.low, table.scale, shot.options.surfaces,
+          shot.options.disable_skips, shot.view->step};
+}
+
+} // namespace
+
+// Jobs on the GPU's thread: those of a call, between which others may come.
+std::vector<GpuPixel> GpuDrawer::draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept,
+                                             const Context& context) {
+  const std::vector<Vec4f> texels = table_texels(table);
+  GpuClassKey key = key_of(shot, table, texels);
+  const bool other = !kept.classes || !(kept.key == key);
+  const std::vector<uint8_t> unseen = other ? unseen_by(shot, table, kept.bricks) : std::vector<uint8_t>();
+  const std::vector<float> ends = packed_ends(*shot.view);
+  std::optional<GpuPicture> picture;
+  const EndOnGpu end{*device_, picture};
+  device_->run([&] {
+    if (!kept.sites) kept.sites.emplace(kept.bricks, device_->programs().info());
+    if (other) kept.classes.emplace(texels, kept.bricks, unseen), kept.key = std::move(key);
+    picture.emplace(device_->programs(), shader_kind(shot, table), picture_block(shot, table, kept.bricks),
+                    *kept.sites, *kept.classes, ends);
+  });
+  kept.bricks.value = {};
+  const int height = shot.view->height, rows = picture->rows_at_once();
+  for (int row = 0; row < height; row += rows) {
+    context.progress.report(static_cast<double>(row) / height);
+    device_->run([&] { picture->draw_rows(row, std::min(rows, height - row)); });
+  }
+  std::vector<GpuPixel> pixels;
+  device_->run([&] { pixels = picture->read(); });
+  return pixels;
+}
+
+DrawStats GpuDrawer::draw(const Shot& shot, const Context& context,
+                          const std::function<void(const TilePixels&)>& emit) {
+  const auto start = std::chrono::steady_clock::now();
+  (void)device_->info(); // fails before anything is made
+  Kept& kept = find(*shot.slice, context);
+  const ClassTable table = gpu_table(shot, kept.change);
+  emit_bands(shot, draw_pixels(shot, table, kept, context), context, emit);
+  DrawStats stats;
+  stats.points_total = static_cast<uint64_t>(shot.slice->points());
+  stats.preintegrated = !table.integrals.empty();
+  stats.ms_shade = ms_since(start);
+  const auto [first, last] = sheet_range(*shot.slice, *shot.view);
+  stats.sheets = static_cast<uint64_t>(std::max(last - first + 1, int64_t{0}));
+  return stats;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws shots on a GPU: rays through the slice, whose sites each sample gathers. It keeps the last two slices
+// there.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "draw/drawer.h"
+#include "gpu/gpu_device.h"
+
+namespace bccsplat {
+
+struct GpuPixel; // gpu/gpu_picture.h
+
+class GpuDrawer : public Drawer {
+ public:
+  GpuDrawer();
+  ~GpuDrawer() override;
+
+  // The GPU that shots are drawn by from now on; null: none, and what is kept is dropped.
+  void use(std::shared_ptr<GpuDevice> device);
+
+  [[nodiscard]] const char* name() const override { return "gpu"; }
+  [[nodiscard]] bool covers(const Shot& shot) const override;
+  // Throws GpuFailure, too; nothing was emitted then.
+  DrawStats draw(const Shot& shot, const Context& context,
+                 const std::function<void(const TilePixels&)>& emit) override;
+  void forget() override;
+
+ private:
+  struct Kept; // a slice on the GPU
+  Kept& find(const Slice& slice, const Context& context);
+  void drop(std::unique_ptr<Kept>& kept);
+  std::vector<GpuPixel> draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept,
+                                    const Context& context);
+
+  std::shared_ptr<GpuDevice> device_;
+  std::array<std::unique_ptr<Kept>, 2> kept_; // the latest first
+};
+
+} // namespace bccsplat

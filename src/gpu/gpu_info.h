@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known of a GPU, and what is asked of one.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "base/error.h"
+
+namespace bccsplat {
+
+// The two ways into the shader: a compute shader with the sites in a buffer (GL 4.3), or a fragment shader
+// with all data in textures (GL 3.3).
+enum class GpuEntry : uint8_t { automatic, compute, fragment };
+
+struct GpuInfo {
+  std::string vendor, renderer, version;
+  GpuEntry entry = GpuEntry::automatic;
+  bool software = false; // a rasteriser on the CPU
+  uint64_t memory = 0;   // bytes; 0: the driver does not tell
+};
+
+struct GpuWishes {
+  GpuEntry entry = GpuEntry::automatic;
+  bool software_too = false; // false: a rasteriser on the CPU is none
+  uint64_t memory_limit = 0; // bytes of data on the GPU at a time; 0: what it has
+};
+
+// Why a GPU does not draw what it covers: there is none, it lost its context, its memory is too small, its
+// compiler refuses the shader. Another drawer can.
+class GpuFailure : public Error {
+ public:
+  // for_good: no other picture will be drawn by it either.
+  explicit GpuFailure(std::string why, bool for_good = true)
+      : Error(Code::missing_feature, std::move(why)), for_good_(for_good) {}
+  [[nodiscard]] bool for_good() const { return for_good_; }
+
+ private:
+  bool for_good_;
+};
+
+template<class... Parts> [[noreturn]] void fail_gpu(const Parts&... parts) {
+  throw GpuFailure(concat("gpu: ", parts...));
+}
+// Smaller pictures, or those of other slices, may be drawn.
+template<class... Parts> [[noreturn]] void fail_this_time(const Parts&... parts) {
+  throw GpuFailure(concat("gpu: ", parts...), false);
+}
+
+} // namespace bccsplat

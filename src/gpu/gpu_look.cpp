@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+// Says of a shot what the shader is compiled for and what it is told: rays and cuts as forms of column and
+// row in double precision, light in units near 1, classes with their integrals, and the cells that nothing is
+// seen of.
+#include "gpu/gpu_look.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "kernel/drawn_kernel.h"
+#include "shade/preintegrate.h"
+#include "shade/surface.h"
+
+namespace bccsplat {
+namespace {
+
+// Sheet numbers that floats count by, with room for their fractions.
+constexpr int64_t most_sheet = 1 << 20;
+constexpr int most_entries = 1 << 16;
+
+// The form of the kernel: to a GPU the shorter ones save nothing, but light shows the ripple that the flat
+// one is without.
+KernelForm form_of(const Shot& shot) {
+  return sample_form(shot) == KernelForm::flat_form ? KernelForm::flat_form : KernelForm::exact;
+}
+
+bool too_many_sheets(const Shot& shot) {
+  const auto [first, last] = sheet_range(*shot.slice, *shot.view);
+  return first < -most_sheet || last > most_sheet;
+}
+
+} // namespace
+
+const char* not_on_gpu(const Shot& shot) {
+  const Slice& slice = *shot.slice;
+  constexpr size_t sides_of_a_box = 6;
+  if (shot.trail) return "a trail";
+  if (shot.options.with_deep) return "a deep picture";
+  if (shot.options.with_hits) return "smooth edges of several surfaces or transparent ones";
+  if (!slice.lattice.bcc) return "a Cartesian lattice";
+  if (slice.empty()) return "an empty slice";
+  if (slice.corrections) return "a file's corrections";
+  if (slice.has_holes || slice.mask) return "missing data";
+  if (slice.kernel.space.radius > 2 * std::numbers::sqrt2) return "a kernel that wide";
+  if (slice.clip.size() + shot.view->clip.size() + sides_of_a_box > most_cuts) return "that many clips";
+  if (shot.lights->lights.size() > most_gpu_lights) return "that many lights";
+  if (shot.options.surfaces.size() > most_gpu_surfaces) return "that many surfaces";
+  if (shot.table->size() > most_entries) return "a transfer function of that many entries";
+  if (too_many_sheets(shot)) return "that many sheets";
+  return nullptr;
+}
+
+double change_at_sites(const Slice& slice) {
+  constexpr int64_t asked = 512, percentile = 95, whole = 100;
+  const int64_t every = std::max<int64_t>(1, slice.points() / asked);
+  const bool all = slice.base != slice.air;
+  int64_t count = every / 2;
+  std::vector<Vec3> places;
+  for (int c = 0; c < slice.lattice.cosets(); ++c) {
+    const BrickLayer& layer = slice.coset[static_cast<size_t>(c)];
+    for (size_t s = 0; s < layer.brick_slots(); ++s) {
+      const Brick* const brick = layer.brick(s);
+      if (!brick) continue;
+      const Int3 at = layer.slot_position(s);
+      for (int n = 0; n < brick_sites; ++n) {
+        if (!all && !(brick->kept[static_cast<size_t>(n / brick_edge)] >> (n % brick_edge) & 1)) continue;
+        if (++count % every != 0) continue;
+        const Vec3 p = slice.site(c, {brick_edge * at[0] + n % brick_edge,
+                                      brick_edge * at[1] + n / brick_edge % brick_edge,
+                                      brick_edge * at[2] + n / brick_rows});
+        if (slice.inside(p)) places.push_back(p);
+      }
+    }
+  }
+  if (places.empty()) return 0;
+  std::vector<float> values(places.size());
+  std::vector<Vec3> gradients(places.size());
+  field_at(SurfaceField(slice), places, values, gradients);
+  std::vector<double> lengths;
+  for (const Vec3& g : gradients) lengths.push_back(length(g));
+  const auto at = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size()) * percentile / whole;
+  std::nth_element(lengths.begin(), at, lengths.end());
+  return *at;
+}
+
+ClassTable gpu_table(const Shot& shot, double change) {
+  ClassTable table = *shot.table;
+  if (shot.options.mode != RenderMode::composite || shot.preintegrate == Preintegrate::off) return table;
+  if (shot.preintegrate == Preintegrate::on ||
+      narrowness(*shot.function, table, shot.view->step * change, shot.view->step_world) >= narrow_function)
+    table.integrals = integrate_values(*shot.function, table);
+  return table;
+}
+
+std::vector<Vec4f> table_texels(const ClassTable& table) {
+  std::vector<Vec4f> out = table.entry;
+  const ValueIntegrals& t = table.integrals;
+  for (size_t j = 0; j < t.moment.size(); ++j) {
+    for (size_t part = 0; part < 3; ++part) out.push_back(t.part[3 * j + part]);
+    out.push_back(t.moment[j]);
+  }
+  out.resize((out.size() + table_row - 1) / table_row * table_row);
+  return out;
+}
+
+ShaderKind shader_kind(const Shot& shot, const ClassTable& table) {
+  ShaderKind kind;
+  const ShotOptions& o = shot.options;
+  const Kernel& kernel = shot.slice->kernel;
+  kind.mode = o.mode;
+  kind.shading = o.shading;
+  kind.halves = o.mode == RenderMode::composite && o.shading &&
+                (shot.lights->diffuse != 0 || shot.lights->specular != 0);
+  kind.integrals = !table.integrals.empty(), kind.split = table.integrals.split;
+  kind.normalised = kernel.normalised;
+  kind.ripple = o.shading && o.without_ripple && !kernel.normalised;
+  if (kernel.normalised)
+    kind.first_wave = std::exp(-std::numbers::pi * std::numbers::pi / kernel.time.gaussian);
+  kind.surfaces = std::max(1, static_cast<int>(o.surfaces.size()));
+  kind.kernel = drawn_kernel(kernel.space, form_of(shot));
+  return kind;
+}
+
+namespace {
+
+Vec4f vec4f(const Vec3& v, double w = 0) {
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]),
+          static_cast<float>(w)};
+}
+
+// A number for each pixel and sheet: constant, per column and per row, from the picture's centre.
+struct PixelForm {
+  double constant = 0, per_column = 0, per_row = 0;
+  [[nodiscard]] Vec4f floats() const { return vec4f({constant, per_column, per_row}); }
+};
+
+// The rays of a view, as points at sheet 0 and steps from sheet to sheet.
+struct RayForms {
+  std::array<Vec3, 3> origin{}, along{};
+  RayForms(const SheetView& v, double column, double row) {
+    along = {v.ray(column, row), {}, {}};
+    if (v.perspective) along[1] = v.ex, along[2] = v.ey;
+    origin = {v.sample(column, row, 0), v.scale(0) * v.ex, v.scale(0) * v.ey};
+  }
+  [[nodiscard]] std::array<Vec4f, 2> cut(const Vec3& normal, double offset) const {
+    const PixelForm slope{dot(normal, along[0]), dot(normal, along[1]), dot(normal, along[2])},
+        value{dot(normal, origin[0]) + offset, dot(normal, origin[1]), dot(normal, origin[2])};
+    return {slope.floats(), value.floats()};
+  }
+};
+
+void set_cuts(const Shot& shot, const RayForms& rays, PictureBlock& b) {
+  int count = 0;
+  const auto add = [&](const Vec3& normal, double offset) {
+    const auto [slope, value] = rays.cut(normal, offset);
+    b.cuts[size_t{2} * count] = slope, b.cuts[size_t{2} * count + 1] = value;
+    ++count;
+  };
+  const DrawnBox box = drawn_box(*shot.slice);
+  for (size_t a = 0; a < 3; ++a) {
+    Vec3 normal{};
+    normal[a] = 1;
+    add(normal, -box.begin[a]);
+    add(-1.0 * normal, box.end[a]);
+  }
+  for (const auto* const clips : {&shot.slice->clip, &shot.view->clip})
+    for (const HalfSpace& h : *clips) add(h.normal, h.offset);
+  b.counts[0] = count;
+}
+
+void set_rays(const Shot& shot, PictureBlock& b) {
+  const SheetView& v = *shot.view;
+  const double column = v.width / 2, row = v.height / 2; // whole numbers: pixels are counted from a pixel
+  const RayForms rays(v, column, row);
+  for (size_t n = 0; n < 3; ++n) {
+    b.origin[n] = vec4f(rays.origin[n]), b.along[n] = vec4f(rays.along[n]);
+    b.world_along[n] = vec4f(v.lattice_to_world.vector(rays.along[n]));
+  }
+  set_cuts(shot, rays, b);
+  constexpr double far = 1e30, known = 2; // lattice units outside the domain, as sheets have it
+  const double first = v.perspective ? static_cast<double>(v.first_sheet()) : -far;
+  b.sheets[0] = static_cast<float>(first);
+  b.sheets[1] = static_cast<float>(v.perspective || v.in_front ? -v.depth : -far);
+  b.sheets[2] = shot.options.opacity_stop < 1 ? static_cast<float>(shot.options.opacity_stop) : 2.0f;
+  b.sheets[3] = shot.options.depth_opacity;
+  b.centre = vec4f({column, row, known / v.step});
+  b.ends = vec4f({1 / v.step_world, -v.depth, 0});
+  b.picture = {v.width, v.height, 0, v.ends.distance ? 1 : 0};
+}
+
+// A power of two that brings x near 1.
+double near_one(double x) { return std::isnormal(x) ? std::ldexp(1.0, -std::ilogb(x)) : 1; }
+
+void set_light(const Shot& shot, const ShaderKind& kind, PictureBlock& b) {
+  const Slice& slice = *shot.slice;
+  const Lights lights = lights_of(shot, form_of(shot));
+  const Affine3 to_lattice = shot.view->lattice_to_world.inverse();
+  std::array<Vec3, 3> columns;
+  double longest = 0;
+  for (size_t a = 0; a < 3; ++a) {
+    Vec3 axis{};
+    axis[a] = 1;
+    columns[a] = to_lattice.transposed(axis);
+    longest = std::max(longest, length(columns[a]));
+  }
+  // Gradients of any unit have squares that are floats.
+  const double base = slice.base, largest = std::max(slice.bounds[1] - base, base - slice.bounds[0]);
+  const double enlarged = near_one(longest) * std::min(near_one(largest), 0x1p126);
+  for (size_t a = 0; a < 3; ++a) b.to_world[a] = vec4f(enlarged * columns[a]);
+  b.noise = vec4f({enlarged * lights.noise.constant, enlarged * lights.noise.of_value, lights.ambient},
+                  lights.shininess);
+  b.counts[1] = kind.shading ? static_cast<int32_t>(lights.lights.size()) : 0;
+  for (size_t n = 0; n < lights.lights.size() && n < most_gpu_lights; ++n) {
+    const Light& light = lights.lights[n];
+    const bool headlight = dot(light.direction, light.direction) == 0;
+    b.lights[n] = headlight ? vec4f({}, 1) : vec4f(normalized(light.direction));
+    b.diffuse[n] = vec4f(lights.diffuse * light.color);
+    b.specular[n] = vec4f(lights.specular * light.color);
+  }
+}
+
+void set_surfaces(const Shot& shot, const ClassTable& table, PictureBlock& b) {
+  const auto& surfaces = shot.options.surfaces;
+  for (size_t n = 0; n < surfaces.size(); ++n) {
+    b.surface[2 * n] = vec4f(
+        {surfaces[n].value - shot.slice->base, surfaces[n].opacity, surfaces[n].opacity < 1 ? 1.0 : 0.0});
+    b.surface[2 * n + 1] = surface_color(surfaces[n], table);
+  }
+  b.counts[2] = static_cast<int32_t>(surfaces.size());
+}
+
+} // namespace
+
+PictureBlock picture_block(const Shot& shot, const ClassTable& table, const FieldBricks& bricks) {
+  PictureBlock b;
+  const Slice& slice = *shot.slice;
+  const ShaderKind kind = shader_kind(shot, table);
+  set_rays(shot, b);
+  set_light(shot, kind, b);
+  set_surfaces(shot, table, b);
+  const double radius = kind.kernel.radius, pitch = std::numbers::sqrt2; // of the sites of a coset
+  b.field = {slice.base, slice.base - slice.air, static_cast<float>(1 / pitch),
+             static_cast<float>(-2 * pitch / (radius * radius))};
+  b.classes = {table.low, table.scale, static_cast<float>(table.size() - 1), table.unit_distance};
+  const TimeField time(slice);
+  b.frame = vec4f(time.gradient, time.offset);
+  b.counts[3] = table_row;
+  for (size_t a = 0; a < 3; ++a)
+    b.first_site[a] = bricks.first_site[a], b.bricks[a] = bricks.bricks[a], b.cells[a] = bricks.cells[a];
+  return b;
+}
+
+std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table, const FieldBricks& bricks) {
+  const Slice& slice = *shot.slice;
+  const SheetView& view = *shot.view;
+  double step = 0; // along any ray, lattice units
+  for (const double i : {0.0, view.width - 1.0})
+    for (const double j : {0.0, view.height - 1.0}) step = std::max(step, length(view.ray(i, j)));
+  const double cell = 2 * std::numbers::sqrt2; // of 2^3 sites
+  const int steps = static_cast<int>(std::ceil(step / cell));
+  const bool base_seen =
+      shot.options.disable_skips & skip_transfer_function || shot.options.mode == RenderMode::maximum;
+  const auto bounds = [&](float low, float high) { return coefficient_bounds(slice, {low, high}); };
+  switch (shot.options.mode) {
+  case RenderMode::composite:
+    return unseen_cells(bricks, table.integrals.empty() ? 0 : steps, [&](float low, float high) {
+      const auto [a, b] = bounds(low, high);
+      return base_seen || table.crossed(a, b);
+    });
+  case RenderMode::isosurface:
+    return unseen_cells(bricks, steps, [&](float low, float high) {
+      const auto [a, b] = bounds(low, high);
+      return base_seen || std::any_of(shot.options.surfaces.begin(), shot.options.surfaces.end(),
+                                      [&](const IsoSurface& s) { return s.value >= a && s.value <= b; });
+    });
+  default:
+    return unseen_cells(bricks, 0, [&](float low, float high) {
+      return base_seen || slice.base != slice.air || low < 0 || high > 0;
+    });
+  }
+}
+
+} // namespace bccsplat

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a shot looks like to the shader: its kind, the texels of its transfer function, its numbers.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "draw/shot.h"
+#include "gpu/field_bricks.h"
+#include "gpu/shader.h"
+
+namespace bccsplat {
+
+using Vec4f = std::array<float, 4>;
+
+// The shader's uniform block, as the layout std140 has it.
+struct PictureBlock {
+  std::array<Vec4f, 3> origin{}, along{}, world_along{};
+  std::array<Vec4f, size_t{2} * most_cuts> cuts{};
+  std::array<Vec4f, 3> to_world{};
+  Vec4f sheets{}, field{}, classes{}, noise{}, frame{}, centre{}, ends{};
+  std::array<Vec4f, most_gpu_lights> lights{}, diffuse{}, specular{};
+  std::array<Vec4f, size_t{2} * most_gpu_surfaces> surface{};
+  std::array<int32_t, 4> counts{}, picture{}, first_site{}, bricks{}, cells{};
+};
+
+// The texels of the class table and of its integrals, in rows.
+inline constexpr int table_row = 1024;
+[[nodiscard]] std::vector<Vec4f> table_texels(const ClassTable& table);
+
+// Why the GPU does not draw a shot; null: it does.
+[[nodiscard]] const char* not_on_gpu(const Shot& shot);
+
+// change: what change_per_unit() says of the shot's slice. Returns the table with integrals where the shot is
+// classified by them.
+[[nodiscard]] ClassTable gpu_table(const Shot& shot, double change);
+
+// How much values change along a lattice unit where they change fast, of some hundred sites.
+[[nodiscard]] double change_at_sites(const Slice& slice);
+
+[[nodiscard]] ShaderKind shader_kind(const Shot& shot, const ClassTable& table);
+[[nodiscard]] PictureBlock picture_block(const Shot& shot, const ClassTable& table,
+                                         const FieldBricks& bricks);
+
+// The cells of the bricks that a shot sees nothing of, as unseen_cells().
+[[nodiscard]] std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table,
+                                             const FieldBricks& bricks);
+
+} // namespace bccsplat

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Puts slices and tables where the shader looks, has it draw by either entry, and reads the pixels back.
+#include "gpu/gpu_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace bccsplat {
+namespace {
+
+void bind_texture(int unit, const TextureShape& shape, const GlTexture& texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(shape.target(), texture.get());
+}
+
+constexpr TextureShape plane{}, volume{.depth = 1};
+
+// How bricks stand in a texture: so many along x and y, the others behind.
+struct Atlas {
+  size_t along = 1, layers = 1;
+  Atlas(size_t count, int edge) {
+    GLint most = 0;
+    glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &most);
+    const auto room = std::min<size_t>(static_cast<size_t>(most / edge), 1023);
+    along = std::min(room, static_cast<size_t>(std::ceil(std::cbrt(static_cast<double>(count)))));
+    layers = (count + along * along - 1) / (along * along);
+    if (layers > room) fail_this_time("the slice has too many bricks for its textures");
+  }
+  [[nodiscard]] std::array<size_t, 3> place(size_t n) const {
+    return {n % along, n / along % along, n / (along * along)};
+  }
+  [[nodiscard]] uint32_t packed(size_t n) const {
+    constexpr unsigned bits = 10;
+    const auto [x, y, z] = place(n);
+    return static_cast<uint32_t>(x | y << bits | z << (2 * bits));
+  }
+};
+
+GlTexture atlas_texture(const FieldBricks& bricks, const Atlas& atlas) {
+  const GLint edge = bricks.edge, side = static_cast<GLint>(atlas.along) * edge;
+  GlTexture texture = make_texture(
+      {.width = side, .height = side, .depth = static_cast<GLint>(atlas.layers) * edge}, nullptr);
+  const size_t size = static_cast<size_t>(edge) * edge * edge;
+  for (size_t n = 0; n < bricks.count(); ++n) {
+    const auto [x, y, z] = atlas.place(n);
+    glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(x) * edge, static_cast<GLint>(y) * edge,
+                    static_cast<GLint>(z) * edge, edge, edge, edge, GL_RED, GL_FLOAT,
+                    bricks.value.data() + n * size);
+  }
+  check_gl("the sites of a slice");
+  return texture;
+}
+
+bool fits_buffer(const FieldBricks& bricks, const GpuInfo& info) {
+  if (info.entry != GpuEntry::compute) return false;
+  GLint64 most = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
+  return bricks.bytes() <= static_cast<uint64_t>(std::max<GLint64>(most, 0));
+}
+
+TextureShape brick_shape(const FieldBricks& bricks) {
+  return {.width = bricks.bricks[0],
+          .height = bricks.bricks[1],
+          .depth = 2 * bricks.bricks[2],
+          .internal = GL_R32UI,
+          .format = GL_RED_INTEGER,
+          .type = GL_UNSIGNED_INT};
+}
+
+} // namespace
+
+GpuSites::GpuSites(const FieldBricks& bricks, const GpuInfo& info) {
+  std::vector<uint32_t> which = bricks.brick_at;
+  if (fits_buffer(bricks, info)) {
+    buffer = make_buffer();
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
+    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bricks.bytes()), bricks.value.data(),
+                 GL_STATIC_DRAW);
+    check_gl("the sites of a slice");
+  } else {
+    const Atlas atlas(bricks.count(), bricks.edge);
+    texture = atlas_texture(bricks, atlas);
+    for (uint32_t& n : which) n = atlas.packed(n);
+  }
+  brick_at = make_texture(brick_shape(bricks), which.data());
+}
+
+GpuClasses::GpuClasses(const std::vector<Vec4f>& texels, const FieldBricks& bricks,
+                       const std::vector<uint8_t>& unseen) {
+  table = make_texture({.width = table_row,
+                        .height = static_cast<GLint>(texels.size()) / table_row,
+                        .internal = GL_RGBA32F,
+                        .format = GL_RGBA},
+                       texels.data());
+  around_at = make_texture({.width = bricks.cells[0],
+                            .height = bricks.cells[1],
+                            .depth = bricks.cells[2],
+                            .internal = GL_R8UI,
+                            .format = GL_RED_INTEGER,
+                            .type = GL_UNSIGNED_BYTE},
+                           unseen.data());
+}
+
+GpuPicture::GpuPicture(GpuPrograms& programs, ShaderKind kind, const PictureBlock& block,
+                       const GpuSites& sites, const GpuClasses& classes, const std::vector<float>& ends)
+    : sites_(sites), classes_(classes), kind_(std::move(kind)), block_(block),
+      software_(programs.info().software), width_(block.picture[0]), height_(block.picture[1]) {
+  kind_.entry = programs.info().entry;
+  kind_.sites_in_buffer = static_cast<bool>(sites.buffer);
+  program_ = programs.find(kind_);
+  uniforms_ = make_buffer();
+  if (kind_.entry == GpuEntry::compute)
+    make_buffer_of_pixels();
+  else
+    make_framebuffer_of_pixels();
+  if (!ends.empty()) ends_ = make_texture({.width = width_, .height = height_}, ends.data());
+  check_gl("a picture");
+}
+
+int GpuPicture::rows_at_once() const {
+  // A card that works on one call for seconds is taken for hung by its driver.
+  constexpr int software_rows = 64, card_pixels = 1 << 21;
+  return software_ ? software_rows : std::max(software_rows, card_pixels / width_);
+}
+
+void GpuPicture::make_buffer_of_pixels() {
+  pixels_ = make_buffer();
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, pixels_.get());
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(sizeof(GpuPixel)) * width_ * height_,
+               nullptr, GL_STREAM_READ);
+}
+
+void GpuPicture::make_framebuffer_of_pixels() {
+  framebuffer_ = make_framebuffer(), vertices_ = make_vertex_array();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.get());
+  for (size_t n = 0; n < planes_.size(); ++n) {
+    planes_[n] = make_texture({.width = width_, .height = height_, .internal = GL_RGBA32F, .format = GL_RGBA},
+                              nullptr);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(n), GL_TEXTURE_2D,
+                           planes_[n].get(), 0);
+  }
+  constexpr std::array<GLenum, 2> buffers{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glDrawBuffers(buffers.size(), buffers.data());
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    fail_this_time("it has no framebuffer of floats of ", width_, " x ", height_, " pixels");
+}
+
+// Other pictures may have been drawn since the last rows.
+void GpuPicture::bind() {
+  glUseProgram(program_);
+  glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.get());
+  glBufferData(GL_UNIFORM_BUFFER, sizeof block_, &block_, GL_STREAM_DRAW);
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, uniforms_.get());
+  bind_texture(unit_brick_at, volume, sites_.brick_at);
+  bind_texture(unit_around_at, volume, classes_.around_at);
+  bind_texture(unit_class_table, plane, classes_.table);
+  bind_texture(unit_ray_ends, plane, ends_);
+  bind_texture(unit_sites, volume, sites_.texture);
+  if (kind_.sites_in_buffer) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding_sites, sites_.buffer.get());
+}
+
+void GpuPicture::draw_rows(int first, int count) {
+  block_.picture[2] = first;
+  bind();
+  if (kind_.entry == GpuEntry::compute) {
+    const auto groups = [](int pixels) {
+      return static_cast<GLuint>((pixels + compute_edge - 1) / compute_edge);
+    };
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding_pixels, pixels_.get());
+    glDispatchCompute(groups(width_), groups(count), 1);
+  } else {
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.get());
+    glBindVertexArray(vertices_.get());
+    glDisable(GL_BLEND), glDisable(GL_DEPTH_TEST), glDisable(GL_CULL_FACE);
+    glEnable(GL_SCISSOR_TEST);
+    glViewport(0, 0, width_, height_), glScissor(0, first, width_, count);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  if (software_) glFinish(); // or all of it would be waited for at the end
+  check_gl("drawing");
+}
+
+std::vector<GpuPixel> GpuPicture::read() const {
+  std::vector<GpuPixel> out(static_cast<size_t>(width_) * static_cast<size_t>(height_));
+  if (kind_.entry == GpuEntry::compute) {
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, pixels_.get());
+    glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(out.size() * sizeof(GpuPixel)),
+                       out.data());
+  } else {
+    read_planes(out);
+  }
+  check_gl("reading a picture");
+  return out;
+}
+
+void GpuPicture::read_planes(std::vector<GpuPixel>& out) const {
+  std::vector<Vec4f> plane_of(out.size());
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.get());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  for (size_t n = 0; n < planes_.size(); ++n) {
+    glReadBuffer(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(n));
+    glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, plane_of.data());
+    for (size_t p = 0; p < out.size(); ++p) (n == 0 ? out[p].color : out[p].more) = plane_of[p];
+  }
+}
+
+} // namespace bccsplat

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Slices and pictures on a GPU. All of it belongs to the thread of its context.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "gpu/field_bricks.h"
+#include "gpu/gl.h"
+#include "gpu/gpu_look.h"
+#include "gpu/gpu_programs.h"
+
+namespace bccsplat {
+
+// The sites of a slice: in a buffer, or where that is asked for or too large for one, in a texture.
+struct GpuSites {
+  GlBuffer buffer;
+  GlTexture texture, brick_at;
+
+  // Throws GpuFailure where they find no room.
+  GpuSites(const FieldBricks& bricks, const GpuInfo& info);
+};
+
+// What of a picture changes with its transfer function and mode.
+struct GpuClasses {
+  GlTexture table, around_at;
+  GpuClasses(const std::vector<Vec4f>& texels, const FieldBricks& bricks, const std::vector<uint8_t>& unseen);
+};
+
+// A pixel as the shader writes it: premultiplied colour and opacity; sheet number of the depth (1e30: none),
+// value, time, 1 where these are known.
+struct GpuPixel {
+  Vec4f color, more;
+};
+
+// A picture under way, by calls that may each be a job of their own.
+class GpuPicture {
+ public:
+  // ends: planar distances, row by row; empty: none. Sites and classes outlive it. Throws GpuFailure.
+  GpuPicture(GpuPrograms& programs, ShaderKind kind, const PictureBlock& block, const GpuSites& sites,
+             const GpuClasses& classes, const std::vector<float>& ends);
+  // How many rows are drawn at a time, so that between them a call can be cancelled.
+  [[nodiscard]] int rows_at_once() const;
+  void draw_rows(int first, int count);
+  [[nodiscard]] std::vector<GpuPixel> read() const;
+
+ private:
+  void make_buffer_of_pixels();
+  void make_framebuffer_of_pixels();
+  void bind();
+  void read_planes(std::vector<GpuPixel>& out) const;
+
+  const GpuSites& sites_;
+  const GpuClasses& classes_;
+  ShaderKind kind_;
+  PictureBlock block_;
+  bool software_;
+  GLint width_, height_;
+  GLuint program_;
+  GlBuffer uniforms_, pixels_;
+  GlFramebuffer framebuffer_;
+  GlVertexArray vertices_;
+  std::array<GlTexture, 2> planes_;
+  GlTexture ends_;
+};
+
+} // namespace bccsplat

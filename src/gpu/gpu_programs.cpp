@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gpu/gpu_programs.h"
+
+#include <utility>
+
+namespace bccsplat {
+
+GLuint GpuPrograms::find(const ShaderKind& kind) {
+  const std::string source = shader_source(kind);
+  const auto found = programs_.find(source);
+  if (found != programs_.end()) return found->second.get();
+  GlProgram program = make_program(kind.entry == GpuEntry::compute ? "" : vertex_source(), source);
+  const GLuint name = program.get();
+  glUseProgram(name);
+  glUniformBlockBinding(name, glGetUniformBlockIndex(name, "Picture"), 0);
+  for (const auto& [sampler, unit] : shader_samplers)
+    if (const GLint at = glGetUniformLocation(name, sampler); at >= 0) glUniform1i(at, unit);
+  check_gl("a program");
+  programs_.emplace(source, std::move(program));
+  return name;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The compiled shaders of a context.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "gpu/gl.h"
+#include "gpu/shader.h"
+
+namespace bccsplat {
+
+class GpuPrograms {
+ public:
+  explicit GpuPrograms(const GpuInfo& info) : info_(info) {}
+  [[nodiscard]] const GpuInfo& info() const { return info_; }
+  // Returns the program of a kind of picture, compiled at its first use. Throws GpuFailure.
+  [[nodiscard]] GLuint find(const ShaderKind& kind);
+
+ private:
+  GpuInfo info_;
+  std::map<std::string, GlProgram> programs_; // by source
+};
+
+} // namespace bccsplat

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes the kernel as nested products and the sites in its reach as a table of offsets, around the one body.
+#include "gpu/shader.h"
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <vector>
+
+#include "lattice/lattice.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr const char* march_body =
+#include "gpu/march.glsl.inc"
+    ;
+
+std::string number(double x) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.9g", x);
+  std::string out = text.data();
+  return out.find_first_of(".en") == std::string::npos ? out + ".0" : out;
+}
+
+std::string define(const std::string& name, const std::string& value) {
+  return "#define " + name + " " + value + "\n";
+}
+std::string define(const std::string& name, int value) { return define(name, std::to_string(value)); }
+
+// Returns sum_j a[j] u^j as nested products.
+std::string nested(const std::vector<double>& a) {
+  std::string out = number(a.back());
+  for (size_t j = a.size() - 1; j-- > 0;)
+    out = (a[j] != 0 ? "(" + number(a[j]) + "+" : std::string("(")) + "u*" + out + ")";
+  return out;
+}
+
+std::string kernel_text(const RadialKernel& kernel) {
+  std::vector<double> a(kernel.a.begin(), kernel.a.begin() + kernel.terms), slope;
+  for (size_t j = 1; j < a.size(); ++j) slope.push_back(static_cast<double>(j) * a[j]);
+  const double sites = kernel.radius / std::numbers::sqrt2; // of a coset
+  return define("PHI(u)", nested(a)) + define("SLOPE(u)", nested(slope)) +
+         define("OVER_RADIUS2", number(1 / (sites * sites)));
+}
+
+// How near a site is at least to the points between 0 and 1/2 of it along an axis, in sites.
+double nearest_along(int site) { return site > 0 ? site - 0.5 : -site; }
+
+using Offsets = std::vector<Int3>;
+Offsets reached_sites(const RadialKernel& kernel) {
+  constexpr int most = 2; // no kernel reaches farther than two sites of a coset
+  const double sites = kernel.radius / std::numbers::sqrt2;
+  Offsets out;
+  for (int z = -most; z <= most; ++z)
+    for (int y = -most; y <= most; ++y)
+      for (int x = -most; x <= most; ++x)
+        if (std::hypot(nearest_along(x), nearest_along(y), nearest_along(z)) < sites)
+          out.push_back({x, y, z});
+  return out;
+}
+
+std::string reached_text(const RadialKernel& kernel) {
+  const Offsets sites = reached_sites(kernel);
+  const std::string count = std::to_string(sites.size());
+  std::string out = define("REACHED", count) + "const vec3 reached[" + count + "] = vec3[" + count + "](";
+  for (size_t n = 0; n < sites.size(); ++n)
+    out += (n > 0 ? "," : "") + std::string("vec3(") + number(sites[n][0]) + "," + number(sites[n][1]) + "," +
+           number(sites[n][2]) + ")";
+  return out + ");\n";
+}
+
+const char* const buffer_sites = R"(
+layout(std430, binding = 0) readonly buffer Sites { float sites[]; };
+#define PLACE int
+int place_in(uint which, ivec3 at) { return ((int(which) * EDGE + at.z) * EDGE + at.y) * EDGE + at.x; }
+float site_value(int place, ivec3 to) { return sites[place + (to.z * EDGE + to.y) * EDGE + to.x]; }
+)";
+const char* const texture_sites = R"(
+uniform highp sampler3D sites;
+#define PLACE ivec3
+ivec3 place_in(uint which, ivec3 at) {
+  return ivec3(int(which) & 1023, int(which >> 10) & 1023, int(which >> 20)) * EDGE + at;
+}
+float site_value(ivec3 place, ivec3 to) { return texelFetch(sites, place + to, 0).r; }
+)";
+const char* const compute_main = R"(
+void main() {
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, picture.z);
+  if (pixel.x >= picture.x || pixel.y >= picture.y) return;
+  vec4 color, more;
+  draw_ray(ray_of(pixel), color, more);
+  int n = 2 * (pixel.y * picture.x + pixel.x);
+  pixels[n] = color, pixels[n + 1] = more;
+}
+)";
+const char* const fragment_main = R"(
+layout(location = 0) out highp vec4 pixel_color;
+layout(location = 1) out highp vec4 pixel_more;
+void main() { draw_ray(ray_of(ivec2(gl_FragCoord.xy)), pixel_color, pixel_more); }
+)";
+
+std::string kind_text(const ShaderKind& k) {
+  const bool around = k.mode == RenderMode::composite && (k.halves || k.integrals);
+  return define("MODE", static_cast<int>(k.mode)) + define("SHADING", k.shading) +
+         define("HALVES", k.halves) + define("INTEGRALS", k.integrals) + define("SPLIT", k.split) +
+         define("RIPPLE", k.ripple) + define("NORMALISED", k.normalised) +
+         define("FIRST_WAVE", number(k.first_wave)) + define("AROUND", around) +
+         define("SURFACES", k.surfaces) + define("CUTS", most_cuts) + define("LIGHTS", most_gpu_lights) +
+         define("MOST_SURFACES", most_gpu_surfaces) + define("BORDER", brick_border(k.kernel)) +
+         define("EDGE", brick_edge + 2 * brick_border(k.kernel));
+}
+
+} // namespace
+
+int brick_border(const RadialKernel& kernel) {
+  constexpr double one_site = 1.5; // in reach of a point half a site from the nearest one
+  return kernel.radius / std::numbers::sqrt2 > one_site ? 2 : 1;
+}
+
+std::string shader_source(const ShaderKind& kind) {
+  const bool compute = kind.entry == GpuEntry::compute;
+  std::string out = compute ? "#version 430\n" : "#version 330\n";
+  if (compute) {
+    const std::string edge = std::to_string(compute_edge);
+    out += "layout(local_size_x = " + edge + ", local_size_y = " + edge + ") in;\n";
+    out += "layout(std430, binding = 1) writeonly buffer Pixels { vec4 pixels[]; };\n";
+  }
+  out += "precision highp float;\nprecision highp int;\n";
+  out += kind_text(kind) + kernel_text(kind.kernel) + reached_text(kind.kernel);
+  out += compute && kind.sites_in_buffer ? buffer_sites : texture_sites;
+  return out + march_body + (compute ? compute_main : fragment_main);
+}
+
+std::string vertex_source() {
+  return "#version 330\n"
+         "void main() {\n"
+         "  vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1));\n"
+         "  gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n"
+         "}\n";
+}
+
+} // namespace bccsplat

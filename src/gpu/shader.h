@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The text of the shader that draws a kind of picture: the one body (march.glsl.inc), what it is specialised
+// by, and one of two entries around it.
+#pragma once
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "gpu/gpu_info.h"
+#include "kernel/kernel.h"
+#include "shade/mode.h"
+
+namespace bccsplat {
+
+// What of a picture's description has room in the shader's uniform block.
+inline constexpr int most_cuts = 32, most_gpu_lights = 16, most_gpu_surfaces = 16;
+
+struct ShaderKind {
+  GpuEntry entry = GpuEntry::fragment;
+  bool sites_in_buffer = false; // of the compute entry
+  RenderMode mode = RenderMode::composite;
+  bool shading = false;
+  bool halves = false;     // segments that add much are lit by two gradients
+  bool integrals = false;  // segments are classified by them
+  bool split = false;      // as ValueIntegrals::split
+  bool ripple = false;     // lit without that of the kernel
+  bool normalised = false; // the paper's kernel
+  double first_wave = 0;   // of its lattice sum
+  int surfaces = 1;
+  RadialKernel kernel; // as it is drawn
+};
+
+// Sites beyond a brick's own that it has, too: as far as a kernel reaches from the site nearest to a point.
+[[nodiscard]] int brick_border(const RadialKernel& kernel);
+
+[[nodiscard]] std::string shader_source(const ShaderKind& kind);
+[[nodiscard]] std::string vertex_source();
+
+// Texture units.
+enum ShaderUnit { unit_brick_at, unit_around_at, unit_class_table, unit_ray_ends, unit_sites };
+inline constexpr std::array<std::pair<const char*, int>, 5> shader_samplers{
+    {{"brick_at", unit_brick_at},
+     {"around_at", unit_around_at},
+     {"class_table", unit_class_table},
+     {"ray_ends", unit_ray_ends},
+     {"sites", unit_sites}}};
+// Bindings of buffers of the compute entry, and its square of pixels.
+inline constexpr int binding_sites = 0, binding_pixels = 1, compute_edge = 8;
+
+} // namespace bccsplat
