@@ -260,6 +260,22 @@ typedef void (*bccsplat_log_fn)(void* user, bccsplat_log_level level, const char
 typedef void (*bccsplat_task_fn)(void* task, uint64_t index);
 typedef void (*bccsplat_runner_fn)(void* user, uint64_t count, bccsplat_task_fn body, void* task);
 
+/* What draws pictures. The GPU's are those of the CPU to 45 dB and more; some it does not draw
+ * (bccsplat_gpu_info). */
+typedef int32_t bccsplat_backend;
+enum {
+  /* Of render options the device's, of a device AUTO. */
+  BCCSPLAT_BACKEND_DEFAULT = 0,
+  /* A graphics card where there is one and it draws the picture, else the CPU; the same for all
+   * pictures of a kind, so that none jumps while a camera moves. A GPU that fails is told of in the
+   * log and the CPU draws. Rasterisers of OpenGL on the CPU are no card. */
+  BCCSPLAT_BACKEND_AUTO = 1,
+  BCCSPLAT_BACKEND_CPU = 2,
+  /* The GPU, a rasteriser on the CPU if there is no card: MISSING_FEATURE where there is neither or
+   * it fails, UNSUPPORTED where it does not draw such a picture; the last error says why. */
+  BCCSPLAT_BACKEND_GPU = 3
+};
+
 typedef struct bccsplat_device_options {
   uint32_t struct_size;
   /* Threads used, the caller's included, up to 4096; 0: as many as the machine has; with a runner:
@@ -282,6 +298,13 @@ typedef struct bccsplat_device_options {
   uint32_t max_reads;
   /* 0 */
   uint32_t reserved;
+  /* Of all pictures whose render options do not say otherwise. */
+  bccsplat_backend backend;
+  /* 0 */
+  uint32_t reserved2;
+  /* Bytes of volumes that this device's objects may hold on the GPU at a time; 0: what it has. A
+   * picture that needs more is drawn by the CPU, or with BACKEND_GPU refused. */
+  uint64_t gpu_memory;
 } bccsplat_device_options;
 
 typedef struct bccsplat_device_info {
@@ -299,6 +322,35 @@ BCCSPLAT_API void bccsplat_device_retain(bccsplat_device* device);
 BCCSPLAT_API void bccsplat_device_release(bccsplat_device* device);
 BCCSPLAT_API bccsplat_status bccsplat_device_get_info(
     const bccsplat_device* device, bccsplat_device_info* info);
+
+/* The GPU that a device's pictures may be drawn by, through OpenGL 3.3 or later and EGL, without a
+ * window, on a thread of the device's own: whatever OpenGL context a host's threads have stays as
+ * it is. It draws pictures of slices on BCC and D4* in every mode, with all planes of a frame,
+ * clips, a host's depths and any view. It does not draw trails, deep frames, several instances
+ * together, smooth edges of several or transparent surfaces, Cartesian lattices, and slices with
+ * corrections or missing data. */
+typedef struct bccsplat_gpu_info {
+  uint32_t struct_size;
+  /* 1: a rasteriser on the CPU, which AUTO does not take. */
+  int32_t software;
+  /* 1: compute shaders, OpenGL 4.3; 0: fragment shaders. */
+  int32_t compute;
+  /* 0 */
+  uint32_t reserved;
+  /* Bytes; 0: its driver does not tell. */
+  uint64_t memory;
+  /* Bytes of slices that this device's objects hold there now. */
+  uint64_t memory_used;
+  /* As OpenGL names them, cut where longer. */
+  char vendor[128];
+  char renderer[128];
+  char version[128];
+} bccsplat_gpu_info;
+
+/* Opens the GPU, if no picture has. Also: MISSING_FEATURE where there is none, or the library was
+ * built without; the last error says what is missing. */
+BCCSPLAT_API bccsplat_status bccsplat_device_get_gpu_info(
+    bccsplat_device* device, bccsplat_gpu_info* info);
 
 /* ---- Streams of the host ---- */
 
@@ -1945,6 +1997,10 @@ typedef struct bccsplat_render_options {
   /* NULL: none. Shows a picture as it grows. */
   bccsplat_tile_fn tile;
   void* tile_user;
+  /* DEFAULT: the device's. */
+  bccsplat_backend backend;
+  /* 0 */
+  uint32_t reserved2;
 } bccsplat_render_options;
 
 /* What of the volume a picture of a time slice needs. */
@@ -2099,6 +2155,11 @@ typedef struct bccsplat_render_stats {
   uint32_t level;
   /* 0 */
   uint32_t reserved3;
+  /* BACKEND_CPU or BACKEND_GPU: what drew the picture. Of a GPU's the counts of points, tiles,
+   * bricks and visits but points_total are 0, and ms_shade is the time of the call that drew. */
+  bccsplat_backend backend;
+  /* 0 */
+  uint32_t reserved4;
 } bccsplat_render_stats;
 
 BCCSPLAT_API bccsplat_status bccsplat_renderer_create(
@@ -2378,6 +2439,9 @@ typedef struct bccsplat_scene_status {
   double ms_cut;
   double ms_draw;
   double ms_total;
+  /* BACKEND_CPU or BACKEND_GPU: what drew. */
+  bccsplat_backend backend;
+  uint32_t reserved2;
 } bccsplat_scene_status;
 
 BCCSPLAT_API bccsplat_status bccsplat_scene_create(bccsplat_device* device, bccsplat_scene** scene);

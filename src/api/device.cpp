@@ -18,6 +18,11 @@ HostRunner wrap_runner(bccsplat_runner_fn runner, void* user) {
   };
 }
 
+// Cuts what is too long.
+template<size_t size> void copy_name(const std::string& from, char (&to)[size]) {
+  to[from.copy(to, size - 1)] = 0;
+}
+
 } // namespace
 
 bccsplat_device::bccsplat_device(const bccsplat_device_options& options)
@@ -25,7 +30,9 @@ bccsplat_device::bccsplat_device(const bccsplat_device_options& options)
                                                      options.thread_count)
                            : std::make_unique<Tasks>(options.thread_count)),
       memory(options.memory_budget ? options.memory_budget : UINT64_MAX),
-      max_sites(options.max_sites ? options.max_sites : uint64_t{1} << 42), log_(options.log),
+      max_sites(options.max_sites ? options.max_sites : uint64_t{1} << 42),
+      backend(options.backend ? static_cast<Backend>(options.backend) : Backend::automatic),
+      gpu(make_gpu({.software_too = true, .memory_limit = options.gpu_memory})), log_(options.log),
       log_user_(options.log_user) {
   if (options.max_reads > 0) read_turns = std::make_shared<std::counting_semaphore<>>(options.max_reads);
 }
@@ -41,6 +48,16 @@ void bccsplat_device::hint(Hint which, const std::string& message) {
   if ((hinted_.fetch_or(bit) & bit) == 0) log(BCCSPLAT_LOG_WARNING, message);
 }
 
+void bccsplat_device::tell_gpu(const std::string& failed) {
+  if (failed.empty()) return;
+  {
+    const std::scoped_lock lock(log_mutex_);
+    if (failed == gpu_told_) return;
+    gpu_told_ = failed;
+  }
+  log(BCCSPLAT_LOG_WARNING, concat("render: ", failed, "; the CPU draws"));
+}
+
 extern "C" {
 
 bccsplat_status bccsplat_device_create(const bccsplat_device_options* options, bccsplat_device** device) {
@@ -50,6 +67,8 @@ bccsplat_status bccsplat_device_create(const bccsplat_device_options* options, b
     const auto o = read_struct(options, "bccsplat_device_options");
     require_range(o.thread_count, 0, most_threads, "bccsplat_device_options.thread_count");
     require_zero(o.reserved, "bccsplat_device_options.reserved");
+    require_zero(o.reserved2, "bccsplat_device_options.reserved2");
+    require_choice(o.backend, BCCSPLAT_BACKEND_GPU, "bccsplat_device_options.backend");
     *device = new bccsplat_device(o);
   });
 }
@@ -65,6 +84,21 @@ bccsplat_status bccsplat_device_get_info(const bccsplat_device* device, bccsplat
     out.memory_budget = device->memory.limit();
     out.memory_used = device->memory.used();
     out.memory_peak = device->memory.peak();
+    write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_device_get_gpu_info(bccsplat_device* device, bccsplat_gpu_info* info) {
+  return guard([&] {
+    require(device, "device");
+    check_output(info, "info");
+    const GpuInfo found = gpu_info(device->gpu.get());
+    bccsplat_gpu_info out{};
+    out.software = found.software, out.compute = found.entry == GpuEntry::compute;
+    out.memory = found.memory, out.memory_used = gpu_bytes(device->gpu.get());
+    copy_name(found.vendor, out.vendor);
+    copy_name(found.renderer, out.renderer);
+    copy_name(found.version, out.version);
     write_struct(info, out, "info");
   });
 }

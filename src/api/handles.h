@@ -161,18 +161,23 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
   // What a host may have meant otherwise: each is logged once.
   enum class Hint : uint32_t { fovy_in_radians = 1, surfaces_ignored = 2 };
   void hint(Hint which, const std::string& message);
+  // Warns, once for each reason, that the CPU drew what the GPU should have; empty: it did not.
+  void tell_gpu(const std::string& failed);
   [[nodiscard]] bccsplat::Context context(bccsplat::Progress& progress) { return {*tasks, memory, progress}; }
 
   std::unique_ptr<bccsplat::Tasks> tasks;
   bccsplat::MemoryBudget memory;
   uint64_t max_sites;
   std::shared_ptr<std::counting_semaphore<>> read_turns; // of volumes' bytes; null: no limit
+  bccsplat::Backend backend;                             // of pictures that do not say otherwise
+  std::shared_ptr<bccsplat::GpuDevice> gpu;              // null: the library was built without
 
  private:
   bccsplat_log_fn log_;
   void* log_user_;
   std::mutex log_mutex_;
   std::atomic<uint32_t> hinted_{0};
+  std::string gpu_told_; // last
 };
 
 struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {

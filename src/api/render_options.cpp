@@ -3,6 +3,7 @@
 #include "api/render_options.h"
 
 #include <cmath>
+#include <string_view>
 
 #include "api/handles.h"
 #include "api/numbers.h"
@@ -121,7 +122,25 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
   if (in.depth_opacity != 0) out.depth_opacity = in.depth_opacity;
   require_range(in.deep_tolerance, 0, 1, "bccsplat_render_options.deep_tolerance");
   if (in.deep_tolerance > 0) out.deep_tolerance = in.deep_tolerance;
+  require_choice(in.backend, BCCSPLAT_BACKEND_GPU, "bccsplat_render_options.backend");
+  require_zero(in.reserved2, "bccsplat_render_options.reserved2");
   return out;
+}
+
+void use_device(RenderOptions& options, const bccsplat_device& device) {
+  options.backend = device.backend, options.gpu = device.gpu;
+}
+
+RenderOptions read_render_options(const bccsplat_render_options* options, const bccsplat_device& device) {
+  RenderOptions out = read_render_options(options);
+  use_device(out, device);
+  const auto in = read_struct(options, "bccsplat_render_options");
+  if (in.backend) out.backend = static_cast<Backend>(in.backend);
+  return out;
+}
+
+bccsplat_backend drawn_by(const RenderStats& stats) {
+  return std::string_view(stats.drawer) == "gpu" ? BCCSPLAT_BACKEND_GPU : BCCSPLAT_BACKEND_CPU;
 }
 
 void write_camera(const Camera& camera, bccsplat_camera* out) {

@@ -22,5 +22,11 @@ void write_camera(const Camera& camera, bccsplat_camera* out);
 void hint_at_camera(bccsplat_device& device, const Camera& camera);
 void hint_at_options(bccsplat_device& device, const RenderOptions& options);
 [[nodiscard]] RenderOptions read_render_options(const bccsplat_render_options* options);
+// The same, with what the device draws by where the options do not say.
+[[nodiscard]] RenderOptions read_render_options(const bccsplat_render_options* options,
+                                                const bccsplat_device& device);
+// The defaults of a device.
+void use_device(RenderOptions& options, const bccsplat_device& device);
+[[nodiscard]] bccsplat_backend drawn_by(const RenderStats& stats);
 
 } // namespace bccsplat::api

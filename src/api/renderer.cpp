@@ -120,6 +120,7 @@ bccsplat_status bccsplat_renderer_create(bccsplat_device* device, bccsplat_rende
     require(device, "device");
     auto r = std::make_unique<bccsplat_renderer>();
     r->device = Ref(device);
+    use_device(r->options, *device);
     *renderer = r.release();
   });
 }
@@ -226,7 +227,7 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
     const Alone alone(renderer, "renderer");
     const auto in = read_struct(options, "bccsplat_render_options");
     Token token = read_token(in.cancel_token);
-    renderer->options = read_render_options(options);
+    renderer->options = read_render_options(options, *renderer->device.get());
     renderer->token = std::move(token);
     renderer->gradient_noise =
         in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE ? std::optional(in.gradient_noise) : std::nullopt;
@@ -290,6 +291,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     frame->attributes = describe_picture(slice, stats);
     if (!view.matrices && view.picture[0] == 0) frame->camera = resolve_camera(view.camera.value_or(fitted));
     tell_level(*renderer, stats.level);
+    renderer->device->tell_gpu(stats.gpu_failed);
     renderer->stats = {stats, slice.volume->file.reader()->bytes_read() - read_before, slice.open.level};
     progress.report(1);
   });
@@ -324,6 +326,7 @@ bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, b
     out.visits_unread = drawn.visits_unread;
     out.points_invisible = drawn.points_invisible, out.sheets_skipped = drawn.sheets_skipped;
     out.bytes_read = s.bytes_read, out.level = s.volume_level;
+    out.backend = drawn_by(s);
     write_struct(stats, out, "stats");
   });
 }

@@ -77,18 +77,19 @@ struct AskedPicture {
   Progress progress;
   FinishedPixels::Tell tell_tiles;
 
-  AskedPicture(const bccsplat_view* view, const bccsplat_render_options* options, double budget_ms = 0)
-      : AskedPicture(view, options, budget_ms, read_struct(options, "bccsplat_render_options")) {}
+  AskedPicture(const bccsplat_device& device, const bccsplat_view* view,
+               const bccsplat_render_options* options, double budget_ms = 0)
+      : AskedPicture(device, view, options, budget_ms, read_struct(options, "bccsplat_render_options")) {}
 
  private:
-  AskedPicture(const bccsplat_view* view, const bccsplat_render_options* options, double budget_ms,
-               const bccsplat_render_options& in)
+  AskedPicture(const bccsplat_device& device, const bccsplat_view* view,
+               const bccsplat_render_options* options, double budget_ms, const bccsplat_render_options& in)
       : token(read_token(in.cancel_token)),
         progress(progress_callback(budget_ms > 0 ? nullptr : in.progress, in.progress_user)),
         tell_tiles(tile_callback(in)) {
     picture.budget_ms = budget_ms;
     picture.view = read_view(view);
-    picture.options = read_render_options(options);
+    picture.options = read_render_options(options, device);
     if (in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE) picture.gradient_noise = in.gradient_noise;
     watch(progress, token);
     progress.throw_if_cancelled();
@@ -247,10 +248,11 @@ bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view
     if (frame->device.get() != scene->device.get())
       fail(Code::invalid_handle, "scene: the frame belongs to another device");
     require_range(budget_ms, 0, largest_budget, "budget_ms");
-    AskedPicture asked(view, options, budget_ms);
+    AskedPicture asked(*scene->device.get(), view, options, budget_ms);
     if (asked.picture.view.camera) hint_at_camera(*scene->device.get(), *asked.picture.view.camera);
     hint_at_options(*scene->device.get(), asked.picture.options);
     const SceneStats stats = render(*scene, asked, *frame);
+    scene->device->tell_gpu(stats.picture.gpu_failed);
     if (stats.drew) {
       frame->attributes.clear(), frame->camera.reset();
       if (asked.picture.view.camera && asked.picture.view.picture[0] == 0)
@@ -261,6 +263,7 @@ bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view
       out.complete = stats.complete, out.progress = stats.complete ? 1 : stats.progress;
       out.drawn = stats.drawn, out.cut = stats.cut, out.level = stats.level;
       out.bytes_read = stats.bytes_read;
+      out.backend = drawn_by(stats.picture);
       out.ms_cut = stats.ms_cut, out.ms_draw = stats.ms_draw, out.ms_total = stats.ms_total;
       write_struct(status, out, "status");
     }
@@ -273,7 +276,8 @@ bccsplat_status bccsplat_scene_prefetch(const bccsplat_scene* scene, const bccsp
                                         const bccsplat_render_options* options, double time) {
   return guard([&] {
     // It may run beside everything else: an idle thread reads ahead while another one draws.
-    AskedPicture asked(view, options);
+    require(scene, "scene");
+    AskedPicture asked(*scene->device.get(), view, options);
     for (const Read& read : reads_of(scene, asked.picture, width, height, time))
       prefetch_slice(read.request, scene->device->context(asked.progress));
     asked.progress.report(1);
@@ -287,7 +291,8 @@ bccsplat_status bccsplat_scene_get_ranges(const bccsplat_scene* scene, const bcc
                                           uint64_t* count) {
   return guard([&] {
     check_ranges(flags, ranges, capacity);
-    AskedPicture asked(view, options);
+    require(scene, "scene");
+    AskedPicture asked(*scene->device.get(), view, options);
     const std::vector<Read> reads = reads_of(scene, asked.picture, width, height, time);
     {
       const std::scoped_lock lock(scene->volumes_mutex);
