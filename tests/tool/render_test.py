@@ -235,7 +235,7 @@ class Render(ToolTest):
         with open(self.path('s.json')) as f:
             j = json.load(f)
         self.assertEqual(set(j), {'ms', 'cpu_ms', 'threads', 'points', 'bytes_read', 'bytes_read_by', 'bytes_file', 'tiles', 'sheets',
-                                  'sheets_skipped', 'sheets_reused', 'bricks', 'brick_visits', 'kernel', 'sheet_step', 'level', 'coarse_level', 'preintegrated'})
+                                  'sheets_skipped', 'sheets_reused', 'bricks', 'brick_visits', 'kernel', 'sheet_step', 'level', 'coarse_level', 'preintegrated', 'backend'})
         self.assertEqual(set(j['bricks']), {'total', 'invisible', 'outside'})
         self.assertEqual(set(j['brick_visits']), {'total', 'hidden', 'unread'})
         self.assertLessEqual(j['bytes_read_by']['slice'] + j['bytes_read_by']['render'], j['bytes_read'])

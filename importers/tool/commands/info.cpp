@@ -22,6 +22,7 @@ struct InfoArguments {
   bool json = false;
   bool histogram = false;
   bool frames = false;
+  bool gpu = false;
 };
 
 // Returns the ranges of the source, frame by frame; empty where the file does not tell.
@@ -288,18 +289,47 @@ void print_info(const Volume& volume, const InfoArguments& a) {
   }
 }
 
+bccsplat_gpu_info find_gpu(const Device& device) {
+  auto gpu = sized<bccsplat_gpu_info>();
+  check(bccsplat_device_get_gpu_info(device.get(), &gpu), "");
+  return gpu;
+}
+
+void print_gpu(const Device& device, bool json) {
+  const bccsplat_gpu_info gpu = find_gpu(device);
+  if (json) {
+    print_json(Json{{"vendor", gpu.vendor},
+                    {"renderer", gpu.renderer},
+                    {"version", gpu.version},
+                    {"software", gpu.software != 0},
+                    {"entry", gpu.compute ? "compute" : "fragment"},
+                    {"memory", gpu.memory}});
+    return;
+  }
+  std::printf("%s\n", gpu.renderer);
+  line("vendor", gpu.vendor);
+  line("OpenGL", gpu.version, gpu.compute ? ", compute shaders" : ", fragment shaders");
+  line("memory", gpu.memory > 0 ? concat(gpu.memory, " bytes") : "the driver does not tell");
+  line("used", gpu.software ? "with --gpu on: it draws on the CPU" : "wherever it draws a picture");
+}
+
 } // namespace
 
 Run add_info(Command tool) {
   auto a = std::make_shared<InfoArguments>();
   const Command info = tool.add_command("info", "What is in a .bcc4 file");
   info.add_option("FILE", a->file, "A .bcc4 file");
+  info.add_flag("--gpu", a->gpu, "Instead, which GPU pictures are drawn by");
   info.add_flag("--json", a->json, "As JSON");
   info.add_flag("--histogram", a->histogram, "With the histogram of the stored values");
   info.add_flag("--frames", a->frames, "With the range of the source's values in every frame");
   return [a] {
-    require_option(a->file, "FILE", "bcc4 info smoke.bcc4");
     const Device device = create_device(1, 0);
+    if (a->gpu) {
+      print_gpu(device, a->json);
+      return Exit::ok;
+    }
+    require_option(a->file, "FILE", "bcc4 info smoke.bcc4");
     const Volume volume = open_volume(device, a->file, "");
     if (a->json)
       print_json(info_json(volume, *a));

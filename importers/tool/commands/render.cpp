@@ -109,6 +109,7 @@ bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_
   o.quality = a.quality;
   o.preintegrate = a.preintegrate;
   o.smooth_edges = a.smooth_edges;
+  o.backend = a.backend;
   if (a.no_shading) o.shading = BCCSPLAT_SHADING_OFF;
   if (a.gradient_noise)
     o.set_mask |= BCCSPLAT_RENDER_SET_GRADIENT_NOISE, o.gradient_noise = *a.gradient_noise;
@@ -330,11 +331,12 @@ void print_times(const Scene& scene, const RenderTimes& times) {
   // Rays draw without points.
   const bool by_rays = s.bricks_total == 0 && s.points_after_cull == 0;
   const std::string drawn = by_rays ? "" : concat(s.points_after_cull, " of ");
-  std::printf("%s: %u x %u, %s ms after %s ms of slicing, %s%llu points, %llu sheets%s\n",
+  const char* const by = s.backend == BCCSPLAT_BACKEND_GPU ? ", by the GPU" : "";
+  std::printf("%s: %u x %u, %s ms after %s ms of slicing, %s%llu points, %llu sheets%s%s\n",
               scene.a.output.c_str(), scene.camera.size[0], scene.camera.size[1],
               short_number(s.ms_total, 3).c_str(), short_number(times.slice.milliseconds, 3).c_str(),
               drawn.c_str(), static_cast<unsigned long long>(s.points_total),
-              static_cast<unsigned long long>(s.sheets), scene.output.in_words().c_str());
+              static_cast<unsigned long long>(s.sheets), by, scene.output.in_words().c_str());
 }
 
 void refuse_outputs(const RenderArguments& a, const std::vector<Picture>& pictures) {

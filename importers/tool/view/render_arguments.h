@@ -52,6 +52,7 @@ struct RenderArguments {
   int32_t quality = BCCSPLAT_QUALITY_DEFAULT;
   int32_t preintegrate = BCCSPLAT_PREINTEGRATE_DEFAULT;
   int32_t smooth_edges = BCCSPLAT_SMOOTH_EDGES_DEFAULT;
+  int32_t backend = BCCSPLAT_BACKEND_DEFAULT;
   std::optional<double> gradient_noise; // none: as the file tells
   bool no_shading = false, reference = false, deep = false;
   std::optional<double> deep_tolerance;

@@ -261,6 +261,11 @@ void add_sampling(Command command, RenderArguments& a) {
                        {"off", BCCSPLAT_SMOOTH_EDGES_OFF}},
                       "Four samples for each pixel on an edge of an isosurface (default auto: on, but with "
                       "--quality draft)");
+  add_choice<int32_t>(
+      command, "--gpu", a.backend,
+      {{"auto", BCCSPLAT_BACKEND_AUTO}, {"on", BCCSPLAT_BACKEND_GPU}, {"off", BCCSPLAT_BACKEND_CPU}},
+      "Draw by a GPU (default auto: by a graphics card, where there is one and it draws such a "
+      "picture); bcc4 info --gpu says what there is");
   command
       .add_option("--kernel", a.kernel,
                   "Reconstruction kernel (default: the file's; of a file with kernel exact "

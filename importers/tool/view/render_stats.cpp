@@ -59,7 +59,8 @@ Json stats_json(const RenderTimes& times, const bccsplat_volume_info& volume) {
       {"level", times.slice.level},
       {"coarse_level", s.coarse_level},
       {"sheet_step", s.sheet_step},
-      {"preintegrated", s.preintegrated != 0}};
+      {"preintegrated", s.preintegrated != 0},
+      {"backend", s.backend == BCCSPLAT_BACKEND_GPU ? "gpu" : "cpu"}};
 }
 
 } // namespace bcc4
