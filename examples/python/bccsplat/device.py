@@ -6,7 +6,7 @@ from ctypes import byref, c_void_p
 from typing import Callable
 
 from . import _abi
-from ._library import Handle, call, decode
+from ._library import Handle, call, choose, decode
 
 # level ("warning" or "info"), message
 Log = Callable[[str, str], None]
@@ -19,15 +19,19 @@ class Device(Handle):
 
     threads: 0 for as many as the machine has. memory_budget: bytes that objects may hold for data, 0 for no limit.
     A runner replaces the device's own threads by the host's. max_reads: reads of volumes in flight, 0 for no limit.
+    backend: "auto", "cpu" or "gpu", what pictures are drawn by. gpu_memory: bytes of volumes on the GPU, 0 for what it
+    has.
     """
 
     _kind = "device"
 
     def __init__(self, threads: int = 0, memory_budget: int = 0, log: Log | None = None, runner: Runner | None = None,
-                 max_sites: int = 0, max_reads: int = 0) -> None:
+                 max_sites: int = 0, max_reads: int = 0, backend: int | str | None = None,
+                 gpu_memory: int = 0) -> None:
         super().__init__()
         options = _abi.DeviceOptions(thread_count=threads, memory_budget=memory_budget, max_sites=max_sites,
-                                     max_reads=max_reads)
+                                     max_reads=max_reads, backend=choose("BACKEND", backend),
+                                     gpu_memory=gpu_memory)
         levels = {_abi.LOG_WARNING: "warning", _abi.LOG_INFO: "info"}
 
         def write_log(_user: int | None, level: int, message: bytes | None) -> None:
@@ -59,6 +63,12 @@ class Device(Handle):
         """Threads, and bytes of memory: the limit, held now, and held at most."""
         info = _abi.DeviceInfo()
         call("device_get_info", self.pointer, byref(info))
+        return info
+
+    def gpu_info(self) -> _abi.GpuInfo:
+        """What the GPU is. Raises an error where there is none, with the reason."""
+        info = _abi.GpuInfo()
+        call("device_get_gpu_info", self.pointer, byref(info))
         return info
 
 

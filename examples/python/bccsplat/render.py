@@ -210,14 +210,16 @@ class RenderOptions:
 
     def __init__(self, *, mode: int | str | None = None, quality: int | str | None = None,
                  shading: int | str | None = None, preintegrate: int | str | None = None,
-                 smooth_edges: int | str | None = None, iso_value: float | None = None,
+                 smooth_edges: int | str | None = None, backend: int | str | None = None,
+                 iso_value: float | None = None,
                  gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
                  progress: Progress | None = None, tile: Tile | None = None, cancel: CancelToken | None = None,
                  **options: Any) -> None:
         o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
                                shading=choose("SHADING", shading),
                                preintegrate=choose("PREINTEGRATE", preintegrate),
-                               smooth_edges=choose("SMOOTH_EDGES", smooth_edges), cancel_token=token_of(cancel),
+                               smooth_edges=choose("SMOOTH_EDGES", smooth_edges),
+                               backend=choose("BACKEND", backend), cancel_token=token_of(cancel),
                                **options)
         if iso_value is not None:
             o.set_mask |= _abi.RENDER_SET_ISO
@@ -398,14 +400,16 @@ class Renderer(Child):
 
     def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
                     shading: int | str | None = None, preintegrate: int | str | None = None,
-                    smooth_edges: int | str | None = None, iso_value: float | None = None,
+                    smooth_edges: int | str | None = None, backend: int | str | None = None,
+                    iso_value: float | None = None,
                     gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
                     progress: Progress | None = None, tile: Tile | None = None, cancel: CancelToken | None = None,
                     **options: Any) -> None:
         """As RenderOptions."""
         made = RenderOptions(mode=mode, quality=quality, shading=shading, preintegrate=preintegrate,
-                             smooth_edges=smooth_edges, iso_value=iso_value, gradient_noise=gradient_noise,
-                             surfaces=surfaces, progress=progress, tile=tile, cancel=cancel, **options)
+                             smooth_edges=smooth_edges, backend=backend, iso_value=iso_value,
+                             gradient_noise=gradient_noise, surfaces=surfaces, progress=progress, tile=tile,
+                             cancel=cancel, **options)
         call("renderer_set_options", self.pointer, byref(made.struct))
         self._watch = made.watch  # the one before is of no use to the library any more
         self._made = made  # with the function of tiles
