@@ -2318,6 +2318,33 @@ typedef struct bccsplat_host_plane {
  * in no memory. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_wrap_planes(bccsplat_device* device, uint32_t width,
     uint32_t height, const bccsplat_host_plane* planes, uint64_t count, bccsplat_frame** frame);
+/* A texture of the host's OpenGL context, in which pictures of the frame are drawn. */
+typedef struct bccsplat_gl_target {
+  uint32_t struct_size;
+  /* GL_TEXTURE_2D, level 0, of a format that can be drawn into. Row 0 is the lowest row of the
+   * picture, as OpenGL has it. What is written is linear, colours premultiplied by opacity. */
+  uint32_t texture;
+  /* In pixels, from 1 to 65536, of both textures. */
+  uint32_t width;
+  uint32_t height;
+  /* GL_TEXTURE_2D of depths without GL_TEXTURE_COMPARE_MODE; not written. Rays end there, by the
+   * matrices of the view, which it must have. 0: none. */
+  uint32_t depth_texture;
+  /* 0: pictures are laid over what the texture holds; 1: they replace it. */
+  int32_t replace;
+} bccsplat_gl_target;
+
+/* An RGBA frame that is the host's texture: renders into it are drawn by the GPU in the OpenGL
+ * context that is current on the calling thread (desktop OpenGL 3.3 or later), with nothing read
+ * back, and refused where the GPU does not draw such a picture (bccsplat_gpu_info) or fails. It
+ * keeps the last two slices in that context: all renders and the last release are made with it
+ * current; where it is not, a render is refused (MISSING_FEATURE), and what is kept goes with the
+ * context. A render leaves the context's state as it was but for errors, which are forgotten, and
+ * the blending of single draw buffers. Edges are not smoothed, a view's background is not looked
+ * at; with a budget_ms renders are refused. The frame has no plane in memory: nothing can be saved
+ * or copied from it (NOT_FOUND, or UNSUPPORTED to save). */
+BCCSPLAT_API bccsplat_status bccsplat_frame_wrap_gl(
+    bccsplat_device* device, const bccsplat_gl_target* target, bccsplat_frame** frame);
 BCCSPLAT_API void bccsplat_frame_retain(bccsplat_frame* frame);
 BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
 /* `channel` is one bit, of a plane: FRAME_DEEP has none (INVALID_ARGUMENT), but

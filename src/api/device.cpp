@@ -32,8 +32,8 @@ bccsplat_device::bccsplat_device(const bccsplat_device_options& options)
       memory(options.memory_budget ? options.memory_budget : UINT64_MAX),
       max_sites(options.max_sites ? options.max_sites : uint64_t{1} << 42),
       backend(options.backend ? static_cast<Backend>(options.backend) : Backend::automatic),
-      gpu(make_gpu({.software_too = true, .memory_limit = options.gpu_memory})), log_(options.log),
-      log_user_(options.log_user) {
+      gpu(make_gpu({.software_too = true, .memory_limit = options.gpu_memory})),
+      gpu_memory(options.gpu_memory), log_(options.log), log_user_(options.log_user) {
   if (options.max_reads > 0) read_turns = std::make_shared<std::counting_semaphore<>>(options.max_reads);
 }
 

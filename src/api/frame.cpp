@@ -138,6 +138,7 @@ const DeepImage& deep_of(const bccsplat_frame& frame) {
 template<class MakeSink>
 void save(const bccsplat_frame& frame, int32_t format, const bccsplat_image_options* options,
           const std::string& name, const MakeSink& make_sink) {
+  if (frame.gl) fail(Code::unsupported, "frame: its pixels are in the host's texture; read them there");
   const auto o = read_struct(options, "bccsplat_image_options");
   require_zero(o.reserved, "bccsplat_image_options.reserved");
   require_range(o.background, 0, largest_colour, "bccsplat_image_options.background");
@@ -255,6 +256,28 @@ bccsplat_status bccsplat_frame_wrap_planes(bccsplat_device* device, uint32_t wid
     std::unique_ptr<bccsplat_frame> f = make_frame(device, width, height, own);
     for (uint64_t n = 0; n < count; ++n)
       if (planes[n].pixels) *plane_of(*f, planes[n].channel) = plane_there(planes[n], width);
+    *frame = f.release();
+  });
+}
+
+bccsplat_status bccsplat_frame_wrap_gl(bccsplat_device* device, const bccsplat_gl_target* target,
+                                       bccsplat_frame** frame) {
+  return guard([&] {
+    require(frame, "frame");
+    *frame = nullptr;
+    require(device, "device"), require(target, "target");
+    const auto in = read_struct(target, "bccsplat_gl_target");
+    require_pixels(in.width, in.height, "frame");
+    require_range(in.replace, 0, 1, "bccsplat_gl_target.replace");
+    if (in.texture == 0) fail(Code::invalid_argument, "bccsplat_gl_target.texture is no texture");
+    auto f = std::make_unique<bccsplat_frame>();
+    f->device = Ref(device);
+    f->image.width = static_cast<int>(in.width), f->image.height = static_cast<int>(in.height);
+    f->gl = make_gpu({.host_context = true, .software_too = true, .memory_limit = device->gpu_memory});
+    if (!f->gl) (void)gpu_info(nullptr); // says so
+    f->gl_drawers = std::make_unique<Drawers>();
+    f->target.texture = in.texture, f->target.depth_texture = in.depth_texture;
+    f->target.replace = in.replace != 0;
     *frame = f.release();
   });
 }

@@ -171,6 +171,7 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
   std::shared_ptr<std::counting_semaphore<>> read_turns; // of volumes' bytes; null: no limit
   bccsplat::Backend backend;                             // of pictures that do not say otherwise
   std::shared_ptr<bccsplat::GpuDevice> gpu;              // null: the library was built without
+  uint64_t gpu_memory;                                   // bytes; 0: what it has
 
  private:
   bccsplat_log_fn log_;
@@ -212,6 +213,10 @@ struct bccsplat_frame : bccsplat::api::Object<bccsplat::api::Kind::frame> {
   bccsplat::api::Ref<bccsplat_device> device;
   bccsplat::Image image;
   std::vector<float> storage; // of the planes the frame owns
+  // Of a host's texture: the GPU of its context, what is kept there, and the texture; null: in memory.
+  std::shared_ptr<bccsplat::GpuDevice> gl;
+  std::unique_ptr<bccsplat::Drawers> gl_drawers;
+  bccsplat::GpuTarget target;
   bccsplat::Reservation memory;
   bccsplat::DeepImage deep; // of the last picture; `first` is empty before it
   std::vector<std::pair<std::string, std::string>> attributes; // of the last picture, for EXR

@@ -139,6 +139,22 @@ RenderOptions read_render_options(const bccsplat_render_options* options, const 
   return out;
 }
 
+void use_target(RenderOptions& options, bccsplat_frame& frame, const HostView& view) {
+  if (!frame.gl_drawers) return;
+  if (options.reference) fail(Code::unsupported, "render: the reference integrator draws into no texture");
+  GpuTarget& target = frame.target;
+  if (target.depth_texture != 0) {
+    if (!view.matrices)
+      fail(Code::invalid_argument, "render: the frame's depth_texture needs a view by matrices");
+    if (view.depth.pixels)
+      fail(Code::invalid_argument, "render: the view has depths, and so has the frame; give one of them");
+    const DeviceDepth depth = device_depth(*view.matrices);
+    target.perspective = depth.perspective, target.reversed = view.matrices->reversed;
+    target.constant = depth.constant, target.factor = depth.factor;
+  }
+  options.backend = Backend::gpu, options.gpu = frame.gl, options.target = &target;
+}
+
 bccsplat_backend drawn_by(const RenderStats& stats) {
   return std::string_view(stats.drawer) == "gpu" ? BCCSPLAT_BACKEND_GPU : BCCSPLAT_BACKEND_CPU;
 }

@@ -4,6 +4,7 @@
 
 #include "bccsplat.h"
 
+#include "scene/host_view.h"
 #include "scene/picture.h"
 #include "view/camera.h"
 
@@ -27,6 +28,8 @@ void hint_at_options(bccsplat_device& device, const RenderOptions& options);
                                                 const bccsplat_device& device);
 // The defaults of a device.
 void use_device(RenderOptions& options, const bccsplat_device& device);
+// Has a picture drawn into the texture of a frame that has one, by the view that it is seen by.
+void use_target(RenderOptions& options, bccsplat_frame& frame, const HostView& view);
 [[nodiscard]] bccsplat_backend drawn_by(const RenderStats& stats);
 
 } // namespace bccsplat::api

@@ -280,7 +280,9 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.points = &slice.kept.points;
     scene.drawers = &renderer->drawers;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
-    const RenderOptions& options = renderer->options;
+    RenderOptions options = renderer->options;
+    use_target(options, *frame, view);
+    if (frame->gl_drawers) scene.drawers = frame->gl_drawers.get();
     scene.lights.noise = noise_of(slice.volume->file, slice.open, renderer->gradient_noise);
     scene.noise_of_ripple = !renderer->gradient_noise;
     Picture picture(scene, options, context, frame->image); // refused, a frame stays as it was

@@ -251,6 +251,10 @@ bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view
     AskedPicture asked(*scene->device.get(), view, options, budget_ms);
     if (asked.picture.view.camera) hint_at_camera(*scene->device.get(), *asked.picture.view.camera);
     hint_at_options(*scene->device.get(), asked.picture.options);
+    if (frame->gl_drawers && budget_ms > 0)
+      fail(Code::unsupported, "scene: a picture in a texture is drawn at once; budget_ms must be 0");
+    use_target(asked.picture.options, *frame, asked.picture.view);
+    asked.picture.drawers = frame->gl_drawers.get();
     const SceneStats stats = render(*scene, asked, *frame);
     scene->device->tell_gpu(stats.picture.gpu_failed);
     if (stats.drew) {

@@ -14,4 +14,6 @@ uint64_t machine_memory() {
 
 bool machine_has_library(const char* name) { return dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr; }
 
+void* machine_symbol(const char* name) { return dlsym(RTLD_DEFAULT, name); }
+
 } // namespace bccsplat

@@ -12,4 +12,7 @@ namespace bccsplat {
 // Returns whether the system has a shared library of this name ("libEGL.so.1"), which then stays loaded.
 [[nodiscard]] bool machine_has_library(const char* name);
 
+// Returns a function of the libraries that the process has loaded; null: there is none of this name.
+[[nodiscard]] void* machine_symbol(const char* name);
+
 } // namespace bccsplat

@@ -21,6 +21,7 @@
 namespace bccsplat {
 
 class KeptPoints;   // splat/points/kept_points.h
+struct GpuTarget;   // gpu/gpu_info.h
 struct SheetWishes; // splat/sheet_settings.h
 struct SplatPoints; // splat/points/points.h
 
@@ -106,6 +107,7 @@ struct Shot {
   ShotOptions options;
   const SheetWishes* wishes = nullptr; // null: sheets are drawn as the quality asks
   const ShotTrail* trail = nullptr;    // null: none
+  const GpuTarget* target = nullptr;   // a texture that pixels go to instead of being emitted
   KeptLatticeSums* sums = nullptr;     // of earlier pictures; null: none are kept
 };
 

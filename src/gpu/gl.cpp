@@ -7,6 +7,8 @@
 
 namespace bccsplat {
 
+thread_local bool gl_objects_gone = false;
+
 void check_gl(const char* what) {
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return;

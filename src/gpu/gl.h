@@ -13,6 +13,10 @@ namespace bccsplat {
 // Throws GpuFailure, with what was done, where OpenGL has met an error since the last call.
 void check_gl(const char* what);
 
+// Whether the context of the objects that this thread deletes is gone, or not current: their names are
+// forgotten then.
+extern thread_local bool gl_objects_gone;
+
 // An object's name, of a kind that `Delete` deletes.
 template<void (*Delete)(GLuint)> class GlName {
  public:
@@ -24,7 +28,7 @@ template<void (*Delete)(GLuint)> class GlName {
     return *this;
   }
   ~GlName() {
-    if (name_ != 0) Delete(name_);
+    if (name_ != 0 && !gl_objects_gone) Delete(name_);
   }
   [[nodiscard]] GLuint get() const { return name_; }
   explicit operator bool() const { return name_ != 0; }

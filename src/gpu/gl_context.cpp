@@ -121,6 +121,14 @@ GpuInfo current_context_info(GpuEntry entry) {
   return info;
 }
 
+const void* current_gl_context() {
+  if (!has_libraries() || !epoxy_has_egl()) return nullptr;
+  if (const EGLContext context = eglGetCurrentContext()) return context;
+  using Current = void* (*)();
+  const auto of_glx = reinterpret_cast<Current>(machine_symbol("glXGetCurrentContext"));
+  return of_glx ? of_glx() : nullptr;
+}
+
 bool any_graphics_card() {
   if (!has_libraries() || !epoxy_has_egl()) return false;
   const std::vector<Device> devices = find_devices();

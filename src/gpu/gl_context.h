@@ -26,6 +26,8 @@ class GlContext {
   GpuInfo info_;
 };
 
+// The context that is current on this thread, by EGL or GLX; null: none.
+[[nodiscard]] const void* current_gl_context();
 // What the current context is; entry: as asked for, or the best it has. Throws GpuFailure where it has none.
 [[nodiscard]] GpuInfo current_context_info(GpuEntry entry);
 

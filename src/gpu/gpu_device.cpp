@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gpu/gpu_device.h"
 
+#include <algorithm>
+
 #include "gpu/gl_context.h"
+#include "gpu/gl_state.h"
 #include "gpu/gpu_programs.h"
 
 namespace bccsplat {
@@ -9,11 +12,25 @@ namespace bccsplat {
 GpuDevice::GpuDevice(const GpuWishes& wishes) : wishes_(wishes) {}
 
 GpuDevice::~GpuDevice() {
+  if (host_context_) clear([this] { programs_.reset(); });
   if (worker_ && context_) worker_->run([this] { programs_.reset(), context_.reset(); });
 }
 
+void GpuDevice::open_host() {
+  const void* const current = current_gl_context();
+  if (!current) fail_gpu("no OpenGL context is current on this thread; make the host's current");
+  if (host_context_ && current != host_context_)
+    fail_gpu("another OpenGL context is current than the one that the frame was first drawn in");
+  if (programs_) return;
+  programs_ = std::make_unique<GpuPrograms>(current_context_info(wishes_.entry));
+  host_context_ = current;
+}
+
+bool GpuDevice::host_is_current() const { return host_context_ == current_gl_context(); }
+
 void GpuDevice::open() {
   const std::scoped_lock lock(mutex_);
+  if (wishes_.host_context) return open_host();
   if (failed_) throw GpuFailure(*failed_);
   if (context_) return;
   if (!worker_) worker_ = std::make_unique<Worker>();
@@ -30,7 +47,7 @@ void GpuDevice::open() {
 
 const GpuInfo& GpuDevice::info() {
   open();
-  return context_->info();
+  return programs_->info();
 }
 
 bool GpuDevice::preferred() {
@@ -49,10 +66,20 @@ bool GpuDevice::preferred() {
 
 void GpuDevice::run(const std::function<void()>& job) {
   open();
+  if (wishes_.host_context) {
+    const GlState as_it_was;
+    return job();
+  }
   worker_->run(job);
 }
 
 void GpuDevice::clear(const std::function<void()>& job) {
+  if (wishes_.host_context) {
+    gl_objects_gone = !host_context_ || !host_is_current();
+    job();
+    gl_objects_gone = false;
+    return;
+  }
   if (context_) worker_->run(job);
 }
 
@@ -63,11 +90,18 @@ void GpuDevice::give_up(const std::string& why) {
 
 void GpuDevice::reserve(uint64_t bytes) {
   const std::scoped_lock lock(mutex_);
-  const uint64_t limit = wishes_.memory_limit;
-  if (limit > 0 && (bytes > limit || bytes_ > limit - bytes))
-    fail_this_time("the picture's data need ", bytes, " bytes, the limit of ", limit, " has ",
-                   bytes_ < limit ? limit - bytes_ : 0, " left; raise it");
+  const uint64_t limit = wishes_.memory_limit > 0 ? wishes_.memory_limit : UINT64_MAX;
+  const uint64_t left = limit - std::min(bytes_, limit);
+  if (bytes > left)
+    fail_this_time("the slice takes ", bytes, " bytes, the limit of ", limit, " has ", left,
+                   " left; raise it, or let the CPU draw");
   bytes_ += bytes;
+}
+
+bool GpuDevice::has_room(uint64_t bytes) const {
+  const std::scoped_lock lock(mutex_);
+  const uint64_t limit = wishes_.memory_limit > 0 ? wishes_.memory_limit : UINT64_MAX;
+  return bytes <= limit - std::min(bytes_, limit);
 }
 
 void GpuDevice::release(uint64_t bytes) {

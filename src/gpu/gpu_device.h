@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A GPU with a context and a thread of its own, so that whatever context a host's threads have stays theirs.
+// A GPU with a context and a thread of its own, so that whatever context a host's threads have stays theirs;
+// or the host's context, whose state is after a job as it was before.
 #pragma once
 
 #include <functional>
@@ -38,16 +39,20 @@ class GpuDevice {
 
   // Bytes on the GPU are reserved before they are made, and given back. Throws GpuFailure.
   void reserve(uint64_t bytes);
+  [[nodiscard]] bool has_room(uint64_t bytes) const;
   void release(uint64_t bytes);
   [[nodiscard]] uint64_t bytes() const;
 
  private:
   void open();
+  void open_host();
+  [[nodiscard]] bool host_is_current() const;
 
   GpuWishes wishes_;
   mutable std::mutex mutex_; // of all below
   std::unique_ptr<Worker> worker_;
   std::unique_ptr<GlContext> context_;
+  const void* host_context_ = nullptr; // in which jobs run where they are called
   std::unique_ptr<GpuPrograms> programs_;
   std::optional<std::string> failed_; // why
   std::optional<bool> card_;

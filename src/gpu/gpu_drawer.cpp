@@ -26,8 +26,17 @@ struct GpuClassKey {
   bool operator==(const GpuClassKey&) const = default;
 };
 
-struct GpuDrawer::Kept {
+// By what a slice is known again: another one may later stand at the same place.
+struct SliceMark {
   const Slice* slice = nullptr;
+  uint64_t bricks = 0; // of their places
+  double frame = 0, milliseconds = 0;
+  std::array<double, 2> bounds{};
+  bool operator==(const SliceMark&) const = default;
+};
+
+struct GpuDrawer::Kept {
+  SliceMark mark;
   FieldBricks bricks; // without their values
   double change = 0;
   uint64_t bytes = 0; // on the GPU
@@ -58,17 +67,35 @@ void GpuDrawer::drop(std::unique_ptr<Kept>& kept) {
   kept.reset();
 }
 
+namespace {
+
+SliceMark mark_of(const Slice& slice) {
+  uint64_t hash = 0;
+  for (const BrickLayer& layer : slice.coset)
+    for (size_t s = 0; s < layer.brick_slots(); ++s) {
+      constexpr uint64_t factor = 0x9e3779b97f4a7c15;
+      constexpr int half = 32;
+      hash = (hash ^ reinterpret_cast<uintptr_t>(layer.brick(s))) * factor;
+      hash ^= hash >> half;
+    }
+  return {&slice, hash, slice.frame, slice.milliseconds, slice.bounds};
+}
+
+} // namespace
+
 GpuDrawer::Kept& GpuDrawer::find(const Slice& slice, const Context& context) {
-  if (kept_[0] && kept_[0]->slice == &slice) return *kept_[0];
-  if (kept_[1] && kept_[1]->slice == &slice) {
+  const SliceMark mark = mark_of(slice);
+  if (kept_[0] && kept_[0]->mark == mark) return *kept_[0];
+  if (kept_[1] && kept_[1]->mark == mark) {
     std::swap(kept_[0], kept_[1]);
     return *kept_[0];
   }
   auto fresh = std::make_unique<Kept>();
-  fresh->slice = &slice;
+  fresh->mark = mark;
   fresh->bricks = make_field_bricks(slice, brick_border(slice.kernel.space), context);
   fresh->change = change_at_sites(slice);
   drop(kept_[1]);
+  if (!device_->has_room(fresh->bricks.bytes())) drop(kept_[0]);
   device_->reserve(fresh->bricks.bytes());
   fresh->bytes = fresh->bricks.bytes();
   kept_[1] = std::exchange(kept_[0], std::move(fresh));
@@ -156,7 +183,7 @@ std::vector<GpuPixel> GpuDrawer::draw_pixels(const Shot& shot, const ClassTable&
     if (!kept.sites) kept.sites.emplace(kept.bricks, device_->programs().info());
     if (other) kept.classes.emplace(texels, kept.bricks, unseen), kept.key = std::move(key);
     picture.emplace(device_->programs(), shader_kind(shot, table), picture_block(shot, table, kept.bricks),
-                    *kept.sites, *kept.classes, ends);
+                    *kept.sites, *kept.classes, ends, shot.target ? shot.target->depth_texture : 0);
   });
   kept.bricks.value = {};
   const int height = shot.view->height, rows = picture->rows_at_once();
@@ -165,7 +192,12 @@ std::vector<GpuPixel> GpuDrawer::draw_pixels(const Shot& shot, const ClassTable&
     device_->run([&] { picture->draw_rows(row, std::min(rows, height - row)); });
   }
   std::vector<GpuPixel> pixels;
-  device_->run([&] { pixels = picture->read(); });
+  device_->run([&] {
+    if (shot.target)
+      picture->lay_over(device_->programs(), *shot.target);
+    else
+      pixels = picture->read();
+  });
   return pixels;
 }
 
@@ -175,7 +207,8 @@ DrawStats GpuDrawer::draw(const Shot& shot, const Context& context,
   (void)device_->info(); // fails before anything is made
   Kept& kept = find(*shot.slice, context);
   const ClassTable table = gpu_table(shot, kept.change);
-  emit_bands(shot, draw_pixels(shot, table, kept, context), context, emit);
+  const std::vector<GpuPixel> pixels = draw_pixels(shot, table, kept, context);
+  if (!shot.target) emit_bands(shot, pixels, context, emit);
   DrawStats stats;
   stats.points_total = static_cast<uint64_t>(shot.slice->points());
   stats.preintegrated = !table.integrals.empty();

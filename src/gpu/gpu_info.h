@@ -21,9 +21,21 @@ struct GpuInfo {
 };
 
 struct GpuWishes {
+  bool host_context = false; // that of the calling thread, whatever it is
   GpuEntry entry = GpuEntry::automatic;
   bool software_too = false; // false: a rasteriser on the CPU is none
   uint64_t memory_limit = 0; // bytes of data on the GPU at a time; 0: what it has
+};
+
+// A texture of the host's context that a picture goes into, row 0 at the bottom: over what it holds, before
+// what its depths hide.
+struct GpuTarget {
+  uint32_t texture = 0, depth_texture = 0; // of two dimensions; 0: no depths
+  bool replace = false;                    // what the texture holds
+  // A texture's depth d is at the distance (d - constant) / factor, in perspective over which 1 is; where
+  // reversed 0 is infinitely far, else 1.
+  bool perspective = false, reversed = false;
+  double constant = 0, factor = 1;
 };
 
 // Why a GPU does not draw what it covers: there is none, it lost its context, its memory is too small, its

@@ -187,6 +187,10 @@ void set_rays(const Shot& shot, PictureBlock& b) {
   b.centre = vec4f({column, row, known / v.step});
   b.ends = vec4f({1 / v.step_world, -v.depth, 0});
   b.picture = {v.width, v.height, 0, v.ends.distance ? 1 : 0};
+  if (const GpuTarget* const t = shot.target; t && t->depth_texture != 0) {
+    b.ends[2] = static_cast<float>(t->constant), b.ends[3] = static_cast<float>(t->factor);
+    b.picture[3] = (t->perspective ? 2 : 3) * (t->reversed ? -1 : 1);
+  }
 }
 
 // A power of two that brings x near 1.
@@ -270,9 +274,10 @@ std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table, const 
     });
   case RenderMode::isosurface:
     return unseen_cells(bricks, steps, [&](float low, float high) {
-      const auto [a, b] = bounds(low, high);
-      return base_seen || std::any_of(shot.options.surfaces.begin(), shot.options.surfaces.end(),
-                                      [&](const IsoSurface& s) { return s.value >= a && s.value <= b; });
+      const std::array<double, 2> range = bounds(low, high);
+      return base_seen ||
+             std::any_of(shot.options.surfaces.begin(), shot.options.surfaces.end(),
+                         [&](const IsoSurface& s) { return s.value >= range[0] && s.value <= range[1]; });
     });
   default:
     return unseen_cells(bricks, 0, [&](float low, float high) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "gpu/gl_state.h"
+
 namespace bccsplat {
 namespace {
 
@@ -102,10 +104,11 @@ GpuClasses::GpuClasses(const std::vector<Vec4f>& texels, const FieldBricks& bric
                            unseen.data());
 }
 
-GpuPicture::GpuPicture(GpuPrograms& programs, ShaderKind kind, const PictureBlock& block,
-                       const GpuSites& sites, const GpuClasses& classes, const std::vector<float>& ends)
-    : sites_(sites), classes_(classes), kind_(std::move(kind)), block_(block),
-      software_(programs.info().software), width_(block.picture[0]), height_(block.picture[1]) {
+GpuPicture::GpuPicture(GpuPrograms& programs, const ShaderKind& kind, const PictureBlock& block,
+                       const GpuSites& sites, const GpuClasses& classes, const std::vector<float>& ends,
+                       GLuint depth_texture)
+    : sites_(sites), classes_(classes), kind_(kind), block_(block), software_(programs.info().software),
+      width_(block.picture[0]), height_(block.picture[1]), depth_texture_(depth_texture) {
   kind_.entry = programs.info().entry;
   kind_.sites_in_buffer = static_cast<bool>(sites.buffer);
   program_ = programs.find(kind_);
@@ -156,6 +159,7 @@ void GpuPicture::bind() {
   bind_texture(unit_around_at, volume, classes_.around_at);
   bind_texture(unit_class_table, plane, classes_.table);
   bind_texture(unit_ray_ends, plane, ends_);
+  if (depth_texture_ != 0) glBindTexture(GL_TEXTURE_2D, depth_texture_);
   bind_texture(unit_sites, volume, sites_.texture);
   if (kind_.sites_in_buffer) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding_sites, sites_.buffer.get());
 }
@@ -172,9 +176,9 @@ void GpuPicture::draw_rows(int first, int count) {
   } else {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.get());
     glBindVertexArray(vertices_.get());
-    glDisable(GL_BLEND), glDisable(GL_DEPTH_TEST), glDisable(GL_CULL_FACE);
+    prepare_for_raster(width_, height_);
     glEnable(GL_SCISSOR_TEST);
-    glViewport(0, 0, width_, height_), glScissor(0, first, width_, count);
+    glScissor(0, first, width_, count);
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
   if (software_) glFinish(); // or all of it would be waited for at the end
@@ -204,6 +208,34 @@ void GpuPicture::read_planes(std::vector<GpuPixel>& out) const {
     glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, plane_of.data());
     for (size_t p = 0; p < out.size(); ++p) (n == 0 ? out[p].color : out[p].more) = plane_of[p];
   }
+}
+
+void GpuPicture::lay_over(GpuPrograms& programs, const GpuTarget& target) {
+  const bool compute = kind_.entry == GpuEntry::compute;
+  const GLuint program = programs.find_over(compute);
+  const GlFramebuffer onto = make_framebuffer();
+  const GlVertexArray vertices = make_vertex_array();
+  glBindFramebuffer(GL_FRAMEBUFFER, onto.get());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.texture, 0);
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    fail_this_time("the texture of the frame is none that can be drawn into");
+  glUseProgram(program);
+  glUniform2i(glGetUniformLocation(program, "size"), width_, height_);
+  if (compute) {
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding_pixels, pixels_.get());
+  } else {
+    bind_texture(0, plane, planes_[0]);
+  }
+  glBindVertexArray(vertices.get());
+  prepare_for_raster(width_, height_);
+  glEnable(GL_FRAMEBUFFER_SRGB); // of textures that are: what is written is linear
+  if (!target.replace) {
+    glEnable(GL_BLEND);
+    glBlendEquation(GL_FUNC_ADD), glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  }
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  check_gl("drawing into the texture of the frame");
 }
 
 } // namespace bccsplat

@@ -37,13 +37,16 @@ struct GpuPixel {
 // A picture under way, by calls that may each be a job of their own.
 class GpuPicture {
  public:
-  // ends: planar distances, row by row; empty: none. Sites and classes outlive it. Throws GpuFailure.
-  GpuPicture(GpuPrograms& programs, ShaderKind kind, const PictureBlock& block, const GpuSites& sites,
-             const GpuClasses& classes, const std::vector<float>& ends);
+  // ends: planar distances, row by row; empty: none, or those of a target's texture. Sites and classes
+  // outlive it. Throws GpuFailure.
+  GpuPicture(GpuPrograms& programs, const ShaderKind& kind, const PictureBlock& block, const GpuSites& sites,
+             const GpuClasses& classes, const std::vector<float>& ends, GLuint depth_texture = 0);
   // How many rows are drawn at a time, so that between them a call can be cancelled.
   [[nodiscard]] int rows_at_once() const;
   void draw_rows(int first, int count);
   [[nodiscard]] std::vector<GpuPixel> read() const;
+  // Lays the picture over the target's texture, of whose context this is.
+  void lay_over(GpuPrograms& programs, const GpuTarget& target);
 
  private:
   void make_buffer_of_pixels();
@@ -63,6 +66,7 @@ class GpuPicture {
   GlVertexArray vertices_;
   std::array<GlTexture, 2> planes_;
   GlTexture ends_;
+  GLuint depth_texture_; // of the host; 0: none
 };
 
 } // namespace bccsplat

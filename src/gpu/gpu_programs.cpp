@@ -20,4 +20,11 @@ GLuint GpuPrograms::find(const ShaderKind& kind) {
   return name;
 }
 
+GLuint GpuPrograms::find_over(bool from_buffer) {
+  const std::string source = over_source(from_buffer);
+  const auto found = programs_.find(source);
+  if (found != programs_.end()) return found->second.get();
+  return programs_.emplace(source, make_program(vertex_source(), source)).first->second.get();
+}
+
 } // namespace bccsplat

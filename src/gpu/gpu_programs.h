@@ -16,6 +16,8 @@ class GpuPrograms {
   [[nodiscard]] const GpuInfo& info() const { return info_; }
   // Returns the program of a kind of picture, compiled at its first use. Throws GpuFailure.
   [[nodiscard]] GLuint find(const ShaderKind& kind);
+  // The same of what lays pixels over a texture, from a buffer or from a texture.
+  [[nodiscard]] GLuint find_over(bool from_buffer);
 
  private:
   GpuInfo info_;

@@ -130,7 +130,21 @@ std::string shader_source(const ShaderKind& kind) {
   out += "precision highp float;\nprecision highp int;\n";
   out += kind_text(kind) + kernel_text(kind.kernel) + reached_text(kind.kernel);
   out += compute && kind.sites_in_buffer ? buffer_sites : texture_sites;
+  if (!kind.gather.empty()) out += "#define GATHER " + kind.gather + "\n";
   return out + march_body + (compute ? compute_main : fragment_main);
+}
+
+std::string over_source(bool from_buffer) {
+  std::string out = from_buffer ? "#version 430\n"
+                                  "layout(std430, binding = 1) readonly buffer Pixels { vec4 pixels[]; };\n"
+                                : "#version 330\nuniform sampler2D pixels;\n";
+  out += "uniform ivec2 size;\n"
+         "layout(location = 0) out vec4 color;\n"
+         "void main() {\n"
+         "  ivec2 at = ivec2(gl_FragCoord.x, float(size.y) - gl_FragCoord.y);\n";
+  out += from_buffer ? "  color = pixels[2 * (at.y * size.x + at.x)];\n}\n"
+                     : "  color = texelFetch(pixels, at, 0);\n}\n";
+  return out;
 }
 
 std::string vertex_source() {

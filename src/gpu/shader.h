@@ -14,7 +14,7 @@
 namespace bccsplat {
 
 // What of a picture's description has room in the shader's uniform block.
-inline constexpr int most_cuts = 32, most_gpu_lights = 16, most_gpu_surfaces = 16;
+inline constexpr int most_cuts = 48, most_gpu_lights = 16, most_gpu_surfaces = 16;
 
 struct ShaderKind {
   GpuEntry entry = GpuEntry::fragment;
@@ -29,6 +29,8 @@ struct ShaderKind {
   double first_wave = 0;   // of its lattice sum
   int surfaces = 1;
   RadialKernel kernel; // as it is drawn
+  // GLSL of another gather() than that of the sites, as measurements compare it with; empty: none.
+  std::string gather;
 };
 
 // Sites beyond a brick's own that it has, too: as far as a kernel reaches from the site nearest to a point.
@@ -36,6 +38,8 @@ struct ShaderKind {
 
 [[nodiscard]] std::string shader_source(const ShaderKind& kind);
 [[nodiscard]] std::string vertex_source();
+// The fragment shader that writes pixels into a texture whose rows run from below.
+[[nodiscard]] std::string over_source(bool from_buffer);
 
 // Texture units.
 enum ShaderUnit { unit_brick_at, unit_around_at, unit_class_table, unit_ray_ends, unit_sites };

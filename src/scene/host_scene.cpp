@@ -249,7 +249,7 @@ void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, C
     scene.lights = lights_;
     scene.lights.noise = noise_of(*need.placed->instance.volume, cut.open, picture.gradient_noise);
     scene.noise_of_ripple = !picture.gradient_noise;
-    scene.drawers = &cut.drawers;
+    scene.drawers = picture.drawers ? picture.drawers : &cut.drawers;
     return scene;
   };
   if (shown.empty()) {

@@ -44,6 +44,7 @@ struct ScenePicture {
   RenderOptions options;
   std::optional<double> gradient_noise; // as noise_of() takes it
   double budget_ms = 0;                 // 0: until it is complete
+  Drawers* drawers = nullptr;           // null: those that each cut keeps
 };
 
 struct SceneStats {

@@ -37,7 +37,7 @@ HostEnds::HostEnds(const HostView& view, Sight& sight, int width, int height, Me
 }
 
 void lay_over(const HostPlane& background, const PixelRect& pixels, Image& image) {
-  if (!background.pixels) return;
+  if (!background.pixels || !image.rgba.pixels) return; // a texture has none
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     const float* behind = background.row(y, image.width, 4) + std::ptrdiff_t{4} * pixels.x0;
     float* pixel = image.rgba.at(pixels.x0, y);

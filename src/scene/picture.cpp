@@ -42,7 +42,7 @@ void check_picture(const Scene& scene, const RenderOptions& options, const Image
     fail(Code::invalid_argument, "render: deep_tolerance ", options.deep_tolerance, " is outside [0, 1]");
   if (!scene.slice) fail(Code::wrong_state, "render: no slice is set");
   if (image.width < 1 || image.height < 1 || image.width > most_pixels || image.height > most_pixels ||
-      !image.rgba.pixels)
+      !(image.rgba.pixels || options.target))
     fail(Code::invalid_argument, "render: the image needs 1 to ", most_pixels,
          " pixels per side and an RGBA plane");
   if (!(options.sheet_step >= 0 && std::isfinite(options.sheet_step)))

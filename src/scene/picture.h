@@ -45,6 +45,8 @@ struct RenderOptions : SheetWishes {
   bool smooth_edges = false;
   Backend backend = Backend::cpu;
   std::shared_ptr<GpuDevice> gpu; // that it may be drawn by
+  // A texture in the GPU's context that the picture goes to, and nowhere else: the image needs no planes.
+  const GpuTarget* target = nullptr;
 
   bool operator==(const RenderOptions&) const = default;
 };

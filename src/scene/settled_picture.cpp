@@ -143,7 +143,7 @@ void SettledPicture::settle_look() {
   shot_.options.with_hits = smooths_edges() && EdgeSmoother::needs_hits(shot_.options);
   // Nobody knows whether the host's depths are those of the picture before.
   if (view_.ends.distance) shot_.options.disable_skips |= skip_unchanged;
-  shot_.wishes = &options_;
+  shot_.wishes = &options_, shot_.target = options_.target;
 }
 
 void SettledPicture::settle_trail() {

@@ -55,7 +55,9 @@ class SettledPicture {
   double step_ = 0; // T of the slice that is drawn
   std::optional<SliceView> seen_;
   SheetView view_;
-  [[nodiscard]] bool smooths_edges() const { return options_.smooth_edges && !scene_.trail && !image_.deep; }
+  [[nodiscard]] bool smooths_edges() const {
+    return options_.smooth_edges && !scene_.trail && !image_.deep && !options_.target;
+  }
   [[nodiscard]] Drawer& choose_drawer(Backend backend);
   DrawStats draw_tiles(RenderStats& stats, const std::function<void(const TilePixels&)>& emit);
 

@@ -252,9 +252,7 @@ TEST_P(GpuPictures, SkippingChangesNothing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Entries, GpuPictures, testing::Values(GpuEntry::compute, GpuEntry::fragment),
-                         [](const auto& info) {
-                           return info.param == GpuEntry::compute ? "compute" : "fragment";
-                         });
+                         [](const auto& p) { return p.param == GpuEntry::compute ? "compute" : "fragment"; });
 
 } // namespace
 } // namespace bccsplat
