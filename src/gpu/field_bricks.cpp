@@ -145,6 +145,7 @@ FieldBricks make_field_bricks(const Slice& slice, int border, const Context& con
   uint32_t count = 1; // brick 0 is zeros
   for (uint32_t& brick : b.brick_at)
     if (brick != 0) brick = count++;
+  b.memory = Reservation(context.memory, sizeof(float) * count * size, "the bricks of a slice for the GPU");
   b.value.resize(count * size);
   context.tasks.parallel_for(b.brick_at.size(), [&](uint64_t n) {
     context.progress.check();

@@ -20,6 +20,7 @@ struct FieldBricks {
   // By coset, z, y, x: 0 where all is zero, else the number of a brick; brick 0 is zeros.
   std::vector<uint32_t> brick_at;
   std::vector<float> value; // brick after brick, x fastest
+  Reservation memory;       // of them
 
   // Cells hold the points whose nearest site of coset 0 is one of 2^3 sites; [least, largest] of 0 and all
   // coefficients that a field in the cell depends on.
@@ -28,6 +29,8 @@ struct FieldBricks {
 
   [[nodiscard]] size_t count() const { return value.size() / (static_cast<size_t>(edge) * edge * edge); }
   [[nodiscard]] uint64_t bytes() const { return value.size() * sizeof(float); }
+  // What is on the GPU is not needed here.
+  void drop_values() { value = {}, memory = {}; }
 };
 
 // border: as brick_border(). The slice's lattice is BCC. Throws memory_budget, cancelled.

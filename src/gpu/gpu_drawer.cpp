@@ -177,6 +177,9 @@ std::vector<GpuPixel> GpuDrawer::draw_pixels(const Shot& shot, const ClassTable&
   const bool other = !kept.classes || !(kept.key == key);
   const std::vector<uint8_t> unseen = other ? unseen_by(shot, table, kept.bricks) : std::vector<uint8_t>();
   const std::vector<float> ends = packed_ends(*shot.view);
+  const Reservation memory(
+      context.memory, (sizeof(GpuPixel) + sizeof(float)) * plane_size(shot.view->width, shot.view->height),
+      "a picture by the GPU");
   std::optional<GpuPicture> picture;
   const EndOnGpu end{*device_, picture};
   device_->run([&] {
@@ -185,7 +188,7 @@ std::vector<GpuPixel> GpuDrawer::draw_pixels(const Shot& shot, const ClassTable&
     picture.emplace(device_->programs(), shader_kind(shot, table), picture_block(shot, table, kept.bricks),
                     *kept.sites, *kept.classes, ends, shot.target ? shot.target->depth_texture : 0);
   });
-  kept.bricks.value = {};
+  kept.bricks.drop_values();
   const int height = shot.view->height, rows = picture->rows_at_once();
   for (int row = 0; row < height; row += rows) {
     context.progress.report(static_cast<double>(row) / height);

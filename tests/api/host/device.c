@@ -183,7 +183,23 @@ static void max_sites(void) {
   bccsplat_device_release(device);
 }
 
+/* There is one, or the error says what is missing. */
+static void gpu(void) {
+  SIZED(bccsplat_gpu_info, info);
+  bccsplat_device* device = NULL;
+  bccsplat_status status;
+  OK(bccsplat_device_create(NULL, &device));
+  status = bccsplat_device_get_gpu_info(device, &info);
+  if (status == BCCSPLAT_OK)
+    EXPECT(info.renderer[0] && info.version[0] && info.memory_used == 0);
+  else
+    EXPECT(status == BCCSPLAT_ERROR_MISSING_FEATURE && strstr(bccsplat_last_error(), "gpu: "));
+  REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_device_get_gpu_info(NULL, &info));
+  bccsplat_device_release(device);
+}
+
 void test_device(void) {
+  gpu();
   SIZED(bccsplat_device_options, options);
   bccsplat_device* device = NULL;
 

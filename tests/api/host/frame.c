@@ -160,6 +160,30 @@ static void no_images(bccsplat_frame* frame, save_fn save) {
   REFUSED(MISSING_FEATURE, "BCCSPLAT_WITH_IMAGE", save(frame, scratch("p"), NULL));
 }
 
+/* This host has no OpenGL context, so that nothing can be drawn into its textures. */
+static void textures(bccsplat_device* device) {
+  SIZED(bccsplat_gl_target, target);
+  SIZED(bccsplat_plane, plane);
+  bccsplat_frame* frame = NULL;
+  bccsplat_status status;
+  target.width = 8, target.height = 6;
+  REFUSED(INVALID_ARGUMENT, "texture", bccsplat_frame_wrap_gl(device, &target, &frame));
+  target.texture = 1;
+  REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_frame_wrap_gl(NULL, &target, &frame));
+  REFUSED(INVALID_ARGUMENT, "target is NULL", bccsplat_frame_wrap_gl(device, NULL, &frame));
+  REFUSED(INVALID_ARGUMENT, "frame is NULL", bccsplat_frame_wrap_gl(device, &target, NULL));
+  target.replace = 2;
+  REFUSED(INVALID_ARGUMENT, "replace", bccsplat_frame_wrap_gl(device, &target, &frame));
+  target.replace = 0, target.height = 0;
+  REFUSED(INVALID_ARGUMENT, "8 x 0", bccsplat_frame_wrap_gl(device, &target, &frame));
+  target.height = 6;
+  status = bccsplat_frame_wrap_gl(device, &target, &frame);
+  if (status == BCCSPLAT_ERROR_MISSING_FEATURE) return; /* built without */
+  EXPECT(status == BCCSPLAT_OK);
+  REFUSED(NOT_FOUND, "without channel", bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
+  bccsplat_frame_release(frame);
+}
+
 void test_frame(void) {
   static float pixels[6][10][4];
   SIZED(bccsplat_plane, plane);
@@ -190,6 +214,7 @@ void test_frame(void) {
   }
   bccsplat_frame_release(frame);
 
+  textures(device);
   REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_frame_wrap(NULL, 8, 6, pixels[0][0], 0, &frame));
   REFUSED(INVALID_ARGUMENT, "rgba is NULL", bccsplat_frame_wrap(device, 8, 6, NULL, 0, &frame));
   REFUSED(INVALID_ARGUMENT, "frame is NULL", bccsplat_frame_wrap(device, 8, 6, pixels[0][0], 0, NULL));
