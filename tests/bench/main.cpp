@@ -12,6 +12,9 @@
 #include "tests/bench/coder/coder.h"
 #include "tests/bench/evaluate/evaluate.h"
 #include "tests/bench/fit/fit.h"
+#if BCCSPLAT_WITH_GPU
+#include "tests/bench/gpu/gpu.h"
+#endif
 #include "tests/bench/host/host_frames.h"
 #include "tests/bench/import/import.h"
 #include "tests/bench/kernels/kernels.h"
@@ -47,6 +50,10 @@ constexpr Suite suites[] = {
     {"moments", bccsplat::bench::run_moments_suite}, {"pictures", bccsplat::bench::run_pictures_suite},
     {"cancel", bccsplat::bench::run_cancel_suite},   {"rays", bccsplat::bench::run_rays_suite},
     {"scene", bccsplat::bench::run_scene_suite},     {"coder", bccsplat::bench::run_coder_suite}};
+#if BCCSPLAT_WITH_GPU
+    {"gpu", bccsplat::bench::run_gpu_suite},
+#endif
+    {"scene", bccsplat::bench::run_scene_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");
