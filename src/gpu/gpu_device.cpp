@@ -54,11 +54,11 @@ bool GpuDevice::preferred() {
   {
     const std::scoped_lock lock(mutex_);
     if (failed_) return false;
-    if (!card_) card_ = any_graphics_card();
+    if (!card_) card_ = wishes_.as_card || any_graphics_card();
     if (!*card_) return false;
   }
   try {
-    return !info().software;
+    return !info().software || wishes_.as_card;
   } catch (const GpuFailure&) {
     return false;
   }

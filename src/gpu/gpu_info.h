@@ -23,6 +23,7 @@ struct GpuInfo {
 struct GpuWishes {
   bool host_context = false; // that of the calling thread, whatever it is
   GpuEntry entry = GpuEntry::automatic;
+  bool as_card = false;      // what is found is taken unasked, whatever it is: for tests
   bool software_too = false; // false: a rasteriser on the CPU is none
   uint64_t memory_limit = 0; // bytes of data on the GPU at a time; 0: what it has
 };

@@ -21,10 +21,14 @@ GpuInfo gpu_info(GpuDevice* device) {
   if (!device) fail_without();
   return device->info();
 }
+void note_failure(GpuDevice* device, const GpuFailure& failure) {
+  if (device && failure.for_good()) device->give_up(failure.message());
+}
 uint64_t gpu_bytes(const GpuDevice* device) { return device ? device->bytes() : 0; }
 #else
 std::shared_ptr<GpuDevice> make_gpu(const GpuWishes& /*wishes*/) { return nullptr; }
 GpuInfo gpu_info(GpuDevice* /*device*/) { fail_without(); }
+void note_failure(GpuDevice* /*device*/, const GpuFailure& /*failure*/) {}
 uint64_t gpu_bytes(const GpuDevice* /*device*/) { return 0; }
 #endif
 

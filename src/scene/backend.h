@@ -18,6 +18,8 @@ class GpuDevice; // gpu/gpu_device.h
 [[nodiscard]] std::shared_ptr<GpuDevice> make_gpu(const GpuWishes& wishes);
 // Returns what a GPU is, which is opened for it. Throws missing_feature where there is none; null: as much.
 [[nodiscard]] GpuInfo gpu_info(GpuDevice* device);
+// Takes note of why a GPU did not draw: what fails for good is not tried again.
+void note_failure(GpuDevice* device, const GpuFailure& failure);
 // Bytes of slices that are on the GPU now.
 [[nodiscard]] uint64_t gpu_bytes(const GpuDevice* device);
 

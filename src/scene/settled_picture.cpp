@@ -183,6 +183,7 @@ DrawStats SettledPicture::draw_tiles(RenderStats& stats, const std::function<voi
   } catch (const GpuFailure& e) {
     if (options_.backend == Backend::gpu) throw;
     stats.gpu_failed = e.message();
+    note_failure(options_.gpu.get(), e);
   }
   drawer_ = &choose_drawer(Backend::cpu);
   stats.drawer = drawer_->name();

@@ -12,8 +12,9 @@
 namespace bccsplat::test {
 
 // Returns null, and says why, where there is none.
-inline std::shared_ptr<GpuDevice> test_gpu(GpuEntry entry, uint64_t memory_limit = 0) {
+inline std::shared_ptr<GpuDevice> test_gpu(GpuEntry entry, uint64_t memory_limit = 0, bool as_card = false) {
   GpuWishes wishes;
+  wishes.as_card = as_card;
   wishes.entry = entry, wishes.software_too = true, wishes.memory_limit = memory_limit;
   auto gpu = std::make_shared<GpuDevice>(wishes);
   try {

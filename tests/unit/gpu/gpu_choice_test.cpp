@@ -86,6 +86,30 @@ TEST_F(GpuChoice, SmallMemoryIsSaid) {
   EXPECT_EQ(gpu_->bytes(), 0u);
 }
 
+// Unasked it is tried picture by picture, and the CPU draws what it does not; what it does not draw at all is
+// no failure.
+TEST_F(GpuChoice, TheCpuDrawsWhatFails) {
+  gpu_ = test_gpu(GpuEntry::automatic, 1000, true);
+  options_.gpu = gpu_, options_.backend = Backend::automatic;
+  ImageStorage image(size, size), cpu(size, size);
+  for (int n = 0; n < 2; ++n) {
+    const RenderStats stats = draw(scene_, options_, image);
+    EXPECT_STREQ(stats.drawer, "sheets");
+    EXPECT_NE(stats.gpu_failed.find("the limit of 1000"), std::string::npos) << stats.gpu_failed;
+  }
+  options_.backend = Backend::cpu;
+  (void)draw(scene_, options_, cpu);
+  EXPECT_TRUE(same_bits(image, cpu));
+
+  gpu_ = test_gpu(GpuEntry::automatic, 0, true);
+  options_.gpu = gpu_, options_.backend = Backend::automatic;
+  EXPECT_STREQ(draw(scene_, options_, image).drawer, "gpu");
+  options_.mode = RenderMode::isosurface, options_.smooth_edges = true, options_.surfaces = {{0.3, 0.5, {}}};
+  const RenderStats stats = draw(scene_, options_, image);
+  EXPECT_STREQ(stats.drawer, "sheets");
+  EXPECT_EQ(stats.gpu_failed, "");
+}
+
 // Kept slices are counted, and given back.
 TEST_F(GpuChoice, KeepsTwoSlices) {
   Drawers drawers;
@@ -122,6 +146,7 @@ TEST_F(GpuChoice, IsCancelled) {
 
 // What fails for good fails at once from then on; without being asked for the CPU draws.
 TEST_F(GpuChoice, FailedOnceTheCpuDraws) {
+  gpu_ = test_gpu(GpuEntry::automatic, 0, true), options_.gpu = gpu_;
   gpu_->give_up("gpu: lost");
   EXPECT_EQ(refusal(Code::missing_feature), "gpu: lost");
   options_.backend = Backend::automatic;
