@@ -341,10 +341,10 @@ typedef struct bccsplat_gpu_info {
   uint64_t memory;
   /* Bytes of slices that this device's objects hold there now. */
   uint64_t memory_used;
-  /* As OpenGL names them, cut where longer. */
-  char vendor[128];
-  char renderer[128];
-  char version[128];
+  /* As OpenGL names them; until the device's last release. */
+  const char* vendor;
+  const char* renderer;
+  const char* version;
 } bccsplat_gpu_info;
 
 /* Opens the GPU, if no picture has. Also: MISSING_FEATURE where there is none, or the library was

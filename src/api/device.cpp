@@ -18,11 +18,6 @@ HostRunner wrap_runner(bccsplat_runner_fn runner, void* user) {
   };
 }
 
-// Cuts what is too long.
-template<size_t size> void copy_name(const std::string& from, char (&to)[size]) {
-  to[from.copy(to, size - 1)] = 0;
-}
-
 } // namespace
 
 bccsplat_device::bccsplat_device(const bccsplat_device_options& options)
@@ -92,13 +87,12 @@ bccsplat_status bccsplat_device_get_gpu_info(bccsplat_device* device, bccsplat_g
   return guard([&] {
     require(device, "device");
     check_output(info, "info");
-    const GpuInfo found = gpu_info(device->gpu.get());
+    const GpuInfo& found = gpu_info(device->gpu.get());
     bccsplat_gpu_info out{};
     out.software = found.software, out.compute = found.entry == GpuEntry::compute;
     out.memory = found.memory, out.memory_used = gpu_bytes(device->gpu.get());
-    copy_name(found.vendor, out.vendor);
-    copy_name(found.renderer, out.renderer);
-    copy_name(found.version, out.version);
+    out.vendor = found.vendor.c_str(), out.renderer = found.renderer.c_str();
+    out.version = found.version.c_str();
     write_struct(info, out, "info");
   });
 }

@@ -48,7 +48,7 @@ struct ShotOptions {
   double opacity_stop = default_opacity_stop; // a pixel this opaque is finished; 1: never
   uint32_t disable_skips = 0;
   int tile_size = 0; // pixels; 0: chosen
-  bool with_value = false, with_time = false;
+  bool with_depth = true, with_value = false, with_time = false;
   float depth_opacity =
       0.5f;                  // at which the depth of a pixel is that of the ray; of surfaces the first counts
   bool with_deep = false;    // modes composite and isosurface

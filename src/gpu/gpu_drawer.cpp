@@ -104,42 +104,47 @@ GpuDrawer::Kept& GpuDrawer::find(const Slice& slice, const Context& context) {
 
 namespace {
 
-// A band of finished rows.
+// A band of finished rows: pixels from `first` on.
 class Band {
  public:
-  Band(const Shot& shot, std::span<const GpuPixel> pixels, int y, int rows)
-      : planes_(plane_count, std::vector<float>(pixels.size())) {
-    const bool lit =
-        shot.options.mode == RenderMode::composite || shot.options.mode == RenderMode::isosurface;
-    constexpr float nan = std::numeric_limits<float>::quiet_NaN(), far = 1e29f;
-    for (size_t p = 0; p < pixels.size(); ++p) {
-      const auto& [color, more] = pixels[p];
-      for (size_t c = 0; c < color.size(); ++c) planes_[c][p] = color[c];
-      const bool known = lit ? color[3] > 0 : more[3] > 0;
-      planes_[4][p] = more[0] < far ? more[0] : std::numeric_limits<float>::infinity();
-      planes_[5][p] = known ? more[1] : nan;
-      planes_[6][p] = known && more[2] < far ? more[2] : nan;
-    }
+  Band(const Shot& shot, const GpuPixels& pixels, size_t first, int y, int rows) {
     tile.y = y, tile.width = tile.pitch = shot.view->width, tile.height = rows;
+    const size_t count = plane_size(tile.width, rows);
+    for (auto& plane : planes_) plane.resize(count);
+    for (size_t p = 0; p < count; ++p)
+      for (size_t c = 0; c < colors; ++c) planes_[c][p] = pixels.color[first + p][c];
     tile.red = planes_[0].data(), tile.green = planes_[1].data(), tile.blue = planes_[2].data();
-    tile.alpha = planes_[3].data(), tile.depth = planes_[4].data();
-    if (shot.options.with_value) tile.value = planes_[5].data();
-    if (shot.options.with_time) tile.time = planes_[6].data();
+    tile.alpha = planes_[alpha].data(), tile.depth = planes_[depth].data();
+    if (shot.options.with_value) tile.value = planes_[value].data();
+    if (shot.options.with_time) tile.time = planes_[time].data();
+    if (!pixels.more.empty()) add_more(shot, pixels, first);
   }
   TilePixels tile;
 
  private:
-  static constexpr size_t plane_count = 7;
-  std::vector<std::vector<float>> planes_;
+  enum Number : uint8_t { alpha = 3, colors, depth = colors, value, time, all };
+  void add_more(const Shot& shot, const GpuPixels& pixels, size_t first) {
+    const bool lit =
+        shot.options.mode == RenderMode::composite || shot.options.mode == RenderMode::isosurface;
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN(), far = 1e29f;
+    for (size_t p = 0; p < planes_[depth].size(); ++p) {
+      const auto& [k, of_value, of_time, is_known] = pixels.more[first + p];
+      const bool known = lit ? planes_[alpha][p] > 0 : is_known > 0;
+      planes_[depth][p] = k < far ? k : std::numeric_limits<float>::infinity();
+      planes_[value][p] = known ? of_value : nan;
+      planes_[time][p] = known && of_time < far ? of_time : nan;
+    }
+  }
+  std::array<std::vector<float>, all> planes_;
 };
 
-void emit_bands(const Shot& shot, std::span<const GpuPixel> pixels, const Context& context,
+void emit_bands(const Shot& shot, const GpuPixels& pixels, const Context& context,
                 const std::function<void(const TilePixels&)>& emit) {
   constexpr int rows = 64;
   const int width = shot.view->width, height = shot.view->height;
   context.tasks.parallel_for(static_cast<uint64_t>((height + rows - 1) / rows), [&](uint64_t n) {
-    const int y = static_cast<int>(n) * rows, count = std::min(rows, height - y);
-    emit(Band(shot, pixels.subspan(plane_index(0, y, width), plane_size(width, count)), y, count).tile);
+    const int y = static_cast<int>(n) * rows;
+    emit(Band(shot, pixels, plane_index(0, y, width), y, std::min(rows, height - y)).tile);
   });
 }
 
@@ -170,15 +175,15 @@ GpuClassKey key_of(const Shot& shot, const ClassTable& table, const std::vector<
 } // namespace
 
 // Jobs on the GPU's thread: those of a call, between which others may come.
-std::vector<GpuPixel> GpuDrawer::draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept,
-                                             const Context& context) {
+GpuPixels GpuDrawer::draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept,
+                                 const Context& context) {
   const std::vector<Vec4f> texels = table_texels(table);
   GpuClassKey key = key_of(shot, table, texels);
   const bool other = !kept.classes || !(kept.key == key);
   const std::vector<uint8_t> unseen = other ? unseen_by(shot, table, kept.bricks) : std::vector<uint8_t>();
   const std::vector<float> ends = packed_ends(*shot.view);
   const Reservation memory(
-      context.memory, (sizeof(GpuPixel) + sizeof(float)) * plane_size(shot.view->width, shot.view->height),
+      context.memory, (2 * sizeof(Vec4f) + sizeof(float)) * plane_size(shot.view->width, shot.view->height),
       "a picture by the GPU");
   std::optional<GpuPicture> picture;
   const EndOnGpu end{*device_, picture};
@@ -194,12 +199,13 @@ std::vector<GpuPixel> GpuDrawer::draw_pixels(const Shot& shot, const ClassTable&
     context.progress.report(static_cast<double>(row) / height);
     device_->run([&] { picture->draw_rows(row, std::min(rows, height - row)); });
   }
-  std::vector<GpuPixel> pixels;
+  GpuPixels pixels;
+  const ShotOptions& o = shot.options;
   device_->run([&] {
     if (shot.target)
       picture->lay_over(device_->programs(), *shot.target);
     else
-      pixels = picture->read();
+      pixels = picture->read(o.with_depth || o.with_value || o.with_time);
   });
   return pixels;
 }
@@ -210,7 +216,7 @@ DrawStats GpuDrawer::draw(const Shot& shot, const Context& context,
   (void)device_->info(); // fails before anything is made
   Kept& kept = find(*shot.slice, context);
   const ClassTable table = gpu_table(shot, kept.change);
-  const std::vector<GpuPixel> pixels = draw_pixels(shot, table, kept, context);
+  const GpuPixels pixels = draw_pixels(shot, table, kept, context);
   if (!shot.target) emit_bands(shot, pixels, context, emit);
   DrawStats stats;
   stats.points_total = static_cast<uint64_t>(shot.slice->points());

@@ -12,7 +12,7 @@
 
 namespace bccsplat {
 
-struct GpuPixel; // gpu/gpu_picture.h
+struct GpuPixels; // gpu/gpu_picture.h
 
 class GpuDrawer : public Drawer {
  public:
@@ -33,8 +33,7 @@ class GpuDrawer : public Drawer {
   struct Kept; // a slice on the GPU
   Kept& find(const Slice& slice, const Context& context);
   void drop(std::unique_ptr<Kept>& kept);
-  std::vector<GpuPixel> draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept,
-                                    const Context& context);
+  GpuPixels draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept, const Context& context);
 
   std::shared_ptr<GpuDevice> device_;
   std::array<std::unique_ptr<Kept>, 2> kept_; // the latest first

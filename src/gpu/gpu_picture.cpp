@@ -130,7 +130,7 @@ int GpuPicture::rows_at_once() const {
 void GpuPicture::make_buffer_of_pixels() {
   pixels_ = make_buffer();
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, pixels_.get());
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(sizeof(GpuPixel)) * width_ * height_,
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(2 * sizeof(Vec4f)) * width_ * height_,
                nullptr, GL_STREAM_READ);
 }
 
@@ -185,29 +185,27 @@ void GpuPicture::draw_rows(int first, int count) {
   check_gl("drawing");
 }
 
-std::vector<GpuPixel> GpuPicture::read() const {
-  std::vector<GpuPixel> out(static_cast<size_t>(width_) * static_cast<size_t>(height_));
-  if (kind_.entry == GpuEntry::compute) {
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    glBindBuffer(GL_SHADER_STORAGE_BUFFER, pixels_.get());
-    glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(out.size() * sizeof(GpuPixel)),
-                       out.data());
-  } else {
-    read_planes(out);
-  }
+GpuPixels GpuPicture::read(bool more) const {
+  GpuPixels out;
+  if (kind_.entry == GpuEntry::compute) glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  read_plane(0, out.color);
+  if (more) read_plane(1, out.more);
   check_gl("reading a picture");
   return out;
 }
 
-void GpuPicture::read_planes(std::vector<GpuPixel>& out) const {
-  std::vector<Vec4f> plane_of(out.size());
+void GpuPicture::read_plane(size_t n, std::vector<Vec4f>& out) const {
+  out.resize(static_cast<size_t>(width_) * static_cast<size_t>(height_));
+  const auto bytes = static_cast<GLsizeiptr>(out.size() * sizeof(Vec4f));
+  if (kind_.entry == GpuEntry::compute) {
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, pixels_.get());
+    glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(n) * bytes, bytes, out.data());
+    return;
+  }
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.get());
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  for (size_t n = 0; n < planes_.size(); ++n) {
-    glReadBuffer(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(n));
-    glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, plane_of.data());
-    for (size_t p = 0; p < out.size(); ++p) (n == 0 ? out[p].color : out[p].more) = plane_of[p];
-  }
+  glReadBuffer(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(n));
+  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, out.data());
 }
 
 void GpuPicture::lay_over(GpuPrograms& programs, const GpuTarget& target) {

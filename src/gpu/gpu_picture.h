@@ -28,10 +28,10 @@ struct GpuClasses {
   GpuClasses(const std::vector<Vec4f>& texels, const FieldBricks& bricks, const std::vector<uint8_t>& unseen);
 };
 
-// A pixel as the shader writes it: premultiplied colour and opacity; sheet number of the depth (1e30: none),
-// value, time, 1 where these are known.
-struct GpuPixel {
-  Vec4f color, more;
+// Pixels as the shader writes them, row by row: premultiplied colour and opacity; sheet number of the depth
+// (1e30: none), value, time, 1 where these are known.
+struct GpuPixels {
+  std::vector<Vec4f> color, more; // the latter empty where it is not asked for
 };
 
 // A picture under way, by calls that may each be a job of their own.
@@ -44,7 +44,7 @@ class GpuPicture {
   // How many rows are drawn at a time, so that between them a call can be cancelled.
   [[nodiscard]] int rows_at_once() const;
   void draw_rows(int first, int count);
-  [[nodiscard]] std::vector<GpuPixel> read() const;
+  [[nodiscard]] GpuPixels read(bool more) const;
   // Lays the picture over the target's texture, of whose context this is.
   void lay_over(GpuPrograms& programs, const GpuTarget& target);
 
@@ -52,7 +52,7 @@ class GpuPicture {
   void make_buffer_of_pixels();
   void make_framebuffer_of_pixels();
   void bind();
-  void read_planes(std::vector<GpuPixel>& out) const;
+  void read_plane(size_t n, std::vector<Vec4f>& out) const;
 
   const GpuSites& sites_;
   const GpuClasses& classes_;

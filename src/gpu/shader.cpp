@@ -91,8 +91,8 @@ void main() {
   if (pixel.x >= picture.x || pixel.y >= picture.y) return;
   vec4 color, more;
   draw_ray(ray_of(pixel), color, more);
-  int n = 2 * (pixel.y * picture.x + pixel.x);
-  pixels[n] = color, pixels[n + 1] = more;
+  int n = pixel.y * picture.x + pixel.x;
+  pixels[n] = color, pixels[picture.x * picture.y + n] = more;
 }
 )";
 const char* const fragment_main = R"(
@@ -142,7 +142,7 @@ std::string over_source(bool from_buffer) {
          "layout(location = 0) out vec4 color;\n"
          "void main() {\n"
          "  ivec2 at = ivec2(gl_FragCoord.x, float(size.y) - gl_FragCoord.y);\n";
-  out += from_buffer ? "  color = pixels[2 * (at.y * size.x + at.x)];\n}\n"
+  out += from_buffer ? "  color = pixels[at.y * size.x + at.x];\n}\n"
                      : "  color = texelFetch(pixels, at, 0);\n}\n";
   return out;
 }

@@ -17,7 +17,7 @@ namespace {
 
 #if BCCSPLAT_WITH_GPU
 std::shared_ptr<GpuDevice> make_gpu(const GpuWishes& wishes) { return std::make_shared<GpuDevice>(wishes); }
-GpuInfo gpu_info(GpuDevice* device) {
+const GpuInfo& gpu_info(GpuDevice* device) {
   if (!device) fail_without();
   return device->info();
 }
@@ -27,7 +27,7 @@ void note_failure(GpuDevice* device, const GpuFailure& failure) {
 uint64_t gpu_bytes(const GpuDevice* device) { return device ? device->bytes() : 0; }
 #else
 std::shared_ptr<GpuDevice> make_gpu(const GpuWishes& /*wishes*/) { return nullptr; }
-GpuInfo gpu_info(GpuDevice* /*device*/) { fail_without(); }
+const GpuInfo& gpu_info(GpuDevice* /*device*/) { fail_without(); }
 void note_failure(GpuDevice* /*device*/, const GpuFailure& /*failure*/) {}
 uint64_t gpu_bytes(const GpuDevice* /*device*/) { return 0; }
 #endif

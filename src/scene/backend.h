@@ -16,8 +16,9 @@ class GpuDevice; // gpu/gpu_device.h
 
 // Nothing is opened yet. Null where the library was built without.
 [[nodiscard]] std::shared_ptr<GpuDevice> make_gpu(const GpuWishes& wishes);
-// Returns what a GPU is, which is opened for it. Throws missing_feature where there is none; null: as much.
-[[nodiscard]] GpuInfo gpu_info(GpuDevice* device);
+// Returns what a GPU is, which is opened for it and keeps it. Throws missing_feature where there is none;
+// null: as much.
+[[nodiscard]] const GpuInfo& gpu_info(GpuDevice* device);
 // Takes note of why a GPU did not draw: what fails for good is not tried again.
 void note_failure(GpuDevice* device, const GpuFailure& failure);
 // Bytes of slices that are on the GPU now.

@@ -39,6 +39,7 @@ ShotOptions shot_options(const RenderOptions& options, const Image& image) {
   o.opacity_stop = options.opacity_stop;
   o.disable_skips = options.disable_skips;
   o.tile_size = options.tile_size;
+  o.with_depth = image.depth.pixels;
   o.with_value = image.value.pixels, o.with_time = image.time.pixels;
   o.with_deep = image.deep, o.deep_tolerance = options.deep_tolerance;
   o.depth_opacity = static_cast<float>(std::min(options.depth_opacity, options.opacity_stop));
@@ -140,6 +141,7 @@ void SettledPicture::settle_look() {
   shot_.quality = options_.quality;
   shot_.preintegrate = options_.preintegrate;
   shot_.options = shot_options(options_, image_);
+  shot_.options.with_depth = shot_.options.with_depth || smooths_edges(); // which are known by their depths
   shot_.options.with_hits = smooths_edges() && EdgeSmoother::needs_hits(shot_.options);
   // Nobody knows whether the host's depths are those of the picture before.
   if (view_.ends.distance) shot_.options.disable_skips |= skip_unchanged;

@@ -97,7 +97,7 @@ struct Measured {
     const FieldBricks bricks =
         make_field_bricks(*shot.slice, brick_border(shot.slice->kernel.space), context.get());
     const ClassTable table = gpu_table(shot, change_at_sites(*shot.slice));
-    std::vector<GpuPixel> pixels;
+    GpuPixels pixels;
     double ms = 0;
     gpu->run([&] {
       GpuSites sites(bricks, gpu->info());
@@ -114,10 +114,10 @@ struct Measured {
       };
       draw(); // compiles
       ms = median_ms(rounds, draw);
-      pixels = drawn.read();
+      pixels = drawn.read(false);
     });
-    for (size_t p = 0; p < pixels.size(); ++p)
-      std::copy_n(pixels[p].color.begin(), 4, image.rgba.begin() + static_cast<std::ptrdiff_t>(4 * p));
+    for (size_t p = 0; p < pixels.color.size(); ++p)
+      std::copy_n(pixels.color[p].begin(), 4, image.rgba.begin() + static_cast<std::ptrdiff_t>(4 * p));
     return row(name, ms, -1, -1, db(image.image));
   }
 

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "support.h"
+#include "../support.h"
 
 using namespace host;
 
 namespace {
 
-constexpr uint32_t width = 60, height = 50;
+constexpr uint32_t picture_width = 60, picture_height = 50;
 
 struct Logged {
   std::vector<std::string> warnings;
@@ -33,9 +33,9 @@ Device device_by(bccsplat_backend backend, uint64_t gpu_memory = 0, Logged* log 
 class Gpu : public testing::Test {
  protected:
   void SetUp() override {
-    const Device device = device_by(BCCSPLAT_BACKEND_DEFAULT);
+    device_ = device_by(BCCSPLAT_BACKEND_DEFAULT);
     info_ = sized<bccsplat_gpu_info>();
-    if (bccsplat_device_get_gpu_info(device.get(), &info_) == BCCSPLAT_OK) return;
+    if (bccsplat_device_get_gpu_info(device_.get(), &info_) == BCCSPLAT_OK) return;
     std::fprintf(stderr, "NOT TESTED, no GPU: %s\n", bccsplat_last_error());
     GTEST_SKIP() << "no GPU";
   }
@@ -61,7 +61,7 @@ class Gpu : public testing::Test {
   // Draws; returns the pixels, and what drew them.
   std::vector<float> draw(const Drawn& d, bccsplat_backend& by, bccsplat_status expected = BCCSPLAT_OK) {
     bccsplat_frame* created = nullptr;
-    EXPECT_OK(bccsplat_frame_create(d.device.get(), width, height, 0, &created));
+    EXPECT_OK(bccsplat_frame_create(d.device.get(), picture_width, picture_height, 0, &created));
     const Frame frame(created);
     EXPECT_EQ(bccsplat_renderer_render(d.renderer.get(), created), expected) << bccsplat_last_error();
     if (expected != BCCSPLAT_OK) return {};
@@ -70,7 +70,7 @@ class Gpu : public testing::Test {
     by = stats.backend;
     auto plane = sized<bccsplat_plane>();
     EXPECT_OK(bccsplat_frame_get_channel(created, BCCSPLAT_FRAME_RGBA, &plane));
-    return {plane.pixels, plane.pixels + size_t{4} * width * height};
+    return {plane.pixels, plane.pixels + size_t{4} * picture_width * picture_height};
   }
   void ask(const Drawn& d, bccsplat_backend backend, bccsplat_mode mode = 0) {
     auto o = sized<bccsplat_render_options>();
@@ -79,6 +79,7 @@ class Gpu : public testing::Test {
   }
 
   const Folder folder_;
+  Device device_; // whose texts `info_` has
   bccsplat_gpu_info info_{};
   bccsplat_backend by_ = 0;
 };
@@ -159,12 +160,13 @@ TEST_F(Gpu, AScenesStatusSaysWhoDrew) {
   uint64_t id = 0;
   ASSERT_OK(bccsplat_scene_add(created, d.volume.get(), &instance, &id));
   auto camera = sized<bccsplat_camera>();
-  ASSERT_OK(
-      bccsplat_scene_fit_camera(created, BCCSPLAT_PROJECTION_PERSPECTIVE, 20, 30, width, height, &camera));
+  ASSERT_OK(bccsplat_scene_fit_camera(created, BCCSPLAT_PROJECTION_PERSPECTIVE, 20, 30, picture_width,
+                                      picture_height, &camera));
   auto view = sized<bccsplat_view>();
   view.camera = &camera;
   bccsplat_frame* frame = nullptr;
-  ASSERT_OK(bccsplat_frame_create(d.device.get(), width, height, BCCSPLAT_FRAME_DEPTH, &frame));
+  ASSERT_OK(
+      bccsplat_frame_create(d.device.get(), picture_width, picture_height, BCCSPLAT_FRAME_DEPTH, &frame));
   const Frame held(frame);
   auto status = sized<bccsplat_scene_status>();
   ASSERT_OK(bccsplat_scene_render(created, &view, frame, nullptr, 0, &status));
