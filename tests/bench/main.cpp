@@ -49,11 +49,10 @@ constexpr Suite suites[] = {
     {"paper", bccsplat::bench::run_paper_suite},     {"import", bccsplat::bench::run_import_suite},
     {"moments", bccsplat::bench::run_moments_suite}, {"pictures", bccsplat::bench::run_pictures_suite},
     {"cancel", bccsplat::bench::run_cancel_suite},   {"rays", bccsplat::bench::run_rays_suite},
-    {"scene", bccsplat::bench::run_scene_suite},     {"coder", bccsplat::bench::run_coder_suite}};
 #if BCCSPLAT_WITH_GPU
     {"gpu", bccsplat::bench::run_gpu_suite},
 #endif
-    {"scene", bccsplat::bench::run_scene_suite}};
+    {"scene", bccsplat::bench::run_scene_suite},     {"coder", bccsplat::bench::run_coder_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");
