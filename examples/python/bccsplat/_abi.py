@@ -41,6 +41,10 @@ CANCELLED = 48
 ERROR_INTERNAL = 64
 LOG_WARNING = 1
 LOG_INFO = 2
+BACKEND_DEFAULT = 0
+BACKEND_AUTO = 1
+BACKEND_CPU = 2
+BACKEND_GPU = 3
 READ_WOULD_BLOCK = -65536
 TYPE_DEFAULT = 0
 TYPE_U8 = 1
@@ -242,9 +246,13 @@ class DeviceOptions(Struct):
     max_sites: int
     max_reads: int
     reserved: int
+    backend: int
+    reserved2: int
+    gpu_memory: int
     _fields_ = [("struct_size", c_uint32), ("thread_count", c_int32), ("memory_budget", c_uint64),
         ("log", bccsplat_log_fn), ("log_user", c_void_p), ("runner", bccsplat_runner_fn),
-        ("runner_user", c_void_p), ("max_sites", c_uint64), ("max_reads", c_uint32), ("reserved", c_uint32)]
+        ("runner_user", c_void_p), ("max_sites", c_uint64), ("max_reads", c_uint32), ("reserved", c_uint32),
+        ("backend", c_int32), ("reserved2", c_uint32), ("gpu_memory", c_uint64)]
 
 
 class DeviceInfo(Struct):
@@ -254,6 +262,20 @@ class DeviceInfo(Struct):
     memory_peak: int
     _fields_ = [("struct_size", c_uint32), ("thread_count", c_int32), ("memory_budget", c_uint64),
         ("memory_used", c_uint64), ("memory_peak", c_uint64)]
+
+
+class GpuInfo(Struct):
+    software: int
+    compute: int
+    reserved: int
+    memory: int
+    memory_used: int
+    vendor: bytes | None
+    renderer: bytes | None
+    version: bytes | None
+    _fields_ = [("struct_size", c_uint32), ("software", c_int32), ("compute", c_int32),
+        ("reserved", c_uint32), ("memory", c_uint64), ("memory_used", c_uint64), ("vendor", c_char_p),
+        ("renderer", c_char_p), ("version", c_char_p)]
 
 
 class ReadStream(Struct):
@@ -778,6 +800,8 @@ class RenderOptions(Struct):
     depth_opacity: float
     tile: Any
     tile_user: int | None
+    backend: int
+    reserved2: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
@@ -785,7 +809,7 @@ class RenderOptions(Struct):
         ("preintegrate", c_int32), ("smooth_edges", c_int32), ("gradient_noise", c_double),
         ("cancel_token", c_void_p), ("surfaces", POINTER(IsoSurface)), ("surface_count", c_uint32),
         ("reserved", c_uint32), ("depth_opacity", c_double), ("tile", bccsplat_tile_fn),
-        ("tile_user", c_void_p)]
+        ("tile_user", c_void_p), ("backend", c_int32), ("reserved2", c_uint32)]
 
 
 class PictureNeeds(Struct):
@@ -842,6 +866,8 @@ class RenderStats(Struct):
     bytes_read: int
     level: int
     reserved3: int
+    backend: int
+    reserved4: int
     _fields_ = [("struct_size", c_uint32), ("threads", c_uint32), ("ms_transform", c_double),
         ("ms_splat", c_double), ("ms_shade", c_double), ("ms_total", c_double), ("cpu_ms", c_double),
         ("points_total", c_uint64), ("points_after_cull", c_uint64), ("points_splatted", c_uint64),
@@ -850,7 +876,8 @@ class RenderStats(Struct):
         ("reserved2", c_uint32), ("sheets_reused", c_uint64), ("bricks_total", c_uint64),
         ("bricks_invisible", c_uint64), ("bricks_outside", c_uint64), ("brick_visits", c_uint64),
         ("visits_hidden", c_uint64), ("visits_unread", c_uint64), ("points_invisible", c_uint64),
-        ("sheets_skipped", c_uint64), ("bytes_read", c_uint64), ("level", c_uint32), ("reserved3", c_uint32)]
+        ("sheets_skipped", c_uint64), ("bytes_read", c_uint64), ("level", c_uint32), ("reserved3", c_uint32),
+        ("backend", c_int32), ("reserved4", c_uint32)]
 
 
 class Deep(Struct):
@@ -899,6 +926,16 @@ class HostPlane(Structure):
     _fields_ = [("channel", c_uint32), ("reserved", c_uint32), ("pixels", c_void_p), ("row_bytes", c_int64)]
 
 
+class GlTarget(Struct):
+    texture: int
+    width: int
+    height: int
+    depth_texture: int
+    replace: int
+    _fields_ = [("struct_size", c_uint32), ("texture", c_uint32), ("width", c_uint32), ("height", c_uint32),
+        ("depth_texture", c_uint32), ("replace", c_int32)]
+
+
 class Instance(Struct):
     channel: int
     placement: Array[c_double]
@@ -924,9 +961,12 @@ class SceneStatus(Struct):
     ms_cut: float
     ms_draw: float
     ms_total: float
+    backend: int
+    reserved2: int
     _fields_ = [("struct_size", c_uint32), ("complete", c_uint32), ("progress", c_double),
         ("drawn", c_uint32), ("cut", c_uint32), ("level", c_uint32), ("reserved", c_uint32),
-        ("bytes_read", c_uint64), ("ms_cut", c_double), ("ms_draw", c_double), ("ms_total", c_double)]
+        ("bytes_read", c_uint64), ("ms_cut", c_double), ("ms_draw", c_double), ("ms_total", c_double),
+        ("backend", c_int32), ("reserved2", c_uint32)]
 
 
 # Result and arguments of every function.
@@ -948,6 +988,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_device_retain": (None, c_void_p,),
     "bccsplat_device_release": (None, c_void_p,),
     "bccsplat_device_get_info": (c_int32, c_void_p, POINTER(DeviceInfo),),
+    "bccsplat_device_get_gpu_info": (c_int32, c_void_p, POINTER(GpuInfo),),
     "bccsplat_writer_create": (c_int32, c_void_p, c_char_p, POINTER(WriterOptions), c_void_p,),
     "bccsplat_writer_create_stream": (c_int32, c_void_p, POINTER(WriteStream), POINTER(WriterOptions),
         c_void_p,),
@@ -1042,6 +1083,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_frame_wrap": (c_int32, c_void_p, c_uint32, c_uint32, c_void_p, c_uint64, c_void_p,),
     "bccsplat_frame_wrap_planes": (c_int32, c_void_p, c_uint32, c_uint32, POINTER(HostPlane), c_uint64,
         c_void_p,),
+    "bccsplat_frame_wrap_gl": (c_int32, c_void_p, POINTER(GlTarget), c_void_p,),
     "bccsplat_frame_retain": (None, c_void_p,),
     "bccsplat_frame_release": (None, c_void_p,),
     "bccsplat_frame_get_channel": (c_int32, c_void_p, c_uint32, POINTER(Plane),),
