@@ -40,7 +40,8 @@ struct VolumeOutput {
 
 // Returns the unit of a world axis.
 [[nodiscard]] inline const std::string& unit_of_axis(const VolumeOutput& output, size_t axis) {
-  return output.axis_names[axis].empty() ? output.spatial_unit : output.axis_units[axis];
+  if (output.axis_names[axis].empty()) return output.spatial_unit;
+  return output.axis_units[axis];
 }
 
 // Values go in frame by frame, x fastest, in pieces of whole planes that do not cross frames, in native byte
