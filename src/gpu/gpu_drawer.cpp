@@ -46,7 +46,7 @@ struct GpuDrawer::Kept {
 };
 
 GpuDrawer::GpuDrawer() = default;
-GpuDrawer::~GpuDrawer() { forget(); }
+GpuDrawer::~GpuDrawer() { drop_all(); }
 
 void GpuDrawer::use(std::shared_ptr<GpuDevice> device) {
   if (device == device_) return;
@@ -56,7 +56,9 @@ void GpuDrawer::use(std::shared_ptr<GpuDevice> device) {
 
 bool GpuDrawer::covers(const Shot& shot) const { return device_ && !not_on_gpu(shot); }
 
-void GpuDrawer::forget() {
+void GpuDrawer::forget() { drop_all(); }
+
+void GpuDrawer::drop_all() {
   for (auto& kept : kept_) drop(kept);
 }
 

@@ -33,6 +33,7 @@ class GpuDrawer : public Drawer {
   struct Kept; // a slice on the GPU
   Kept& find(const Slice& slice, const Context& context);
   void drop(std::unique_ptr<Kept>& kept);
+  void drop_all();
   GpuPixels draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept, const Context& context);
 
   std::shared_ptr<GpuDevice> device_;

@@ -137,12 +137,10 @@ struct PixelForm {
 
 // The rays of a view, as points at sheet 0 and steps from sheet to sheet.
 struct RayForms {
-  std::array<Vec3, 3> origin{}, along{};
-  RayForms(const SheetView& v, double column, double row) {
-    along = {v.ray(column, row), {}, {}};
-    if (v.perspective) along[1] = v.ex, along[2] = v.ey;
-    origin = {v.sample(column, row, 0), v.scale(0) * v.ex, v.scale(0) * v.ey};
-  }
+  std::array<Vec3, 3> origin, along;
+  RayForms(const SheetView& v, double column, double row)
+      : origin{v.sample(column, row, 0), v.scale(0) * v.ex, v.scale(0) * v.ey},
+        along{v.ray(column, row), v.perspective ? v.ex : Vec3{}, v.perspective ? v.ey : Vec3{}} {}
   [[nodiscard]] std::array<Vec4f, 2> cut(const Vec3& normal, double offset) const {
     const PixelForm slope{dot(normal, along[0]), dot(normal, along[1]), dot(normal, along[2])},
         value{dot(normal, origin[0]) + offset, dot(normal, origin[1]), dot(normal, origin[2])};

@@ -89,20 +89,19 @@ GpuSites::GpuSites(const FieldBricks& bricks, const GpuInfo& info) {
 }
 
 GpuClasses::GpuClasses(const std::vector<Vec4f>& texels, const FieldBricks& bricks,
-                       const std::vector<uint8_t>& unseen) {
-  table = make_texture({.width = table_row,
-                        .height = static_cast<GLint>(texels.size()) / table_row,
-                        .internal = GL_RGBA32F,
-                        .format = GL_RGBA},
-                       texels.data());
-  around_at = make_texture({.width = bricks.cells[0],
-                            .height = bricks.cells[1],
-                            .depth = bricks.cells[2],
-                            .internal = GL_R8UI,
-                            .format = GL_RED_INTEGER,
-                            .type = GL_UNSIGNED_BYTE},
-                           unseen.data());
-}
+                       const std::vector<uint8_t>& unseen)
+    : table(make_texture({.width = table_row,
+                          .height = static_cast<GLint>(texels.size()) / table_row,
+                          .internal = GL_RGBA32F,
+                          .format = GL_RGBA},
+                         texels.data())),
+      around_at(make_texture({.width = bricks.cells[0],
+                              .height = bricks.cells[1],
+                              .depth = bricks.cells[2],
+                              .internal = GL_R8UI,
+                              .format = GL_RED_INTEGER,
+                              .type = GL_UNSIGNED_BYTE},
+                             unseen.data())) {}
 
 GpuPicture::GpuPicture(GpuPrograms& programs, const ShaderKind& kind, const PictureBlock& block,
                        const GpuSites& sites, const GpuClasses& classes, const std::vector<float>& ends,

@@ -37,7 +37,6 @@ FittedView::FittedView(const Volume& volume, uint32_t channel, const RenderArgum
                        const std::vector<Picture>& pictures)
     : volume_(volume), channel_(channel), arguments_(arguments), function_(std::move(function)), size_(size),
       several_planes_(pictures.size() > 1 && !pictures.front().where.is_time_slice) {
-  fit_ = sized<bccsplat_fit>();
   fit_.projection = projection;
   const auto [about_x, about_y] = rotations(arguments);
   fit_.rotate_x_degrees = about_x, fit_.rotate_y_degrees = about_y;

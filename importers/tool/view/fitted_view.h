@@ -36,7 +36,7 @@ class FittedView {
   TransferFunction function_;
   std::array<uint32_t, 2> size_;
   bool several_planes_; // that are no moments
-  bccsplat_fit fit_{};
+  bccsplat_fit fit_ = sized<bccsplat_fit>();
   std::optional<Bounds> bounds_;
 };
 
