@@ -334,6 +334,16 @@ def pictures(device, volume, cut, folder):
     renderer.set_camera(camera)
     needs = cut.picture_needs(camera, 60, 40, quality="draft")
     assert needs.seen == 1 and needs.level == 0 and needs.box[3] > needs.box[0] and needs.distances_per_pixel > 0
+    try:
+        gpu = device.gpu_info()
+        assert gpu.renderer and gpu.version and gpu.software in (0, 1)
+    except Error as e:
+        assert e.status == Status.MISSING_FEATURE, e
+    try:  # without a context of the host's there is no texture to draw into
+        renderer.render(Frame.wrap_gl(device, 1, 60, 40, replace=True))
+        raise AssertionError("drawn into nothing")
+    except Error as e:
+        assert e.status == Status.MISSING_FEATURE, e
     renderer.set_lights([((0, 0, -1), (1, 1, 1))], ambient=1)
     renderer.render(frame)
     assert pixels[..., 0].any() and not pixels[..., 1].any()

@@ -68,6 +68,17 @@ class Frame(Child):
         return frame
 
     @classmethod
+    def wrap_gl(cls, device: Device, texture: int, width: int, height: int, *, depth_texture: int = 0,
+                replace: bool = False) -> Frame:
+        """Draws into a texture of the OpenGL context that is current on this thread, before the depths of another one
+        (0: none), with nothing read back. replace: not over what the texture holds. It has no pixels here."""
+        frame = cls.__new__(cls)
+        Child.__init__(frame, device)
+        target = _abi.GlTarget(texture=texture, width=width, height=height, depth_texture=depth_texture, replace=int(replace))
+        frame._create("frame_wrap_gl", device.pointer, byref(target))
+        return frame
+
+    @classmethod
     def wrap_planes(cls, device: Device, width: int, height: int, planes: Mapping[int, Array | None]) -> Frame:
         """Draws into the caller's float32 arrays, by channel: [height, width, 4] for RGBA, else [height, width]; rows may
         be apart and go from the bottom up (array[::-1]), pixels may not. None: the frame's own memory."""
