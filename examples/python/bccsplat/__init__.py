@@ -29,8 +29,9 @@ from .render import (Frame, RenderOptions, Renderer, TransferFunction, View, box
                      look_at)
 from .scene import Scene
 from .shared import SharedFile, default_device
+from .slices import Slice
 from .tool import tool_path
-from .volume import Slice, Volume
+from .volume import Volume
 from .writer import Channel, Writer, join_parts, join_streams
 
 __all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "FieldArray", "Frame", "Picture", "Plane",

@@ -10,10 +10,11 @@ from typing import Any, Sequence
 import numpy as np
 
 from . import xarray_backend as engine
+from .arrays import Array
 from .dataset_writer import DatasetWriter
 from .field_array import FieldArray, evaluate_or_nan
 from .shared import Path, SharedFile
-from .volume import Array, Volume
+from .volume import Volume
 
 xarray: Any = import_module("xarray")
 times_of_cf: Any = import_module("xarray.coding.times")

@@ -8,9 +8,9 @@ from typing import Any, BinaryIO, Mapping, Sequence
 
 import numpy as np
 
+from .arrays import Array
 from .shared import Path
 from .tool import tool_path
-from .volume import Array
 
 _TYPES = {"u1": "uint8", "u2": "uint16", "u4": "uint32", "i1": "int8", "i2": "int16", "i4": "int32", "f4": "float",
           "f8": "double"}

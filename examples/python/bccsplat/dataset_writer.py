@@ -11,11 +11,11 @@ from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
 
+from .arrays import Array
 from .files import add_frames, save
 from .part_task import PartTask, join_task
 from .shared import Path, default_device
 from .streams import WriteAt
-from .volume import Array
 from .writer import Channel, Writer
 
 times_of_cf: Any = import_module("xarray.coding.times")

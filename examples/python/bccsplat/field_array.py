@@ -7,8 +7,10 @@ import numpy as np
 
 from . import _abi
 from ._library import Error
+from .arrays import Array
 from .shared import SharedFile
-from .volume import Array, Slice, Volume
+from .slices import Slice
+from .volume import Volume
 
 # What an axis may be indexed with: an integer, a slice, or a list of integers or booleans.
 Key = Union[int, slice, Sequence[int], Array]

@@ -7,11 +7,12 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress
+from .arrays import Array
 from .bounded import save_bounded
 from .device import Device
 from .shared import Path, default_device
 from .streams import Source
-from .volume import Array, Volume
+from .volume import Volume
 from .writer import Channel, Writer
 
 

@@ -7,9 +7,11 @@ from typing import Any, Sequence, Union
 import numpy as np
 
 from . import _abi
+from .arrays import Array
 from .field_array import FieldArray
 from .render import Frame, RenderOptions, Renderer, TransferFunction, fit_camera
-from .volume import Array, Slice, Volume
+from .slices import Slice
+from .volume import Volume
 
 _PLANES = {"x": (2, ("y", "z")), "y": (1, ("x", "z")), "z": (0, ("x", "y"))}
 

@@ -12,8 +12,8 @@ from . import _abi
 from ._library import Progress, Watch, call, choose
 from .cancel import CancelToken, token_of
 from .device import Child, Device, pointer_of
+from .slices import Slice
 from .streams import WriteAt, write_stream
-from .volume import Slice
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Tile = Callable[[int, int, int, int], "bool | None"]

@@ -9,9 +9,10 @@ import numpy as np
 
 from . import _abi
 from ._library import call, choose
+from .arrays import Array
 from .device import Child, Device
 from .render import Frame, RenderOptions, TransferFunction, View, clip_array, lights_struct
-from .volume import Array, Volume
+from .volume import Volume
 
 
 class Scene(Child):

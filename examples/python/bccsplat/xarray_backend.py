@@ -13,9 +13,10 @@ from typing import Any, Iterable, Sequence
 
 import numpy as np
 
+from .arrays import Array
 from .field_array import FieldArray, brick_samples, chunk_frames, chunk_samples
 from .shared import SharedFile
-from .volume import Array, Volume
+from .volume import Volume
 
 # Optional packages, whose types are not looked at.
 xarray: Any = import_module("xarray")

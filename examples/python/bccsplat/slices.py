@@ -1,0 +1,169 @@
+"""Slice: a hyperplane of a volume, evaluated, sampled and seen."""
+from __future__ import annotations
+
+import ctypes
+from ctypes import byref, c_uint64
+from typing import TYPE_CHECKING, Any, Sequence
+
+import numpy as np
+
+from . import _abi
+from ._library import Progress, Watch, call, choose, encode
+from .arrays import Array, floats_of, points_of
+from .cancel import CancelToken, token_of
+from .device import Child
+
+if TYPE_CHECKING:
+    from .pictures import Picture
+    from .volume import Volume
+
+
+class Slice(Child):
+    """The 3D field on the hyperplane a x + b y + c z + d t + e = 0 of index space."""
+
+    _kind = "slice"
+
+    def show(self, width: int = 512, height: int = 512, **options: Any) -> Picture:
+        """A picture of it, which a notebook shows; options: those of draw."""
+        from .pictures import draw
+        return draw(self, width, height, **options)
+
+    def _repr_png_(self) -> bytes:
+        return self.show(256, 256)._repr_png_()
+
+    def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int = 0,
+                 kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,
+                 time_length: float = 0.0, box: Any = None, space: str | None = None, progress: Progress | None = None,
+                 cancel: CancelToken | None = None, **options: Any) -> None:
+        """box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it. space: "index" or "even",
+        which pictures of volumes with unevenly spaced axes are made of. cancel: of making it and of what takes long
+        with it."""
+        super().__init__(volume.device)
+        self.volume = volume
+        o, _box = self._options(channel, kernel, interval, spacing, time_length, box, space, cancel, options)
+        self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
+
+    @staticmethod
+    def _options(channel: int, kernel: str | None, interval: tuple[float, float], spacing: float, time_length: float,
+                 box: Any, space: str | None, cancel: CancelToken | None,
+                 options: dict[str, Any]) -> tuple[_abi.SliceOptions, Any]:
+        corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
+        o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
+                              box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
+                              space=choose("SPACE", space), **options)
+        o.interval[:] = [*interval]
+        return o, corners
+
+    def _cut(self, plane: Any, options: _abi.SliceOptions, progress: Progress | None) -> None:
+        watch = Watch(progress)
+        options.progress = watch.function
+        self._create("slice_create", self.volume.pointer, plane, byref(options), watch=watch)
+
+    @classmethod
+    def at(cls, volume: Volume, frame: float, **options: Any) -> Slice:
+        """The time slice at a frame number, which may be fractional."""
+        return cls(volume, 0, 0, 0, 1, -frame, **options)
+
+    @classmethod
+    def at_time(cls, volume: Volume, time: float, *, channel: int = 0, kernel: str | None = None,
+                interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0, time_length: float = 0.0,
+                box: Any = None, space: str | None = None, progress: Progress | None = None,
+                cancel: CancelToken | None = None, **options: Any) -> Slice:
+        """The time slice at a time in the file's unit."""
+        cut = cls.__new__(cls)
+        Child.__init__(cut, volume.device)
+        cut.volume = volume
+        o, _box = cls._options(channel, kernel, interval, spacing, time_length, box, space, cancel, options)
+        watch = Watch(progress)
+        o.progress = watch.function
+        cut._create("volume_slice_at", volume.pointer, time, byref(o), watch=watch)
+        return cut
+
+    @classmethod
+    def along(cls, volume: Volume, point: Any, basis: Any, *, channel: int = 0, kernel: str | None = None,
+              progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> Slice:
+        """With an origin (x, y, z, t) and three directions [3, 4] of slice space in index space."""
+        cut = cls.__new__(cls)
+        Child.__init__(cut, volume.device)
+        cut.volume = volume
+        at = np.ascontiguousarray(point, np.float64).reshape(4)
+        axes = np.ascontiguousarray(basis, np.float64).reshape(3, 4)
+        cut._cut(None, _abi.SliceOptions(channel=channel, kernel=encode(kernel), point=at.ctypes.data,
+                                         basis=axes.ctypes.data, cancel_token=token_of(cancel), **options), progress)
+        return cut
+
+    def info(self) -> _abi.SliceInfo:
+        """Lattice, place in index space and the world, extent, bounds of the values, bytes read, milliseconds."""
+        info = _abi.SliceInfo()
+        call("slice_get_info", self.pointer, byref(info))
+        return info
+
+    def evaluate(self, points: Any, out: Array | None = None) -> Array:
+        """Values at points [..., 3] of slice space; failures as of Volume.evaluate."""
+        at = points_of(points, 3)
+        values = floats_of(out, at.shape[:-1])
+        call("slice_evaluate", self.pointer, values.size, at.ctypes.data, values.ctypes.data, None)
+        return values
+
+    def evaluate_with_gradients(self, points: Any) -> tuple[Array, Array]:
+        """Values [...], float32, at points [..., 3], and their slopes [..., 3] along u, v, w per unit of slice space."""
+        at = points_of(points, 3)
+        values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
+        call("slice_evaluate", self.pointer, values.size, at.ctypes.data, values.ctypes.data, slopes.ctypes.data)
+        return values, slopes
+
+    def sample_grid(self, origin: Sequence[float] | None = None, step: Sequence[float] = (1, 1, 1),
+                    dims: Sequence[int] | None = None, out: Array | None = None) -> Array:
+        """A dense box indexed [w, v, u] ([z, y, x] of a time slice), by default at the source's own resolution.
+        dims: samples along u, v, w. NaN outside the domain and in holes."""
+        if (origin is None) != (dims is None):
+            raise ValueError("origin and dims belong together")
+        grid = None
+        if origin is not None and dims is not None:
+            grid = _abi.Grid()
+            grid.origin[:], grid.step[:], grid.dims[:] = [*origin], [*step], [*dims]
+        nu, nv, nw = dims or self.info().dims[:]
+        values = floats_of(out, (nw, nv, nu))
+        call("slice_sample_grid", self.pointer, None if grid is None else byref(grid), values.ctypes.data)
+        return values
+
+    def points(self) -> tuple[Array, Array]:
+        """The lattice points: positions [n, 3] in slice space and coefficients [n] relative to air."""
+        count = c_uint64()
+        call("slice_get_points", self.pointer, 0, None, None, byref(count))
+        uvw, coefficients = np.empty((count.value, 3), np.float32), np.empty(count.value, np.float32)
+        call("slice_get_points", self.pointer, count.value, uvw.ctypes.data, coefficients.ctypes.data, None)
+        return uvw, coefficients
+
+    def fit_camera(self, width: int, height: int, rotate_x: float = 20, rotate_y: float = 30,
+                   projection: int | str | None = None) -> _abi.Camera:
+        """A view of the whole slice, turned by angles in degrees."""
+        camera = _abi.Camera()
+        call("slice_fit_camera", self.pointer, choose("PROJECTION", projection), rotate_x, rotate_y, width, height,
+             byref(camera))
+        return camera
+
+    def seen_bounds(self, transfer_function: Any = None) -> tuple[float, ...]:
+        """The box of the world, x0 y0 z0 x1 y1 z1, around what a TransferFunction shows of the slice; None: the
+        default look."""
+        bounds = (ctypes.c_double * 6)()
+        struct = None if transfer_function is None else transfer_function.struct()
+        call("slice_get_seen_bounds", self.pointer, None if struct is None else byref(struct), bounds)
+        return tuple(bounds)
+
+    def view_needs(self, view: Any, width: int, height: int, clips: Any = None, *, mode: int | str | None = None,
+                   quality: int | str | None = None) -> _abi.PictureNeeds:
+        """The same of a View (None: the default one) and of an array of Clip structs."""
+        needs = _abi.PictureNeeds()
+        options = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality))
+        call("slice_get_view_needs", self.pointer, None if view is None else byref(view.struct), clips,
+             0 if clips is None else len(clips), width, height, byref(options), byref(needs))
+        return needs
+
+    def picture_needs(self, camera: _abi.Camera, width: int, height: int, *, mode: int | str | None = None,
+                      quality: int | str | None = None) -> _abi.PictureNeeds:
+        """The level and the box that a picture of this time slice needs, told by a slice of any level."""
+        needs = _abi.PictureNeeds()
+        options = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality))
+        call("slice_get_picture_needs", self.pointer, byref(camera), width, height, byref(options), byref(needs))
+        return needs
