@@ -5,6 +5,8 @@ import numpy as np
 
 import bccsplat
 
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
 first, second = (bccsplat.open(name) for name in sys.argv[1:3])
 low, high = max(first.info().time_first, second.info().time_first), min(first.info().time_last, second.info().time_last)
 print("%12s %12s %12s  %s" % ("time", "RMS", "largest", "at [z, y, x]"))

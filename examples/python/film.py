@@ -6,6 +6,8 @@ import numpy as np
 
 import bccsplat
 
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
 volume = bccsplat.open(sys.argv[1])
 count = int(sys.argv[3]) if len(sys.argv) > 3 else 96
 encoder = subprocess.Popen(["ffmpeg", "-loglevel", "error", "-y", "-f", "image2pipe", "-c:v", "png", "-r", "24", "-i", "-",

@@ -5,6 +5,8 @@ import numpy as np
 
 import bccsplat
 
+if len(sys.argv) < 4:
+    sys.exit(__doc__)
 volume = bccsplat.open(sys.argv[1])
 places = [[float(number) for number in place.split(",")] for place in sys.argv[3:]]
 times = [volume.index_to_time(frame) for frame in np.arange(0, len(volume) - .75, .25)]

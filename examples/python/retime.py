@@ -5,6 +5,8 @@ import numpy as np
 
 import bccsplat
 
+if len(sys.argv) < 4:
+    sys.exit(__doc__)
 source, target, factor = sys.argv[1], sys.argv[2], float(sys.argv[3])
 volume = bccsplat.open(source)
 info, channel = volume.info(), volume.channel_info()

@@ -7,6 +7,8 @@ import bccsplat.accessor  # noqa: F401  dataset.bcc4
 
 
 def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
     series = xarray.open_dataset(sys.argv[1], engine="bccsplat", chunks={})  # chunks of the file; nothing is read
     middle = float(series.time[[0, -1]].mean())
     print(series.bcc4.at(middle).mean().compute())  # a moment between frames

@@ -121,9 +121,12 @@ def module(header):
     yield "def constant(kind: str, name: str) -> int:"
     yield '    """A constant of the header by its name without the prefix: constant("LATTICE", "d4star")."""'
     yield '    names = [n.removeprefix(kind + "_") for n in globals() if n.startswith(kind + "_")]'
-    yield "    if name.upper() not in names:"
+    yield "    if not names:"
+    yield "        raise ValueError(f\"{kind.lower()} is a number, not {name!r}\")"
+    yield '    wanted = name.upper().replace("-", "_")'
+    yield "    if wanted not in names:"
     yield "        raise ValueError(f\"{kind.lower()} {name!r} is none of: {', '.join(names).lower()}\")"
-    yield '    return int(globals()[kind + "_" + name.upper()])'
+    yield '    return int(globals()[kind + "_" + wanted])'
     yield "\n"
     yield "class Struct(Structure):"
     yield '    """A cleared struct that knows its size; field values may be given by name, constants by the name of theirs:'
@@ -136,11 +139,30 @@ def module(header):
     yield "        for name, value in values.items():"
     yield "            if name not in fields:"
     yield "                near = get_close_matches(name, fields, 1)"
-    yield "                raise TypeError(f\"{type(self).__name__} has no {name!r}\""
-    yield "                                + (f\": did you mean {near[0]!r}?\" if near else \"\"))"
+    yield "                hint = f\"did you mean {near[0]!r}? \" if near else \"\""
+    yield "                raise TypeError(f\"{type(self).__name__} has no {name!r}: {hint}\""
+    yield "                                f\"it has {', '.join(type(self).told())}\")"
     yield "            if isinstance(value, str):"
     yield "                values[name] = constant(name.upper(), value)"
-    yield "        super().__init__(struct_size=sizeof(self), **values)"
+    yield "        super().__init__(struct_size=sizeof(self))"
+    yield "        for name, value in values.items():"
+    yield "            try:"
+    yield "                setattr(self, name, value)"
+    yield "            except TypeError as error:"
+    yield "                raise TypeError(f\"{name} of {type(self).__name__} cannot be {value!r}: {error}\") from None"
+    yield "            if isinstance(value, int) and isinstance(kept := getattr(self, name), int) and kept != value:"
+    yield "                raise ValueError(f\"{name} of {type(self).__name__} cannot be {value}\")"
+    yield ""
+    yield "    @classmethod"
+    yield "    def told(cls) -> list[str]:"
+    yield '        """Names of the fields that hold something to read."""'
+    yield "        hidden = (\"reserved\", \"set_mask\", \"progress\")"
+    yield "        return [field[0] for field in cls._fields_[1:] if not field[0].startswith(hidden)]"
+    yield ""
+    yield "    def __repr__(self) -> str:"
+    yield "        shown = [(name, getattr(self, name)) for name in type(self).told()]"
+    yield "        texts = [f\"{name}={list(value) if isinstance(value, Array) else value!r}\" for name, value in shown]"
+    yield "        return f\"{type(self).__name__}({', '.join(texts)})\""
     for name, fields in header.structs:
         sized = fields[0][0] == "struct_size"
         yield "\n"

@@ -57,5 +57,5 @@ if __name__ == "__main__":
     else:
         try:
             main(*sys.argv[1:])
-        except Error as error:
+        except (Error, ValueError) as error:
             sys.exit(str(error))

@@ -213,9 +213,12 @@ bccsplat_tile_fn = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_uint32, c_uint32, c_
 def constant(kind: str, name: str) -> int:
     """A constant of the header by its name without the prefix: constant("LATTICE", "d4star")."""
     names = [n.removeprefix(kind + "_") for n in globals() if n.startswith(kind + "_")]
-    if name.upper() not in names:
+    if not names:
+        raise ValueError(f"{kind.lower()} is a number, not {name!r}")
+    wanted = name.upper().replace("-", "_")
+    if wanted not in names:
         raise ValueError(f"{kind.lower()} {name!r} is none of: {', '.join(names).lower()}")
-    return int(globals()[kind + "_" + name.upper()])
+    return int(globals()[kind + "_" + wanted])
 
 
 class Struct(Structure):
@@ -229,11 +232,30 @@ class Struct(Structure):
         for name, value in values.items():
             if name not in fields:
                 near = get_close_matches(name, fields, 1)
-                raise TypeError(f"{type(self).__name__} has no {name!r}"
-                                + (f": did you mean {near[0]!r}?" if near else ""))
+                hint = f"did you mean {near[0]!r}? " if near else ""
+                raise TypeError(f"{type(self).__name__} has no {name!r}: {hint}"
+                                f"it has {', '.join(type(self).told())}")
             if isinstance(value, str):
                 values[name] = constant(name.upper(), value)
-        super().__init__(struct_size=sizeof(self), **values)
+        super().__init__(struct_size=sizeof(self))
+        for name, value in values.items():
+            try:
+                setattr(self, name, value)
+            except TypeError as error:
+                raise TypeError(f"{name} of {type(self).__name__} cannot be {value!r}: {error}") from None
+            if isinstance(value, int) and isinstance(kept := getattr(self, name), int) and kept != value:
+                raise ValueError(f"{name} of {type(self).__name__} cannot be {value}")
+
+    @classmethod
+    def told(cls) -> list[str]:
+        """Names of the fields that hold something to read."""
+        hidden = ("reserved", "set_mask", "progress")
+        return [field[0] for field in cls._fields_[1:] if not field[0].startswith(hidden)]
+
+    def __repr__(self) -> str:
+        shown = [(name, getattr(self, name)) for name in type(self).told()]
+        texts = [f"{name}={list(value) if isinstance(value, Array) else value!r}" for name, value in shown]
+        return f"{type(self).__name__}({', '.join(texts)})"
 
 
 class DeviceOptions(Struct):

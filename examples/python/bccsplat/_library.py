@@ -4,8 +4,9 @@ from __future__ import annotations
 import ctypes
 import enum
 import os
+import re
 from ctypes import byref, c_void_p
-from typing import Any, Callable, TypeVar
+from typing import Any, Callable, Sequence, TypeVar
 
 from . import _abi
 
@@ -16,8 +17,6 @@ Progress = Callable[[float], "bool | None"]
 
 def _open() -> ctypes.CDLL:
     """BCCSPLAT_LIBRARY, else the library this package was installed with, else what the loader finds."""
-    if "BCCSPLAT_LIBRARY" in os.environ:
-        return ctypes.CDLL(os.environ["BCCSPLAT_LIBRARY"])
     soname = "libbccsplat.so.%d" % _abi.ABI_VERSION
     here = os.path.dirname(os.path.abspath(__file__))
     try:
@@ -25,7 +24,12 @@ def _open() -> ctypes.CDLL:
             beside = os.path.join(here, file.read().strip(), soname)
     except FileNotFoundError:
         beside = ""
-    return ctypes.CDLL(beside if os.path.exists(beside) else soname)
+    found = os.environ.get("BCCSPLAT_LIBRARY") or (beside if os.path.exists(beside) else soname)
+    try:
+        return ctypes.CDLL(found)
+    except OSError as error:
+        raise ImportError("bccsplat: the library does not load (%s): install a wheel, which has it inside, or set "
+                          "BCCSPLAT_LIBRARY to %s" % (error, soname)) from None
 
 
 native = _open()
@@ -73,12 +77,29 @@ class WouldBlock(Error):
         self.ranges: list[tuple[int, int]] = [*zip(pairs[::2], pairs[1::2])]
 
 
+_UNSIGNED = (ctypes.c_uint32, ctypes.c_uint64)
 _ERRORS: dict[int, type[Error]] = {_abi.CANCELLED: Cancelled, _abi.ERROR_WOULD_BLOCK: WouldBlock}
+
+
+def refused(error: ctypes.ArgumentError, arguments: Sequence[Any]) -> TypeError:
+    """What ctypes says of an argument, as a sentence that tells its value."""
+    place = re.match(r"argument (\d+)", str(error))
+    value = repr(arguments[int(place[1]) - 1]) if place else "one of the arguments"
+    return TypeError("%s is given where a number is wanted" % value)
 
 
 def call(name: str, *arguments: Any, watch: Watch | None = None) -> None:
     """Calls bccsplat_NAME; raises Error, or what the host's own callback `watch` raised meanwhile."""
-    status = getattr(native, "bccsplat_" + name)(*arguments)
+    function = getattr(native, "bccsplat_" + name)
+    for argument, kind in zip(arguments, function.argtypes):
+        if isinstance(argument, Closed):
+            raise ValueError("a %s that was closed cannot be used any more: open or make it anew" % argument.kind)
+        if kind in _UNSIGNED and isinstance(argument, int) and argument < 0:
+            raise ValueError("%d is given where a number from 0 on is wanted" % argument)
+    try:
+        status = function(*arguments)
+    except ctypes.ArgumentError as wrong:
+        raise refused(wrong, arguments) from None
     if watch is not None and watch.error is not None:
         error, watch.error = watch.error, None
         raise error
@@ -110,11 +131,20 @@ def choose(kind: str, value: int | str | None) -> int:
 
 
 def encode(text: str | None) -> bytes | None:
+    """A text as the library takes it; TypeError of what is none."""
+    if text is not None and not isinstance(text, str):
+        raise TypeError("%r is given where a text is wanted" % (text,))
     return None if text is None else text.encode()
 
 
 def decode(text: bytes | None) -> str:
     return "" if text is None else text.decode()
+
+
+class Closed(c_void_p):
+    """The pointer of a handle that was closed: NULL, and what it was of."""
+
+    kind = ""
 
 
 class Handle:
@@ -124,14 +154,16 @@ class Handle:
     _kind = ""
 
     def __init__(self) -> None:
-        self.pointer, self._process = c_void_p(), os.getpid()
+        self.pointer: c_void_p = c_void_p()
+        self._process = os.getpid()
 
     def _create(self, function: str, *arguments: Any, watch: Watch | None = None) -> None:
         call(function, *arguments, byref(self.pointer), watch=watch)
 
     def close(self) -> None:
         """Gives the reference back now; the object cannot be used through this handle any more."""
-        pointer, self.pointer = self.pointer, c_void_p()
+        pointer, self.pointer = self.pointer, Closed()
+        self.pointer.kind = self._kind
         if self._process == os.getpid():  # a forked child has none of the parent's threads to end
             getattr(native, "bccsplat_%s_release" % self._kind)(pointer)
 

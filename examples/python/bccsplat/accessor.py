@@ -96,6 +96,7 @@ class Bcc4Accessor:
         """
         if unknown := set(places) - set(engine.DIMENSIONS):
             raise ValueError("a volume has the coordinates time, z, y and x, not %s" % ", ".join(sorted(unknown)))
+        self._channels()
         wanted = {name: self._wanted(name, places.get(name)) for name in engine.DIMENSIONS}
         if all(at.dims in ((), (name,)) for name, at in wanted.items()):
             return self._grid(wanted)

@@ -17,9 +17,38 @@ def floats_of(out: Array | None, shape: tuple[int, ...]) -> Array:
     return out
 
 
+def bytes_of(source: Any) -> Array:
+    """The bytes that an object of Python lends, uint8; TypeError of what has none."""
+    try:
+        return np.frombuffer(source, np.uint8)
+    except TypeError:
+        raise TypeError("a file is a path, its bytes, or (size, read_at), not %r" % (source,)) from None
+
+
 def points_of(points: Any, coordinates: int) -> Array:
     """Points [..., coordinates] as doubles; ValueError of another shape."""
-    at = np.ascontiguousarray(points, np.float64)
+    at = np.ascontiguousarray(numbers_of(points, "points"))
     if at.ndim == 0 or at.shape[-1] != coordinates:
         raise ValueError("points must have shape [..., %d], not %r" % (coordinates, at.shape))
     return at
+
+
+def numbers_of(values: Any, what: str, shape: tuple[int, ...] | None = None) -> Array:
+    """Values as doubles, of a shape if one is given, to which a single number is spread; ValueError that says `what` they
+    are where that cannot be."""
+    try:
+        found = np.asarray(values, np.float64)
+        return found if shape is None else np.broadcast_to(found, shape)
+    except (TypeError, ValueError):
+        raise ValueError("%s must be numbers%s, not %r" %
+                         (what, "" if shape is None else " of shape %r" % (shape,), values)) from None
+
+
+def corners_of(box: Any) -> Array | None:
+    """The six numbers of a box ((x0, y0, z0), (x1, y1, z1)); None for none."""
+    if box is None:
+        return None
+    found = np.ascontiguousarray(numbers_of(box, "box"))
+    if found.size != 6:
+        raise ValueError("box must be two corners ((x0, y0, z0), (x1, y1, z1)) in index units, not %r" % (box,))
+    return found.reshape(6)

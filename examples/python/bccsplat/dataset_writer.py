@@ -11,7 +11,7 @@ from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
 
-from .arrays import Array
+from .arrays import Array, numbers_of
 from .files import add_frames, save
 from .part_task import PartTask, join_task
 from .shared import Path, default_device
@@ -114,12 +114,18 @@ class DatasetWriter:
         if psnr is not None:
             self._write_bounded(path, psnr, overwrite)
             return
-        count = self._part_count() if parts is None else parts
+        count = self._part_count() if parts is None else self._checked_parts(parts)
         if count > 1:
             self._write_parts(os.path.abspath(os.fspath(path)), count, resume)
             return
         with self.plan.writer(path, overwrite=overwrite) as writer:
             add_frames(writer, self.series, self.plan.times, range(self.plan.dims[3]))
+
+    def _checked_parts(self, parts: int) -> int:
+        """The number of parts that was asked for, if the series has that many."""
+        if not isinstance(parts, int) or not 1 <= parts <= self.plan.dims[3]:
+            raise ValueError("parts must be 1 to %d, the number of frames, not %r" % (self.plan.dims[3], parts))
+        return parts
 
     def _series(self, variable: Any) -> LazySeries:
         there = variable.transpose(*self.names)
@@ -189,6 +195,8 @@ class DatasetWriter:
 
     def _write_parts(self, path: str, count: int, resume: bool) -> None:
         dask = import_module("dask")
+        if not os.path.isdir(os.path.dirname(path)):
+            raise FileNotFoundError("%s: there is no folder of that name to write into" % os.path.dirname(path))
         frames = self.plan.dims[3]
         bounds = [round(frames * n / count) for n in range(count + 1)]
         token = dask.base.tokenize([getattr(series.data, "name", None) for series in self.series], self.plan.dims,
@@ -207,7 +215,7 @@ class DatasetWriter:
 
 def even_spacing(name: str, values: Any) -> tuple[float, float]:
     """The distance and the first of evenly spaced coordinates, which may fall; ValueError of others."""
-    at = np.asarray(values, np.float64)
+    at = numbers_of(values, "the coordinate " + name)
     if len(at) == 1:
         return 1.0, float(at[0])
     step = float(at[-1] - at[0]) / (len(at) - 1)

@@ -77,6 +77,8 @@ class Child(Handle):
 
     def __init__(self, device: Device) -> None:
         super().__init__()
+        if not isinstance(device, Device):
+            raise TypeError("device must be a bccsplat.Device, not %r" % (device,))
         self.device = device
 
 

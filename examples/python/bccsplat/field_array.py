@@ -36,6 +36,20 @@ def full_key(key: Any, dimensions: int) -> tuple[Any, ...]:
     return (*entries[:at], *rest, *entries[at + len(where):])
 
 
+def check_moments(t: Any) -> None:
+    """IndexError of what is no frame, moment, slice or list of these."""
+    if isinstance(t, slice):
+        if any(isinstance(end, (float, np.floating)) for end in (t.start, t.stop, t.step)):
+            raise IndexError("a slice of frames has whole numbers, not %r: list moments between them, such as "
+                             "volume[numpy.arange(1.5, 3, 0.5)]" % (t,))
+        return
+    if isinstance(t, (str, bytes)):
+        raise IndexError("%r is no frame: a channel by its name is volume.field(%r)" % (t, t))
+    moments = np.asarray(t)
+    if moments.dtype.kind not in "iufb" or not np.isfinite(moments).all():
+        raise IndexError("%r is no frame: give a number, a slice, or a list of numbers" % (t,))
+
+
 class GridAxis:
     """An equally spaced axis that holds the wanted positions, and which of its samples they are."""
 
@@ -113,7 +127,11 @@ class FieldArray:
         for name, axis, entry in zip(AXES, self.axes, full_key(key, self.ndim)):
             if isinstance(entry, (int, np.integer)) and not -len(axis) <= entry < len(axis):
                 raise IndexError("index %d is out of bounds for axis %s of %d" % (entry, name, len(axis)))
-            chosen.append(axis[np.asarray(entry) if isinstance(entry, list) else entry])
+            try:
+                chosen.append(axis[np.asarray(entry) if isinstance(entry, list) else entry])
+            except (IndexError, TypeError):
+                raise IndexError("axis %s of %d is indexed by whole numbers, slices and lists of these, not by %r; between "
+                                 "samples, evaluate takes points" % (name, len(axis), entry)) from None
         return FieldArray(self.source, chosen, self.channel, self.level)
 
     def __getitem__(self, key: Any) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress
-from .arrays import Array
+from .arrays import Array, numbers_of
 from .bounded import save_bounded
 from .device import Device
 from .shared import Path, default_device
@@ -36,7 +36,7 @@ def frame_times(count: int, dt: float, start: float, times: Any) -> list[float]:
     """The time of every frame: `times`, or from `start` on every `dt`."""
     if times is None:
         return [start + n * dt for n in range(count)]
-    given = [float(time) for time in np.asarray(times, np.float64).reshape(-1)]
+    given = [float(time) for time in numbers_of(times, "times").reshape(-1)]
     if len(given) != count:
         raise ValueError("times must be those of all %d frames, not %d" % (count, len(given)))
     return given
@@ -44,9 +44,18 @@ def frame_times(count: int, dt: float, start: float, times: Any) -> list[float]:
 
 def placed(spacing: Any, origin: Any) -> Array:
     """The affine [4, 4] of samples a distance apart along x, y, z (a number: the same along all), the first at `origin`."""
-    affine = np.diag([*np.broadcast_to(np.asarray(spacing, np.float64), 3), 1.0])
-    affine[:3, 3] = np.broadcast_to(np.asarray(origin, np.float64), 3)
+    affine = np.diag([*numbers_of(spacing, "spacing", (3,)), 1.0])
+    affine[:3, 3] = numbers_of(origin, "origin", (3,))
     return affine
+
+
+def affine_of(affine: Any) -> Array:
+    """A caller's affine as [4, 4]."""
+    found = numbers_of(affine, "affine")
+    if found.size != 16:
+        raise ValueError("affine must be [4, 4], from (x, y, z, 1) of samples to the world, not of shape %r" %
+                         (found.shape,))
+    return found.reshape(4, 4)
 
 
 def as_series(array: Any) -> Any:
@@ -85,13 +94,17 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     """
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
         {name: as_series(array)}
+    if not channels:
+        raise ValueError("there is nothing to save: the mapping has no channel")
     if len({tuple(series.shape) for series in channels.values()}) != 1:
         raise ValueError("channels have different shapes: %s" %
                          ", ".join("%s %r" % (key, tuple(series.shape)) for key, series in channels.items()))
     nt, nz, ny, nx = next(iter(channels.values())).shape
     when = frame_times(nt, dt, start, times)
-    place = placed(spacing, origin) if affine is None else np.asarray(affine, np.float64).reshape(4, 4)
+    place = placed(spacing, origin) if affine is None else affine_of(affine)
     if psnr is not None:
+        if not isinstance(psnr, (int, float)):
+            raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
         if len(channels) != 1 or air or air_threshold or abs_error or options:
             raise NotImplementedError("psnr= goes through the tool, which here takes one channel and no other option of "
                                       "coding: leave these out, or give abs_error= instead")

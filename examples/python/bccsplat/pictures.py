@@ -9,7 +9,7 @@ import numpy as np
 from . import _abi
 from .arrays import Array
 from .field_array import FieldArray
-from .render import Frame, RenderOptions, Renderer, TransferFunction, fit_camera
+from .render import Frame, RenderOptions, Renderer, TransferFunction, background_of, fit_camera
 from .slices import Slice
 from .volume import Volume
 
@@ -23,7 +23,7 @@ class Picture:
     """
 
     def __init__(self, frame: Frame, background: Sequence[float] | None = None) -> None:
-        self.frame, self.background = frame, background
+        self.frame, self.background = frame, background_of(background)
 
     @property
     def pixels(self) -> Array:
@@ -38,6 +38,9 @@ class Picture:
 
     def save(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = True) -> None:
         """Writes it as PNG, over the background it was made with."""
+        if not os.fspath(path).lower().endswith(".png"):
+            raise ValueError("pictures are written as PNG: %r must end in .png; other programs take `pixels`" %
+                             os.fspath(path))
         self.frame.save_png(path, overwrite=overwrite, background=self.background)
 
 
@@ -50,6 +53,8 @@ def draw(cut: Slice, width: int = 512, height: int = 512, *, transfer_function: 
     transfer_function: None, that of `look` ("ct-bone" ...), or of the file's histogram. background: linear RGB, or None
     for a transparent picture. options: those of RenderOptions, such as mode="maximum" or quality="draft".
     """
+    if not (width >= 1 and height >= 1):
+        raise ValueError("a picture has a width and a height of 1 and more pixels, not %r x %r" % (width, height))
     renderer = Renderer(cut.device)
     renderer.set_slice(cut)
     if transfer_function is None and look is not None:
@@ -77,6 +82,9 @@ class Plane:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.values, dtype)
 
+    def __repr__(self) -> str:
+        return "<bccsplat.Plane [%s, %s] = %r: %s>" % (*self.axes[::-1], self.values.shape, self.title)
+
     @property
     def extent(self) -> tuple[float, float, float, float]:
         """As matplotlib's imshow takes it with origin="lower"."""
@@ -102,9 +110,13 @@ class Plane:
 def plane_of(volume: Volume, frame: float, channel: int = 0, level: int = 0, **place: float) -> Plane:
     """The plane x, y or z = a number of samples (which may lie between two) at a frame number; see Volume.plane."""
     if len(place) != 1 or not set(place) <= set(_PLANES):
-        raise ValueError("give one of x, y and z")
+        raise ValueError("a plane is at one of x, y and z, in samples, such as volume.plane(z=12.5); given: %s" %
+                         (", ".join(sorted(place)) or "none"))
     (name, index), = place.items()
     dropped, axes = _PLANES[name]
+    last = volume.shape[1 + dropped] - 1
+    if not 0 <= index <= last:
+        raise ValueError("the plane %s = %g lies outside the samples, 0 to %d" % (name, index, last))
     field = FieldArray.whole(volume, channel, level)
     positions = [np.array([frame]), *field.axes[1:]]
     positions[1 + dropped] = np.array([index], np.float64)

@@ -10,13 +10,26 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress, Watch, call, choose
+from .arrays import Array, numbers_of
 from .cancel import CancelToken, token_of
 from .device import Child, Device, pointer_of
 from .slices import Slice
 from .streams import WriteAt, write_stream
 
-Array = np.ndarray[Any, np.dtype[Any]]
 Tile = Callable[[int, int, int, int], "bool | None"]
+
+
+def rows_of(points: Any, what: str, columns: str) -> Array:
+    """Points of a transfer function as doubles [n, columns]; ValueError of another shape."""
+    found, width = np.ascontiguousarray(numbers_of(points, what)), columns.count(",") + 1
+    if found.ndim != 2 or found.shape[1] != width:
+        raise ValueError("%s must be rows (%s), not of shape %r" % (what, columns, found.shape))
+    return found
+
+
+def background_of(background: Any) -> list[float] | None:
+    """Linear red, green and blue of a background; None for none; ValueError of what is neither."""
+    return None if background is None else numbers_of(background, "background, linear red, green and blue,", (3,)).tolist()
 
 
 class TransferFunction:
@@ -27,8 +40,8 @@ class TransferFunction:
     """
 
     def __init__(self, colors: Any, opacities: Any, unit_distance: float = 0.0) -> None:
-        self.colors = np.ascontiguousarray(colors, np.float64).reshape(-1, 4)
-        self.opacities = np.ascontiguousarray(opacities, np.float64).reshape(-1, 2)
+        self.colors = rows_of(colors, "colors", "value, red, green, blue")
+        self.opacities = rows_of(opacities, "opacities", "value, opacity")
         self.unit_distance = unit_distance
 
     @classmethod
@@ -158,8 +171,8 @@ class Frame(Child):
     def _image_options(self, overwrite: bool, background: Sequence[float] | None,
                        **more: Any) -> _abi.ImageOptions:
         options = _abi.ImageOptions(overwrite=overwrite, use_background=background is not None, **more)
-        if background is not None:
-            options.background[:] = [*background]
+        if (color := background_of(background)) is not None:
+            options.background[:] = [*color]
         return options
 
     def save_png(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False,
@@ -401,6 +414,8 @@ class Renderer(Child):
 
     def set_transfer_function(self, function: TransferFunction | None) -> None:
         """Colours and opacities; None: by the histogram of the file."""
+        if function is not None and not isinstance(function, TransferFunction):
+            raise TypeError("a TransferFunction is wanted, not %r" % (function,))
         struct = None if function is None else function.struct()
         call("renderer_set_transfer_function", self.pointer, None if struct is None else byref(struct))
 

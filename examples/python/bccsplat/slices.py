@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Sequence
 import numpy as np
 
 from . import _abi
-from ._library import Progress, Watch, call, choose, encode
-from .arrays import Array, floats_of, points_of
+from ._library import Closed, Progress, Watch, call, choose, encode
+from .arrays import Array, corners_of, floats_of, points_of
 from .cancel import CancelToken, token_of
 from .device import Child
 
@@ -31,23 +31,29 @@ class Slice(Child):
     def _repr_png_(self) -> bytes:
         return self.show(256, 256)._repr_png_()
 
-    def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int = 0,
+    def __repr__(self) -> str:
+        if isinstance(self.pointer, Closed):
+            return "<bccsplat.Slice, closed>"
+        return "<bccsplat.Slice [w, v, u] = %r>" % (tuple(self.info().dims[::-1]),)
+
+    def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int | str = 0,
                  kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,
                  time_length: float = 0.0, box: Any = None, space: str | None = None, progress: Progress | None = None,
                  cancel: CancelToken | None = None, **options: Any) -> None:
-        """box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it. space: "index" or "even",
-        which pictures of volumes with unevenly spaced axes are made of. cancel: of making it and of what takes long
-        with it."""
+        """channel: number or name. box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it.
+        space: "index" or "even", which pictures of volumes with unevenly spaced axes are made of. cancel: of
+        making it and of what takes long with it."""
         super().__init__(volume.device)
         self.volume = volume
-        o, _box = self._options(channel, kernel, interval, spacing, time_length, box, space, cancel, options)
+        number = volume.channel_number(channel)
+        o, _box = self._options(number, kernel, interval, spacing, time_length, box, space, cancel, options)
         self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
 
     @staticmethod
     def _options(channel: int, kernel: str | None, interval: tuple[float, float], spacing: float, time_length: float,
                  box: Any, space: str | None, cancel: CancelToken | None,
                  options: dict[str, Any]) -> tuple[_abi.SliceOptions, Any]:
-        corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
+        corners = corners_of(box)
         o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
                               box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
                               space=choose("SPACE", space), **options)
@@ -65,7 +71,7 @@ class Slice(Child):
         return cls(volume, 0, 0, 0, 1, -frame, **options)
 
     @classmethod
-    def at_time(cls, volume: Volume, time: float, *, channel: int = 0, kernel: str | None = None,
+    def at_time(cls, volume: Volume, time: float, *, channel: int | str = 0, kernel: str | None = None,
                 interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0, time_length: float = 0.0,
                 box: Any = None, space: str | None = None, progress: Progress | None = None,
                 cancel: CancelToken | None = None, **options: Any) -> Slice:
@@ -73,14 +79,15 @@ class Slice(Child):
         cut = cls.__new__(cls)
         Child.__init__(cut, volume.device)
         cut.volume = volume
-        o, _box = cls._options(channel, kernel, interval, spacing, time_length, box, space, cancel, options)
+        number = volume.channel_number(channel)
+        o, _box = cls._options(number, kernel, interval, spacing, time_length, box, space, cancel, options)
         watch = Watch(progress)
         o.progress = watch.function
         cut._create("volume_slice_at", volume.pointer, time, byref(o), watch=watch)
         return cut
 
     @classmethod
-    def along(cls, volume: Volume, point: Any, basis: Any, *, channel: int = 0, kernel: str | None = None,
+    def along(cls, volume: Volume, point: Any, basis: Any, *, channel: int | str = 0, kernel: str | None = None,
               progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> Slice:
         """With an origin (x, y, z, t) and three directions [3, 4] of slice space in index space."""
         cut = cls.__new__(cls)
@@ -88,7 +95,8 @@ class Slice(Child):
         cut.volume = volume
         at = np.ascontiguousarray(point, np.float64).reshape(4)
         axes = np.ascontiguousarray(basis, np.float64).reshape(3, 4)
-        cut._cut(None, _abi.SliceOptions(channel=channel, kernel=encode(kernel), point=at.ctypes.data,
+        number = volume.channel_number(channel)
+        cut._cut(None, _abi.SliceOptions(channel=number, kernel=encode(kernel), point=at.ctypes.data,
                                          basis=axes.ctypes.data, cancel_token=token_of(cancel), **options), progress)
         return cut
 
@@ -153,7 +161,7 @@ class Slice(Child):
 
     def view_needs(self, view: Any, width: int, height: int, clips: Any = None, *, mode: int | str | None = None,
                    quality: int | str | None = None) -> _abi.PictureNeeds:
-        """The same of a View (None: the default one) and of an array of Clip structs."""
+        """What a picture by a View (None: the default one) needs: see picture_needs. clips: an array of Clip structs."""
         needs = _abi.PictureNeeds()
         options = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality))
         call("slice_get_view_needs", self.pointer, None if view is None else byref(view.struct), clips,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Sequence, Union
 import numpy as np
 
 from . import _abi
-from ._library import Error, Progress, Watch, call, choose, decode, encode
-from .arrays import Array, floats_of, points_of
+from ._library import Closed, Error, Progress, Watch, call, choose, decode, encode
+from .arrays import Array, bytes_of, corners_of, floats_of, points_of
 from .cancel import CancelToken, token_of
 from .device import Child, Device
 from .slices import Slice
@@ -40,7 +40,7 @@ class Volume(Child):
         elif isinstance(source, (str, os.PathLike)):
             self._create("volume_open_file", device.pointer, os.fsencode(source), byref(o))
         else:
-            self._source = np.frombuffer(source, np.uint8)
+            self._source = bytes_of(source)
             self._create("volume_open_memory", device.pointer, self._source.ctypes.data, self._source.size, byref(o))
 
     @property
@@ -63,14 +63,15 @@ class Volume(Child):
         """A channel, by number or name, as an array [t, z, y, x] of float32 that is read where it is indexed. level: 0, or
         a coarser one of every 2**level-th sample along x, y and z."""
         from .field_array import FieldArray
-        return FieldArray.whole(self, self.find_channel(channel) if isinstance(channel, str) else channel, level)
+        return FieldArray.whole(self, self.channel_number(channel), level)
 
     def __getitem__(self, key: Any) -> Array:
         """Values of channel 0, float32. As a numpy array [t, z, y, x] is indexed; for t also numbers between frames, or a
         list of them. No more is read than what lies around the samples that are asked for."""
-        from .field_array import FieldArray, full_key
+        from .field_array import FieldArray, check_moments, full_key
         t, *space = full_key(key, 4)
         field = self.field()
+        check_moments(t)
         if isinstance(t, (int, np.integer)) and not -len(self) <= t < len(self):
             raise IndexError("frame %d is out of bounds for %d frames" % (t, len(self)))
         if isinstance(t, (int, np.integer, slice)) or np.asarray(t).dtype == np.bool_:
@@ -92,16 +93,17 @@ class Volume(Child):
         return np.asarray(type(field)(self, moment, field.channel, level).read()[0])
 
     def show(self, time: float | None = None, *, frame: float | None = None, width: int = 512, height: int = 512,
-             channel: int = 0, **options: Any) -> Picture:
+             channel: int | str = 0, **options: Any) -> Picture:
         """A picture of a moment, by its time in the file's unit or its frame number (neither: the middle of the series),
         which a notebook shows. options: those of draw: look, transfer_function, rotate_x, mode, background ..."""
         from .pictures import draw
         if time is None and frame is None:
             frame = (self.shape[0] - 1) / 2
-        cut = self.slice(time=time, frame=frame, channel=channel, space="even")
-        return draw(cut, width, height, channel=channel, **options)
+        number = self.channel_number(channel)
+        cut = self.slice(time=time, frame=frame, channel=number, space="even")
+        return draw(cut, width, height, channel=number, **options)
 
-    def plane(self, time: float | None = None, *, frame: float | None = None, channel: int = 0, level: int = 0,
+    def plane(self, time: float | None = None, *, frame: float | None = None, channel: int | str = 0, level: int = 0,
               **place: float) -> Plane:
         """The samples of a plane with their coordinates, such as z=12.5 (in samples), at a time or a frame number (neither:
         the middle of the series). Its `imshow` draws it with matplotlib."""
@@ -110,9 +112,12 @@ class Volume(Child):
             raise ValueError("give one of time and frame")
         if time is not None:
             frame = self.time_to_index(time)
-        return plane_of(self, (self.shape[0] - 1) / 2 if frame is None else frame, channel, level, **place)
+        moment = (self.shape[0] - 1) / 2 if frame is None else frame
+        return plane_of(self, moment, self.channel_number(channel), level, **place)
 
     def __repr__(self) -> str:
+        if isinstance(self.pointer, Closed):
+            return "<bccsplat.Volume, closed>"
         return "<bccsplat.Volume [t, z, y, x] = %r>" % (self.shape,)
 
     def _repr_png_(self) -> bytes:
@@ -170,6 +175,10 @@ class Volume(Child):
         side = ctypes.c_int32()
         call("volume_get_side", self.pointer, byref(side))
         return side.value
+
+    def channel_number(self, channel: int | str) -> int:
+        """The number of a channel given by number or name."""
+        return self.find_channel(channel) if isinstance(channel, str) else channel
 
     def find_channel(self, name: str) -> int:
         """The number of the channel of that name; Error NOT_FOUND."""
@@ -231,29 +240,30 @@ class Volume(Child):
         call("volume_find_attribute", self.pointer, encode(key), byref(value))
         return decode(value.value)
 
-    def evaluate(self, points: Any, channel: int = 0, out: Array | None = None) -> Array:
+    def evaluate(self, points: Any, channel: int | str = 0, out: Array | None = None) -> Array:
         """Values at points [..., 4] of index space (x, y, z, t). Outside the domain or in a hole: Error, and NaN in
         `out`."""
         at = points_of(points, 4)
         values = floats_of(out, at.shape[:-1])
-        call("volume_evaluate_channel", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data, None)
+        call("volume_evaluate_channel", self.pointer, self.channel_number(channel), values.size, at.ctypes.data,
+             values.ctypes.data, None)
         return values
 
-    def evaluate_with_gradients(self, points: Any, channel: int = 0) -> tuple[Array, Array]:
+    def evaluate_with_gradients(self, points: Any, channel: int | str = 0) -> tuple[Array, Array]:
         """Values, and their slopes [..., 4] along x, y, z, t per index unit."""
         at = points_of(points, 4)
         values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
-        call("volume_evaluate_channel", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data,
-             slopes.ctypes.data)
+        call("volume_evaluate_channel", self.pointer, self.channel_number(channel), values.size, at.ctypes.data,
+             values.ctypes.data, slopes.ctypes.data)
         return values, slopes
 
-    def evaluate_world(self, points: Any, channel: int = 0) -> tuple[Array, Array]:
+    def evaluate_world(self, points: Any, channel: int | str = 0) -> tuple[Array, Array]:
         """Values, and their slopes, at points [..., 4] of the world: x, y, z in the unit of space, and time. Slopes are
         per unit of space and time. Outside the domain and in holes both are NaN."""
         at = points_of(points, 4)
         values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
-        call("volume_evaluate_world", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data,
-             slopes.ctypes.data, byref(c_uint64()))
+        call("volume_evaluate_world", self.pointer, self.channel_number(channel), values.size, at.ctypes.data,
+             values.ctypes.data, slopes.ctypes.data, byref(c_uint64()))
         return values, slopes
 
     def axis(self, axis: int) -> tuple[Array, str, bool]:
@@ -321,7 +331,7 @@ class Volume(Child):
         if (frame is None) == (plane is None):
             raise ValueError("give one of frame and plane")
         a, b, c, d, e = (0, 0, 0, 1, -frame) if frame is not None else plane or ()
-        corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
+        corners = corners_of(box)
         o = _abi.SliceOptions(kernel=encode(kernel), box=None if corners is None else corners.ctypes.data, **options)
         o.interval[:] = [*interval]
         arguments = (self.pointer, byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), byref(o),
@@ -341,5 +351,7 @@ class Volume(Child):
             return Slice.at_time(self, time, **options)
         if frame is not None:
             plane = (0, 0, 0, 1, -frame)
-        assert plane is not None
+        if plane is None or len(plane) != 5:
+            raise ValueError("plane must be the five numbers (a, b, c, d, e) of a x + b y + c z + d t + e = 0, not %r" %
+                             (plane,))
         return Slice(self, *plane, **options)

@@ -11,11 +11,11 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress, Watch, call, choose, encode
+from .arrays import Array
 from .cancel import CancelToken, token_of
 from .device import Child, Device
 from .streams import Flush, Source, WriteAt, read_stream, write_stream
 
-Array = np.ndarray[Any, np.dtype[Any]]
 # points [n, 4] -> n values
 Field = Callable[[Array], Array]
 
@@ -82,6 +82,9 @@ class Writer(Child):
                                time_unit=encode(time_unit), time_scale=time_scale,
                                recommended_kernel=encode(kernel), ends=choose("ENDS", ends),
                                progress=self._watch.function, cancel_token=token_of(cancel), **options)
+        if len(dims) not in (3, 4):
+            raise ValueError("dims are the samples along x, y, z and the number of frames, not %r" % (tuple(dims),))
+        self._shape = tuple(dims[2::-1])
         o.dims[:] = [*dims, *[0] * (4 - len(dims))]
         if isinstance(scale, (int, float)):
             o.scale = scale
@@ -114,9 +117,16 @@ class Writer(Child):
         """The next frame: an array indexed [z, y, x] of any strides, or boxes ((x, y, z) of the first sample, array);
         what no box covers is air. No copy is made."""
         whole = isinstance(frame, np.ndarray)
+        if isinstance(frame, np.ndarray) and frame.shape != self._shape:
+            raise ValueError("a frame is an array [z, y, x] of shape %r, not %r: a part of one is a box ((x, y, z), array)" %
+                             (self._shape, frame.shape))
         parts: list[Any] = [((0, 0, 0), frame)] if whole else [*frame]
         boxes, kept = (_abi.Box * max(len(parts), 1))(), []
-        for box, (begin, data) in zip(boxes, parts):
+        for box, part in zip(boxes, parts):
+            if len(part) != 2 or not isinstance(part[1], np.ndarray):
+                raise ValueError("a frame is a numpy array [z, y, x], or boxes ((x, y, z), array): numpy.asarray makes an "
+                                 "array of lists")
+            begin, data = part
             if data.ndim != 3 or data.dtype.str[1:] not in _TYPES:
                 raise ValueError("a box is an array [z, y, x] of numbers of 1 to 8 bytes, not %r" % (data.dtype,))
             if not data.dtype.isnative or data.strides == (0, 0, 0):  # all strides 0 would mean packed
