@@ -5,11 +5,12 @@
 build_packages=(build-essential cmake ninja-build pkg-config zlib1g-dev libdeflate-dev libhwy-dev libpng-dev
   libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-dev libnetcdf-dev libtiff-dev libcli11-dev nlohmann-json3-dev
   libpugixml-dev libstb-dev fonts-dejavu-core libepoxy-dev libegl-dev)
-# Python's tests of matplotlib are skipped where that is not installed; numpy, xarray, dask and zarr are small.
+# Python's tests of matplotlib are skipped where that is not installed; the others are small.
 test_packages=(libgtest-dev libbenchmark-dev libzfp-dev python3 gnuplot-nox python3-numpy mypy
   python3-venv python3-xarray python3-dask python3-distributed python3-zarr patchelf
   locales abigail-tools dpkg-dev lintian doxygen libsdl2-dev libimgui-dev xvfb xauth xdotool python3-vtk9 tesseract-ocr
-  ffmpeg python3-nibabel python3-netcdf4 python3-tifffile libegl1 libgl1-mesa-dri libopengl0)
+  ffmpeg python3-nibabel python3-netcdf4 python3-tifffile jupyter-nbconvert python3-ipykernel libegl1 libgl1-mesa-dri
+  libopengl0)
 
 # install_missing PACKAGE...: asks apt for those that are not installed; as root or through sudo.
 install_missing() {

@@ -3,6 +3,8 @@ written at once and by parts. Skips, loudly, what needs dask or distributed wher
 import os
 import pickle
 import signal
+import subprocess
+import sys
 import time
 import unittest
 
@@ -76,6 +78,17 @@ class Reading(unittest.TestCase):
         np.testing.assert_allclose(corner, frame[:8, :8, :8], atol=2e-6)
         bytes_of("again", ds.value.isel(time=2).load)
         self.assertEqual(read["again"], 0)
+
+    def test_memory_of_what_was_read(self):
+        bccsplat.save(path("cached.bcc4"), waves(6, 96, 96, 96))
+        held = {}
+        for size in (1 << 20, 1 << 30):
+            before = bccsplat.default_device().info().memory_used
+            ds = open_file("cached.bcc4", cache_bytes=size)
+            ds.value.load()
+            held[size] = bccsplat.default_device().info().memory_used - before
+            del ds
+        self.assertGreater(held[1 << 30], 4 * max(held[1 << 20], 1 << 20))
 
     def test_levels(self):
         ds = open_file("s.bcc4", level=1)
@@ -332,6 +345,18 @@ class Dask(unittest.TestCase):
                 after = len(file.readlines())
         self.assert_whole("r.bcc4")
         self.assertLess(after - before, before)
+
+    @unittest.skipIf(*without("distributed"))
+    def test_larger_than_memory_as_it_is_measured(self):
+        script = os.path.join(support.TOP, "tests", "bench", "python_cluster.py")
+        done = subprocess.run([sys.executable, "-B", script, path("cluster"), "--gib", "0.03", "--size", "24", "--workers", "2",
+                               "--limit", "1"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        cells = [cell.strip() for cell in done.stdout.split("|")[1:-1]]
+        made, there = map(int, cells[4].split(" of "))
+        self.assertEqual((cells[0], there), ("0.03 GiB, 24^3 x 584", 73))
+        self.assertTrue(there <= made < 1.3 * there, made)  # parts share frames at their ends
+        self.assertTrue(50 < float(cells[3]) <= float(cells[6]) < 1024, cells)
 
     @unittest.skipIf(*without("distributed"))
     def test_a_killed_worker_costs_its_part(self):

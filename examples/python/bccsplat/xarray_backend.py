@@ -147,14 +147,18 @@ class BccsplatBackend(backends.BackendEntrypoint):  # type: ignore[misc]
     """What xarray.open_dataset(..., engine="bccsplat") calls."""
 
     description = "Open .bcc4 files (bccsplat)"
-    open_dataset_parameters = ("filename_or_obj", "drop_variables", "level", "kernel", "decode_times", "use_cftime")
+    open_dataset_parameters = ("filename_or_obj", "drop_variables", "level", "kernel", "decode_times", "use_cftime",
+                               "cache_bytes")
 
     def open_dataset(self, filename_or_obj: Any, *, drop_variables: Any = None, level: int = 0,
-                     kernel: str | None = None, decode_times: bool = True, use_cftime: bool | None = None) -> Any:
+                     kernel: str | None = None, decode_times: bool = True, use_cftime: bool | None = None,
+                     cache_bytes: int = 0) -> Any:
         """Dataset with a variable (time, z, y, x), float32, for each channel. level: a coarser one, of every 2**level-th
-        sample. kernel: of reconstruction, None for the file's. decode_times: dates where the file knows them."""
+        sample. kernel: of reconstruction, None for the file's. decode_times: dates where the file knows them. cache_bytes:
+        of memory for what was read, in each process; 0: what playing forward needs, which is much for a small worker."""
         drop = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
-        file = SharedFile(filename_or_obj, **({} if kernel is None else {"kernel": kernel}))
+        options = {"kernel": kernel, "cache_bytes": cache_bytes}
+        file = SharedFile(filename_or_obj, **{key: value for key, value in options.items() if value})
         dataset = decoded(make_dataset(file, level, drop), decode_times, use_cftime)
         dataset.encoding["source"] = file.path
         return dataset
