@@ -24,6 +24,7 @@ NEWEST = {"GLIBC": (2, 36), "GLIBCXX": (3, 4, 30), "CXXABI": (1, 3, 13), "GCC": 
 # Packages of which code or data are in the binaries without a shared library.
 COMPILED_IN = ["libhwy-dev", "libcli11-dev", "nlohmann-json3-dev", "libstb-dev", "fonts-dejavu-core"]
 ENTRY_POINTS = "[console_scripts]\nbcc4 = bccsplat.tool:main\n\n"
+COMMON = "/usr/share/common-licenses"
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -92,6 +93,15 @@ def bundle(tree):
     return sorted(packages)
 
 
+def common_licences(folder):
+    """Names of the licences that the files of a folder do not quote but say where Debian has them."""
+    names = set()
+    for name in os.listdir(folder):
+        with open(os.path.join(folder, name), encoding="utf-8") as file:
+            names |= set(re.findall(COMMON + r"/([\w.-]*\w)", file.read()))
+    return names
+
+
 def licences(packages, own, folder):
     os.makedirs(folder)
     shutil.copyfile(own, os.path.join(folder, "LICENSE"))
@@ -101,6 +111,8 @@ def licences(packages, own, folder):
             sys.exit("assemble_wheel.py: %s is missing, which says how %s may be passed on: install the package with its "
                      "documentation" % (source, package))
         shutil.copyfile(source, os.path.join(folder, package + ".copyright"))
+    for name in sorted(common_licences(folder)):
+        shutil.copyfile(os.path.join(COMMON, name), os.path.join(folder, name + ".txt"))
     return sorted(os.listdir(folder))
 
 

@@ -84,6 +84,13 @@ def check_contents(archive, info, folder):
     licences = [name.removeprefix(info + "/licenses/") for name in names if "/licenses/" in name]
     assert sorted(re.findall("License-File: (.*)", metadata)) == sorted(licences)
     assert "LICENSE" in licences and "Root-Is-Purelib: false" in archive.read(info + "/WHEEL").decode()
+    for package in ("libhwy-dev", "libcli11-dev", "nlohmann-json3-dev", "libstb-dev", "fonts-dejavu-core"):  # compiled in
+        assert package + ".copyright" in licences, (package, licences)
+    for licence in licences:
+        text = archive.read(info + "/licenses/" + licence).decode()
+        assert len(text) > 500 and "opyright" in text, licence
+        for name in re.findall(r"/usr/share/common-licenses/([\w.-]*\w)", text):  # is not on other systems
+            assert name + ".txt" in licences, (licence, name)
     archive.extractall(folder)
     binaries = [name for name in names if name.startswith(("bccsplat/lib/", "bccsplat/bin/"))]
     inside = {os.path.basename(name) for name in binaries}
