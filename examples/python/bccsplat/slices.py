@@ -19,7 +19,13 @@ if TYPE_CHECKING:
 
 
 class Slice(Child):
-    """The 3D field on the hyperplane a x + b y + c z + d t + e = 0 of index space."""
+    """The 3D field on the hyperplane a x + b y + c z + d t + e = 0 of index space; volume.slice makes one.
+
+        cut = volume.slice(time=0.48)
+        cut.sample_grid()                        # [z, y, x], as the source has it, or on a grid of yours
+        cut.evaluate([[3.5, 4, 5.25]])           # values at points; with slopes: evaluate_with_gradients
+        cut.show()                               # a picture
+    """
 
     _kind = "slice"
 

@@ -22,8 +22,17 @@ if TYPE_CHECKING:
 
 
 class Volume(Child):
-    """An open .bcc4. `source`: a path, the bytes of a file (borrowed, not copied), or (size, read_at) or
-    (size, read_at, merge_gap), of which read_at returns None for bytes that are not there yet: WouldBlock."""
+    """An open .bcc4, which is an array [t, z, y, x] of float32 that is read where it is indexed; bccsplat.open makes one.
+
+        volume[12.5]                             # [z, y, x] at frame number 12.5; volume.at(0.48): at a time
+        volume[:, 6, 7, 8]                       # the series at a sample; volume.evaluate_world(points): anywhere
+        volume.show(0.48).save("smoke.png")      # a picture, which a notebook shows
+        volume.plane(0.48, z=5.5).imshow()       # a plane with its coordinates, by matplotlib
+        volume.slice(plane=(1, 0, 0, -1, 0))     # the field on any hyperplane of space and time
+
+    source: a path, the bytes of a file (borrowed, not copied), or (size, read_at) or (size, read_at, merge_gap), of which
+    read_at returns None for bytes that are not there yet: WouldBlock.
+    """
 
     _kind = "volume"
 
