@@ -85,7 +85,8 @@ def main():
     target, log = os.path.join(given.folder, "cluster.bcc4"), os.path.join(given.folder, "made.txt")
     open(log, "w", encoding="utf-8").close()
     size, chunks = given.size, int(np.ceil(given.gib * GIB / (4 * CHUNK * given.size**3)))
-    array = da.map_blocks(make, chunks=((CHUNK,) * chunks, (size,), (size,), (size,)), dtype=np.float32, log=log)
+    array = da.map_blocks(make, chunks=((CHUNK,) * chunks, (size,), (size,), (size,)), dtype=np.float32, log=log,
+                          meta=np.empty((0,) * 4, np.float32))
     dataset = xr.Dataset({"f": (("time", "z", "y", "x"), array)}, {"time": .1 * np.arange(CHUNK * chunks)})
     dask.config.set({"distributed.worker.daemon": False, "distributed.comm.timeouts.connect": "60s"})
     killed = []
