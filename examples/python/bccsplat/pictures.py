@@ -9,7 +9,7 @@ import numpy as np
 from . import _abi
 from .arrays import Array
 from .field_array import FieldArray
-from .render import Frame, RenderOptions, Renderer, TransferFunction, background_of, fit_camera
+from .render import Frame, Renderer, TransferFunction, background_of, fit_camera
 from .slices import Slice
 from .volume import Volume
 
