@@ -325,10 +325,10 @@ BCCSPLAT_API bccsplat_status bccsplat_device_get_info(
 
 /* The GPU that a device's pictures may be drawn by, through OpenGL 3.3 or later and EGL, without a
  * window, on a thread of the device's own: whatever OpenGL context a host's threads have stays as
- * it is. It draws pictures of slices on BCC and D4* in every mode, with all planes of a frame,
- * clips, a host's depths and any view. It does not draw trails, deep frames, several instances
- * together, smooth edges of several or transparent surfaces, Cartesian lattices, and slices with
- * corrections or missing data. */
+ * it is. It draws pictures of slices in every mode, with all planes of a frame, clips, a host's
+ * depths and any view, corrections and missing data included. It does not draw trails, deep frames,
+ * several instances together, smooth edges of several or transparent surfaces, and missing data in
+ * oblique slices or along unevenly spaced axes. */
 typedef struct bccsplat_gpu_info {
   uint32_t struct_size;
   /* 1: a rasteriser on the CPU, which AUTO does not take. */

@@ -23,6 +23,34 @@ bool SliceMask::missing(const Vec3& uvw) const {
          std::all_of(others_.begin(), others_.end(), [&](const auto& m) { return m->missing(uvw); });
 }
 
+std::optional<size_t> SliceMask::axis_along(size_t axis) const {
+  std::optional<size_t> along;
+  for (size_t a = 0; a < 4; ++a) {
+    if (basis_[axis][a] == 0) continue;
+    if (along) return std::nullopt;
+    along = a;
+  }
+  return along;
+}
+
+std::optional<SliceMask::Grid> SliceMask::grid() const {
+  Grid grid;
+  std::array<bool, 4> taken{};
+  for (size_t k = 0; k < 3; ++k) {
+    const auto along = axis_along(k);
+    if (!along || taken[*along] || (even_ && *along < 3 && even_->uneven(*along))) return std::nullopt;
+    const bool time = *along == 3;
+    taken[*along] = true;
+    grid.samples[k] = static_cast<int32_t>(time ? static_cast<int64_t>(frames_.size()) : n_[*along]);
+    grid.turning[k] = !time && turning_[*along];
+    grid.scale[k] = basis_[k][*along];
+    grid.offset[k] = origin_[*along] - (time ? static_cast<double>(first_) : 0);
+  }
+  const bool alike = std::all_of(others_.begin(), others_.end(),
+                                 [&](const auto& other) { return other->grid() == std::optional(grid); });
+  return alike ? std::optional(grid) : std::nullopt;
+}
+
 SliceMask SliceMask::from_even(const std::shared_ptr<const UnevenAxes>& axes, const Vec4& origin) const {
   SliceMask mask = *this;
   mask.even_ = axes, mask.origin_ = origin;

@@ -5,10 +5,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "base/vec.h"
 #include "field/masks.h"
+#include "lattice/lattice.h"
 #include "points/uneven_axes.h"
 
 namespace bccsplat {
@@ -26,6 +28,20 @@ class SliceMask {
   [[nodiscard]] bool missing(const Vec3& uvw) const;
   // Returns whether any sample of its frames is.
   [[nodiscard]] bool any() const;
+  // Its samples as those of a grid in slice space: the nearest one along each axis decides.
+  struct Grid {
+    Int3 samples{};
+    AxisFlags turning{};    // behind the last sample comes the first
+    Vec3 scale{}, offset{}; // sample = offset + scale * uvw
+    [[nodiscard]] Vec3 uvw(const Int3& sample) const {
+      Vec3 p;
+      for (size_t a = 0; a < 3; ++a) p[a] = (sample[a] - offset[a]) / scale[a];
+      return p;
+    }
+    bool operator==(const Grid&) const = default;
+  };
+  // None where slice space is aslant to the samples, or they are unevenly spaced in it.
+  [[nodiscard]] std::optional<Grid> grid() const;
   // Returns the same seen from even positions along uneven axes, with slice space at `origin` in them.
   [[nodiscard]] SliceMask from_even(const std::shared_ptr<const UnevenAxes>& axes, const Vec4& origin) const;
   // Returns what is missing here and in all the others.
@@ -39,6 +55,9 @@ class SliceMask {
     const auto last = first_ + static_cast<int64_t>(frames_.size()) - 1;
     return std::clamp(f, first_, last) - first_;
   }
+
+  // Which axis of index space an axis of slice space runs along; none: along none of them.
+  [[nodiscard]] std::optional<size_t> axis_along(size_t axis) const;
 
   // The sample that decides about a position along an axis of space.
   [[nodiscard]] int64_t sample_at(size_t axis, double position) const {

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <functional>
+
+#include "gpu/shader.h"
 
 namespace bccsplat {
 namespace {
@@ -25,9 +28,9 @@ struct SiteMap {
 
 class Filler {
  public:
-  Filler(const Slice& slice, const FieldBricks& bricks)
-      : slice_(slice),
-        bricks_(bricks), maps_{SiteMap(slice.lattice, 0, bricks), SiteMap(slice.lattice, 1, bricks)} {}
+  Filler(const Slice& slice, const FieldBricks& bricks) : slice_(slice), bricks_(bricks) {
+    for (int c = 0; c < slice.lattice.cosets(); ++c) maps_.emplace_back(slice.lattice, c, bricks);
+  }
 
   // Fills a brick with its border; returns whether any of it is not zero.
   bool fill(int coset, const Int3& brick, float* out) const {
@@ -59,7 +62,7 @@ class Filler {
 
   const Slice& slice_;
   const FieldBricks& bricks_;
-  std::array<SiteMap, 2> maps_;
+  std::vector<SiteMap> maps_; // by coset
 };
 
 void include(std::array<float, 2>& range, float value) {
@@ -107,6 +110,72 @@ void widen_ranges(FieldBricks& bricks, int around) {
     });
 }
 
+// Makes ranges of coefficients those of the field without corrections.
+void bound_field(FieldBricks& bricks, bool bcc) {
+  // The largest sum of a kernel over the sites: the ripple of those on BCC, and more than that of any on CC.
+  const float most = bcc ? 1.02f : 1.1f;
+  for (auto& [low, high] : bricks.range) low *= most, high *= most;
+}
+
+// The cells that hold the points of a box, lattice units.
+std::array<Int3, 2> cells_of(const FieldBricks& bricks, bool bcc, const Vec3& middle, const Vec3& half) {
+  std::array<Int3, 2> out{};
+  for (size_t a = 0; a < 3; ++a)
+    for (size_t side = 0; side < 2; ++side) {
+      const double at = (middle[a] + (side == 0 ? -half[a] : half[a])) / coset_pitch(bcc);
+      const auto site =
+          static_cast<int32_t>(std::clamp(std::floor(at + 0.5), -1e9, 1e9)) - bricks.first_site[a];
+      out[side][a] = std::clamp(site / cell_edge, 0, bricks.cells[a] - 1);
+    }
+  return out;
+}
+
+// Adds what corrections add to the field: nowhere more than the largest of those at a cell's corners.
+void add_fixes(const Slice& slice, FieldBricks& bricks) {
+  if (bricks.fixes.empty()) return;
+  const Affine3 to_lattice = slice.lattice_to_slice.inverse();
+  Vec3 half{}; // of the box around a correction
+  for (size_t a = 0; a < 3; ++a)
+    for (size_t k = 0; k < 3; ++k) half[a] += std::fabs(to_lattice.linear[a][k]);
+  std::vector<std::array<float, 2>> fixes(bricks.range.size());
+  slice.corrections->add.each([&](const Int3& at, float value) {
+    const Vec3 uvw = slice.corrections->origin + Vec3{1.0 * at[0], 1.0 * at[1], 1.0 * at[2]};
+    const auto [first, last] = cells_of(bricks, slice.lattice.bcc, to_lattice.point(uvw), half);
+    for (int z = first[2]; z <= last[2]; ++z)
+      for (int y = first[1]; y <= last[1]; ++y)
+        for (int x = first[0]; x <= last[0]; ++x)
+          include(fixes[(static_cast<size_t>(z) * bricks.cells[1] + y) * bricks.cells[0] + x], value);
+  });
+  for (size_t n = 0; n < fixes.size(); ++n)
+    bricks.range[n][0] += fixes[n][0], bricks.range[n][1] += fixes[n][1];
+}
+
+// Marks the holes of a coset where its sites stand in bricks, mirrored ones included.
+void mark_holes(const Slice& slice, int coset, FieldBricks& bricks) {
+  const SiteMap map(slice.lattice, coset, bricks);
+  const BrickLayer& layer = slice.coset[static_cast<size_t>(coset)];
+  const Int3 size = {bricks.holes.size[0], bricks.holes.size[1],
+                     bricks.holes.size[2] / slice.lattice.cosets()};
+  const auto site = [&](size_t a, int i) { return map.site[a][static_cast<size_t>(i + bricks.border)]; };
+  for (int z = 0; z < size[2]; ++z)
+    for (int y = 0; y < size[1]; ++y)
+      for (int x = 0; x < size[0]; ++x) {
+        const Int3 at{site(0, x), site(1, y), site(2, z)};
+        const Brick* const brick = layer.brick(at[0] / brick_edge, at[1] / brick_edge, at[2] / brick_edge);
+        if (brick && brick->is_hole((at[2] % brick_edge * brick_edge + at[1] % brick_edge) * brick_edge +
+                                    at[0] % brick_edge))
+          bricks.holes.set(x, y, z + coset * size[2]);
+      }
+}
+
+void find_holes(const Slice& slice, FieldBricks& bricks) {
+  if (!slice.has_holes || slice.holes_by_mask) return;
+  const int cosets = slice.lattice.cosets();
+  bricks.holes = BitBox(
+      {brick_edge * bricks.bricks[0], brick_edge * bricks.bricks[1], cosets * brick_edge * bricks.bricks[2]});
+  for (int c = 0; c < cosets; ++c) mark_holes(slice, c, bricks);
+}
+
 Int3 position_of(size_t n, const Int3& bricks) {
   const size_t nx = bricks[0], ny = bricks[1];
   return {static_cast<int32_t>(n % nx), static_cast<int32_t>(n / nx % ny),
@@ -121,7 +190,7 @@ FieldBricks lay_out(const Slice& slice, int border) {
     b.bricks[a] = (slice.lattice.dims(0)[a] + 2 * sites_beyond + brick_edge - 1) / brick_edge;
     b.cells[a] = b.bricks[a] * brick_edge / cell_edge;
   }
-  b.brick_at.resize(size_t{2} * b.bricks[0] * b.bricks[1] * b.bricks[2]);
+  b.brick_at.resize(static_cast<size_t>(slice.lattice.cosets()) * b.bricks[0] * b.bricks[1] * b.bricks[2]);
   b.range.resize(static_cast<size_t>(b.cells[0]) * b.cells[1] * b.cells[2]);
   return b;
 }
@@ -131,12 +200,14 @@ FieldBricks lay_out(const Slice& slice, int border) {
 FieldBricks make_field_bricks(const Slice& slice, int border, const Context& context) {
   FieldBricks b = lay_out(slice, border);
   const Filler filler(slice, b);
-  const size_t per_coset = b.brick_at.size() / 2, size = static_cast<size_t>(b.edge) * b.edge * b.edge;
+  const int cosets = slice.lattice.cosets();
+  const size_t per_coset = b.brick_at.size() / static_cast<size_t>(cosets),
+               size = static_cast<size_t>(b.edge) * b.edge * b.edge;
   context.tasks.parallel_for(per_coset, [&](uint64_t n) {
     context.progress.check();
     std::vector<float> values(size);
     const Int3 at = position_of(n, b.bricks);
-    for (int coset = 0; coset < 2; ++coset) {
+    for (int coset = 0; coset < cosets; ++coset) {
       if (!filler.fill(coset, at, values.data())) continue;
       b.brick_at[coset * per_coset + n] = 1;
       add_ranges(b, at, values.data());
@@ -145,14 +216,19 @@ FieldBricks make_field_bricks(const Slice& slice, int border, const Context& con
   uint32_t count = 1; // brick 0 is zeros
   for (uint32_t& brick : b.brick_at)
     if (brick != 0) brick = count++;
-  b.memory = Reservation(context.memory, sizeof(float) * count * size, "the bricks of a slice for the GPU");
+  b.fixes = make_field_fixes(slice), b.missing = make_missing_samples(slice, context), find_holes(slice, b);
+  b.memory = Reservation(context.memory, sizeof(float) * count * size + b.bytes(),
+                         "the bricks of a slice for the GPU");
   b.value.resize(count * size);
   context.tasks.parallel_for(b.brick_at.size(), [&](uint64_t n) {
     context.progress.check();
     if (b.brick_at[n] == 0) return;
-    (void)filler.fill(n < per_coset ? 0 : 1, position_of(n, b.bricks), b.value.data() + b.brick_at[n] * size);
+    (void)filler.fill(static_cast<int>(n / per_coset), position_of(n, b.bricks),
+                      b.value.data() + b.brick_at[n] * size);
   });
   widen_ranges(b, border);
+  bound_field(b, slice.lattice.bcc);
+  add_fixes(slice, b);
   return b;
 }
 

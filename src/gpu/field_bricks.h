@@ -10,6 +10,7 @@
 
 #include "base/context.h"
 #include "field/slice.h"
+#include "gpu/field_marks.h"
 
 namespace bccsplat {
 
@@ -20,20 +21,33 @@ struct FieldBricks {
   // By coset, z, y, x: 0 where all is zero, else the number of a brick; brick 0 is zeros.
   std::vector<uint32_t> brick_at;
   std::vector<float> value; // brick after brick, x fastest
-  Reservation memory;       // of them
+  FieldFixes fixes;
+  MissingSamples missing;
+  // Which sites are holes, from the first brick's first one on, the second coset behind the first; empty:
+  // none.
+  BitBox holes;
+  Reservation memory; // of all that
 
-  // Cells hold the points whose nearest site of coset 0 is one of 2^3 sites; [least, largest] of 0 and all
-  // coefficients that a field in the cell depends on.
+  // Cells hold the points whose nearest site of coset 0 is one of 2^3 sites; bounds of the field in the cell,
+  // relative to its base, and 0.
   Int3 cells{};
   std::vector<std::array<float, 2>> range;
 
+  [[nodiscard]] int cosets() const {
+    return static_cast<int>(brick_at.size() / (static_cast<size_t>(bricks[0]) * bricks[1] * bricks[2]));
+  }
   [[nodiscard]] size_t count() const { return value.size() / (static_cast<size_t>(edge) * edge * edge); }
-  [[nodiscard]] uint64_t bytes() const { return value.size() * sizeof(float); }
+  [[nodiscard]] uint64_t site_bytes() const { return value.size() * sizeof(float); }
+  // Of all that goes to the GPU.
+  [[nodiscard]] uint64_t bytes() const {
+    return site_bytes() + fixes.value.size() * sizeof(float) +
+           (missing.bits.words.size() + holes.words.size()) * sizeof(uint32_t);
+  }
   // What is on the GPU is not needed here.
-  void drop_values() { value = {}, memory = {}; }
+  void drop_values() { value = {}, fixes.value = {}, missing.bits.words = {}, holes.words = {}, memory = {}; }
 };
 
-// border: as brick_border(). The slice's lattice is BCC. Throws memory_budget, cancelled.
+// border: as brick_border(). Throws memory_budget, cancelled.
 [[nodiscard]] FieldBricks make_field_bricks(const Slice& slice, int border, const Context& context);
 
 // Returns for each cell how many cells around nothing is seen of, itself included, at most 255; 0: it may be

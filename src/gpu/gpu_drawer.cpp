@@ -30,6 +30,7 @@ struct GpuClassKey {
 struct SliceMark {
   const Slice* slice = nullptr;
   uint64_t bricks = 0; // of their places
+  const void *corrections = nullptr, *mask = nullptr;
   double frame = 0, milliseconds = 0;
   std::array<double, 2> bounds{};
   bool operator==(const SliceMark&) const = default;
@@ -80,7 +81,8 @@ SliceMark mark_of(const Slice& slice) {
       hash = (hash ^ reinterpret_cast<uintptr_t>(layer.brick(s))) * factor;
       hash ^= hash >> half;
     }
-  return {&slice, hash, slice.frame, slice.milliseconds, slice.bounds};
+  return {&slice,      hash, slice.corrections.get(), slice.mask.get(), slice.frame, slice.milliseconds,
+          slice.bounds};
 }
 
 } // namespace
@@ -94,7 +96,7 @@ GpuDrawer::Kept& GpuDrawer::find(const Slice& slice, const Context& context) {
   }
   auto fresh = std::make_unique<Kept>();
   fresh->mark = mark;
-  fresh->bricks = make_field_bricks(slice, brick_border(slice.kernel.space), context);
+  fresh->bricks = make_field_bricks(slice, brick_border(slice.kernel.space, slice.lattice.bcc), context);
   fresh->change = change_at_sites(slice);
   drop(kept_[1]);
   if (!device_->has_room(fresh->bricks.bytes())) drop(kept_[0]);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernel/cc_kernel.h"
 #include "kernel/drawn_kernel.h"
 #include "shade/preintegrate.h"
 #include "shade/surface.h"
@@ -38,11 +39,9 @@ const char* not_on_gpu(const Shot& shot) {
   if (shot.trail) return "a trail";
   if (shot.options.with_deep) return "a deep picture";
   if (shot.options.with_hits) return "smooth edges of several surfaces or transparent ones";
-  if (!slice.lattice.bcc) return "a Cartesian lattice";
   if (slice.empty()) return "an empty slice";
-  if (slice.corrections) return "a file's corrections";
-  if (slice.has_holes || slice.mask) return "missing data";
-  if (slice.kernel.space.radius > 2 * std::numbers::sqrt2) return "a kernel that wide";
+  if (slice.mask && !slice.mask->grid()) return "missing data along uneven axes or in an oblique slice";
+  if (slice.kernel.space.radius > 2 * coset_pitch(slice.lattice.bcc)) return "a kernel that wide";
   if (slice.clip.size() + shot.view->clip.size() + sides_of_a_box > most_cuts) return "that many clips";
   if (shot.lights->lights.size() > most_gpu_lights) return "that many lights";
   if (shot.options.surfaces.size() > most_gpu_surfaces) return "that many surfaces";
@@ -113,10 +112,16 @@ ShaderKind shader_kind(const Shot& shot, const ClassTable& table) {
   kind.halves = o.mode == RenderMode::composite && o.shading &&
                 (shot.lights->diffuse != 0 || shot.lights->specular != 0);
   kind.integrals = !table.integrals.empty(), kind.split = table.integrals.split;
+  const Slice& slice = *shot.slice;
+  kind.bcc = slice.lattice.bcc;
+  if (slice.corrections && !slice.corrections->add.empty()) kind.corrections = slice.corrections->shape;
+  kind.masked = slice.mask != nullptr, kind.holes = slice.has_holes && !slice.holes_by_mask;
   kind.normalised = kernel.normalised;
-  kind.ripple = o.shading && o.without_ripple && !kernel.normalised;
+  kind.ripple =
+      o.shading && o.without_ripple && !kernel.normalised && !slice.corrections; // as lattice_sums()
   if (kernel.normalised)
-    kind.first_wave = std::exp(-std::numbers::pi * std::numbers::pi / kernel.time.gaussian);
+    kind.first_wave =
+        kind.bcc ? std::exp(-std::numbers::pi * std::numbers::pi / kernel.time.gaussian) : cc_first_wave();
   kind.surfaces = std::max(1, static_cast<int>(o.surfaces.size()));
   kind.kernel = drawn_kernel(kernel.space, form_of(shot));
   return kind;
@@ -232,6 +237,20 @@ void set_surfaces(const Shot& shot, const ClassTable& table, PictureBlock& b) {
   b.counts[2] = static_cast<int32_t>(surfaces.size());
 }
 
+std::array<Vec4f, 3> rows_of(const LatticeForms& forms) {
+  std::array<Vec4f, 3> out;
+  for (size_t a = 0; a < 3; ++a) out[a] = vec4f(forms.normal[a], forms.offset[a]);
+  return out;
+}
+
+void set_marks(const FieldBricks& bricks, PictureBlock& b) {
+  b.to_fixes = rows_of(bricks.fixes.to_cells), b.to_samples = rows_of(bricks.missing.to_samples);
+  for (size_t a = 0; a < 3; ++a) {
+    b.fix_bricks[a] = bricks.fixes.bricks[a], b.samples[a] = bricks.missing.bits.size[a];
+    b.samples[3] |= bricks.missing.turning[a] ? 1 << a : 0;
+  }
+}
+
 } // namespace
 
 PictureBlock picture_block(const Shot& shot, const ClassTable& table, const FieldBricks& bricks) {
@@ -241,13 +260,14 @@ PictureBlock picture_block(const Shot& shot, const ClassTable& table, const Fiel
   set_rays(shot, b);
   set_light(shot, kind, b);
   set_surfaces(shot, table, b);
-  const double radius = kind.kernel.radius, pitch = std::numbers::sqrt2; // of the sites of a coset
+  const double radius = kind.kernel.radius, pitch = coset_pitch(kind.bcc);
   b.field = {slice.base, slice.base - slice.air, static_cast<float>(1 / pitch),
              static_cast<float>(-2 * pitch / (radius * radius))};
   b.classes = {table.low, table.scale, static_cast<float>(table.size() - 1), table.unit_distance};
   const TimeField time(slice);
   b.frame = vec4f(time.gradient, time.offset);
   b.counts[3] = table_row;
+  set_marks(bricks, b);
   for (size_t a = 0; a < 3; ++a)
     b.first_site[a] = bricks.first_site[a], b.bricks[a] = bricks.bricks[a], b.cells[a] = bricks.cells[a];
   return b;
@@ -259,23 +279,22 @@ std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table, const 
   double step = 0; // along any ray, lattice units
   for (const double i : {0.0, view.width - 1.0})
     for (const double j : {0.0, view.height - 1.0}) step = std::max(step, length(view.ray(i, j)));
-  const double cell = 2 * std::numbers::sqrt2; // of 2^3 sites
+  const double cell = 2 * coset_pitch(slice.lattice.bcc); // of 2^3 sites
   const int steps = static_cast<int>(std::ceil(step / cell));
   const bool base_seen =
       shot.options.disable_skips & skip_transfer_function || shot.options.mode == RenderMode::maximum;
-  const auto bounds = [&](float low, float high) { return coefficient_bounds(slice, {low, high}); };
+  const double base = slice.base;
   switch (shot.options.mode) {
   case RenderMode::composite:
     return unseen_cells(bricks, table.integrals.empty() ? 0 : steps, [&](float low, float high) {
-      const auto [a, b] = bounds(low, high);
-      return base_seen || table.crossed(a, b);
+      return base_seen || table.crossed(base + low, base + high);
     });
   case RenderMode::isosurface:
     return unseen_cells(bricks, steps, [&](float low, float high) {
-      const std::array<double, 2> range = bounds(low, high);
-      return base_seen ||
-             std::any_of(shot.options.surfaces.begin(), shot.options.surfaces.end(),
-                         [&](const IsoSurface& s) { return s.value >= range[0] && s.value <= range[1]; });
+      return base_seen || std::any_of(shot.options.surfaces.begin(), shot.options.surfaces.end(),
+                                      [&](const IsoSurface& s) {
+                                        return s.value >= base + low && s.value <= base + high;
+                                      });
     });
   default:
     return unseen_cells(bricks, 0, [&](float low, float high) {

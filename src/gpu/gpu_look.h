@@ -23,6 +23,8 @@ struct PictureBlock {
   std::array<Vec4f, most_gpu_lights> lights{}, diffuse{}, specular{};
   std::array<Vec4f, size_t{2} * most_gpu_surfaces> surface{};
   std::array<int32_t, 4> counts{}, picture{}, first_site{}, bricks{}, cells{};
+  std::array<Vec4f, 3> to_fixes{}, to_samples{};
+  std::array<int32_t, 4> fix_bricks{}, samples{};
 };
 
 // The texels of the class table and of its integrals, in rows.

@@ -39,16 +39,16 @@ struct Atlas {
   }
 };
 
-GlTexture atlas_texture(const FieldBricks& bricks, const Atlas& atlas) {
-  const GLint edge = bricks.edge, side = static_cast<GLint>(atlas.along) * edge;
+GlTexture atlas_texture(const std::vector<float>& value, GLint edge, const Atlas& atlas) {
+  const GLint side = static_cast<GLint>(atlas.along) * edge;
   GlTexture texture = make_texture(
       {.width = side, .height = side, .depth = static_cast<GLint>(atlas.layers) * edge}, nullptr);
   const size_t size = static_cast<size_t>(edge) * edge * edge;
-  for (size_t n = 0; n < bricks.count(); ++n) {
+  for (size_t n = 0; n < value.size() / size; ++n) {
     const auto [x, y, z] = atlas.place(n);
     glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(x) * edge, static_cast<GLint>(y) * edge,
                     static_cast<GLint>(z) * edge, edge, edge, edge, GL_RED, GL_FLOAT,
-                    bricks.value.data() + n * size);
+                    value.data() + n * size);
   }
   check_gl("the sites of a slice");
   return texture;
@@ -58,16 +58,28 @@ bool fits_buffer(const FieldBricks& bricks, const GpuInfo& info) {
   if (info.entry != GpuEntry::compute) return false;
   GLint64 most = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
-  return bricks.bytes() <= static_cast<uint64_t>(std::max<GLint64>(most, 0));
+  return bricks.site_bytes() <= static_cast<uint64_t>(std::max<GLint64>(most, 0));
 }
 
-TextureShape brick_shape(const FieldBricks& bricks) {
-  return {.width = bricks.bricks[0],
-          .height = bricks.bricks[1],
-          .depth = 2 * bricks.bricks[2],
-          .internal = GL_R32UI,
-          .format = GL_RED_INTEGER,
-          .type = GL_UNSIGNED_INT};
+GlTexture make_words(GLint width, GLint height, GLint depth, const std::vector<uint32_t>& words) {
+  return make_texture({.width = width,
+                       .height = height,
+                       .depth = depth,
+                       .internal = GL_R32UI,
+                       .format = GL_RED_INTEGER,
+                       .type = GL_UNSIGNED_INT},
+                      words.data());
+}
+
+GlTexture bit_texture(const BitBox& bits) {
+  if (bits.empty()) return {};
+  return make_words(bits.row_words(), bits.size[1], bits.size[2], bits.words);
+}
+
+// Bricks by their numbers become such by their places in an atlas.
+std::vector<uint32_t> placed(std::vector<uint32_t> which, const Atlas& atlas) {
+  for (uint32_t& n : which) n = atlas.packed(n);
+  return which;
 }
 
 } // namespace
@@ -77,15 +89,21 @@ GpuSites::GpuSites(const FieldBricks& bricks, const GpuInfo& info) {
   if (fits_buffer(bricks, info)) {
     buffer = make_buffer();
     glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
-    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bricks.bytes()), bricks.value.data(),
+    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bricks.site_bytes()), bricks.value.data(),
                  GL_STATIC_DRAW);
     check_gl("the sites of a slice");
   } else {
     const Atlas atlas(bricks.count(), bricks.edge);
-    texture = atlas_texture(bricks, atlas);
-    for (uint32_t& n : which) n = atlas.packed(n);
+    texture = atlas_texture(bricks.value, bricks.edge, atlas);
+    which = placed(std::move(which), atlas);
   }
-  brick_at = make_texture(brick_shape(bricks), which.data());
+  brick_at = make_words(bricks.bricks[0], bricks.bricks[1], bricks.cosets() * bricks.bricks[2], which);
+  if (const FieldFixes& of = bricks.fixes; !of.empty()) {
+    const Atlas atlas(of.count(), FieldFixes::edge);
+    fixes = atlas_texture(of.value, FieldFixes::edge, atlas);
+    fix_at = make_words(of.bricks[0], of.bricks[1], of.bricks[2], placed(of.brick_at, atlas));
+  }
+  missing = bit_texture(bricks.missing.bits), holes = bit_texture(bricks.holes);
 }
 
 GpuClasses::GpuClasses(const std::vector<Vec4f>& texels, const FieldBricks& bricks,
@@ -160,6 +178,8 @@ void GpuPicture::bind() {
   bind_texture(unit_ray_ends, plane, ends_);
   if (depth_texture_ != 0) glBindTexture(GL_TEXTURE_2D, depth_texture_);
   bind_texture(unit_sites, volume, sites_.texture);
+  bind_texture(unit_fix_at, volume, sites_.fix_at), bind_texture(unit_fixes, volume, sites_.fixes);
+  bind_texture(unit_missing, volume, sites_.missing), bind_texture(unit_holes, volume, sites_.holes);
   if (kind_.sites_in_buffer) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding_sites, sites_.buffer.get());
 }
 

@@ -13,10 +13,11 @@
 
 namespace bccsplat {
 
-// The sites of a slice: in a buffer, or where that is asked for or too large for one, in a texture.
+// The sites of a slice: in a buffer, or where that is asked for or too large for one, in a texture; and in
+// textures its corrections and what is missing, where it has these.
 struct GpuSites {
   GlBuffer buffer;
-  GlTexture texture, brick_at;
+  GlTexture texture, brick_at, fix_at, fixes, missing, holes;
 
   // Throws GpuFailure where they find no room.
   GpuSites(const FieldBricks& bricks, const GpuInfo& info);

@@ -37,10 +37,10 @@ std::string nested(const std::vector<double>& a) {
   return out;
 }
 
-std::string kernel_text(const RadialKernel& kernel) {
+std::string kernel_text(const RadialKernel& kernel, bool bcc) {
   std::vector<double> a(kernel.a.begin(), kernel.a.begin() + kernel.terms), slope;
   for (size_t j = 1; j < a.size(); ++j) slope.push_back(static_cast<double>(j) * a[j]);
-  const double sites = kernel.radius / std::numbers::sqrt2; // of a coset
+  const double sites = kernel.radius / coset_pitch(bcc);
   return define("PHI(u)", nested(a)) + define("SLOPE(u)", nested(slope)) +
          define("OVER_RADIUS2", number(1 / (sites * sites)));
 }
@@ -49,9 +49,9 @@ std::string kernel_text(const RadialKernel& kernel) {
 double nearest_along(int site) { return site > 0 ? site - 0.5 : -site; }
 
 using Offsets = std::vector<Int3>;
-Offsets reached_sites(const RadialKernel& kernel) {
+Offsets reached_sites(const RadialKernel& kernel, bool bcc) {
   constexpr int most = 2; // no kernel reaches farther than two sites of a coset
-  const double sites = kernel.radius / std::numbers::sqrt2;
+  const double sites = kernel.radius / coset_pitch(bcc);
   Offsets out;
   for (int z = -most; z <= most; ++z)
     for (int y = -most; y <= most; ++y)
@@ -61,8 +61,8 @@ Offsets reached_sites(const RadialKernel& kernel) {
   return out;
 }
 
-std::string reached_text(const RadialKernel& kernel) {
-  const Offsets sites = reached_sites(kernel);
+std::string reached_text(const RadialKernel& kernel, bool bcc) {
+  const Offsets sites = reached_sites(kernel, bcc);
   const std::string count = std::to_string(sites.size());
   std::string out = define("REACHED", count) + "const vec3 reached[" + count + "] = vec3[" + count + "](";
   for (size_t n = 0; n < sites.size(); ++n)
@@ -101,6 +101,13 @@ layout(location = 1) out highp vec4 pixel_more;
 void main() { draw_ray(ray_of(ivec2(gl_FragCoord.xy)), pixel_color, pixel_more); }
 )";
 
+// What of a field there is beside coefficients on BCC.
+std::string field_text(const ShaderKind& k) {
+  return define("COSETS", k.bcc ? 2 : 1) + define("CORRECTED", k.corrections.has_value()) +
+         define("SMOOTH_FALL", k.corrections == CorrectionShape::smooth) + define("MASKED", k.masked) +
+         define("HOLES", k.holes);
+}
+
 std::string kind_text(const ShaderKind& k) {
   const bool around = k.mode == RenderMode::composite && (k.halves || k.integrals);
   return define("MODE", static_cast<int>(k.mode)) + define("SHADING", k.shading) +
@@ -108,15 +115,15 @@ std::string kind_text(const ShaderKind& k) {
          define("RIPPLE", k.ripple) + define("NORMALISED", k.normalised) +
          define("FIRST_WAVE", number(k.first_wave)) + define("AROUND", around) +
          define("SURFACES", k.surfaces) + define("CUTS", most_cuts) + define("LIGHTS", most_gpu_lights) +
-         define("MOST_SURFACES", most_gpu_surfaces) + define("BORDER", brick_border(k.kernel)) +
-         define("EDGE", brick_edge + 2 * brick_border(k.kernel));
+         define("MOST_SURFACES", most_gpu_surfaces) + define("BORDER", brick_border(k.kernel, k.bcc)) +
+         define("EDGE", brick_edge + 2 * brick_border(k.kernel, k.bcc)) + field_text(k);
 }
 
 } // namespace
 
-int brick_border(const RadialKernel& kernel) {
+int brick_border(const RadialKernel& kernel, bool bcc) {
   constexpr double one_site = 1.5; // in reach of a point half a site from the nearest one
-  return kernel.radius / std::numbers::sqrt2 > one_site ? 2 : 1;
+  return kernel.radius / coset_pitch(bcc) > one_site ? 2 : 1;
 }
 
 std::string shader_source(const ShaderKind& kind) {
@@ -128,7 +135,7 @@ std::string shader_source(const ShaderKind& kind) {
     out += "layout(std430, binding = 1) writeonly buffer Pixels { vec4 pixels[]; };\n";
   }
   out += "precision highp float;\nprecision highp int;\n";
-  out += kind_text(kind) + kernel_text(kind.kernel) + reached_text(kind.kernel);
+  out += kind_text(kind) + kernel_text(kind.kernel, kind.bcc) + reached_text(kind.kernel, kind.bcc);
   out += compute && kind.sites_in_buffer ? buffer_sites : texture_sites;
   if (!kind.gather.empty()) out += "#define GATHER " + kind.gather + "\n";
   return out + march_body + (compute ? compute_main : fragment_main);

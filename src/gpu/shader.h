@@ -4,11 +4,14 @@
 #pragma once
 
 #include <array>
+#include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "gpu/gpu_info.h"
 #include "kernel/kernel.h"
+#include "points/correction_source.h"
 #include "shade/mode.h"
 
 namespace bccsplat {
@@ -25,16 +28,22 @@ struct ShaderKind {
   bool integrals = false;  // segments are classified by them
   bool split = false;      // as ValueIntegrals::split
   bool ripple = false;     // lit without that of the kernel
+  bool bcc = true;         // else the lattice is Cartesian
   bool normalised = false; // the paper's kernel
   double first_wave = 0;   // of its lattice sum
   int surfaces = 1;
   RadialKernel kernel; // as it is drawn
+  // Corrections of the field, none or by the polynomial that they fall off by.
+  std::optional<CorrectionShape> corrections;
+  bool masked = false, holes = false; // samples are missing, or sites
   // GLSL of another gather() than that of the sites, as measurements compare it with; empty: none.
   std::string gather;
 };
 
+// Lattice units between the sites of a coset.
+[[nodiscard]] inline double coset_pitch(bool bcc) { return bcc ? std::numbers::sqrt2 : 1; }
 // Sites beyond a brick's own that it has, too: as far as a kernel reaches from the site nearest to a point.
-[[nodiscard]] int brick_border(const RadialKernel& kernel);
+[[nodiscard]] int brick_border(const RadialKernel& kernel, bool bcc = true);
 
 [[nodiscard]] std::string shader_source(const ShaderKind& kind);
 [[nodiscard]] std::string vertex_source();
@@ -42,13 +51,28 @@ struct ShaderKind {
 [[nodiscard]] std::string over_source(bool from_buffer);
 
 // Texture units.
-enum ShaderUnit { unit_brick_at, unit_around_at, unit_class_table, unit_ray_ends, unit_sites };
-inline constexpr std::array<std::pair<const char*, int>, 5> shader_samplers{
+enum ShaderUnit {
+  unit_brick_at,
+  unit_around_at,
+  unit_class_table,
+  unit_ray_ends,
+  unit_sites,
+  unit_fix_at,
+  unit_fixes,
+  unit_missing,
+  unit_holes,
+  units_used
+};
+inline constexpr std::array<std::pair<const char*, int>, units_used> shader_samplers{
     {{"brick_at", unit_brick_at},
      {"around_at", unit_around_at},
      {"class_table", unit_class_table},
      {"ray_ends", unit_ray_ends},
-     {"sites", unit_sites}}};
+     {"sites", unit_sites},
+     {"fix_at", unit_fix_at},
+     {"fixes", unit_fixes},
+     {"missing", unit_missing},
+     {"holes", unit_holes}}};
 // Bindings of buffers of the compute entry, and its square of pixels.
 inline constexpr int binding_sites = 0, binding_pixels = 1, compute_edge = 8;
 

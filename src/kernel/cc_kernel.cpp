@@ -122,10 +122,12 @@ double constant_gain(const CcKernel& cc, bool is_static) {
   return is_static ? in_space : after(cc.time, in_space, true);
 }
 
+double cc_first_wave() { return std::exp(-std::numbers::pi * std::numbers::pi / paper_gaussian); }
+
 double cc_lattice_sum(const Kernel& kernel, double x, double y, double z) {
   if (!kernel.normalised) return 1;
   // By Poisson's formula the sum along each axis is 1 + 2 sum_n q^(n^2) cos(2 pi n x), q = exp(-pi^2 / g).
-  const double q = std::exp(-std::numbers::pi * std::numbers::pi / paper_gaussian);
+  const double q = cc_first_wave();
   const auto along = [&](double at) {
     const double turn = 2 * std::numbers::pi * at;
     return 1 + 2 * q * std::cos(turn) + 2 * q * q * q * q * std::cos(2 * turn);

@@ -31,6 +31,8 @@ struct CcKernel {
 // the mean but not at the sites.
 [[nodiscard]] double constant_gain(const CcKernel& cc, bool is_static);
 
+// The amplitude of the first wave that the Gaussian's sum along an axis of CC has about its mean, halved.
+[[nodiscard]] double cc_first_wave();
 // The lattice_sum of a CC kernel, relative to its mean 1, in closed form for the Gaussian.
 [[nodiscard]] double cc_lattice_sum(const Kernel& kernel, double x, double y, double z);
 

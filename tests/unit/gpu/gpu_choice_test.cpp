@@ -54,12 +54,8 @@ TEST_F(GpuChoice, WhatItDoesNotDrawIsNamed) {
   options_.backend = Backend::automatic; // the CPU draws it
   EXPECT_EQ(refusal(Code::ok), "");
   options_ = {}, options_.backend = Backend::gpu, options_.gpu = gpu_;
-  Slice cartesian = make_slice(
-      {20, 20, 20}, [](double x, double, double) { return x / 20; }, "default", {}, 0, LatticeKind::cc);
-  scene_.slice = &cartesian;
-  EXPECT_NE(refusal(Code::unsupported).find("a Cartesian lattice"), std::string::npos);
-  slice_.has_holes = true, scene_.slice = &slice_;
-  EXPECT_NE(refusal(Code::unsupported).find("missing data"), std::string::npos);
+  slice_.kernel.space.radius = 3, scene_.slice = &slice_;
+  EXPECT_NE(refusal(Code::unsupported).find("a kernel that wide"), std::string::npos);
 }
 
 TEST_F(GpuChoice, SeveralSlicesAreTheCpus) {
