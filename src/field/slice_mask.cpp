@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Looks samples up by the rule of masks.h, point by point, in rectangles of a plane, or as a grid.
 #include "field/slice_mask.h"
 
 #include <algorithm>
