@@ -12,6 +12,8 @@ uint64_t machine_memory() {
   return static_cast<uint64_t>(pages) * page;
 }
 
+int64_t machine_process() { return static_cast<int64_t>(::getpid()); }
+
 bool machine_has_library(const char* name) { return dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr; }
 
 void* machine_symbol(const char* name) { return dlsym(RTLD_DEFAULT, name); }

@@ -9,6 +9,9 @@ namespace bccsplat {
 // Bytes of memory; 1 GiB where the system does not tell.
 [[nodiscard]] uint64_t machine_memory();
 
+// Returns the number of this process, which a fork's child does not share.
+[[nodiscard]] int64_t machine_process();
+
 // Returns whether the system has a shared library of this name ("libEGL.so.1"), which then stays loaded.
 [[nodiscard]] bool machine_has_library(const char* name);
 

@@ -9,10 +9,14 @@ namespace bccsplat {
 
 thread_local bool gl_objects_gone = false;
 
+thread_local GLenum (*next_gl_error)() = [] { return glGetError(); };
+
 void check_gl(const char* what) {
-  const GLenum error = glGetError();
+  constexpr int most_errors = 16; // of a context that is lost there is no end of them
+  const GLenum error = next_gl_error();
   if (error == GL_NO_ERROR) return;
-  while (glGetError() != GL_NO_ERROR) {
+  if (error == GL_CONTEXT_LOST) fail_gpu("its context was lost, as when a driver resets its card: ", what);
+  for (int n = 0; n < most_errors && next_gl_error() != GL_NO_ERROR; ++n) {
   }
   if (error == GL_OUT_OF_MEMORY) fail_this_time("its memory is too small: ", what);
   fail_gpu("OpenGL error ", static_cast<uint32_t>(error), ": ", what);

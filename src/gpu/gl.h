@@ -10,8 +10,12 @@
 
 namespace bccsplat {
 
-// Throws GpuFailure, with what was done, where OpenGL has met an error since the last call.
+// Throws GpuFailure, with what was done, where OpenGL has met an error since the last call, or has lost the
+// context.
 void check_gl(const char* what);
+
+// What this thread's check_gl() asks, as glGetError() answers: tests have their own.
+extern thread_local GLenum (*next_gl_error)();
 
 // Whether the context of the objects that this thread deletes is gone, or not current: their names are
 // forgotten then.

@@ -1,17 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
+// Opens a GPU when it is first needed, on a thread of its own, and remembers what fails for good.
 #include "gpu/gpu_device.h"
 
 #include <algorithm>
+#include <atomic>
 
+#include "base/machine.h"
 #include "gpu/gl_context.h"
 #include "gpu/gl_state.h"
 #include "gpu/gpu_programs.h"
 
 namespace bccsplat {
 
+namespace {
+
+// The process that first opened a GPU; 0: none has. A fork's child has no threads of its driver.
+std::atomic<int64_t> opened_by{0};
+
+bool forked_since() {
+  const int64_t by = opened_by.load();
+  return by != 0 && by != machine_process();
+}
+
+void note_process() {
+  if (forked_since())
+    fail_gpu(
+        "the process was forked from one that had opened a GPU, whose driver does not survive that; fork "
+        "before, or let the CPU draw");
+  opened_by.store(machine_process());
+}
+
+} // namespace
+
 GpuDevice::GpuDevice(const GpuWishes& wishes) : wishes_(wishes) {}
 
 GpuDevice::~GpuDevice() {
+  if (forked_since()) { // its thread is not here, and what it has is the parent's
+    (void)worker_.release(), (void)context_.release(), (void)programs_.release();
+    return;
+  }
   if (host_context_) clear([this] { programs_.reset(); });
   if (worker_ && context_) worker_->run([this] { programs_.reset(), context_.reset(); });
 }
@@ -31,6 +58,7 @@ bool GpuDevice::host_is_current() const { return host_context_ == current_gl_con
 void GpuDevice::open() {
   const std::scoped_lock lock(mutex_);
   if (wishes_.host_context) return open_host();
+  note_process();
   if (failed_) throw GpuFailure(*failed_);
   if (context_) return;
   if (!worker_) worker_ = std::make_unique<Worker>();
@@ -53,7 +81,7 @@ const GpuInfo& GpuDevice::info() {
 bool GpuDevice::preferred() {
   {
     const std::scoped_lock lock(mutex_);
-    if (failed_) return false;
+    if (failed_ || forked_since()) return false;
     if (!card_) card_ = wishes_.as_card || any_graphics_card();
     if (!*card_) return false;
   }
@@ -80,7 +108,10 @@ void GpuDevice::clear(const std::function<void()>& job) {
     gl_objects_gone = false;
     return;
   }
-  if (context_) worker_->run(job);
+  gl_objects_gone = forked_since();
+  if (gl_objects_gone) job();
+  gl_objects_gone = false;
+  if (context_ && !forked_since()) worker_->run(job);
 }
 
 void GpuDevice::give_up(const std::string& why) {
