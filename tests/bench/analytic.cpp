@@ -30,8 +30,10 @@ template<class Ripple> AnalyticField rippled(double n, Ripple ripple) {
 
 } // namespace
 
-AnalyticField marschner_lobb(double n) {
-  const double half = (n - 1) / 2, cycles = 6 * (n - 1) / 40;
+AnalyticField marschner_lobb(double n) { return marschner_lobb(n, 6 * (n - 1) / 40); }
+
+AnalyticField marschner_lobb(double n, double cycles) {
+  const double half = (n - 1) / 2;
   return rippled(n, [=](double radius) {
     const double r = radius / half, phase = 2 * pi * cycles * std::cos(pi * r / 2);
     return std::array{std::cos(phase), std::sin(phase) * pi * pi * cycles * std::sin(pi * r / 2) / half};

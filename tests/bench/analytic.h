@@ -14,6 +14,8 @@ using AnalyticField = std::function<double(const Vec3& p, Vec3* gradient)>;
 // Marschner & Lobb 1994 on [0, n-1]^3, in [0, 1]. 40 samples hold 6 cycles, as in the original on 41^3,
 // whatever n: as hard per sample, 0.94 of the Nyquist rate along x and y. Not band limited.
 [[nodiscard]] AnalyticField marschner_lobb(double n);
+// Of so many cycles.
+[[nodiscard]] AnalyticField marschner_lobb(double n, double cycles);
 
 // The same with J0(rho pi R), R in index units from the axis, instead of the chirp: spherically band limited
 // to |w| <= rho pi.

@@ -15,6 +15,7 @@
 #include "gpu/gpu_device.h"
 #include "gpu/gpu_picture.h"
 #include "scene/settled_picture.h"
+#include "tests/bench/gpu/gpu_moments.h"
 #include "tests/bench/gpu/texture_gathers.h"
 #include "tests/bench/image_error.h"
 #include "tests/bench/scene.h"
@@ -103,8 +104,8 @@ struct Measured {
       GpuSites sites(bricks, gpu->info());
       ShaderKind kind = shader_kind(shot, table);
       if (grid)
-        sites.buffer = {}, sites.texture = grid_texture(*grid),
-        kind.gather = texture_gather(*grid, *shot.slice), kind.ripple = false;
+        sites.sites = GpuBricks(grid_texture(*grid)), kind.gather = texture_gather(*grid, *shot.slice),
+        kind.ripple = false;
       const GpuClasses classes(table_texels(table), bricks, unseen_by(shot, table, bricks));
       GpuPicture drawn(gpu->programs(), kind, picture_block(shot, table, bricks), sites, classes, {});
       const auto draw = [&] {
@@ -158,26 +159,40 @@ void measure(const FieldScene& field, int size, const std::shared_ptr<GpuDevice>
 int run_gpu_suite(std::span<const std::string> args, const Report& report) {
   GpuWishes wishes;
   wishes.software_too = true;
+  bool moments = false, beside = false;
   for (const std::string& arg : args) {
     if (arg == "--fragment")
       wishes.entry = GpuEntry::fragment;
+    else if (arg == "--moments")
+      moments = true;
+    else if (arg == "--beside-cpu")
+      beside = true;
     else
-      fail(Code::invalid_argument, "gpu: --fragment alone, not ", arg);
+      fail(Code::invalid_argument, "gpu: --fragment, --moments or --beside-cpu, not ", arg);
   }
   const auto gpu = std::make_shared<GpuDevice>(wishes);
   const GpuInfo& info = gpu->info();
   report.out << info.renderer << ", OpenGL " << info.version
              << (info.entry == GpuEntry::compute ? ", compute\n" : ", fragments\n");
-  std::vector<Row> rows;
-  if (report.quick) {
-    measure(smoke_scene(40), 64, gpu, 1, rows);
-  } else {
-    constexpr int rounds = 15;
-    measure(marschner_lobb_scene(128), 512, gpu, rounds,
-            rows);                                      // NOLINT(readability-magic-numbers): samples, pixels
-    measure(waves_scene(256), 1024, gpu, rounds, rows); // NOLINT(readability-magic-numbers)
+  if (beside) {
+    report.table("Pictures by a GPU and by the CPU", compare_with_cpu(gpu, report.quick));
+    return 0;
   }
-  report.table("Pictures by a GPU", rows);
+  constexpr int small = 128, large = 256, few_pixels = 512, many_pixels = 1024, rounds = 15;
+  constexpr int quick_samples = 40, quick_pixels = 64;
+  if (!moments) {
+    std::vector<Row> rows;
+    if (report.quick) {
+      measure(smoke_scene(quick_samples), quick_pixels, gpu, 1, rows);
+    } else {
+      measure(marschner_lobb_scene(small), few_pixels, gpu, rounds, rows);
+      measure(waves_scene(large), many_pixels, gpu, rounds, rows);
+    }
+    report.table("Pictures by a GPU", rows);
+  }
+  report.table("Moments of a series by a GPU", report.quick
+                                                   ? measure_moments(quick_samples, quick_pixels, gpu, 2)
+                                                   : measure_moments(large, few_pixels, gpu, rounds));
   return 0;
 }
 
