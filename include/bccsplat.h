@@ -1454,7 +1454,8 @@ typedef struct bccsplat_slice_info {
    * planes over time are no mirror images of time slices, and where the volume's affine is along
    * the axes x = constant stands at its (y, z, t). */
   double affine[16];
-  /* No value of the slice lies outside. */
+  /* No value of the slice lies outside. Of a moment of a series on a device whose pictures are a
+   * GPU's: nor of any moment between the same layers. */
   double bounds[2];
   double air;
   /* Lattice points that take part. */

@@ -32,6 +32,10 @@ bccsplat_device::bccsplat_device(const bccsplat_device_options& options)
   if (options.max_reads > 0) read_turns = std::make_shared<std::counting_semaphore<>>(options.max_reads);
 }
 
+bool bccsplat_device::draws_by_gpu() const {
+  return backend == Backend::gpu || (backend == Backend::automatic && prefers_gpu(gpu.get()));
+}
+
 void bccsplat_device::log(int32_t level, const std::string& message) {
   if (!log_) return;
   const std::scoped_lock lock(log_mutex_);

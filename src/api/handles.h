@@ -163,6 +163,8 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
   void hint(Hint which, const std::string& message);
   // Warns, once for each reason, that the CPU drew what the GPU should have; empty: it did not.
   void tell_gpu(const std::string& failed);
+  // Whether pictures that do not say otherwise are a GPU's, where one draws them.
+  [[nodiscard]] bool draws_by_gpu() const;
   [[nodiscard]] bccsplat::Context context(bccsplat::Progress& progress) { return {*tasks, memory, progress}; }
 
   std::unique_ptr<bccsplat::Tasks> tasks;

@@ -19,6 +19,7 @@ namespace {
 SliceRequest read_request(const bccsplat_volume* volume, const bccsplat_hyperplane* hyperplane,
                           const bccsplat_slice_options& options) {
   HypersliceOptions cut = read_slice_options(options, volume->file);
+  cut.merge_later = volume->device->draws_by_gpu();
   const Hyperplane h = read_hyperplane(hyperplane, options, cut);
   return request_slice(volume->file, options.channel, options.kernel, options.level, h, cut,
                        options.method == BCCSPLAT_METHOD_EXTRACTED);

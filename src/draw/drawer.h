@@ -21,6 +21,8 @@ class Drawer {
   [[nodiscard]] virtual const char* name() const = 0;
   // Returns whether it draws such a shot.
   [[nodiscard]] virtual bool covers(const Shot& shot) const = 0;
+  // Returns whether it needs no merged bricks of a moment of a series (field/moment.h).
+  [[nodiscard]] virtual bool merges() const { return false; }
   // Makes what is kept with the slice, so that draw() finds it. Throws memory_budget, cancelled, unsupported.
   virtual void prepare(const Shot& /*shot*/, const Context& /*context*/) {}
   // Draws; `emit` is called once per tile, from any thread. Throws memory_budget, cancelled.

@@ -20,6 +20,8 @@ struct DrawStats {
   uint64_t tiles = 0, sheets = 0;
   uint64_t points_total = 0;  // of all that is drawn; by rays its sites, without mirror images
   bool preintegrated = false; // by integrals of the transfer function
+  // What went to a GPU for the picture: bytes of sites, and layers of a series among them.
+  uint64_t bytes_sent = 0, layers_sent = 0;
 
   [[nodiscard]] double ms() const { return ms_transform + ms_splat + ms_shade; }
   // Adds what a tile or an object of the same picture counted: all of them share its tiles and sheets, and

@@ -25,12 +25,7 @@ bool Slice::is_hole(const Vec3& p) const {
          (!holes_by_mask && is_hole_at({&coset[0], lattice.bcc ? &coset[1] : nullptr}, p));
 }
 
-int64_t Slice::points() const {
-  if (base != air) return sites();
-  int64_t n = 0;
-  for (int c = 0; c < lattice.cosets(); ++c) n += coset[c].kept_sites();
-  return n;
-}
+int64_t Slice::points() const { return base != air ? sites() : coset.kept_sites(); }
 
 int64_t Slice::sites() const {
   int64_t n = 0;
@@ -41,9 +36,7 @@ int64_t Slice::sites() const {
   return n;
 }
 
-uint64_t Slice::bytes() const {
-  return coset[0].bytes() + coset[1].bytes() + (corrections ? corrections->bytes() : 0);
-}
+uint64_t Slice::bytes() const { return coset.bytes() + (corrections ? corrections->bytes() : 0); }
 
 std::array<double, 2> coefficient_bounds(const Slice& slice) {
   constexpr size_t lanes = 16; // kept apart, so that compilers may use vectors

@@ -11,6 +11,7 @@
 
 #include "base/vec.h"
 #include "field/hyperplane.h"
+#include "field/moment.h"
 #include "field/slice_corrections.h"
 #include "field/slice_mask.h"
 #include "kernel/kernel.h"
@@ -29,7 +30,7 @@ namespace bccsplat {
 // A point whose nearest site is a hole has no value, and so has one that the mask says is missing.
 struct Slice {
   Lattice3 lattice;
-  std::array<BrickLayer, 2> coset;    // coefficients relative to the base; CC slices use the first only
+  SliceCosets coset;                  // coefficients relative to the base; CC slices use the first only
   Kernel kernel;                      // its spatial part reconstructs the slice
   float base = 0;                     // of the field: what no coefficient reaches has this value
   float air = 0;                      // of the volume; where the base is another no site is air

@@ -26,43 +26,41 @@ struct SiteMap {
   }
 };
 
+// Fills bricks from a layer of one coset.
 class Filler {
  public:
-  Filler(const Slice& slice, const FieldBricks& bricks) : slice_(slice), bricks_(bricks) {
-    for (int c = 0; c < slice.lattice.cosets(); ++c) maps_.emplace_back(slice.lattice, c, bricks);
-  }
+  Filler(const BrickLayer& layer, const FieldBricks& bricks)
+      : layer_(layer), edge_(bricks.edge), map_(layer.lattice(), layer.coset(), bricks) {}
 
   // Fills a brick with its border; returns whether any of it is not zero.
-  bool fill(int coset, const Int3& brick, float* out) const {
-    const int edge = bricks_.edge;
-    const SiteMap& map = maps_[static_cast<size_t>(coset)];
+  bool fill(const Int3& brick, float* out) const {
     bool any = false;
-    for (int z = 0; z < edge; ++z)
-      for (int y = 0; y < edge; ++y, out += edge)
-        any |= fill_row(slice_.coset[static_cast<size_t>(coset)], map.site[0].data() + brick_edge * brick[0],
-                        map.site[1][static_cast<size_t>(brick_edge) * brick[1] + y],
-                        map.site[2][static_cast<size_t>(brick_edge) * brick[2] + z], out);
+    for (int z = 0; z < edge_; ++z)
+      for (int y = 0; y < edge_; ++y, out += edge_)
+        any |= fill_row(map_.site[0].data() + brick_edge * brick[0],
+                        map_.site[1][static_cast<size_t>(brick_edge) * brick[1] + y],
+                        map_.site[2][static_cast<size_t>(brick_edge) * brick[2] + z], out);
     return any;
   }
 
  private:
-  bool fill_row(const BrickLayer& layer, const int32_t* x, int32_t y, int32_t z, float* out) const {
+  bool fill_row(const int32_t* x, int32_t y, int32_t z, float* out) const {
     const size_t row = static_cast<size_t>(z % brick_edge * brick_edge + y % brick_edge) * brick_edge;
     const Brick* from = nullptr;
     int at = -1;
     bool any = false;
-    for (int i = 0; i < bricks_.edge; ++i) {
+    for (int i = 0; i < edge_; ++i) {
       const int bx = x[i] / brick_edge;
-      if (bx != at) at = bx, from = layer.brick(bx, y / brick_edge, z / brick_edge);
+      if (bx != at) at = bx, from = layer_.brick(bx, y / brick_edge, z / brick_edge);
       out[i] = from ? from->value[row + static_cast<size_t>(x[i] % brick_edge)] : 0.0f;
       any |= out[i] != 0;
     }
     return any;
   }
 
-  const Slice& slice_;
-  const FieldBricks& bricks_;
-  std::vector<SiteMap> maps_; // by coset
+  const BrickLayer& layer_;
+  int edge_;
+  SiteMap map_;
 };
 
 void include(std::array<float, 2>& range, float value) {
@@ -70,7 +68,8 @@ void include(std::array<float, 2>& range, float value) {
 }
 
 // Adds the own sites of a brick to the ranges of the cells that hold them.
-void add_ranges(FieldBricks& bricks, const Int3& brick, const float* value) {
+void add_ranges(const FieldBricks& bricks, const Int3& brick, const float* value,
+                std::vector<std::array<float, 2>>& range) {
   constexpr int per_brick = brick_edge / cell_edge;
   for (int z = 0; z < brick_edge; ++z)
     for (int y = 0; y < brick_edge; ++y) {
@@ -80,8 +79,7 @@ void add_ranges(FieldBricks& bricks, const Int3& brick, const float* value) {
                             brick[1] * per_brick + y / cell_edge) *
                                bricks.cells[0] +
                            static_cast<size_t>(brick[0]) * per_brick;
-      for (int x = 0; x < brick_edge; ++x)
-        include(bricks.range[first + static_cast<size_t>(x / cell_edge)], row[x]);
+      for (int x = 0; x < brick_edge; ++x) include(range[first + static_cast<size_t>(x / cell_edge)], row[x]);
     }
 }
 
@@ -176,10 +174,21 @@ void find_holes(const Slice& slice, FieldBricks& bricks) {
   for (int c = 0; c < cosets; ++c) mark_holes(slice, c, bricks);
 }
 
+// Ranges of coefficients become those of the field.
+void finish_ranges(const Slice& slice, FieldBricks& b) {
+  widen_ranges(b, b.border);
+  bound_field(b, slice.lattice.bcc);
+  add_fixes(slice, b);
+}
+
 Int3 position_of(size_t n, const Int3& bricks) {
   const size_t nx = bricks[0], ny = bricks[1];
   return {static_cast<int32_t>(n % nx), static_cast<int32_t>(n / nx % ny),
           static_cast<int32_t>(n / (nx * ny) % static_cast<size_t>(bricks[2]))};
+}
+
+size_t brick_count(const FieldBricks& b) {
+  return static_cast<size_t>(b.bricks[0]) * b.bricks[1] * b.bricks[2];
 }
 
 FieldBricks lay_out(const Slice& slice, int border) {
@@ -197,38 +206,77 @@ FieldBricks lay_out(const Slice& slice, int border) {
 
 } // namespace
 
-FieldBricks make_field_bricks(const Slice& slice, int border, const Context& context) {
-  FieldBricks b = lay_out(slice, border);
-  const Filler filler(slice, b);
-  const int cosets = slice.lattice.cosets();
-  const size_t per_coset = b.brick_at.size() / static_cast<size_t>(cosets),
-               size = static_cast<size_t>(b.edge) * b.edge * b.edge;
-  context.tasks.parallel_for(per_coset, [&](uint64_t n) {
+LayerBricks make_layer_bricks(const BrickLayer& layer, const FieldBricks& like, const Context& context) {
+  LayerBricks b;
+  b.brick_at.resize(brick_count(like)), b.range.resize(like.range.size());
+  const Filler filler(layer, like);
+  const size_t size = static_cast<size_t>(like.edge) * like.edge * like.edge;
+  context.tasks.parallel_for(b.brick_at.size(), [&](uint64_t n) {
     context.progress.check();
     std::vector<float> values(size);
-    const Int3 at = position_of(n, b.bricks);
-    for (int coset = 0; coset < cosets; ++coset) {
-      if (!filler.fill(coset, at, values.data())) continue;
-      b.brick_at[coset * per_coset + n] = 1;
-      add_ranges(b, at, values.data());
-    }
+    const Int3 at = position_of(n, like.bricks);
+    if (!filler.fill(at, values.data())) return;
+    b.brick_at[n] = 1;
+    add_ranges(like, at, values.data(), b.range);
   });
   uint32_t count = 1; // brick 0 is zeros
   for (uint32_t& brick : b.brick_at)
     if (brick != 0) brick = count++;
-  b.fixes = make_field_fixes(slice), b.missing = make_missing_samples(slice, context), find_holes(slice, b);
-  b.memory = Reservation(context.memory, sizeof(float) * count * size + b.bytes(),
-                         "the bricks of a slice for the GPU");
+  b.memory = Reservation(context.memory, sizeof(float) * count * size, "the bricks of a layer for the GPU");
   b.value.resize(count * size);
   context.tasks.parallel_for(b.brick_at.size(), [&](uint64_t n) {
     context.progress.check();
-    if (b.brick_at[n] == 0) return;
-    (void)filler.fill(static_cast<int>(n / per_coset), position_of(n, b.bricks),
-                      b.value.data() + b.brick_at[n] * size);
+    if (b.brick_at[n] != 0)
+      (void)filler.fill(position_of(n, like.bricks), b.value.data() + b.brick_at[n] * size);
   });
-  widen_ranges(b, border);
-  bound_field(b, slice.lattice.bcc);
-  add_fixes(slice, b);
+  return b;
+}
+
+namespace {
+
+// Appends the bricks of a coset, of which the first is there already.
+void append_coset(const LayerBricks& from, size_t coset, FieldBricks& b) {
+  const size_t size = static_cast<size_t>(b.edge) * b.edge * b.edge, first = b.count() - 1;
+  b.value.insert(b.value.end(), from.value.begin() + static_cast<std::ptrdiff_t>(size), from.value.end());
+  for (size_t n = 0; n < from.brick_at.size(); ++n)
+    if (from.brick_at[n] != 0)
+      b.brick_at[coset * from.brick_at.size() + n] = static_cast<uint32_t>(first + from.brick_at[n]);
+  for (size_t n = 0; n < b.range.size(); ++n)
+    include(b.range[n], from.range[n][0]), include(b.range[n], from.range[n][1]);
+}
+
+} // namespace
+
+FieldBricks make_field_bricks(const Slice& slice, int border, const Context& context) {
+  FieldBricks b = lay_out(slice, border);
+  b.fixes = make_field_fixes(slice), b.missing = make_missing_samples(slice, context), find_holes(slice, b);
+  b.value.resize(static_cast<size_t>(b.edge) * b.edge * b.edge); // brick 0 is zeros
+  for (size_t coset = 0; coset < static_cast<size_t>(slice.lattice.cosets()); ++coset) {
+    const LayerBricks layer = make_layer_bricks(slice.coset[coset], b, context);
+    b.memory = {};
+    b.memory = Reservation(context.memory, b.bytes() + sizeof(float) * layer.value.size(),
+                           "the bricks of a slice for the GPU");
+    append_coset(layer, coset, b);
+  }
+  finish_ranges(slice, b);
+  return b;
+}
+
+FieldBricks no_bricks(const Slice& slice, int border) { return lay_out(slice, border); }
+
+FieldBricks moment_bricks(const Slice& slice, int border, std::span<const MomentLayer> layers, float most) {
+  FieldBricks b = lay_out(slice, border);
+  const size_t per_coset = brick_count(b);
+  for (const auto& [coset, layer] : layers) {
+    for (size_t n = 0; n < per_coset; ++n)
+      b.brick_at[coset * per_coset + n] |= layer->brick_at[n] != 0 ? 1u : 0u;
+    for (size_t n = 0; n < b.range.size(); ++n)
+      include(b.range[n], most * layer->range[n][0]), include(b.range[n], most * layer->range[n][1]);
+  }
+  uint32_t count = 1;
+  for (uint32_t& brick : b.brick_at)
+    if (brick != 0) brick = count++;
+  finish_ranges(slice, b);
   return b;
 }
 

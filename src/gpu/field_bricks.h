@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/context.h"
@@ -46,6 +47,31 @@ struct FieldBricks {
   // What is on the GPU is not needed here.
   void drop_values() { value = {}, fixes.value = {}, missing.bits.words = {}, holes.words = {}, memory = {}; }
 };
+
+// The same of one layer of one coset: its bricks, and the ranges of its coefficients alone by cell.
+struct LayerBricks {
+  std::vector<uint32_t> brick_at;
+  std::vector<float> value;
+  std::vector<std::array<float, 2>> range;
+  Reservation memory;
+  void drop_values() { value = {}, memory = {}; }
+};
+
+// like: bricks of a slice of the lattice. Throws memory_budget, cancelled.
+[[nodiscard]] LayerBricks make_layer_bricks(const BrickLayer& layer, const FieldBricks& like,
+                                            const Context& context);
+
+// A layer that moments are merged of, and its coset.
+struct MomentLayer {
+  size_t coset = 0;
+  const LayerBricks* layer = nullptr;
+};
+// Returns the bricks, without values, that all moments between these layers have, and bounds of their fields.
+// most: the most that the weights of a coset add up to. The slice has no corrections and misses nothing.
+[[nodiscard]] FieldBricks moment_bricks(const Slice& slice, int border, std::span<const MomentLayer> layers,
+                                        float most);
+// Where bricks stand of such a slice; none is there.
+[[nodiscard]] FieldBricks no_bricks(const Slice& slice, int border);
 
 // border: as brick_border(). Throws memory_budget, cancelled.
 [[nodiscard]] FieldBricks make_field_bricks(const Slice& slice, int border, const Context& context);

@@ -44,7 +44,23 @@ struct GpuDrawer::Kept {
   std::optional<GpuSites> sites;
   std::optional<GpuClasses> classes;
   GpuClassKey key;
+  // Of a moment: its layers, which may have been dropped and sent again since, and what it is merged by.
+  std::vector<GpuLayerKey> layers;
+  std::vector<const GpuLayer*> now;
+  std::vector<float> weights;
+  std::optional<GpuMoment> moment;
+  void merge(GpuPrograms& programs);
 };
+
+// Merges the layers of a moment; of a job.
+void GpuDrawer::Kept::merge(GpuPrograms& programs) {
+  if (!sites) {
+    moment.emplace(bricks, now);
+    const GpuBricks& like = *now.front()->sites;
+    sites.emplace(bricks, GpuBricks(nullptr, moment->bricks(), like.edge(), like.in_buffer()));
+  }
+  moment->merge(programs, now, weights, sites->sites);
+}
 
 GpuDrawer::GpuDrawer() = default;
 GpuDrawer::~GpuDrawer() { drop_all(); }
@@ -57,10 +73,14 @@ void GpuDrawer::use(std::shared_ptr<GpuDevice> device) {
 
 bool GpuDrawer::covers(const Shot& shot) const { return device_ && !not_on_gpu(shot); }
 
-void GpuDrawer::forget() { drop_all(); }
+void GpuDrawer::forget() {
+  drop_all();
+  too_large_ = 0;
+}
 
 void GpuDrawer::drop_all() {
   for (auto& kept : kept_) drop(kept);
+  if (device_) layers_.drop_all(*device_);
 }
 
 void GpuDrawer::drop(std::unique_ptr<Kept>& kept) {
@@ -87,7 +107,18 @@ SliceMark mark_of(const Slice& slice) {
 
 } // namespace
 
-GpuDrawer::Kept& GpuDrawer::find(const Slice& slice, const Context& context) {
+GpuDrawer::Kept& GpuDrawer::keep(std::unique_ptr<Kept> fresh) {
+  drop(kept_[1]);
+  if (!device_->has_room(fresh->bytes)) drop(kept_[0]);
+  const uint64_t bytes = std::exchange(fresh->bytes, 0);
+  device_->reserve(bytes);
+  fresh->bytes = bytes;
+  kept_[1] = std::exchange(kept_[0], std::move(fresh));
+  return *kept_[0];
+}
+
+GpuDrawer::Kept& GpuDrawer::find_merged(const Slice& slice, const Context& context, DrawStats& stats) {
+  slice.coset.make(context);
   const SliceMark mark = mark_of(slice);
   if (kept_[0] && kept_[0]->mark == mark) return *kept_[0];
   if (kept_[1] && kept_[1]->mark == mark) {
@@ -98,12 +129,54 @@ GpuDrawer::Kept& GpuDrawer::find(const Slice& slice, const Context& context) {
   fresh->mark = mark;
   fresh->bricks = make_field_bricks(slice, brick_border(slice.kernel.space, slice.lattice.bcc), context);
   fresh->change = change_at_sites(slice);
-  drop(kept_[1]);
-  if (!device_->has_room(fresh->bricks.bytes())) drop(kept_[0]);
-  device_->reserve(fresh->bricks.bytes());
   fresh->bytes = fresh->bricks.bytes();
-  kept_[1] = std::exchange(kept_[0], std::move(fresh));
+  stats.bytes_sent += fresh->bytes;
+  return keep(std::move(fresh));
+}
+
+double GpuDrawer::change_of(const Slice& slice, const MomentPlan& moment, const Context& context) {
+  if (series_ == moment.series()) return change_;
+  slice.coset.make(context);
+  change_ = change_at_sites(slice), series_ = moment.series();
+  return change_;
+}
+
+GpuDrawer::Kept& GpuDrawer::find_moment(const Slice& slice, const MomentPlan& moment, const Context& context,
+                                        DrawStats& stats) {
+  const int border = brick_border(slice.kernel.space, slice.lattice.bcc);
+  const auto layers = layers_.find(slice, moment, border, *device_, context, stats);
+  std::vector<GpuLayerKey> keys;
+  std::vector<MomentLayer> of;
+  for (const GpuLayer* layer : layers)
+    keys.push_back(layer->key), of.push_back({layer->coset, &layer->bricks});
+  if (kept_[1] && kept_[1]->layers == keys) std::swap(kept_[0], kept_[1]);
+  if (!kept_[0] || kept_[0]->layers != keys) {
+    auto fresh = std::make_unique<Kept>();
+    fresh->layers = keys;
+    fresh->bricks = moment_bricks(slice, border, of, moment.largest_weight());
+    fresh->change = change_of(slice, moment, context);
+    const auto bricks =
+        uint64_t{*std::max_element(fresh->bricks.brick_at.begin(), fresh->bricks.brick_at.end())} + 1;
+    const auto edge = static_cast<uint64_t>(fresh->bricks.edge);
+    fresh->bytes = bricks * (sizeof(float) * edge * edge * edge + sizeof(uint32_t) * keys.size());
+    (void)keep(std::move(fresh));
+  }
+  kept_[0]->now = layers, kept_[0]->weights.clear();
+  for (const MomentPlan::Part& part : moment.parts()) kept_[0]->weights.push_back(part.weight);
   return *kept_[0];
+}
+
+GpuDrawer::Kept& GpuDrawer::find(const Slice& slice, const Context& context, DrawStats& stats) {
+  const MomentPlan* const moment = slice.coset.moment();
+  if (!moment || slice.corrections || slice.has_holes || moment->series() == too_large_)
+    return find_merged(slice, context, stats);
+  try {
+    return find_moment(slice, *moment, context, stats);
+  } catch (const GpuFailure& e) {
+    if (e.for_good()) throw;
+  }
+  drop_all(), too_large_ = moment->series(); // layers need more than a moment alone
+  return find_merged(slice, context, stats);
 }
 
 namespace {
@@ -192,7 +265,8 @@ GpuPixels GpuDrawer::draw_pixels(const Shot& shot, const ClassTable& table, Kept
   std::optional<GpuPicture> picture;
   const EndOnGpu end{*device_, picture};
   device_->run([&] {
-    if (!kept.sites) kept.sites.emplace(kept.bricks, device_->programs().info());
+    if (!kept.sites && kept.layers.empty()) kept.sites.emplace(kept.bricks, device_->programs().info());
+    if (!kept.layers.empty()) kept.merge(device_->programs());
     if (other) kept.classes.emplace(texels, kept.bricks, unseen), kept.key = std::move(key);
     picture.emplace(device_->programs(), shader_kind(shot, table), picture_block(shot, table, kept.bricks),
                     *kept.sites, *kept.classes, ends, shot.target ? shot.target->depth_texture : 0);
@@ -218,12 +292,14 @@ DrawStats GpuDrawer::draw(const Shot& shot, const Context& context,
                           const std::function<void(const TilePixels&)>& emit) {
   const auto start = std::chrono::steady_clock::now();
   (void)device_->info(); // fails before anything is made
-  Kept& kept = find(*shot.slice, context);
+  DrawStats stats;
+  Kept& kept = find(*shot.slice, context, stats);
   const ClassTable table = gpu_table(shot, kept.change);
   const GpuPixels pixels = draw_pixels(shot, table, kept, context);
   if (!shot.target) emit_bands(shot, pixels, context, emit);
-  DrawStats stats;
-  stats.points_total = static_cast<uint64_t>(shot.slice->points());
+  // To count the points of a moment takes as long as to merge it.
+  const bool merged = kept.layers.empty();
+  stats.points_total = static_cast<uint64_t>(merged ? shot.slice->points() : shot.slice->sites());
   stats.preintegrated = !table.integrals.empty();
   stats.ms_shade = ms_since(start);
   const auto [first, last] = sheet_range(*shot.slice, *shot.view);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws shots on a GPU: rays through the slice, whose sites each sample gathers. It keeps the last two slices
-// there.
+// there, and the layers of a series that moments are merged of.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 
 #include "draw/drawer.h"
 #include "gpu/gpu_device.h"
+#include "gpu/gpu_moment.h"
 
 namespace bccsplat {
 
@@ -24,6 +25,7 @@ class GpuDrawer : public Drawer {
 
   [[nodiscard]] const char* name() const override { return "gpu"; }
   [[nodiscard]] bool covers(const Shot& shot) const override;
+  [[nodiscard]] bool merges() const override { return true; }
   // Throws GpuFailure, too; nothing was emitted then.
   DrawStats draw(const Shot& shot, const Context& context,
                  const std::function<void(const TilePixels&)>& emit) override;
@@ -31,13 +33,23 @@ class GpuDrawer : public Drawer {
 
  private:
   struct Kept; // a slice on the GPU
-  Kept& find(const Slice& slice, const Context& context);
+  Kept& find(const Slice& slice, const Context& context, DrawStats& stats);
+  Kept& find_merged(const Slice& slice, const Context& context, DrawStats& stats);
+  // Of a moment whose layers are merged on the GPU.
+  Kept& find_moment(const Slice& slice, const MomentPlan& moment, const Context& context, DrawStats& stats);
+  double change_of(const Slice& slice, const MomentPlan& moment, const Context& context);
+  Kept& keep(std::unique_ptr<Kept> fresh);
   void drop(std::unique_ptr<Kept>& kept);
   void drop_all();
   GpuPixels draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept, const Context& context);
 
   std::shared_ptr<GpuDevice> device_;
   std::array<std::unique_ptr<Kept>, 2> kept_; // the latest first
+  GpuLayers layers_;
+  // How fast the field of the last series changes (change_at_sites()), as its first moment said.
+  uint64_t series_ = 0;
+  double change_ = 0;
+  uint64_t too_large_ = 0; // a series whose layers find no room
 };
 
 } // namespace bccsplat

@@ -18,49 +18,6 @@ void bind_texture(int unit, const TextureShape& shape, const GlTexture& texture)
 
 constexpr TextureShape plane{}, volume{.depth = 1};
 
-// How bricks stand in a texture: so many along x and y, the others behind.
-struct Atlas {
-  size_t along = 1, layers = 1;
-  Atlas(size_t count, int edge) {
-    GLint most = 0;
-    glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &most);
-    const auto room = std::min<size_t>(static_cast<size_t>(most / edge), 1023);
-    along = std::min(room, static_cast<size_t>(std::ceil(std::cbrt(static_cast<double>(count)))));
-    layers = (count + along * along - 1) / (along * along);
-    if (layers > room) fail_this_time("the slice has too many bricks for its textures");
-  }
-  [[nodiscard]] std::array<size_t, 3> place(size_t n) const {
-    return {n % along, n / along % along, n / (along * along)};
-  }
-  [[nodiscard]] uint32_t packed(size_t n) const {
-    constexpr unsigned bits = 10;
-    const auto [x, y, z] = place(n);
-    return static_cast<uint32_t>(x | y << bits | z << (2 * bits));
-  }
-};
-
-GlTexture atlas_texture(const std::vector<float>& value, GLint edge, const Atlas& atlas) {
-  const GLint side = static_cast<GLint>(atlas.along) * edge;
-  GlTexture texture = make_texture(
-      {.width = side, .height = side, .depth = static_cast<GLint>(atlas.layers) * edge}, nullptr);
-  const size_t size = static_cast<size_t>(edge) * edge * edge;
-  for (size_t n = 0; n < value.size() / size; ++n) {
-    const auto [x, y, z] = atlas.place(n);
-    glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(x) * edge, static_cast<GLint>(y) * edge,
-                    static_cast<GLint>(z) * edge, edge, edge, edge, GL_RED, GL_FLOAT,
-                    value.data() + n * size);
-  }
-  check_gl("the sites of a slice");
-  return texture;
-}
-
-bool fits_buffer(const FieldBricks& bricks, const GpuInfo& info) {
-  if (info.entry != GpuEntry::compute) return false;
-  GLint64 most = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
-  return bricks.site_bytes() <= static_cast<uint64_t>(std::max<GLint64>(most, 0));
-}
-
 GlTexture make_words(GLint width, GLint height, GLint depth, const std::vector<uint32_t>& words) {
   return make_texture({.width = width,
                        .height = height,
@@ -76,32 +33,18 @@ GlTexture bit_texture(const BitBox& bits) {
   return make_words(bits.row_words(), bits.size[1], bits.size[2], bits.words);
 }
 
-// Bricks by their numbers become such by their places in an atlas.
-std::vector<uint32_t> placed(std::vector<uint32_t> which, const Atlas& atlas) {
-  for (uint32_t& n : which) n = atlas.packed(n);
-  return which;
-}
-
 } // namespace
 
-GpuSites::GpuSites(const FieldBricks& bricks, const GpuInfo& info) {
-  std::vector<uint32_t> which = bricks.brick_at;
-  if (fits_buffer(bricks, info)) {
-    buffer = make_buffer();
-    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
-    glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bricks.site_bytes()), bricks.value.data(),
-                 GL_STATIC_DRAW);
-    check_gl("the sites of a slice");
-  } else {
-    const Atlas atlas(bricks.count(), bricks.edge);
-    texture = atlas_texture(bricks.value, bricks.edge, atlas);
-    which = placed(std::move(which), atlas);
-  }
-  brick_at = make_words(bricks.bricks[0], bricks.bricks[1], bricks.cosets() * bricks.bricks[2], which);
-  if (const FieldFixes& of = bricks.fixes; !of.empty()) {
-    const Atlas atlas(of.count(), FieldFixes::edge);
-    fixes = atlas_texture(of.value, FieldFixes::edge, atlas);
-    fix_at = make_words(of.bricks[0], of.bricks[1], of.bricks[2], placed(of.brick_at, atlas));
+GpuSites::GpuSites(const FieldBricks& bricks, const GpuInfo& info)
+    : GpuSites(bricks, GpuBricks(bricks.value.data(), bricks.count(), bricks.edge,
+                                 GpuBricks::fit_buffer(bricks.site_bytes(), info))) {}
+
+GpuSites::GpuSites(const FieldBricks& bricks, GpuBricks&& of) : sites(std::move(of)) {
+  brick_at = make_words(bricks.bricks[0], bricks.bricks[1], bricks.cosets() * bricks.bricks[2],
+                        sites.places(bricks.brick_at));
+  if (const FieldFixes& own = bricks.fixes; !own.empty()) {
+    fixes = GpuBricks(own.value.data(), own.count(), FieldFixes::edge, false);
+    fix_at = make_words(own.bricks[0], own.bricks[1], own.bricks[2], fixes.places(own.brick_at));
   }
   missing = bit_texture(bricks.missing.bits), holes = bit_texture(bricks.holes);
 }
@@ -127,7 +70,7 @@ GpuPicture::GpuPicture(GpuPrograms& programs, const ShaderKind& kind, const Pict
     : sites_(sites), classes_(classes), kind_(kind), block_(block), software_(programs.info().software),
       width_(block.picture[0]), height_(block.picture[1]), depth_texture_(depth_texture) {
   kind_.entry = programs.info().entry;
-  kind_.sites_in_buffer = static_cast<bool>(sites.buffer);
+  kind_.sites_in_buffer = sites.sites.in_buffer();
   program_ = programs.find(kind_);
   uniforms_ = make_buffer();
   if (kind_.entry == GpuEntry::compute)
@@ -177,10 +120,10 @@ void GpuPicture::bind() {
   bind_texture(unit_class_table, plane, classes_.table);
   bind_texture(unit_ray_ends, plane, ends_);
   if (depth_texture_ != 0) glBindTexture(GL_TEXTURE_2D, depth_texture_);
-  bind_texture(unit_sites, volume, sites_.texture);
-  bind_texture(unit_fix_at, volume, sites_.fix_at), bind_texture(unit_fixes, volume, sites_.fixes);
+  bind_texture(unit_sites, volume, sites_.sites.texture());
+  bind_texture(unit_fix_at, volume, sites_.fix_at), bind_texture(unit_fixes, volume, sites_.fixes.texture());
   bind_texture(unit_missing, volume, sites_.missing), bind_texture(unit_holes, volume, sites_.holes);
-  if (kind_.sites_in_buffer) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding_sites, sites_.buffer.get());
+  if (kind_.sites_in_buffer) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding_sites, sites_.sites.buffer());
 }
 
 void GpuPicture::draw_rows(int first, int count) {

@@ -8,6 +8,7 @@
 
 #include "gpu/field_bricks.h"
 #include "gpu/gl.h"
+#include "gpu/gpu_bricks.h"
 #include "gpu/gpu_look.h"
 #include "gpu/gpu_programs.h"
 
@@ -16,11 +17,13 @@ namespace bccsplat {
 // The sites of a slice: in a buffer, or where that is asked for or too large for one, in a texture; and in
 // textures its corrections and what is missing, where it has these.
 struct GpuSites {
-  GlBuffer buffer;
-  GlTexture texture, brick_at, fix_at, fixes, missing, holes;
+  GpuBricks sites, fixes;
+  GlTexture brick_at, fix_at, missing, holes;
 
   // Throws GpuFailure where they find no room.
   GpuSites(const FieldBricks& bricks, const GpuInfo& info);
+  // of: the bricks' values.
+  GpuSites(const FieldBricks& bricks, GpuBricks&& of);
 };
 
 // What of a picture changes with its transfer function and mode.

@@ -20,11 +20,18 @@ GLuint GpuPrograms::find(const ShaderKind& kind) {
   return name;
 }
 
-GLuint GpuPrograms::find_over(bool from_buffer) {
-  const std::string source = over_source(from_buffer);
+GLuint GpuPrograms::find_plain(const std::string& vertex, const std::string& source) {
   const auto found = programs_.find(source);
   if (found != programs_.end()) return found->second.get();
-  return programs_.emplace(source, make_program(vertex_source(), source)).first->second.get();
+  return programs_.emplace(source, make_program(vertex, source)).first->second.get();
+}
+
+GLuint GpuPrograms::find_over(bool from_buffer) {
+  return find_plain(vertex_source(), over_source(from_buffer));
+}
+
+GLuint GpuPrograms::find_merge(bool in_buffers, int edge) {
+  return find_plain(in_buffers ? "" : vertex_source(), merge_source(in_buffers, edge));
 }
 
 } // namespace bccsplat

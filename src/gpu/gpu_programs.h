@@ -18,8 +18,12 @@ class GpuPrograms {
   [[nodiscard]] GLuint find(const ShaderKind& kind);
   // The same of what lays pixels over a texture, from a buffer or from a texture.
   [[nodiscard]] GLuint find_over(bool from_buffer);
+  // The same of what merges layers, from buffers or from textures.
+  [[nodiscard]] GLuint find_merge(bool in_buffers, int edge);
 
  private:
+  // A program without textures or blocks of its own.
+  [[nodiscard]] GLuint find_plain(const std::string& vertex, const std::string& source);
   GpuInfo info_;
   std::map<std::string, GlProgram> programs_; // by source
 };

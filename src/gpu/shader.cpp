@@ -85,6 +85,39 @@ ivec3 place_in(uint which, ivec3 at) {
 }
 float site_value(ivec3 place, ivec3 to) { return texelFetch(sites, place + to, 0).r; }
 )";
+const char* const merge_buffers = R"(
+layout(std430, binding = 0) buffer Sites { float sites[]; };
+layout(std430, binding = 1) readonly buffer Layer { float layer[]; };
+layout(std430, binding = 2) readonly buffer From { uint from[]; };
+uniform uint first, table, adds;
+uniform float weight;
+void main() {
+  const uint size = uint(EDGE * EDGE * EDGE);
+  uint at = gl_GlobalInvocationID.x, brick = gl_WorkGroupID.y, own = from[table + brick];
+  if (at >= size || (own == 0u && adds != 0u)) return;
+  uint to = (first + brick) * size + at;
+  float part = weight * layer[own * size + at];
+  sites[to] = adds != 0u ? sites[to] + part : part;
+}
+)";
+const char* const merge_textures = R"(
+uniform highp usampler2D from; // by layer and brick, in rows of 1024
+uniform float weights[LAYERS];
+uniform ivec2 atlas; // bricks along x and y; of all
+uniform ivec2 table; // entry of the first layer; how many
+uniform int plane;
+layout(location = 0) out highp float site;
+ivec3 place_in(int n, int brick, ivec3 at) {
+  int entry = table.x + n * atlas.y + brick;
+  int which = int(texelFetch(from, ivec2(entry & 1023, entry >> 10), 0).r);
+  return ivec3(which & 1023, which >> 10 & 1023, which >> 20) * EDGE + at;
+}
+void main() {
+  ivec3 at = ivec3(ivec2(gl_FragCoord.xy), plane), of = at / EDGE;
+  int brick = (of.z * atlas.x + of.y) * atlas.x + of.x;
+  at -= of * EDGE;
+  if (brick >= atlas.y) discard;
+)";
 const char* const compute_main = R"(
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, picture.z);
@@ -152,6 +185,22 @@ std::string over_source(bool from_buffer) {
   out += from_buffer ? "  color = pixels[at.y * size.x + at.x];\n}\n"
                      : "  color = texelFetch(pixels, at, 0);\n}\n";
   return out;
+}
+
+std::string merge_source(bool in_buffers, int edge) {
+  if (in_buffers)
+    return "#version 430\nlayout(local_size_x = " + std::to_string(merge_threads) + ") in;\n" +
+           define("EDGE", edge) + merge_buffers;
+  std::string out = "#version 330\nprecision highp float;\nprecision highp int;\n" + define("EDGE", edge) +
+                    define("LAYERS", layers_at_once);
+  std::string sums;
+  for (int k = 0; k < layers_at_once; ++k) {
+    const std::string n = std::to_string(k);
+    out += "uniform highp sampler3D layer" + n + ";\n";
+    sums += "  if (table.y > " + n + ") sum += weights[" + n + "] * texelFetch(layer" + n + ", place_in(" +
+            n + ", brick, at), 0).r;\n";
+  }
+  return out + merge_textures + "  float sum = 0.0;\n" + sums + "  site = sum;\n}\n";
 }
 
 std::string vertex_source() {

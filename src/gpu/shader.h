@@ -50,6 +50,11 @@ struct ShaderKind {
 // The fragment shader that writes pixels into a texture whose rows run from below.
 [[nodiscard]] std::string over_source(bool from_buffer);
 
+// The shader that adds layers of a series into the sites of a moment: from buffers one at a time, else from
+// textures, so many at once.
+[[nodiscard]] std::string merge_source(bool in_buffers, int edge);
+inline constexpr int layers_at_once = 8, merge_threads = 64;
+
 // Texture units.
 enum ShaderUnit {
   unit_brick_at,
@@ -75,5 +80,7 @@ inline constexpr std::array<std::pair<const char*, int>, units_used> shader_samp
      {"holes", unit_holes}}};
 // Bindings of buffers of the compute entry, and its square of pixels.
 inline constexpr int binding_sites = 0, binding_pixels = 1, compute_edge = 8;
+// Of the shader that merges.
+inline constexpr int binding_layer = 1, binding_from = 2;
 
 } // namespace bccsplat

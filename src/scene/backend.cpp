@@ -21,6 +21,7 @@ const GpuInfo& gpu_info(GpuDevice* device) {
   if (!device) fail_without();
   return device->info();
 }
+bool prefers_gpu(GpuDevice* device) { return device && device->preferred(); }
 void note_failure(GpuDevice* device, const GpuFailure& failure) {
   if (device && failure.for_good()) device->give_up(failure.message());
 }
@@ -28,6 +29,7 @@ uint64_t gpu_bytes(const GpuDevice* device) { return device ? device->bytes() : 
 #else
 std::shared_ptr<GpuDevice> make_gpu(const GpuWishes& /*wishes*/) { return nullptr; }
 const GpuInfo& gpu_info(GpuDevice* /*device*/) { fail_without(); }
+bool prefers_gpu(GpuDevice* /*device*/) { return false; }
 void note_failure(GpuDevice* /*device*/, const GpuFailure& /*failure*/) {}
 uint64_t gpu_bytes(const GpuDevice* /*device*/) { return 0; }
 #endif

@@ -19,6 +19,8 @@ class GpuDevice; // gpu/gpu_device.h
 // Returns what a GPU is, which is opened for it and keeps it. Throws missing_feature where there is none;
 // null: as much.
 [[nodiscard]] const GpuInfo& gpu_info(GpuDevice* device);
+// Returns whether pictures are drawn by it where nobody asks for that; null: false.
+[[nodiscard]] bool prefers_gpu(GpuDevice* device);
 // Takes note of why a GPU did not draw: what fails for good is not tried again.
 void note_failure(GpuDevice* device, const GpuFailure& failure);
 // Bytes of slices that are on the GPU now.

@@ -115,6 +115,7 @@ void SettledPicture::settle_level() {
   level_ = level_of(scene_, options_, *seen_);
   shot_.slice = scene_.slice, shot_.points = scene_.points;
   if (level_ > 0) {
+    scene_.slice->coset.make(context_);
     const CoarseLevels::Level& coarse = scene_.levels->level(*scene_.slice, level_, context_);
     shot_.slice = &coarse.slice, shot_.points = &coarse.points;
     seen_.emplace(coarse.slice, sight, image_.width, image_.height);
@@ -169,7 +170,9 @@ void SettledPicture::settle_trail() {
 Drawer& SettledPicture::choose_drawer(Backend backend) {
   Drawers& drawers = scene_.drawers ? *scene_.drawers : of_picture_;
   shot_.sums = &drawers.sums;
-  return drawers.drawer_of(shot_, {!options_.rays || scene_.trail, backend, options_.gpu});
+  Drawer& drawer = drawers.drawer_of(shot_, {!options_.rays || scene_.trail, backend, options_.gpu});
+  if (!drawer.merges()) shot_.slice->coset.make(context_);
+  return drawer;
 }
 
 void SettledPicture::settle_drawer() {

@@ -127,7 +127,7 @@ Slice merged_slice_of(const Coefficients& coefficients, const Hyperplane& h, con
                       const Context& context) {
   if (way.kind == Way::Kind::time) {
     Slice slice = thick_time_slice(coefficients, way.position, interval_of(options), options.thickness.kind,
-                                   index_to_world, context);
+                                   index_to_world, context, options.merge_later && !options.even);
     if (options.box) cut_to_box(slice, options.even ? index_box(*options.box, *options.even) : *options.box);
     return slice;
   }

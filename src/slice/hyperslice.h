@@ -31,6 +31,8 @@ struct HypersliceOptions {
   // Slice space, box and hyperplane are of even positions along these axes, and so is the slice
   // (even_slice.h); null: all are indices.
   std::shared_ptr<const UnevenAxes> even;
+  // A moment of a series is merged when its bricks are first looked at (time_slice.h).
+  bool merge_later = false;
   [[nodiscard]] BrickBox reads(const Lattice4& lattice) const;
 
   [[nodiscard]] bool has_interval() const { return interval[0] != 0 || interval[1] != 0; }

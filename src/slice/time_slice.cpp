@@ -77,11 +77,7 @@ std::vector<LayerWeight> static_weights(const Lattice4& lattice) {
   return result;
 }
 
-// A layer of a coset's sum, with its weight.
-struct Part {
-  CoefficientLayer layer;
-  float weight;
-};
+using Part = MomentPlan::Part;
 
 // A brick of a part in one of two forms, or air.
 struct PartBrick {
@@ -90,10 +86,10 @@ struct PartBrick {
   float weight = 0;
 
   PartBrick(const Part& part, size_t slot) : weight(part.weight) {
-    if (part.layer.values) {
-      values = part.layer.values->brick(slot);
+    if (part.of.values) {
+      values = part.of.values->brick(slot);
     } else {
-      const SampleBrick& brick = part.layer.compact->brick(slot);
+      const SampleBrick& brick = part.of.compact->brick(slot);
       values = brick.values.get(), codes = brick.codes.get();
     }
   }
@@ -215,9 +211,60 @@ std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
 // Making layers is about this share of a slice's work, for reports of progress; merging them is the rest.
 constexpr double merge_begin = 0.9;
 
+// Merges the cosets of a lattice; `range` grows to hold every coefficient.
+MergedCosets merge_cosets(const Lattice3& lattice, const std::vector<Part>& parts,
+                          std::array<float, 2>& range, const Context& context) {
+  MergedCosets out;
+  for (int c = 0; c < lattice.cosets(); ++c) {
+    std::vector<Part> of_coset;
+    for (const Part& p : parts)
+      if (p.coset == c) of_coset.push_back(p);
+    const double share = 1.0 / lattice.cosets();
+    Progress merging(context.progress, c * share, (c + 1) * share);
+    out[static_cast<size_t>(c)] = merge(lattice, c, of_coset, range, context.with(merging));
+  }
+  return out;
+}
+
+bool has_holes(const Part& part) {
+  for (size_t slot = 0; slot < part.of.brick_slots(); ++slot)
+    if (part.of.there(slot) && part.of.hole(slot)) return true;
+  return false;
+}
+
+// The parts of a moment: mirror images of a layer are one part.
+std::vector<Part> moment_parts(const Coefficients& coefficients, const std::vector<Part>& parts,
+                               const Context& context) {
+  std::vector<Part> out;
+  for (const Part& part : parts) {
+    const int32_t inside = coefficients.source().lattice().mirror_layer(part.layer);
+    const auto found = std::find_if(out.begin(), out.end(), [&](const Part& p) { return p.layer == inside; });
+    if (found != out.end()) {
+      found->weight += part.weight;
+      continue;
+    }
+    out.push_back(part);
+    out.back().layer = inside, out.back().range = coefficients.range(inside, part.of, context);
+  }
+  return out;
+}
+
+// Leaves the merging of a slice's cosets for later.
+void put_off(Slice& slice, const Coefficients& coefficients, const std::vector<Part>& parts,
+             const Context& context) {
+  const auto merge_all = [lattice = slice.lattice](const std::vector<Part>& all, const Context& with) {
+    std::array<float, 2> range{};
+    return merge_cosets(lattice, all, range, with);
+  };
+  const auto moment = std::make_shared<const MomentPlan>(
+      coefficients.number(), moment_parts(coefficients, parts, context), merge_all);
+  slice.coset = SliceCosets(moment);
+  slice.bounds = coefficient_bounds(slice, moment->range());
+}
+
 // Makes a slice at `frame` of weighted layers; `length` multiplies what they add up to.
 Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<LayerWeight> weights,
-                   double length, const Affine3& index_to_world, const Context& context) {
+                   double length, const Affine3& index_to_world, const Context& context, bool later) {
   const auto start = std::chrono::steady_clock::now();
   const Lattice4& lattice = coefficients.source().lattice();
   if (length != 1)
@@ -228,23 +275,26 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   slice.base = static_cast<float>(coefficients.base() * length);
   slice.air = static_cast<float>(coefficients.air() * length);
   slice.frame = frame;
-  std::array<std::vector<Part>, 2> parts;
   std::vector<int32_t> wanted;
   for (const LayerWeight& l : weights) wanted.push_back(l.layer);
-  Progress making(context.progress, 0, merge_begin);
+  Progress making(context.progress, 0, merge_begin), merging(context.progress, merge_begin, 1);
   const auto layers = coefficients.compact_layers(wanted, context.with(making));
+  std::vector<Part> parts;
   for (size_t i = 0; i < weights.size(); ++i)
-    parts[lattice.coset(wanted[i])].push_back({layers[i], weights[i].weight});
-  std::array<float, 2> range{};
-  for (int c = 0; c < lattice.space.cosets(); ++c) {
-    auto& coset = slice.coset[c];
-    const double part = (1 - merge_begin) / lattice.space.cosets();
-    Progress merging(context.progress, merge_begin + c * part, merge_begin + (c + 1) * part);
-    coset = merge(lattice.space, c, parts[c], range, context.with(merging));
-    for (size_t s = 0; s < coset.brick_slots() && !slice.has_holes; ++s)
-      slice.has_holes = coset.brick(s) && coset.brick(s)->hole;
+    parts.push_back({wanted[i], lattice.coset(wanted[i]), weights[i].weight, {}, layers[i]});
+  if (later && !lattice.is_static() && std::none_of(parts.begin(), parts.end(), has_holes)) {
+    put_off(slice, coefficients, parts, context);
+  } else {
+    std::array<float, 2> range{};
+    MergedCosets merged = merge_cosets(lattice.space, parts, range, context.with(merging));
+    for (int c = 0; c < lattice.space.cosets(); ++c) {
+      BrickLayer& coset = slice.coset[c];
+      coset = std::move(merged[static_cast<size_t>(c)]);
+      for (size_t n = 0; n < coset.brick_slots() && !slice.has_holes; ++n)
+        slice.has_holes = coset.brick(n) && coset.brick(n)->hole;
+    }
+    slice.bounds = coefficient_bounds(slice, range);
   }
-  slice.bounds = coefficient_bounds(slice, range);
 
   const Vec3 unit = lattice.lattice_unit();
   slice.domain_begin = lattice.first_sample();
@@ -298,14 +348,16 @@ void prepare_time_slice(const Coefficients& coefficients, double frame, const st
 }
 
 Slice thick_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
-                       ThicknessKind kind, const Affine3& index_to_world, const Context& context) {
+                       ThicknessKind kind, const Affine3& index_to_world, const Context& context,
+                       bool later) {
   const Lattice4& lattice = coefficients.source().lattice();
   const auto [t0, t1] = clipped_interval(lattice, frame, interval);
-  const double from = t0, to = t1; // structured bindings are not captured
+  const double from = t0, to = t1;                              // structured bindings are not captured
+  if (kind == ThicknessKind::maximum && t1 > t0) later = false; // which looks at the bricks of instants
   const auto instant = [&](double at, const Context& with) {
     const auto merged = [&] {
       return merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
-                          index_to_world, with);
+                          index_to_world, with, later);
     };
     Slice slice = mended(merged, coefficients, {at, at}, kind, at);
     slice.frame = frame;
@@ -332,7 +384,7 @@ Slice thick_time_slice(const Coefficients& coefficients, double frame, const std
   }
   const auto merged = [&] {
     return merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), from, to),
-                        kind == ThicknessKind::sum ? to - from : 1, index_to_world, context);
+                        kind == ThicknessKind::sum ? to - from : 1, index_to_world, context, later);
   };
   return mended(merged, coefficients, {t0, t1}, kind, frame);
 }

@@ -46,8 +46,11 @@ void prepare_time_slice(const Coefficients& coefficients, double frame, const st
 // as the mean is; its air is the integral of the air value. The maximum is at each site the largest value at
 // the nodes of a quadrature over the interval (thickness.h), interpolated between them; it is nowhere less
 // than the mean at a site but for rounding. An empty interval is the instant, whatever the kind.
+// later: a moment of a series is merged when its bricks are first looked at, where it has no holes; until
+// then its bounds are those of all moments between the same layers.
 [[nodiscard]] Slice thick_time_slice(const Coefficients& coefficients, double frame,
                                      const std::array<double, 2>& interval, ThicknessKind kind,
-                                     const Affine3& index_to_world, const Context& context);
+                                     const Affine3& index_to_world, const Context& context,
+                                     bool later = false);
 
 } // namespace bccsplat

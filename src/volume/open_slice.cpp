@@ -104,6 +104,7 @@ Grid OpenSlice::own_grid() const {
 
 EvaluateMisses OpenSlice::evaluate(std::span<const Vec3> points, std::span<float> values,
                                    std::span<std::array<float, 3>> gradients, const Context& context) const {
+  if (!extraction) slice.coset.make(context);
   if (!extraction) return sample_points(slice, points, values, gradients, context);
   if (!gradients.empty()) fail(Code::unsupported, "slice: extracted points have no gradients");
   EvaluateMisses misses;
@@ -116,7 +117,7 @@ void OpenSlice::sample(const Grid& grid, float* values, const Context& context) 
   if (extraction)
     sample_extracted(*this, grid, values, context);
   else
-    sample_grid(slice, grid, values, context);
+    slice.coset.make(context), sample_grid(slice, grid, values, context);
 }
 
 uint64_t OpenSlice::list(uint64_t capacity, float* uvw, float* coefficients, Progress& progress) const {

@@ -23,6 +23,11 @@ constexpr int last_rows = 2;
 // Reading samples is about this share of making coefficients, for reports of progress.
 constexpr double read_share = 0.8;
 
+uint64_t next_number() {
+  static std::atomic<uint64_t> last{0};
+  return ++last;
+}
+
 } // namespace
 
 // Some rows of bricks along z of layers of samples, which move on. Where z is periodic, the first rows depend
@@ -91,7 +96,7 @@ struct Coefficients::Entry {
 Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune,
                            uint64_t cache_bytes, const BrickBox& region)
     : source_(source), channel_(channel), kernel_(std::move(kernel)), prune_(prune), region_(region),
-      read_region_(region.widened()), limit_(cache_bytes) {
+      read_region_(region.widened()), limit_(cache_bytes), number_(next_number()) {
   const Lattice4& lattice = source.lattice();
   PrefilterOfKernel filter = prefilter_of(lattice, std::move(kernel_));
   kernel_ = std::move(filter.kernel);
@@ -145,6 +150,26 @@ std::vector<CoefficientLayer> Coefficients::compact_layers(std::span<const int32
   std::vector<CoefficientLayer> result;
   for (const int32_t at : inside) result.push_back(found[at]);
   return result;
+}
+
+std::array<float, 2> Coefficients::range(int32_t layer, const CoefficientLayer& of,
+                                         const Context& context) const {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (const auto found = ranges_.find(layer); found != ranges_.end()) return found->second;
+  }
+  std::mutex mutex;
+  std::array<float, 2> range{};
+  context.tasks.parallel_for(of.brick_slots(), [&](uint64_t slot) {
+    std::array<float, brick_sites> room;
+    const float* const values = of.brick(slot, room);
+    if (!values) return;
+    const auto [low, high] = std::minmax_element(values, values + brick_sites);
+    const std::scoped_lock lock(mutex);
+    range = {std::min(range[0], *low), std::max(range[1], *high)};
+  });
+  const std::scoped_lock lock(mutex_);
+  return ranges_[layer] = range;
 }
 
 void Coefficients::note_use(std::span<const int32_t> wanted, std::span<const int32_t> inside) const {

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/coefficients/coefficient_layer.h"
 #include "field/coefficients/prefilter.h"
 #include "field/coefficients/sampled_field.h"
 #include "kernel/kernel.h"
@@ -35,13 +36,6 @@ namespace bccsplat {
 
 class Corrections; // field/corrections.h
 class Masks;       // field/masks.h
-
-// A layer in one of two forms, with the same values.
-struct CoefficientLayer {
-  std::shared_ptr<const BrickLayer> values;
-  std::shared_ptr<const SampleLayer> compact;
-  explicit operator bool() const { return values || compact; }
-};
 
 class Coefficients {
  public:
@@ -83,6 +77,13 @@ class Coefficients {
   // The same in the form that is at hand, or takes least memory.
   [[nodiscard]] std::vector<CoefficientLayer> compact_layers(std::span<const int32_t> layers,
                                                              const Context& context) const;
+
+  // A number that no other coefficients of this process have.
+  [[nodiscard]] uint64_t number() const { return number_; }
+  // The least and the largest coefficient of a layer inside the lattice, as compact_layers() gave it, and 0;
+  // looked for once.
+  [[nodiscard]] std::array<float, 2> range(int32_t layer, const CoefficientLayer& of,
+                                           const Context& context) const;
 
   // The layers of the source that the coefficients of a layer in it depend on.
   [[nodiscard]] std::set<int32_t> reads(int32_t layer) const;
@@ -166,7 +167,10 @@ class Coefficients {
   const Corrections* corrections_ = nullptr;
   const Masks* masks_ = nullptr;
 
+  uint64_t number_;
+
   mutable std::mutex mutex_;
+  mutable std::map<int32_t, std::array<float, 2>> ranges_; // by layer
   mutable std::map<Key, std::shared_ptr<const Entry>> entries_;
   mutable std::list<Key> recent_; // least recently used first
   mutable uint64_t held_ = 0;

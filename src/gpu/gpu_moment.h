@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Moments of a series on the GPU: layers of coefficients that stay there while they are used, and what is
+// merged of them by their weights.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/context.h"
+#include "draw/stats.h"
+#include "field/moment.h"
+#include "field/slice.h"
+#include "gpu/field_bricks.h"
+#include "gpu/gpu_bricks.h"
+#include "gpu/gpu_device.h"
+#include "gpu/gpu_programs.h"
+
+namespace bccsplat {
+
+using GpuLayerKey = std::pair<uint64_t, int32_t>; // series, and layer of it
+
+struct GpuLayer {
+  GpuLayerKey key;
+  size_t coset = 0;
+  LayerBricks bricks; // without their values
+  uint64_t bytes = 0; // on the GPU
+  std::optional<GpuBricks> sites;
+};
+
+// The layers that were used last.
+class GpuLayers {
+ public:
+  // Returns those of a moment, in the order of its parts; what is not there is made and sent, and stats told.
+  // Throws GpuFailure, memory_budget, cancelled.
+  std::vector<const GpuLayer*> find(const Slice& slice, const MomentPlan& moment, int border,
+                                    GpuDevice& device, const Context& context, DrawStats& stats);
+  void drop_all(GpuDevice& device);
+
+ private:
+  std::unique_ptr<GpuLayer> make(const Slice& slice, const MomentPlan& moment, const MomentPlan::Part& part,
+                                 int border, GpuDevice& device, const Context& context);
+  // Drops layers that a moment does not need, the latest used last, until so many bytes fit and not too many
+  // are there.
+  void make_room(const MomentPlan& moment, uint64_t bytes, GpuDevice& device);
+
+  std::vector<std::unique_ptr<GpuLayer>> layers_; // the latest used first
+};
+
+// Sites merged of layers.
+class GpuMoment {
+ public:
+  // bricks: as moment_bricks() makes them.
+  GpuMoment(const FieldBricks& bricks, const std::vector<const GpuLayer*>& layers);
+  [[nodiscard]] size_t bricks() const { return count_; }
+  // Sets sites to the sum of the layers, unless they are that already. Returns whether it did anything.
+  bool merge(GpuPrograms& programs, const std::vector<const GpuLayer*>& layers,
+             const std::vector<float>& weights, const GpuBricks& sites);
+
+ private:
+  void merge_buffers(GpuPrograms& programs, const std::vector<const GpuLayer*>& layers,
+                     const GpuBricks& sites);
+  void merge_textures(GpuPrograms& programs, const std::vector<const GpuLayer*>& layers,
+                      const GpuBricks& sites);
+  // Adds the layers from `first` on, as many as a shader looks at.
+  void draw_textures(GLuint program, const std::vector<const GpuLayer*>& layers, size_t first,
+                     const GpuBricks& sites) const;
+
+  size_t count_;               // bricks
+  std::vector<uint32_t> from_; // by layer and brick: its place in the layer
+  GlBuffer from_buffer_;
+  GlTexture from_texture_;
+  std::vector<float> weights_; // of what the sites are now
+};
+
+} // namespace bccsplat
