@@ -18,7 +18,13 @@ namespace {
 constexpr double gradient_sigmas = 3;
 // Voxels that an edge between the background and what is seen before it may have and still be a full surface.
 constexpr double edge_voxels = 3;
+// Behind the edge of a solid the field rings: gradients up to this share of what the object is above the
+// background, per voxel, are taken for that.
+constexpr double ringing = 0.04;
 constexpr double sigma_per_step = 0.2887; // of rounding: 1 / sqrt(12)
+// Rounding makes terraces of slopes, which last for voxels: slopes of fewer steps per voxel have the light of
+// their risers.
+constexpr double steps_of_terraces = 2;
 // Differences over a sample's distance, of values with a standard deviation of 1. Samples know of no waves
 // but those that are longer than two of them; with less than this f32 data glitter in drafts.
 constexpr double differences_per_ripple = 5;
@@ -88,9 +94,11 @@ double ripple_noise(const Slice& slice, RenderMode mode, KernelForm form, bool w
 }
 
 GradientNoise gradient_noise(const ValueSurvey& survey, double step, double threshold) {
-  const double sigma = std::hypot(survey.noise, sigma_per_step * step, sigma_per_step * threshold);
+  const double sigma = std::hypot(survey.noise, sigma_per_step * threshold);
+  const bool solid = survey.kind == ValueKind::solid || survey.kind == ValueKind::constant;
+  const double rings = solid ? ringing * contrast(survey) : 0;
   const double most = contrast(survey) / (edge_voxels * surface_over_noise);
-  return {std::min(gradient_sigmas * sigma, most), 0};
+  return {std::min(std::max(std::hypot(gradient_sigmas * sigma, steps_of_terraces * step), rings), most), 0};
 }
 
 GradientNoise per_length(const GradientNoise& noise, double voxel) {

@@ -21,13 +21,22 @@ using namespace test;
 TEST(GradientNoise, IsThatOfTheDataAndOfRounding) {
   ValueSurvey s;
   s.kind = ValueKind::solid, s.object = 100;
+  s.noise = 3;
+  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0).constant, 9);
+  s = {};
+  s.kind = ValueKind::fog, s.mean = 100;
   EXPECT_EQ(gradient_noise(s, 0, 0).constant, 0);
-  s.noise = 2;
-  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0).constant, 6);
-  // Rounding to a step is off by a standard deviation of step / sqrt(12), and so is a threshold.
-  s.noise = 0;
-  EXPECT_NEAR(gradient_noise(s, 1, 0).constant, 3 / std::sqrt(12), 1e-3);
+  // Rounding makes terraces; a threshold is off by a standard deviation of itself / sqrt(12).
+  EXPECT_DOUBLE_EQ(gradient_noise(s, 1, 0).constant, 2);
   EXPECT_NEAR(gradient_noise(s, 0, 2).constant, 6 / std::sqrt(12), 2e-3);
+}
+
+TEST(GradientNoise, HasTheRingingBehindTheEdgeOfASolid) {
+  ValueSurvey s;
+  s.kind = ValueKind::solid, s.background = 20, s.object = 120;
+  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0).constant, 4);
+  s.kind = ValueKind::fog, s.mean = 100;
+  EXPECT_EQ(gradient_noise(s, 0, 0).constant, 0) << "it may be as smooth as it likes";
 }
 
 TEST(GradientNoise, EdgesOfThreeVoxelsAreSurfaces) {
