@@ -275,7 +275,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.sight = sight;
     scene.function = renderer->function
                          ? *renderer->function
-                         : default_function(slice.volume->file, slice.open.channel, renderer->options);
+                         : default_function(slice.volume->file, slice.open.channel, slice.open.slice, renderer->options);
     scene.lights = renderer->lights;
     scene.points = &slice.kept.points;
     scene.drawers = &renderer->drawers;

@@ -8,7 +8,25 @@
 
 namespace bccsplat {
 
+constexpr double thinnest_lit = 1.5; // samples
+
 double mean_voxel(const Slice& slice) { return std::cbrt(std::fabs(slice.slice_to_world.determinant())); }
+
+Vec3 samples_across(const Slice& slice) {
+  const Vec3 size = slice.domain_end - slice.domain_begin;
+  Vec3 samples{};
+  for (size_t a = 0; a < 3; ++a) {
+    Vec3 side{};
+    side[a] = size[a];
+    samples[a] = length(slice.lattice_to_slice.vector(side));
+  }
+  return samples;
+}
+
+bool one_sample_thick(const Slice& slice) {
+  const Vec3 samples = samples_across(slice);
+  return std::min({samples[0], samples[1], samples[2]}) < thinnest_lit;
+}
 
 Lights lights_of(const Shot& shot, KernelForm form) {
   Lights lights = *shot.lights;

@@ -113,6 +113,9 @@ struct Shot {
 
 // Returns the world length of one mean voxel of the slice's source, the default unit distance.
 [[nodiscard]] double mean_voxel(const Slice& slice);
+// Returns how many samples of slice space a slice has along each axis of its lattice.
+[[nodiscard]] Vec3 samples_across(const Slice& slice);
+[[nodiscard]] bool one_sample_thick(const Slice& slice);
 
 // Returns the lights with the noise of the kernel in this form, where the shot asks for it.
 [[nodiscard]] Lights lights_of(const Shot& shot, KernelForm form = KernelForm::exact);

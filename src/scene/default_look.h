@@ -11,10 +11,14 @@
 
 namespace bccsplat {
 
-// Returns the transfer function of a channel by its histogram. Several surfaces are told apart by the colours
-// of their values; one has one.
+// Returns the transfer function of a slice by the histogram of its channel. Several surfaces are told apart
+// by the colours of their values; one has one.
 [[nodiscard]] TransferFunction default_function(const OpenVolume& volume, uint32_t channel,
-                                                const RenderOptions& options);
+                                                const Slice& slice, const RenderOptions& options);
+
+// Returns the length that a look's opacities are meant for; 0: a mean voxel. A slice through time, or one
+// sample thick, is as opaque along its shortest axis as a frame is.
+[[nodiscard]] double distance_of_look(const OpenVolume& volume, const Slice& slice);
 
 // Returns the noise of gradients per world length at the volume's own voxels whatever the level, so that
 // levels are lit alike. asked: per mean voxel; none: as the file tells.

@@ -62,8 +62,9 @@ std::optional<double> frame_at(const Instance& instance, double time) {
 }
 
 TransferFunction function_of(const Instance& instance, const Slice& slice, const RenderOptions& options) {
-  TransferFunction f =
-      instance.function ? *instance.function : default_function(*instance.volume, instance.channel, options);
+  TransferFunction f = instance.function
+                           ? *instance.function
+                           : default_function(*instance.volume, instance.channel, slice, options);
   // Extinction is per unit distance.
   if (instance.density != 1)
     f.unit_distance = (f.unit_distance > 0 ? f.unit_distance : mean_voxel(slice)) / instance.density;

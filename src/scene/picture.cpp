@@ -54,7 +54,7 @@ void check_picture(const Scene& scene, const RenderOptions& options, const Image
     for (const IsoSurface& s : drawn_surfaces(options))
       if (!std::isfinite(s.value) || !(s.opacity >= 0 && s.opacity <= 1))
         fail(Code::invalid_argument, "render: values of isosurfaces must be finite, their opacities 0 to 1");
-  if (options.mode == RenderMode::xray && shaded(options))
+  if (options.mode == RenderMode::xray && shaded(options, *scene.slice))
     fail(Code::unsupported, "render: an X-ray has no surface to shade; turn shading off");
   for (const Light& light : scene.lights.lights)
     for (size_t a = 0; a < 3; ++a)
@@ -105,9 +105,10 @@ RenderStats render_reference(const Scene& scene, const RenderOptions& options, c
   return Picture(scene, by_reference, context, image).draw_truth(field, reference);
 }
 
-bool shaded(const RenderOptions& options) {
-  return options.shading.value_or(options.mode == RenderMode::composite ||
-                                  options.mode == RenderMode::isosurface);
+bool shaded(const RenderOptions& options, const Slice& slice) {
+  if (options.shading) return *options.shading;
+  if (options.mode == RenderMode::composite) return !one_sample_thick(slice);
+  return options.mode == RenderMode::isosurface;
 }
 
 std::vector<IsoSurface> drawn_surfaces(const RenderOptions& options) {

@@ -116,8 +116,9 @@ RenderStats render(const Scene& scene, const RenderOptions& options, const Conte
 RenderStats render_reference(const Scene& scene, const RenderOptions& options, const FieldAt& field,
                              const ReferenceOptions& reference, const Context& context, Image& image);
 
-// Returns whether samples are lit: as asked, or by the mode.
-[[nodiscard]] bool shaded(const RenderOptions& options);
+// Returns whether samples are lit: as asked, or by the mode. What is one sample thick has no surfaces: its
+// gradients lie in it.
+[[nodiscard]] bool shaded(const RenderOptions& options, const Slice& slice);
 
 // Returns the isosurfaces that are there: those that are not wholly transparent.
 [[nodiscard]] std::vector<IsoSurface> drawn_surfaces(const RenderOptions& options);

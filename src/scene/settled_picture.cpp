@@ -30,10 +30,10 @@ bool corrected(const Slice& slice, const Trail* trail) {
                                [](const TrailSource& s) { return s.slice.corrections != nullptr; }));
 }
 
-ShotOptions shot_options(const RenderOptions& options, const Image& image) {
+ShotOptions shot_options(const RenderOptions& options, const Slice& slice, const Image& image) {
   ShotOptions o;
   o.mode = options.mode;
-  o.shading = shaded(options);
+  o.shading = shaded(options, slice);
   o.without_ripple = options.without_ripple && o.shading;
   if (o.mode == RenderMode::isosurface) o.surfaces = drawn_surfaces(options);
   o.opacity_stop = options.opacity_stop;
@@ -141,7 +141,7 @@ void SettledPicture::settle_look() {
   shot_.voxel = mean_voxel(*scene_.slice); // at every level, so that levels are lit alike
   shot_.quality = options_.quality;
   shot_.preintegrate = options_.preintegrate;
-  shot_.options = shot_options(options_, image_);
+  shot_.options = shot_options(options_, *scene_.slice, image_);
   shot_.options.with_depth = shot_.options.with_depth || smooths_edges(); // which are known by their depths
   shot_.options.with_hits = smooths_edges() && EdgeSmoother::needs_hits(shot_.options);
   // Nobody knows whether the host's depths are those of the picture before.

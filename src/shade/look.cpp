@@ -20,6 +20,9 @@ constexpr double solid_depth = 10, fog_depth = 3, tissue_depth = 5, signed_depth
 constexpr double least_solid = 0.06, label_depth = 0.5, surface_depth = 2;
 constexpr double most_opacity = 0.95;
 constexpr size_t most_windows = 8; // of four points each
+// Colours: where the mean is at least, of the way from the first to the last, and the largest bend for that;
+// of two signs, where the colours halfway are at least, of the way to the farthest value.
+constexpr double lowest_mean = 0.42, most_bend = 2.5, least_half = 0.1;
 
 constexpr Vec3 ivory{0.68, 0.60, 0.47};
 
@@ -29,6 +32,8 @@ constexpr double least_mean = 0.05, least_object = 0.1, least_boundary = 0.02;
 constexpr double least_range = 1e-6, least_value = 1e-30;
 // Shares of a solid's optical depth: halfway to its boundary, and at it.
 constexpr double depth_before = 0.05, depth_at_boundary = 0.4;
+// What is farther than the object is denser, by so many times its share of the object's distance; at most.
+constexpr double denser = 4, densest = 3;
 constexpr double level_set_rise = 0.02; // of the way to the farthest distance, to the surface's depth
 constexpr double of_maximum = 0.25;     // of the mean's distance: what is farther is opaque in a maximum
 // Between labels: half the width of a window, alone and among narrow ones, and of the slopes beside it.
@@ -44,6 +49,7 @@ using Profile = std::vector<ProfilePoint>;
 // Distances from the end of the empty values on one side.
 struct Side {
   double edge, sign, mean, boundary, object, far;
+  double crossing; // voxels along a ray
 };
 
 Side side_of(const ValueSurvey& s, bool above) {
@@ -55,7 +61,12 @@ Side side_of(const ValueSurvey& s, bool above) {
   const double tiny =
       least_range * std::max({std::fabs(s.colors.high), std::fabs(s.colors.low), least_value});
   e.far = std::max(e.sign * ((above ? s.colors.high : s.colors.low) - e.edge), tiny);
-  e.mean = std::clamp(s.mean - std::fabs(e.edge - s.background), least_mean * e.far, e.far);
+  const bool both = s.above && s.below;
+  const SideOfValues& values = above ? s.upper : s.lower;
+  const double mean = both && values.share > 0 ? values.mean : s.mean;
+  // The rarer side is the smaller one, and is to be seen as well.
+  e.crossing = both ? std::max(2.0, s.crossing * std::cbrt(std::min(1.0, 2 * values.share))) : s.crossing;
+  e.mean = std::clamp(mean - std::fabs(e.edge - s.background), least_mean * e.far, e.far);
   e.object = std::clamp(e.sign * (s.object - e.edge), least_object * e.far, e.far);
   e.boundary = std::clamp(e.sign * (s.boundary - e.edge), least_boundary * e.far, e.object);
   return e;
@@ -72,7 +83,7 @@ Profile surface(const Side& e, double depth) {
           {0.5 * e.boundary, depth_before * depth},
           {e.boundary, depth_at_boundary * depth},
           {e.object, depth},
-          {e.far, 3 * depth}};
+          {e.far, depth * std::min(densest, 1 + denser * (e.far - e.object) / e.object)}};
 }
 
 Profile rising(const Side& e, double depth) {
@@ -85,21 +96,21 @@ Profile rising(const Side& e, double depth) {
 Profile profile_of(const ValueSurvey& s, const Side& e) {
   switch (s.kind) {
   case ValueKind::solid:
-    return surface(e, std::max(solid_depth / s.crossing, least_solid));
+    return surface(e, std::max(solid_depth / e.crossing, least_solid));
   case ValueKind::both_signs:
-    return ramp(e, signed_depth / s.crossing);
+    return ramp(e, signed_depth / e.crossing);
   case ValueKind::constant:
-    return {{0, 0}, {0.5 * e.far, std::max(solid_depth / s.crossing, least_solid)}};
+    return {{0, 0}, {0.5 * e.far, std::max(solid_depth / e.crossing, least_solid)}};
   case ValueKind::level_set:
     return {{0, 0}, {level_set_rise * e.far, surface_depth}};
   case ValueKind::dense:
-    return rising(e, box_depth / s.crossing);
+    return rising(e, box_depth / e.crossing);
   case ValueKind::empty:
   case ValueKind::labels:
   case ValueKind::fog:
     break;
   }
-  return ramp(e, fog_depth / s.crossing);
+  return ramp(e, fog_depth / e.crossing);
 }
 
 double opacity_of(double depth) { return std::min(-std::expm1(-depth), most_opacity); }
@@ -116,11 +127,30 @@ void add_opacities(TransferFunction& f, const Side& e, const Profile& profile, b
   f.opacities.insert(f.opacities.end(), points.begin(), points.end());
 }
 
-void add_colors(TransferFunction& f, double low, double high, const std::vector<Vec3>& stops) {
+// bend: the power of the way that a colour has from low to high.
+void add_colors(TransferFunction& f, double low, double high, double bend, const std::vector<Vec3>& stops) {
   if (!(high > low)) high = low + std::max(least_range, least_range * std::fabs(low));
-  for (size_t i = 0; i < stops.size(); ++i)
-    f.colors.push_back(
-        {low + (high - low) * static_cast<double>(i) / static_cast<double>(stops.size() - 1), stops[i]});
+  for (size_t i = 0; i < stops.size(); ++i) {
+    const double way = static_cast<double>(i) / static_cast<double>(stops.size() - 1);
+    f.colors.push_back({low + (high - low) * std::pow(way, bend), stops[i]});
+  }
+}
+
+// The same of two signs: colours halfway from grey are at the mean.
+void add_signed_colors(TransferFunction& f, const ValueSurvey& s, const std::vector<Vec3>& stops) {
+  const double far = std::max(s.colors.high, least_value);
+  const double half = std::clamp(s.mean, least_half * far, far / 2);
+  const std::array<double, 5> values{-far, -half, 0, half, far};
+  for (size_t i = 0; i < stops.size(); ++i) f.colors.push_back({values[i], stops[i]});
+}
+
+// Where a few values are far higher than all others, these would be of one colour, and dark: the mean is
+// not far below the middle of the colours.
+double bend_of_colors(const ValueSurvey& s) {
+  if (s.below || !s.above || s.kind == ValueKind::constant) return 1;
+  const double way = (s.background + s.mean - s.colors.low) / (s.colors.high - s.colors.low);
+  if (!(way > 0 && way < lowest_mean)) return 1;
+  return std::min(std::log(way) / std::log(lowest_mean), most_bend);
 }
 
 std::vector<Vec3> viridis_stops() {
@@ -252,15 +282,19 @@ TransferFunction look_function(const ValueSurvey& s, Look look, RenderMode mode)
   } else if (look == Look::ct_bone || look == Look::ct_soft) {
     f = ct_function(s, look == Look::ct_soft, opaque);
   } else {
-    add_colors(f, s.colors.low, s.colors.high, stops_of(look, s));
+    const std::vector<Vec3>& stops = stops_of(look, s);
+    if (&stops == &sign_stops)
+      add_signed_colors(f, s, stops);
+    else
+      add_colors(f, s.colors.low, s.colors.high, look == Look::automatic ? bend_of_colors(s) : 1, stops);
     const bool all = s.empty.low > s.empty.high || (s.kind == ValueKind::dense && opaque);
     if (all) f.opacities = {{s.colors.low, opaque ? 1.0 : opacity_of(dense_depth / s.crossing)}};
     for (const bool above : {false, true}) {
       if (all || !(above ? s.above : s.below)) continue;
       const Side e = side_of(s, above);
       Profile p = profile_of(s, e);
-      if (look == Look::mr) p = ramp(e, tissue_depth / s.crossing);
-      if (look == Look::fog || look == Look::fire) p = ramp(e, fog_depth / s.crossing);
+      if (look == Look::mr) p = ramp(e, tissue_depth / e.crossing);
+      if (look == Look::fog || look == Look::fire) p = ramp(e, fog_depth / e.crossing);
       // In a maximum, what is not nearly air is opaque.
       if (opaque) p = {{0, 0}, {s.kind == ValueKind::solid ? e.boundary : of_maximum * e.mean, 1}};
       add_opacities(f, e, p, opaque);

@@ -51,8 +51,14 @@ constexpr double longer_side = 1.5;
 constexpr double sign_sigmas = 2.5, sigma_per_median = 1.4826, most_near_zero = 0.2;
 // Noise may reach this share of the way from a background to the boundary of a solid.
 constexpr double of_boundary = 0.4;
+// Where the boundary of fog is, on the way from the noise to what divides its values best: nearer to that it
+// is torn where values vary.
+constexpr double of_threshold = 0.35;
 // The share of the samples beyond the noise that is left out of the range of colours, at either end.
 constexpr double color_tail = 0.002;
+// The range of colours is no less than this share of the distance from the background: ripple is 0.0024 of
+// it.
+constexpr double narrowest_colors = 0.05;
 
 struct Background {
   bool found = false;
@@ -226,9 +232,19 @@ bool has_both_signs(const Histogram& h) {
          h.mass(3 * r.high / 4, unbounded) <= h.mass(r.high / 4, r.high / 2);
 }
 
+// Returns a range, on the side of the background widened where it is narrow.
+Range wide_enough(Range colors, double background) {
+  const double low = std::fabs(colors.low - background), high = std::fabs(colors.high - background);
+  const double least = narrowest_colors * std::max(low, high);
+  if (colors.high - colors.low >= least) return colors;
+  if (low < high) return {colors.high - least, colors.high};
+  return {colors.low, colors.low + least};
+}
+
 // Completes a survey by what the samples outside its empty values are.
 void describe_rest(const Histogram& h, const ValueCounts& c, ValueSurvey& s) {
   double count = 0, distance = 0;
+  s.lower = s.upper = {};
   std::vector<double> rest(h.all.size(), 0.0);
   for (size_t i = 0; i < h.all.size(); ++i) {
     const double v = h.value(static_cast<double>(i));
@@ -236,9 +252,15 @@ void describe_rest(const Histogram& h, const ValueCounts& c, ValueSurvey& s) {
     if (!shown && s.empty.low <= s.empty.high) continue;
     rest[i] = h.all[i], count += h.all[i];
     distance += h.all[i] * std::fabs(v - s.background);
+    SideOfValues& side = v < s.background ? s.lower : s.upper;
+    side.share += h.all[i], side.mean += h.all[i] * std::fabs(v - s.background);
   }
   if (count == 0) return;
   s.mean = distance / count;
+  for (SideOfValues* side : {&s.lower, &s.upper}) {
+    if (side->share > 0) side->mean /= side->share;
+    side->share /= count;
+  }
   s.crossing = std::max(2.0, std::cbrt(count / h.total() * c.voxels));
   const auto tail = [&](bool from_above) {
     double left = color_tail * count;
@@ -248,7 +270,7 @@ void describe_rest(const Histogram& h, const ValueCounts& c, ValueSurvey& s) {
     }
     return from_above ? h.range.high : h.range.low;
   };
-  s.colors = {tail(false), tail(true)};
+  s.colors = wide_enough({tail(false), tail(true)}, s.background);
 }
 
 ValueSurvey survey_signs(const Histogram& h, const ValueCounts& c) {
@@ -304,7 +326,8 @@ ValueSurvey survey_object(const Histogram& h, const ValueCounts& c, const Backgr
   s.kind = pile.found ? ValueKind::solid : ValueKind::fog;
   s.object = pile.found ? pile.top : b.value + sign * s.mean;
   s.boundary = 0.5 * (s.background + s.object);
-  if (!pile.found && s.above) s.boundary = otsu_threshold(h.all, h.range, b.value);
+  if (!pile.found && s.above)
+    s.boundary = edge + of_threshold * (otsu_threshold(h.all, h.range, b.value) - edge);
   if (sign * (s.boundary - edge) <= 0) s.boundary = 0.5 * (edge + s.object);
   if (!pile.found) return s;
   s.boundary = boundary_behind_haze(h, edge, pile, s.boundary);

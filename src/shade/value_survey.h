@@ -28,6 +28,12 @@ struct ValueCounts {
 
 enum class ValueKind : uint8_t { empty, constant, labels, level_set, both_signs, solid, fog, dense };
 
+// What is on one side of the empty values.
+struct SideOfValues {
+  double mean = 0;  // distance from the background
+  double share = 0; // of all that is not empty
+};
+
 struct ValueSurvey {
   ValueKind kind = ValueKind::empty;
   // Values between are air and noise; infinite where nothing but these is beyond; low > high: none are.
@@ -40,6 +46,7 @@ struct ValueSurvey {
   double noise = 0;    // of a solid: standard deviation of the values of which most is made; 0: not seen
   double boundary = 0; // between background and object
   double crossing = 1; // voxels along a ray through the middle of what is not empty
+  SideOfValues lower, upper;  // what is below the background, and what is above it
   std::vector<double> labels; // rising, without the background, which air is where it lies below them
 };
 

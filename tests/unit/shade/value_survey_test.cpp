@@ -242,5 +242,15 @@ TEST(ValueSurvey, OtsuDividesTwoPeaksBetweenThem) {
   EXPECT_LE(t, 70);
 }
 
+// Where a plateau is one value, ripple is not to run through all colours.
+TEST(ValueSurvey, ColoursOfOneValueAreAShareOfItsDistanceFromTheBackground) {
+  Counts c(0, 1.01);
+  c.normal(1e5, 1, 0.002);
+  c.air_sites = 900000;
+  const ValueSurvey s = survey_values(c);
+  EXPECT_GE(s.colors.high - s.colors.low, 0.049);
+  EXPECT_NEAR(s.colors.high, 1, 0.01) << "the room is on the side of the background";
+}
+
 } // namespace
 } // namespace bccsplat
