@@ -999,6 +999,10 @@ typedef struct bccsplat_volume_options {
   uint64_t cache_bytes;
   /* NULL: none; looked at by open, too. */
   bccsplat_cancel_token* cancel_token;
+  /* Factors on x, y and z of the world, 1e-30 to 1e30, as for axes in different units, whose
+   * proportions nothing tells. All that is told of the world and taken has that shape: affines,
+   * points, slices, gradients, pictures. 0 0 0: as stored. */
+  double shape[3];
 } bccsplat_volume_options;
 
 /* Whether a series may get more frames, which bccsplat_volume_reopen sees. */
@@ -1940,7 +1944,7 @@ typedef struct bccsplat_render_options {
   bccsplat_mode mode;
   /* DEFAULT: normal; sets sheet_step and gradient unless given. */
   bccsplat_quality quality;
-  /* DEFAULT: on for composite and isosurface. */
+  /* DEFAULT: on for isosurface, and for composite but of slices that are one sample thick. */
   bccsplat_shading shading;
   uint32_t disable_skips;
   /* Distance of sheets in T; 0: by quality (draft 1, normal 0.5, fine 0.25, best 0.125; of slices

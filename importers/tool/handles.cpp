@@ -3,6 +3,7 @@
 // nearest name of a kernel or channel. Opens devices and volumes, and fetches the structs that describe them.
 #include "tool/handles.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <vector>
 
@@ -77,8 +78,10 @@ Device create_device(int threads, uint64_t memory_budget) {
   return Device(device);
 }
 
-Volume open_volume(const Device& device, const std::string& path, const std::string& kernel) {
+Volume open_volume(const Device& device, const std::string& path, const std::string& kernel,
+                   const std::array<double, 3>& shape) {
   auto options = sized<bccsplat_volume_options>();
+  std::copy(shape.begin(), shape.end(), options.shape);
   options.kernel = kernel.empty() ? nullptr : kernel.c_str();
   options.cancel_token = interrupt_token(); // of all calls that take the volume, too
   bccsplat_volume* volume = nullptr;

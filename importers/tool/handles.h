@@ -2,6 +2,8 @@
 // The objects of the C API as values that release themselves, and its status codes as exceptions.
 #pragma once
 
+#include <array>
+
 #include "bccsplat.hpp"
 #include "readers/error.h"
 
@@ -34,7 +36,9 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
 
 [[nodiscard]] Device create_device(int threads, uint64_t memory_budget);
 // `kernel` empty: the file's.
-[[nodiscard]] Volume open_volume(const Device& device, const std::string& path, const std::string& kernel);
+// shape: factors on the axes of the world; all 0: as stored.
+[[nodiscard]] Volume open_volume(const Device& device, const std::string& path, const std::string& kernel,
+                                 const std::array<double, 3>& shape = {});
 [[nodiscard]] bccsplat_volume_info volume_info(const Volume& volume);
 // The last frame index that can be looked at: of a periodic series that of frame 0 again.
 [[nodiscard]] inline double last_index(const bccsplat_volume_info& v) {

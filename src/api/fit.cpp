@@ -88,9 +88,9 @@ bccsplat_status bccsplat_slice_get_seen_bounds(const bccsplat_slice* slice,
     require(slice, "slice"), require(bounds, "bounds");
     const OpenSlice& open = slice->open;
     if (open.slice.empty()) fail(Code::wrong_state, "slice: it misses the volume, and has no bounds");
-    const TransferFunction function = transfer_function
-                                          ? read_function(transfer_function)
-                                          : default_function(slice->volume->file, open.channel, open.slice, {});
+    const TransferFunction function =
+        transfer_function ? read_function(transfer_function)
+                          : default_function(slice->volume->file, open.channel, open.slice, {});
     const WorldBox box = seen_box(open.slice, function);
     std::copy(box.low.begin(), box.low.end(), bounds),
         std::copy(box.high.begin(), box.high.end(), bounds + 3);

@@ -273,9 +273,9 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.slice = &slice.open.slice;
     scene.levels = &slice.kept.levels;
     scene.sight = sight;
-    scene.function = renderer->function
-                         ? *renderer->function
-                         : default_function(slice.volume->file, slice.open.channel, slice.open.slice, renderer->options);
+    scene.function = renderer->function ? *renderer->function
+                                        : default_function(slice.volume->file, slice.open.channel,
+                                                           slice.open.slice, renderer->options);
     scene.lights = renderer->lights;
     scene.points = &slice.kept.points;
     scene.drawers = &renderer->drawers;

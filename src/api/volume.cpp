@@ -18,6 +18,8 @@ namespace {
 
 using Opening = bccsplat_volume::Opening;
 
+constexpr double least_shape = 1e-30;
+
 // older: whose caches it begins with; null: none.
 template<class Open>
 std::unique_ptr<bccsplat_volume> open(bccsplat_device& device, Opening how, const bccsplat_volume* older,
@@ -36,6 +38,16 @@ std::unique_ptr<bccsplat_volume> open(bccsplat_device& device, Opening how, cons
   return made;
 }
 
+// All 0: as stored.
+Vec3 read_shape(const double (&shape)[3]) {
+  if (shape[0] == 0 && shape[1] == 0 && shape[2] == 0) return {1, 1, 1};
+  for (const double factor : shape)
+    if (!(factor >= least_shape && factor <= 1 / least_shape))
+      fail(Code::invalid_argument, "bccsplat_volume_options.shape: ", factor,
+           " is no factor from 1e-30 to 1e30; all 0: as stored");
+  return {shape[0], shape[1], shape[2]};
+}
+
 template<class Open>
 bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* options,
                      bccsplat_volume** volume, const Open& open_source) {
@@ -46,7 +58,7 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
     const auto o = read_struct(options, "bccsplat_volume_options");
     Opening how;
     how.token = read_token(o.cancel_token);
-    how.options = {o.kernel ? o.kernel : "", o.cache_bytes, device->max_sites, {}};
+    how.options = {o.kernel ? o.kernel : "", o.cache_bytes, device->max_sites, {}, read_shape(o.shape)};
     how.options.limits.salvage = o.salvage != 0, how.options.limits.salvage_unreadable = o.salvage == 2;
     *volume = open(*device, how, nullptr, open_source).release();
   });

@@ -43,9 +43,10 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     std::copy(scales.begin(), scales.end(), out.scales);
     std::copy(v.lattice.before.begin(), v.lattice.before.end(), out.planes_before);
     std::copy(v.lattice.behind.begin(), v.lattice.behind.end(), out.planes_behind);
+    const Affine3& affine = volume->file.affine();
     for (size_t r = 0; r < 3; ++r) {
-      for (size_t c = 0; c < 3; ++c) out.affine[4 * r + c] = v.affine.linear[r][c];
-      out.affine[4 * r + 3] = v.affine.offset[r];
+      for (size_t c = 0; c < 3; ++c) out.affine[4 * r + c] = affine.linear[r][c];
+      out.affine[4 * r + 3] = affine.offset[r];
     }
     out.affine[15] = 1;
     out.time_first = v.time.at(0), out.time_last = v.time.at(v.lattice.dims[3] - 1);
@@ -53,7 +54,7 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     for (size_t a = 0; a < 3; ++a)
       if (v.lattice.turns(a)) out.periodic_axes |= 1u << a;
     out.time_end = volume->file.times().last();
-    out.mean_voxel = std::cbrt(std::fabs(v.affine.determinant()));
+    out.mean_voxel = std::cbrt(std::fabs(affine.determinant()));
     out.spatial_unit = v.spatial_unit.c_str(), out.time_unit = v.time.unit.c_str();
     out.kernel = volume->file.kernel().name.c_str(),
     out.recommended_kernel = volume->file.recommended_kernel().c_str();
@@ -95,7 +96,7 @@ bccsplat_status bccsplat_volume_index_to_world(const bccsplat_volume* volume, ui
                                                double* to) {
   return guard([&] {
     require(volume, "volume");
-    const Affine3& affine = volume->file.info().affine;
+    const Affine3& affine = volume->file.affine();
     map_points(n, from, to, [&](const Vec3& p) { return affine.point(volume->file.axes()->even_of(p)); });
   });
 }
@@ -104,7 +105,7 @@ bccsplat_status bccsplat_volume_world_to_index(const bccsplat_volume* volume, ui
                                                double* to) {
   return guard([&] {
     require(volume, "volume");
-    const Affine3 inverse = volume->file.info().affine.inverse();
+    const Affine3 inverse = volume->file.affine().inverse();
     map_points(n, from, to, [&](const Vec3& p) { return volume->file.axes()->index_of(inverse.point(p)); });
   });
 }

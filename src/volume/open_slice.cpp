@@ -63,10 +63,9 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
   OpenSlice result;
   result.channel = request.channel, result.level = request.level;
   if (request.extracted)
-    extract(result, request, volume.info().affine, context);
+    extract(result, request, volume.affine(), context);
   else
-    result.slice =
-        hyperslice(*request.coefficients, request.plane, request.cut, volume.info().affine, context);
+    result.slice = hyperslice(*request.coefficients, request.plane, request.cut, volume.affine(), context);
   result.cut = request.cut;
   result.slice.bytes_read = volume.reader()->bytes_read() - read_before;
   result.memory = Reservation(context.memory,

@@ -83,10 +83,16 @@ VolumeCache cache_to_play(const Bcc4Reader& reader, const Kernel& kernel) {
   }
 }
 
+Affine3 shaped(Affine3 affine, const Vec3& shape) {
+  for (size_t r = 0; r < 3; ++r) affine.linear[r] = shape[r] * affine.linear[r], affine.offset[r] *= shape[r];
+  return affine;
+}
+
 } // namespace
 
 OpenVolume::OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& options, MemoryBudget& memory)
     : reader_(Bcc4Reader::open(std::move(source), options.limits)), times_(time_axis(reader_->info())),
+      affine_(shaped(reader_->info().affine, options.shape)),
       axes_(std::make_shared<const UnevenAxes>(uneven_axes(reader_->info()))),
       kernel_(make_kernel(choose_kernel(reader_->info(), options.kernel.c_str()))),
       recommended_kernel_(make_kernel(reader_->info().recommended_kernel).name) {

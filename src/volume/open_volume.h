@@ -30,6 +30,7 @@ struct VolumeOptions {
   uint64_t cache_bytes = 0; // 0: chosen by what playing needs and the memory there is
   uint64_t max_sites = UINT64_MAX;
   Bcc4Limits limits;
+  Vec3 shape{1, 1, 1}; // factors on the axes of the world
 };
 
 // Any thread may call. The budget outlives it.
@@ -47,6 +48,8 @@ class OpenVolume {
   [[nodiscard]] const TimeAxis& times() const { return times_; }
   // Which axes of space are unevenly spaced, and how: the volume's affine takes even positions to the world.
   [[nodiscard]] const std::shared_ptr<const UnevenAxes>& axes() const { return axes_; }
+  // Takes index space, of even positions, to the world: the file's, in the shape that was asked for.
+  [[nodiscard]] const Affine3& affine() const { return affine_; }
   [[nodiscard]] const Kernel& kernel() const { return kernel_; }
   [[nodiscard]] const std::string& recommended_kernel() const { return recommended_kernel_; }
   // These fail with not_found where there is no such channel or level.
@@ -98,6 +101,7 @@ class OpenVolume {
   std::shared_ptr<Bcc4Reader> reader_;
   std::vector<std::unique_ptr<Bcc4Samples>> samples_; // by level
   TimeAxis times_;
+  Affine3 affine_;
   std::shared_ptr<const UnevenAxes> axes_; // never null
   Kernel kernel_;
   std::string recommended_kernel_;

@@ -35,7 +35,7 @@ EvaluateMisses values_at_world(const OpenVolume& volume, uint32_t channel, std::
                                std::span<float> values, std::span<std::array<float, 4>> gradients,
                                const Context& context) {
   const Reservation memory(context.memory, points.size() * sizeof(Vec4), "points of the world");
-  const Affine3 to_space = volume.info().affine.inverse();
+  const Affine3 to_space = volume.affine().inverse();
   std::vector<Vec4> at(points.size());
   for (size_t n = 0; n < at.size(); ++n) at[n] = to_index(volume, to_space, points[n]);
   const EvaluateMisses misses = values_at(volume, channel, at, values, gradients, context);
@@ -52,7 +52,7 @@ EvaluateMisses values_at_world(const OpenVolume& volume, uint32_t channel, std::
 
 std::string first_outside(const OpenVolume& volume, std::span<const Vec4> points, bool world) {
   const Lattice4& lattice = volume.lattice(0);
-  const Affine3 to_space = world ? volume.info().affine.inverse() : Affine3{};
+  const Affine3 to_space = world ? volume.affine().inverse() : Affine3{};
   for (size_t n = 0; n < points.size(); ++n) {
     const Vec4 p = world ? to_index(volume, to_space, points[n]) : points[n];
     for (size_t a = 0; a < (lattice.is_static() ? 3u : 4u); ++a) {

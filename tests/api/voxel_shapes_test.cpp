@@ -159,5 +159,41 @@ TEST_F(VoxelShapes, SlicesAreThoseOfTheField) {
   }
 }
 
+// A file opened in another shape: its affine, its points and what is read at them are of that world.
+TEST(VoxelShapes, AVolumeHasTheShapeThatItIsOpenedIn) {
+  const Device device = make_device();
+  const Folder folder;
+  const Volume plain = stored(device, folder, {12, 10, 8});
+  auto o = sized<bccsplat_volume_options>();
+  o.shape[0] = 1, o.shape[1] = 3, o.shape[2] = 0.25;
+  const std::string path = folder.file("s.bcc4");
+  bccsplat_volume* opened = nullptr;
+  ASSERT_OK(bccsplat_volume_open_file(device.get(), path.c_str(), &o, &opened));
+  const Volume shaped(opened);
+  const double index[] = {5, 4, 3, 2};
+  double there[4], here[4];
+  ASSERT_OK(bccsplat_volume_index_to_world(plain.get(), 1, index, there));
+  ASSERT_OK(bccsplat_volume_index_to_world(shaped.get(), 1, index, here));
+  for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(here[a], o.shape[a] * there[a], 1e-9);
+  float expected = 0, value = 0;
+  uint64_t missing = 0;
+  ASSERT_OK(bccsplat_volume_evaluate_world(plain.get(), 0, 1, there, &expected, nullptr, &missing));
+  ASSERT_OK(bccsplat_volume_evaluate_world(shaped.get(), 0, 1, here, &value, nullptr, &missing));
+  EXPECT_GT(expected, 1);
+  EXPECT_EQ(value, expected);
+  const Slice slice = cut_time(shaped, 2);
+  auto info = sized<bccsplat_slice_info>();
+  ASSERT_OK(bccsplat_slice_get_info(slice.get(), &info));
+  EXPECT_NEAR(info.affine[5] / info.affine[0], 3 * 11.0 / 9, 1e-9);
+  EXPECT_NEAR(info.affine[10] / info.affine[0], 0.25 * 11.0 / 7, 1e-9);
+  for (const double wrong : {-1.0, 0.0, 1e31, static_cast<double>(NAN)}) {
+    o.shape[1] = wrong;
+    opened = nullptr;
+    EXPECT_EQ(bccsplat_volume_open_file(device.get(), path.c_str(), &o, &opened),
+              BCCSPLAT_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(opened, nullptr);
+  }
+}
+
 } // namespace
 } // namespace host

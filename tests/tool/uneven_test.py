@@ -6,7 +6,7 @@ import struct
 import unittest
 
 from cases_netcdf_test import axes, classic, field
-from harness import DATA, Nrrd, ToolTest, has_reader, main, read_png
+from harness import DATA, Nrrd, ToolTest, exr_attributes, has_reader, main, read_png
 
 try:
     import netCDF4
@@ -52,6 +52,38 @@ class Uneven(ToolTest):
             print('SKIPPED: no', CASE)
             self.skipTest('no such data')
         return CASE
+
+    def test_axes_of_different_units_have_a_fair_shape(self):
+        """Degrees and metres: no bundle of rods, unless it is asked for."""
+        text, _ = weather()
+        self.write('w.nc', text)
+        self.bcc4('import', 'w.nc', '-o', 'w.bcc4', '--quiet')
+
+        def matrix(*more):
+            _, err = self.bcc4('render', 'w.bcc4', '--index', '--time', 1, '-o', 'w.exr', '--size', '32x32', *more)
+            m = exr_attributes(self.path('w.exr'))['worldToNDC']
+            os.remove(self.path('w.exr'))
+            return struct.unpack('<16f', m), err
+
+        fair, said = matrix('--view', 'bottom')
+        self.assertIn('x in degrees, y in degrees, z in hPa: drawn as a box of', said)
+        stored, said = matrix('--view', 'bottom', '--shape', 'stored')
+        self.assertNotIn('drawn as a box', said)
+        asked, said = matrix('--view', 'bottom', '--shape', '1,1,.5')
+        self.assertNotIn('drawn as a box', said)
+        self.assertEqual(len({fair, stored, asked}), 3)
+        self.refused(2, '--shape', 'render', 'w.bcc4', '--index', '--time', 1, '--shape', '1,0,1', '-o', 'x.png', output='x.png')
+        self.refused(2, '--shape', 'render', 'w.bcc4', '--index', '--time', 1, '--shape', 'square', '-o', 'x.png', output='x.png')
+
+    def test_even_axes_of_different_units_have_one_too(self):
+        text, _ = weather([1000, 800, 600, 400, 200])
+        self.write('e.nc', text)
+        self.bcc4('import', 'e.nc', '-o', 'e.bcc4', '--quiet')
+        _, said = self.bcc4('render', 'e.bcc4', '--index', '--time', 1, '-o', 'e.png', '--size', '32x32')
+        self.assertIn('z in hPa: drawn as a box of', said)
+        # A host's clips are of the world as stored.
+        _, said = self.bcc4('render', 'e.bcc4', '--index', '--time', 1, '-o', 'e.png', '--size', '32x32', '--clip=0,0,1,500')
+        self.assertNotIn('drawn as a box', said)
 
     def test_the_bound_holds_at_the_source_s_own_samples(self):
         self.bcc4('import', self.case(), '-o', 'a.bcc4', '--psnr', 60)

@@ -102,7 +102,7 @@ void describe_units(SeriesDescription& d, const std::vector<std::string>& units,
   if (agree && !units.empty() && units.size() == axes) d.spatial_unit = common_unit(units[0]);
   if (!agree)
     d.notes.push_back(concat("the axes have different units: ", join(units),
-                             "; pictures take them for one: --spacing SX,SY,SZ gives the box another shape"));
+                             "; bcc4 render --shape says in which proportions they are drawn"));
 }
 
 // The samples of both are at one place each, one after the other or from the other end.
@@ -173,6 +173,9 @@ void describe_space(SeriesDescription& d, const NetcdfSpace& space) {
   d.affine_origin = known.empty() ? "none given: one unit per voxel" : "coordinate variables " + join(known);
   describe_unknown(d, space, unknown, !known.empty());
   describe_units(d, units, axes);
+  if (d.spatial_unit.empty() && !units.empty())
+    d.attributes.emplace_back("axis_units",
+                              concat(d.places[0].unit, ",", d.places[1].unit, ",", d.places[2].unit));
 }
 
 std::array<bool, 3> turned_axes(SeriesDescription& d, const NetcdfSpace& first, const NetcdfSpace& space,

@@ -24,6 +24,7 @@
 #include "tool/view/picture_cut.h"
 #include "tool/view/picture_output.h"
 #include "tool/view/picture_sequence.h"
+#include "tool/view/picture_shape.h"
 #include "tool/view/render_arguments.h"
 #include "tool/view/render_function.h"
 #include "tool/view/render_stats.h"
@@ -162,6 +163,8 @@ struct Scene {
   PictureCutter cutter;
   std::optional<FittedView> fitted;
   Renderer renderer;
+  std::optional<TransferFunction> function; // none: the library's own
+  bool function_is_set;
   std::optional<TransferFunction> trail_function;
   std::array<double, 2> trail; // the interval that is set
   double open_ms;
@@ -176,6 +179,18 @@ struct Scene {
     return zoomed(view, a.zoom.value_or(1));
   }
 
+  // A look's opacities are in proportion to what rays cross of a slice.
+  void set_function(const bccsplat_slice_info& slice) {
+    if (!function) return;
+    const double distance = function->unit_distance;
+    if (by_look(slice_function(a))) function->unit_distance = distance_of_look(volume_info(volume), slice);
+    if (function_is_set && function->unit_distance == distance) return;
+    function_is_set = true;
+    const bccsplat_transfer_function t = as_struct(*function);
+    check(bccsplat_renderer_set_transfer_function(renderer.get(), &t),
+          a.tf.empty() ? "transfer function" : a.tf);
+  }
+
   // Renders one picture, --repeat times, and hands it on.
   RenderTimes draw(const Picture& picture, size_t number) {
     RenderTimes times;
@@ -184,6 +199,7 @@ struct Scene {
     times.slice = cut.info;
     times.kernel = times.slice.kernel;
     check(bccsplat_renderer_set_slice(renderer.get(), cut.slice.get()), "");
+    set_function(cut.info);
     const bccsplat_view seen = host.view(cut.camera);
     check(bccsplat_renderer_set_view(renderer.get(), &seen),
           a.view_matrix.empty() ? a.camera : a.view_matrix);
@@ -287,18 +303,17 @@ Volume open_for_pictures(const Device& device, const RenderArguments& a) {
   Volume volume = open_volume(device, a.file, a.kernel);
   const bool smooth = a.kernel.empty() && a.quality != BCCSPLAT_QUALITY_BEST &&
                       volume_info(volume).recommended_kernel == std::string_view("exact");
-  return smooth ? open_volume(device, a.file, "default") : std::move(volume);
+  const auto shape = picture_shape(volume, a);
+  if (!smooth && !shape) return volume;
+  return open_volume(device, a.file, smooth ? "default" : a.kernel, shape.value_or(std::array<double, 3>{}));
 }
 
-// Gives the renderer its transfer function, which `look` makes where nobody chose one, and writes it where
-// that is asked for. Returns its colours.
-std::vector<std::array<double, 4>> set_function(const Scene& scene, const std::optional<TransferFunction>& f,
-                                                const bccsplat_look& look) {
-  const RenderArguments& a = scene.a;
+// Returns the colours of the function, which `look` makes where nobody chose one, and writes it where that is
+// asked for.
+std::vector<std::array<double, 4>> colors_of_function(const RenderArguments& a,
+                                                      const std::optional<TransferFunction>& f,
+                                                      const bccsplat_look& look) {
   if (!f) return colors_of(look);
-  const bccsplat_transfer_function t = as_struct(*f);
-  check(bccsplat_renderer_set_transfer_function(scene.renderer.get(), &t),
-        a.tf.empty() ? "transfer function" : a.tf);
   if (!a.dump_tf.empty()) write_text(a.dump_tf, paraview_json(*f, a.colormap.empty() ? "bcc4" : a.colormap));
   return f->colors;
 }
@@ -400,6 +415,8 @@ Exit run_render(RenderArguments a) {
               .cutter = {volume, channel, !a.which.level, options, {camera.size[0], camera.size[1]}, host},
               .fitted = std::nullopt,
               .renderer = create_renderer(device, options, host),
+              .function = transfer_function(slice_function(a), info, look),
+              .function_is_set = false,
               .trail_function = std::nullopt,
               .trail = {0, 0},
               .open_ms = open_ms,
@@ -407,13 +424,14 @@ Exit run_render(RenderArguments a) {
               .least_background = least_background(look, info.air),
               .exposure = std::nullopt,
               .annotation = std::nullopt};
-  const auto function = transfer_function(slice_function(a), info, look);
-  std::vector<std::array<double, 4>> colors = set_function(scene, function, look);
-  const TransferFunction seen = seen_function(a, function, look, info.air);
+  std::vector<std::array<double, 4>> colors = colors_of_function(a, scene.function, look);
+  const TransferFunction seen = seen_function(a, scene.function, look, info.air);
   warn_of_nothing(a, seen, info);
   scene.fitted.emplace(volume, channel, a, seen, camera.projection, camera.size, pictures);
   if (const FunctionChoice choice = trail_function(a); choice.always)
     scene.trail_function = transfer_function(choice, info, look);
+  else
+    scene.trail_function = function_of_dense_trail(slice_function(a), look);
   if (a.annotate) {
     const bool of_labels = look.kind == BCCSPLAT_KIND_LABELS && colors == colors_of(look);
     scene.annotation.emplace(a, volume, channel, std::move(colors), of_labels, options.iso_value, pictures);

@@ -40,6 +40,7 @@ struct RenderArguments {
   std::string camera = "ortho";
   std::optional<double> rotate_x, rotate_y, zoom;
   std::optional<std::array<double, 2>> view; // rotations of a side; none: by rotate_x, rotate_y
+  std::string shape = "auto";
   std::optional<bool> fit_domain;   // whether all of the volume fills the picture, or what is seen of it
   std::vector<bccsplat_clip> clips; // of the world
   std::string view_matrix, over;    // files

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Makes transfer functions of options, of looks and of what either leaves open.
 #include "tool/view/render_function.h"
 
 #include <algorithm>
@@ -6,6 +7,11 @@
 #include <cstdio>
 
 namespace bcc4 {
+namespace {
+
+constexpr double one_sample = 1.5; // what is thinner is one sample thick
+
+} // namespace
 
 std::vector<std::array<double, 4>> colors_of(const bccsplat_look& look) {
   std::vector<std::array<double, 4>> colors;
@@ -73,6 +79,35 @@ std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const
   scale_opacity(f, a.opacity.value_or(1));
   if (a.unit_distance) f.unit_distance = *a.unit_distance;
   return f;
+}
+
+std::optional<TransferFunction> function_of_dense_trail(const FunctionChoice& slice,
+                                                        const bccsplat_look& look) {
+  if (look.kind != BCCSPLAT_KIND_DENSE || !by_look(slice) || !slice.colormap.empty()) return std::nullopt;
+  const bool above = !std::isinf(look.empty[1]);
+  TransferFunction f;
+  f.colors = colors_of(look);
+  for (uint32_t i = 0; i < look.opacity_count; ++i) {
+    const auto& [value, opacity] = look.opacities[i];
+    if (above ? value > look.iso_value : value < look.iso_value) f.opacities.push_back({value, opacity});
+  }
+  f.opacities.insert(above ? f.opacities.begin() : f.opacities.end(), {look.iso_value, 0});
+  return f;
+}
+
+bool by_look(const FunctionChoice& a) { return a.tf.empty() && !a.range && !a.unit_distance; }
+
+double distance_of_look(const bccsplat_volume_info& volume, const bccsplat_slice_info& slice) {
+  const double* m = slice.affine;
+  const double world = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+                       m[2] * (m[4] * m[9] - m[5] * m[8]);
+  const double* plane = slice.hyperplane;
+  const bool moment = plane[0] == 0 && plane[1] == 0 && plane[2] == 0;
+  double shortest = HUGE_VAL, frame = 1;
+  for (const auto& [begin, end] : slice.extent) shortest = std::min(shortest, end - begin);
+  if (moment && shortest > one_sample) return 0;
+  for (size_t a = 0; a < 3; ++a) frame *= static_cast<double>(volume.dims[a]);
+  return std::max(shortest, 1.0) * std::cbrt(std::fabs(world) / frame);
 }
 
 bccsplat_look make_look(const Volume& volume, uint32_t channel, int32_t look, int32_t mode) {

@@ -160,6 +160,13 @@ void add_camera(Command command, RenderArguments& a) {
   add_number(
       command, "--rotate-y", a.rotate_y,
       "Degrees about the vertical axis, applied first: the camera goes to the right (default 30; 0: front)");
+  command
+      .add_option(
+          "--shape", a.shape,
+          "Proportions of axes in different units, as degrees and metres: auto (default: what is alike "
+          "keeps its own, what is not has a fair share), stored (the numbers as lengths) or SX,SY,SZ, "
+          "factors on x, y and z")
+      .type_name("auto|stored|SX,SY,SZ");
   command.add_text(
       "--fit", "WHAT",
       "seen: what the picture shows fills it, of a film that of all its moments (default); domain: all "
