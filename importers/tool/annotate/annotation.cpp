@@ -15,6 +15,7 @@
 #include "tool/annotate/ticks.h"
 #include "tool/view/dates.h"
 #include "tool/view/picture_output.h"
+#include "tool/view/picture_shape.h"
 
 namespace bcc4 {
 namespace {
@@ -75,8 +76,8 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
                        std::vector<std::array<double, 4>> colors, bool of_labels, double iso_value,
                        const std::vector<Picture>& pictures)
     : a_(a), parts_(*a.annotate), volume_(volume_info(volume)), title_(a.title),
-      spatial_unit_(volume_.spatial_unit), colors_(std::move(colors)),
-      moments_(moments_of(volume, pictures)) {
+      spatial_unit_(volume_.spatial_unit), colors_(std::move(colors)), moments_(moments_of(volume, pictures)),
+      names_(world_names(volume)), one_unit_(!different_units(volume)) {
   require_font();
   const bccsplat_channel_info c = channel_info(volume, channel);
   heading_ = *c.name ? c.name : "value";
@@ -110,6 +111,8 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
     tell_missing(a, "time", "the file has one moment only, or the slice is at a point of its own");
   if (parts_.scale && !pictures.front().where.is_time_slice)
     tell_missing(a, "scale", "only where the axes of a slice are those of space");
+  else if (parts_.scale && !one_unit_)
+    tell_missing(a, "scale", "the axes of the file have different units");
 }
 
 std::optional<ColorBar> Annotation::color_bar(const std::optional<XrayExposure>& exposure) const {
@@ -149,9 +152,10 @@ void Annotation::draw(const Image& image, size_t number, const bccsplat_camera& 
                      each - line_em * em, em, ink_);
   }
   if (parts_.axes)
-    draw_axes(canvas, projection, domain, volume_, {margin + 3.2 * em, h - margin - 3.2 * em}, em, ink_);
+    draw_axes(canvas, projection, domain, volume_, names_, {margin + 3.2 * em, h - margin - 3.2 * em}, em,
+              ink_);
   const double length = projection.world_per_pixel(domain_centre(domain));
-  if (parts_.scale && is_time_slice_[number] && length > 0)
+  if (parts_.scale && is_time_slice_[number] && one_unit_ && length > 0)
     draw_scale_bar(canvas, length, spatial_unit_, {w - margin, h - margin - 0.3 * em}, scale_share * w, em,
                    ink_);
 }

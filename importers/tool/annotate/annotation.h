@@ -8,6 +8,7 @@
 
 #include "tool/annotate/color_bar.h"
 #include "tool/annotate/projection.h"
+#include "tool/annotate/world_names.h"
 #include "tool/handles.h"
 #include "tool/view/picture_sequence.h"
 #include "tool/view/render_arguments.h"
@@ -41,6 +42,8 @@ class Annotation {
   std::optional<ColorBar> fields_;   // of several surfaces, of labels
   std::vector<std::string> moments_; // of each picture
   std::vector<bool> is_time_slice_;
+  std::optional<WorldNames> names_; // of the axes
+  bool one_unit_;                   // of all axes, in which the world has the file's shape
 };
 
 } // namespace bcc4

@@ -10,9 +10,9 @@ namespace bcc4 {
 namespace {
 
 struct Axis {
-  Vector direction; // right, up, away
-  std::string name;
-  Color color; // display
+  Vector direction;            // right, up, away
+  std::string name, other_end; // the latter "": it has none
+  Color color;                 // display
 };
 
 // The colours of x, y, z and t; directions that lie in several of them have another.
@@ -20,7 +20,8 @@ constexpr std::array<Color, 4> axis_colors{
     {{0.94, 0.27, 0.24}, {0.3, 0.78, 0.3}, {0.33, 0.56, 1}, {0.95, 0.77, 0.2}}};
 constexpr Color other_color{0.6, 0.6, 0.6};
 constexpr double arrow_length = 2.6, head_length = 0.45, name_distance = 0.75; // in em
-constexpr double shortest = 0.25; // of an arrow towards who looks: its name stands beside it
+constexpr double other_length = 0.7; // of the arrow's, to the name of the other end
+constexpr double shortest = 0.25;    // of an arrow towards who looks: its name stands beside it
 
 constexpr double aslant = 0.17; // sine of the angle from which on a direction lies in another axis, too
 
@@ -49,7 +50,7 @@ std::array<WorldVector, 3> shown_axes(const bccsplat_slice_info& slice, const bc
 }
 
 std::array<Axis, 3> axes_of(const Projection& projection, const bccsplat_slice_info& slice,
-                            const bccsplat_volume_info& volume) {
+                            const bccsplat_volume_info& volume, const std::optional<WorldNames>& names) {
   std::array<Axis, 3> axes;
   const std::array<WorldVector, 3> shown = shown_axes(slice, volume);
   for (size_t k = 0; k < 3; ++k) {
@@ -61,6 +62,11 @@ std::array<Axis, 3> axes_of(const Projection& projection, const bccsplat_slice_i
       axes[k].color = axes[k].name.empty() ? axis_colors[a] : other_color;
       axes[k].name += "xyzt"[a];
     }
+    const size_t along = std::string("xyz").find(axes[k].name);
+    if (!names || along == std::string::npos) continue;
+    const size_t tip = shown[k][along] > 0 ? 1 : 0;
+    if ((*names)[along][tip].empty()) continue;
+    axes[k].name = (*names)[along][tip], axes[k].other_end = (*names)[along][1 - tip];
   }
   return axes;
 }
@@ -72,8 +78,9 @@ Point moved(const Point& p, const Point& by, double factor) {
 } // namespace
 
 void draw_axes(Canvas& canvas, const Projection& projection, const bccsplat_slice_info& slice,
-               const bccsplat_volume_info& volume, const Point& origin, double em, const Ink& ink) {
-  std::array<Axis, 3> axes = axes_of(projection, slice, volume);
+               const bccsplat_volume_info& volume, const std::optional<WorldNames>& names,
+               const Point& origin, double em, const Ink& ink) {
+  std::array<Axis, 3> axes = axes_of(projection, slice, volume, names);
   std::sort(axes.begin(), axes.end(),
             [](const Axis& a, const Axis& b) { return a.direction[2] > b.direction[2]; });
   const double thickness = std::max(1.5, 0.13 * em);
@@ -95,6 +102,10 @@ void draw_axes(Canvas& canvas, const Projection& projection, const bccsplat_slic
     }
     const Point name = moved(tip, away, name_distance * em);
     canvas.text(axis.name, {name[0], name[1] + 0.3 * em}, em, Anchor::middle, {color, ink.halo});
+    if (axis.other_end.empty() || length <= shortest) continue;
+    const Point other =
+        moved(moved(origin, along, -other_length * arrow_length * em), away, -name_distance * em);
+    canvas.text(axis.other_end, {other[0], other[1] + 0.3 * em}, em, Anchor::middle, {color, ink.halo});
   }
 }
 
