@@ -39,7 +39,7 @@ row OpenVDB "$out/smoke.bcc4" "$out"/smoke/smoke.*.vdb
 
 printf '\n== Pictures\n'
 render() {
-  "$bcc4" render "$out/smoke.bcc4" --overwrite --camera persp --rotate-x 10 --zoom 1.25 --size 800x800 --colormap fire --range 0,1 \
+  "$bcc4" render "$out/smoke.bcc4" --overwrite --camera persp --rotate-x 10 --zoom 1.1 --size 800x800 --colormap fire --range 0,1 \
     --background 0.02,0.02,0.03 "$@"
 }
 render --time 44.5 --rotate-y 15 -o "$out/still.png"
