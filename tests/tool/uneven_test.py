@@ -76,7 +76,7 @@ class Uneven(ToolTest):
         self.refused(2, '--shape', 'render', 'w.bcc4', '--index', '--time', 1, '--shape', 'square', '-o', 'x.png', output='x.png')
 
     def test_even_axes_of_different_units_have_one_too(self):
-        text, _ = weather([1000, 800, 600, 400, 200])
+        text, _ = weather([1000, 850, 700, 550, 400, 250])
         self.write('e.nc', text)
         self.bcc4('import', 'e.nc', '-o', 'e.bcc4', '--quiet')
         _, said = self.bcc4('render', 'e.bcc4', '--index', '--time', 1, '-o', 'e.png', '--size', '32x32')
