@@ -118,20 +118,17 @@ double Exporter::written_index(double index) const {
 
 void Exporter::sample_frame(double index, const std::optional<SampleBox>& region,
                             const std::function<void(std::span<const float> values)>& take) {
-  // Of a periodic axis without sample 0 once more.
-  const SampleBox box{{0, 0, 0},
-                      region ? region->dims : std::array{info_.dims[0], info_.dims[1], info_.dims[2]}};
-  const Slice slice = cut_frame(volume_, index, channel_, region);
-  sites_.move_to(index, region);
+  const SampleBox whole{{0, 0, 0}, {info_.dims[0], info_.dims[1], info_.dims[2]}},
+      box = region.value_or(whole);
   std::vector<float> planes;
   sample_planes(
-      slice,
+      cut_frame(volume_, index, channel_, region),
       [&](uint64_t first_plane, std::span<const float> values) {
         planes.assign(values.begin(), values.end());
-        sites_.clear(first_plane, box.dims, planes);
+        sites_.clear(index, box, first_plane, planes);
         take(planes);
       },
-      box);
+      SampleBox{{0, 0, 0}, box.dims}); // of a periodic axis without sample 0 once more
 }
 
 void Exporter::append_frame(VolumeFile& file, const VolumeOutput& output, double index) {

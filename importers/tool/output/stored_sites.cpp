@@ -3,19 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {
 namespace {
 
-// A Gaussian that is cut off and weights samples as they are: its sum is air where there are none.
-constexpr const char* kKernel = "paper";
+constexpr const char* kKernel = "paper"; // weights samples as they are
+// Distances of the lattice. Of smoke with faint edges what lies beyond is below 2e-4 of the range.
+constexpr double kNear = 1.5;
 
-bool leaves_air(const Volume& volume, uint32_t channel) {
-  const bccsplat_volume_info v = volume_info(volume);
-  const bccsplat_channel_info c = channel_info(volume, channel);
-  return v.store != BCCSPLAT_STORE_COEFFICIENTS && c.error_bound == 0 && c.sites_kept < v.sites_total;
+bool leaves_air(const bccsplat_volume_info& v, const bccsplat_channel_info& c) {
+  return v.periodic_axes == 0 && v.store != BCCSPLAT_STORE_COEFFICIENTS && c.error_bound == 0 &&
+         c.sites_kept < v.sites_total;
 }
 
 // What differs from air by no more is air as the file stores values: half of a step, or what the import took
@@ -27,34 +28,81 @@ float least_difference(const bccsplat_volume_info& v, const bccsplat_channel_inf
   return static_cast<float>(std::max(c.air_threshold, steps ? c.value_scale / 2 : 0));
 }
 
+// How far a stored site may be from a sample that is not air.
+double reach_of(const bccsplat_volume_info& v) {
+  constexpr double own = 0.5; // on the source's grid
+  const double scale = std::max({1.0, v.scales[0], v.scales[1], v.scales[2]});
+  const bool source_grid = v.lattice == BCCSPLAT_LATTICE_CC && scale == 1 &&
+                           std::min({v.scales[0], v.scales[1], v.scales[2]}) == 1;
+  return source_grid ? own : kNear * scale;
+}
+
+// The stored sites of a slice: places in samples of the whole frame.
+std::vector<float> places_of(const Slice& slice) {
+  uint64_t count = 0;
+  check(bccsplat_slice_get_points(slice.get(), 0, nullptr, nullptr, &count), "slice");
+  std::vector<float> places(3 * count);
+  check(bccsplat_slice_get_points(slice.get(), count, places.data(), nullptr, nullptr), "slice");
+  return places;
+}
+
+// The samples of a box that are near a site.
+class NearSites {
+ public:
+  NearSites(const SampleBox& box, double reach) : box_(box), reach_(reach), near_(box.samples()) {}
+
+  void mark(const float* place) {
+    std::array<int64_t, 3> from{}, to{};
+    for (size_t a = 0; a < 3; ++a) {
+      const double at = place[a] - static_cast<double>(box_.begin[a]);
+      from[a] = std::max<int64_t>(0, static_cast<int64_t>(std::ceil(at - reach_)));
+      to[a] = std::min(static_cast<int64_t>(box_.dims[a]) - 1, static_cast<int64_t>(std::floor(at + reach_)));
+    }
+    for (int64_t z = from[2]; z <= to[2]; ++z)
+      for (int64_t y = from[1]; y <= to[1]; ++y)
+        for (int64_t x = from[0]; x <= to[0]; ++x)
+          if (squared_distance({x, y, z}, place) <= reach_ * reach_)
+            near_[x + box_.dims[0] * (y + box_.dims[1] * z)] = 1;
+  }
+  [[nodiscard]] bool operator[](size_t i) const { return near_[i] != 0; }
+
+ private:
+  [[nodiscard]] double squared_distance(const std::array<int64_t, 3>& i, const float* place) const {
+    std::array<double, 3> d{};
+    for (size_t a = 0; a < 3; ++a)
+      d[a] = static_cast<double>(i[a]) + static_cast<double>(box_.begin[a]) - place[a];
+    return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+  }
+  SampleBox box_;
+  double reach_;
+  std::vector<uint8_t> near_;
+};
+
 } // namespace
 
 StoredSites::StoredSites(const Device& device, const std::string& path, uint32_t channel)
     : channel_(channel) {
-  Volume volume = open_volume(device, path, "");
-  air_ = static_cast<float>(channel_info(volume, channel).air);
-  if (volume_info(volume).lattice != BCCSPLAT_LATTICE_CC && leaves_air(volume, channel))
-    volume_ = open_volume(device, path, kKernel);
-  least_ = least_difference(volume_info(volume), channel_info(volume, channel));
+  const Volume volume = open_volume(device, path, "");
+  const bccsplat_volume_info v = volume_info(volume);
+  const bccsplat_channel_info c = channel_info(volume, channel);
+  air_ = static_cast<float>(c.air);
+  least_ = least_difference(v, c);
+  reach_ = reach_of(v);
+  if (leaves_air(v, c)) volume_ = open_volume(device, path, kKernel);
 }
 
-void StoredSites::move_to(double index, const std::optional<SampleBox>& region) {
-  if (volume_) slice_ = cut_frame(*volume_, index, channel_, region);
-}
-
-void StoredSites::clear(uint64_t first_plane, const std::array<uint64_t, 3>& dims,
+void StoredSites::clear(double index, const SampleBox& region, uint64_t first_plane,
                         std::span<float> values) const {
-  if (!slice_) return;
-  const uint64_t plane = dims[0] * dims[1];
-  const SampleBox box{{0, 0, first_plane}, {dims[0], dims[1], values.size() / plane}};
-  sample_planes(
-      *slice_,
-      [&](uint64_t z, std::span<const float> near) {
-        for (size_t i = 0; i < near.size(); ++i)
-          if (float& value = values[z * plane + i]; near[i] == air_ || std::abs(value - air_) <= least_)
-            value = air_;
-      },
-      box);
+  if (!volume_) return;
+  SampleBox box = region;
+  box.begin[2] += first_plane;
+  box.dims[2] = values.size() / (box.dims[0] * box.dims[1]);
+  const std::vector<float> places = places_of(cut_frame(*volume_, index, channel_, box));
+  NearSites near(box, reach_);
+  for (size_t i = 0; i < places.size(); i += 3) near.mark(&places[i]);
+  for (size_t i = 0; i < values.size(); ++i)
+    if (const bool air = !near[i] || std::abs(values[i] - air_) <= least_; air && !std::isnan(values[i]))
+      values[i] = air_;
 }
 
 } // namespace bcc4
