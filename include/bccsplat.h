@@ -208,8 +208,8 @@ BCCSPLAT_API const char* bccsplat_status_name(bccsplat_status status);
  * first failure; a successful call leaves it. Valid until the next failing call of this thread.
  * Never NULL. */
 BCCSPLAT_API const char* bccsplat_last_error(void);
-/* What the last call of this thread that ended with WOULD_BLOCK lacked: byte ranges of its stream,
- * sorted, not touching each other; of a join those of the first part that lacked some. Writes the
+/* Byte ranges that the last call of this thread lacked which ended with WOULD_BLOCK, in its stream,
+ * sorted, not touching each other; for a join, in the first part that lacked some. Writes the
  * first min(capacity, count) pairs of offset and size; ranges: 2 x capacity integers, may be NULL
  * when capacity is 0. count (may be NULL) gets how many are known: at most 256, further ones come
  * to light when the call is made again. 0 before such a call. */
@@ -267,8 +267,8 @@ enum {
   /* Of render options the device's, of a device AUTO. */
   BCCSPLAT_BACKEND_DEFAULT = 0,
   /* A graphics card where there is one and it draws the picture, else the CPU; the same for all
-   * pictures of a kind, so that none jumps while a camera moves. A GPU that fails is told of in the
-   * log and the CPU draws. Rasterisers of OpenGL on the CPU are no card. */
+   * pictures of a kind, so that none jumps while a camera moves. If the GPU fails, the log says so
+   * and the CPU draws. Rasterisers of OpenGL on the CPU are no card. */
   BCCSPLAT_BACKEND_AUTO = 1,
   BCCSPLAT_BACKEND_CPU = 2,
   /* The GPU, a rasteriser on the CPU if there is no card: MISSING_FEATURE where there is neither or
@@ -700,10 +700,10 @@ typedef struct bccsplat_writer_options {
    * within the memory budget. INVALID_ARGUMENT for CC; layers and fields are taken as they are; 0:
    * none. */
   int32_t lowpass;
-  /* Coarser ones, 0 to 15: level l is the same series at 2^l times the distance in space, for small
-   * pictures (bccsplat_slice_options.level); of frames only, layers and fields are refused
-   * (UNSUPPORTED). Bounds and corrections are those of level 0. PARTIAL_APPEND keeps those of the
-   * file; 0: none. With `measure` their errors are told, too (relative_rmse). */
+  /* Number of coarser levels, 0 to 15. Level l is the same series at 2^l times the distance in
+   * space, for small pictures (bccsplat_slice_options.level). Made of frames only: with layers and
+   * fields UNSUPPORTED. Bounds and corrections belong to level 0. PARTIAL_APPEND keeps the levels
+   * of the file. With `measure` their errors are reported as well (relative_rmse). */
   uint32_t levels;
   /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
    * series, and those of bccsplat_writer_get_part_frames are added. */
@@ -825,9 +825,9 @@ typedef struct bccsplat_writer_report {
 typedef struct bccsplat_error_report {
   uint32_t struct_size;
   uint32_t reserved;
-  /* The frame; of the series: the one of the largest difference. */
+  /* The frame; in the report of a series, the frame of the largest difference. */
   uint64_t frame;
-  /* Compared. */
+  /* Number of samples compared. */
   uint64_t samples;
   double max_abs;
   double rmse;
@@ -880,9 +880,9 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* devi
  * WRONG_STATE, writing. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel,
     double time, const bccsplat_box* boxes, uint64_t count);
-/* The frames that a writer takes: begin .. end-1, in order. Of a part: those its layers are made
- * of, a few more to either side than its own; of a whole series 0 .. dims[3] (0: any number). The
- * progress of a part counts these. */
+/* Returns the frames that a writer takes: begin .. end-1, in order. A part takes the frames that
+ * its layers are made of, a few more to either side than its own. A whole series takes 0 .. dims[3]
+ * (0: any number). The progress of a part counts these frames. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_part_frames(
     const bccsplat_writer* writer, uint64_t* begin, uint64_t* end);
 /* Geometry of a layer, 0 .. layer_count-1, as bccsplat_writer_add_layer takes them; of a part: of
@@ -1140,10 +1140,10 @@ typedef struct bccsplat_channel_info {
   double lattice_max_abs;
   double rmse;
   double max_abs;
-  /* Source samples with one. */
+  /* Number of source samples with a correction. */
   uint64_t corrections;
-  /* Source samples that the file's masks say are missing; of files whose lattice has holes instead
-   * 0. */
+  /* Number of source samples that the file's masks say are missing; 0 in files whose lattice has
+   * holes instead. */
   uint64_t missing;
 } bccsplat_channel_info;
 
@@ -1244,8 +1244,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
  * gradients: NULL or n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is
  * evaluated even when the call fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN,
  * and the error's text names the first of them outside and its axis. A point beyond an end by
- * what rounding makes, 1e-9 of the axis, is inside. A static volume ignores t. Of few points
- * close together no more is read and made than what lies around them. Where a file was written
+ * what rounding makes, 1e-9 of the axis, is inside. A static volume ignores t. For few points
+ * close together, only the data around them are read and made. Where a file was written
  * with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake:
  * within three samples of such an end it is less accurate where the field is not level there, in
  * values and derivatives alike. The token of the volume cancels it; for progress a host hands
@@ -1366,7 +1366,7 @@ enum {
   BCCSPLAT_METHOD_EXTRACTED = 3
 };
 
-/* What a slice of a volume with unevenly spaced axes is laid out by; of others both are the same.
+/* Coordinates of a slice of a volume with unevenly spaced axes; with even axes both are the same.
  *   INDEX  indices: what is sampled and exported is the source's grid. Such a slice is not drawn:
  *          its affine holds at the corners of the domain alone (set_slice takes it, render answers
  *          UNSUPPORTED).
@@ -1405,9 +1405,9 @@ typedef struct bccsplat_slice_options {
   /* NULL: none; about the share of the work done, 1 at success. */
   bccsplat_progress_fn progress;
   void* progress_user;
-  /* Thickness of a slab around the hyperplane, index units along its unit normal (frames for time
-   * slices), clipped to the domain, time slices as an interval is; 0: none; what is sampled across
-   * more than 2000 index units is LIMIT_EXCEEDED. Excludes interval. */
+  /* Thickness of a slab around the hyperplane, in index units along its unit normal (time slices:
+   * frames), clipped to the domain, for time slices as an interval is. 0: none. A slab that has to
+   * be sampled is LIMIT_EXCEEDED above 2000 index units. Excludes interval. */
   double thickness;
   /* 4 doubles, index space: the origin of slice space. NULL: chosen, with the basis. */
   const double* point;
@@ -1443,10 +1443,10 @@ typedef struct bccsplat_slice_info {
   double hyperplane[5];
   /* Index space of slice space (0, 0, 0). */
   double origin[4];
-  /* Orthonormal directions of u, v, w in index space; of an axis slice the axes that are left, in
+  /* Orthonormal directions of u, v, w in index space. An axis slice has the axes that are left, in
    * the order x, y, z, t (x = constant: u, v, w are y, z, t). */
   double basis[3][4];
-  /* Domain in slice space; of an empty slice it ends before it begins. */
+  /* Domain in slice space. The domain of an empty slice ends before it begins. */
   double extent[3][2];
   /* Samples of the dense box at the source's resolution: sample i at slice coordinate extent[.][0]
    * + i; 0 for an empty slice; n + 1 along a periodic axis of n samples, the last of which is the
@@ -1466,7 +1466,7 @@ typedef struct bccsplat_slice_info {
   uint64_t points;
   /* Bytes read from the file to make this slice. */
   uint64_t bytes_read;
-  /* It took. */
+  /* Time to make the slice. */
   double milliseconds;
   const char* kernel;
   /* Level of the volume that it is made of. */
@@ -1474,7 +1474,7 @@ typedef struct bccsplat_slice_info {
   uint32_t reserved;
 } bccsplat_slice_info;
 
-/* A dense box in slice space: sample (i, j, k) stands at origin + step * (i, j, k). */
+/* A dense box in slice space: sample (i, j, k) is at origin + step * (i, j, k). */
 typedef struct bccsplat_grid {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
@@ -1648,7 +1648,7 @@ enum {
   BCCSPLAT_DEPTH_DEFAULT = 0,
   /* World distance along the view direction from the camera position, as FRAME_DEPTH has it. */
   BCCSPLAT_DEPTH_PLANAR = 1,
-  /* World distance along the pixel's ray; of orthographic views the same as PLANAR. */
+  /* World distance along the pixel's ray; in orthographic views the same as PLANAR. */
   BCCSPLAT_DEPTH_RAY = 2,
   /* What a depth buffer holds, 0 .. 1, by the view's matrices and depth_range. */
   BCCSPLAT_DEPTH_DEVICE = 3
@@ -1711,7 +1711,7 @@ typedef struct bccsplat_clip {
   bccsplat_clip_space space;
   /* 0 */
   uint32_t reserved;
-  /* Of a scene: the instance that is cut; 0: all. Of a renderer 0. */
+  /* In a scene: the instance that is cut, 0: all. In a renderer: 0. */
   uint64_t instance;
 } bccsplat_clip;
 enum { BCCSPLAT_MAX_CLIPS = 32 };
@@ -1730,7 +1730,7 @@ BCCSPLAT_API bccsplat_status bccsplat_camera_get_matrices(const bccsplat_camera*
 /* Where n points of the world (x, y, z) are in the picture: writes n x 3 doubles, pixel
  * coordinates (the centre of pixel (i, j) is (i + 0.5, j + 0.5)) and the distance along the view
  * direction. In perspective a point that is not in front of the eye has pixel coordinates NaN. The
- * view needs a camera or matrices. width, height: of the frame. */
+ * view needs a camera or matrices. width, height: size of the frame. */
 BCCSPLAT_API bccsplat_status bccsplat_view_project(const bccsplat_view* view, uint32_t width,
     uint32_t height, uint64_t n, const double* xyz, double* pixels);
 /* The way back. */
@@ -1825,8 +1825,8 @@ typedef struct bccsplat_look {
   double opacities[32][2];
 } bccsplat_look;
 
-/* `look` is a BCCSPLAT_LOOK_, `mode` the BCCSPLAT_MODE_ that it is for: of maximum what is not air
- * is opaque, an isosurface has one colour. Also: NOT_FOUND (channel). */
+/* Makes a look for a channel. `look` is a BCCSPLAT_LOOK_, `mode` the BCCSPLAT_MODE_ that it is for:
+ * for maximum all but air is opaque, an isosurface has one colour. Also: NOT_FOUND (channel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume,
     uint32_t channel, bccsplat_look_kind look, bccsplat_mode mode, bccsplat_look* out);
 
@@ -1853,7 +1853,7 @@ typedef struct bccsplat_lights {
 } bccsplat_lights;
 
 /* How far apart sheets are, and which gradient lights them. Errors and times of each are measured
- * in tests/bench/notes/render.md; of a field near the Nyquist rate kernel and lattice decide from
+ * in tests/bench/notes/render.md. For fields near the Nyquist rate kernel and lattice decide from
  * NORMAL on. */
 typedef int32_t bccsplat_quality;
 enum {
@@ -1867,7 +1867,7 @@ enum {
 typedef int32_t bccsplat_shading;
 enum { BCCSPLAT_SHADING_DEFAULT = 0, BCCSPLAT_SHADING_OFF = 1, BCCSPLAT_SHADING_ON = 2 };
 
-/* What stands for the field between two sheets, in mode composite and in trails (everything else
+/* How the field between two sheets is drawn, in mode composite and in trails (everything else
  * ignores it). Pre-integrated, the value runs from each sheet to halfway to the next, and all that
  * the transfer function shows of the values in between is drawn: peaks, steps and bands of colour
  * narrower than that neither break up into rings nor are missed. A frame takes up to twice as long
@@ -2085,9 +2085,9 @@ typedef struct bccsplat_trail {
    * layer or index unit, 4 to 64. */
   uint32_t samples;
   /* Begin, end relative to the slice, clipped to the domain, of periodic time as
-   * bccsplat_slice_options.interval: frames; of hyperplanes off the time axis index units (voxels
-   * and frames) along the unit normal (a, b, c, d). Past [-n, 0], future [0, n], centred [-n, n];
-   * both 0: no trail, bit for bit. */
+   * bccsplat_slice_options.interval, in frames. For hyperplanes off the time axis: index units
+   * (voxels and frames) along the unit normal (a, b, c, d). Past [-n, 0], future [0, n], centred
+   * [-n, n]; both 0: no trail, bit for bit. */
   double interval[2];
   /* Copied; NULL: the slice's. */
   const bccsplat_transfer_function* transfer_function;
@@ -2160,7 +2160,7 @@ typedef struct bccsplat_render_stats {
   uint32_t level;
   /* 0 */
   uint32_t reserved3;
-  /* BACKEND_CPU or BACKEND_GPU: what drew the picture. Of a GPU's the counts of points, tiles,
+  /* BACKEND_CPU or BACKEND_GPU: what drew the picture. When a GPU did, the counts of points, tiles,
    * bricks and visits but points_total are 0, and ms_shade is the time of the call that drew. */
   bccsplat_backend backend;
   /* 0 */
@@ -2231,7 +2231,7 @@ enum {
   /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted mean value; NaN where
    * nothing is. */
   BCCSPLAT_FRAME_VALUE = 4,
-  /* 1 float: opacity-weighted mean frame index; NaN where nothing is. Of trails of periodic series
+  /* 1 float: opacity-weighted mean frame index; NaN where nothing is. In trails of periodic series
    * it counts on: below 0 before frame 0, above dims[3] behind the end. */
   BCCSPLAT_FRAME_TIME = 8,
   /* No plane but a list of samples per pixel, bccsplat_frame_get_deep; modes composite and
@@ -2245,12 +2245,12 @@ enum {
  * sample is a part of the ray that absorbs evenly, or a surface (z = z_back). They are
  * the way to composite a volume with other things in depth: samples of both, in order, one over the
  * other, a sample that something divides cut by OpenEXR's rule (the part x of it absorbs 1 - (1 -
- * opacity)^x). What is taken away from the front uncovers what lies behind: ask for that with
- * opacity_stop 1, else a ray ends where it is finished, such as at the first opaque surface. */
+ * opacity)^x). To take samples away from the front and see those behind, ask for them with
+ * opacity_stop 1: else a ray ends where it is finished, such as at the first opaque surface. */
 typedef struct bccsplat_deep {
   uint32_t struct_size;
-  /* Floats per sample, 6: z, z_back (as FRAME_DEPTH measures; of perspective cameras never
-   * negative), opacity, premultiplied red, green, blue; of the sample by itself. */
+  /* Floats per sample, 6: z, z_back (as FRAME_DEPTH measures; never negative with perspective
+   * cameras), opacity, premultiplied red, green, blue, all of the sample by itself. */
   uint32_t components;
   uint32_t width;
   uint32_t height;
@@ -2268,7 +2268,7 @@ typedef struct bccsplat_plane {
   uint32_t width;
   uint32_t height;
   float* pixels; /* belongs to the frame, or is the host's own when wrapped */
-  /* From one row to the next; of rows from the bottom up negative once cast to int64_t. */
+  /* Bytes from one row to the next; for rows from the bottom up negative, cast to int64_t. */
   uint64_t row_bytes;
 } bccsplat_plane;
 
@@ -2281,8 +2281,8 @@ typedef struct bccsplat_image_options {
   uint32_t reserved;
   /* Linear RGB. */
   double background[3];
-  /* EXR: of the sequence the frame belongs to, numerator and denominator (24, 1 or 24000, 1001),
-   * both > 0, as framesPerSecond; both 0: not written. */
+  /* EXR: frame rate of the sequence, numerator and denominator (24, 1 or 24000, 1001), both > 0,
+   * written as framesPerSecond; both 0: not written. */
   int32_t frames_per_second[2];
   /* EXR: time the frame gathers, as expTime, such as a trail's length where the unit of time is
    * known; >= 0; 0: not written. */
@@ -2318,9 +2318,9 @@ typedef struct bccsplat_host_plane {
   /* From one row to the next, a multiple of 4, negative for rows from the bottom up; 0: packed. */
   int64_t row_bytes;
 } bccsplat_host_plane;
-/* A frame of these planes, RGBA always included, in the host's memory or its own; of FRAME_DEEP,
- * which has no plane, pixels is NULL. INVALID_ARGUMENT: a channel twice, rows that overlap or lie
- * in no memory. */
+/* Makes a frame of these planes, RGBA always included, in the host's memory or its own. FRAME_DEEP
+ * has no plane: its pixels is NULL. INVALID_ARGUMENT: a channel twice, rows that overlap or lie in
+ * no memory. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_wrap_planes(bccsplat_device* device, uint32_t width,
     uint32_t height, const bccsplat_host_plane* planes, uint64_t count, bccsplat_frame** frame);
 /* A texture of the host's OpenGL context, in which pictures of the frame are drawn. */
@@ -2361,7 +2361,7 @@ typedef int32_t bccsplat_pixel_format;
 enum {
   /* float, as the plane has them. */
   BCCSPLAT_PIXELS_F32 = 1,
-  /* IEEE 754 binary16; what is too large becomes infinite. */
+  /* IEEE 754 binary16; values that are too large become infinite. */
   BCCSPLAT_PIXELS_F16 = 2,
   /* RGBA alone: bytes R G B A, colours in sRGB and not multiplied by opacity, as PNG has them. */
   BCCSPLAT_PIXELS_SRGB8 = 3,
