@@ -27,6 +27,9 @@
 
 #include "readers/vdb/vdb_reader.h"
 #endif
+#if BCCSPLAT_WITH_TIFF
+#include "readers/tiff/tiff_reader.h"
+#endif
 
 namespace bcc4 {
 namespace {
@@ -48,6 +51,12 @@ constexpr const char* openvdb_version = OPENVDB_LIBRARY_VERSION_STRING;
 constexpr Open* open_vdb = nullptr;
 constexpr const char* openvdb_version = "BCCSPLAT_WITH_OPENVDB is off";
 #endif
+#if BCCSPLAT_WITH_TIFF
+constexpr const char* tiff_detail = "stacks, series, ImageJ and OME";
+#else
+constexpr Open* open_tiff = nullptr;
+constexpr const char* tiff_detail = "BCCSPLAT_WITH_TIFF is off";
+#endif
 
 struct Format {
   const char* name;
@@ -65,6 +74,13 @@ bool is_vdb(std::string_view start) {
 
 bool is_netcdf(std::string_view start) {
   for (const std::string_view magic : {"CDF\x01", "CDF\x02", "CDF\x05", "\x89HDF"})
+    if (start.starts_with(magic)) return true;
+  return false;
+}
+
+bool is_tiff(std::string_view start) {
+  for (const std::string_view magic : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4),
+                                       std::string_view("II+\0", 4), std::string_view("MM\0+", 4)})
     if (start.starts_with(magic)) return true;
   return false;
 }
@@ -91,6 +107,12 @@ const std::vector<Format>& formats() {
        open_netcdf,
        netcdf_version,
        "a NetCDF or HDF5 file, but this bcc4 was built without NetCDF (BCCSPLAT_WITH_NETCDF)"},
+      {"tiff",
+       {".tif", ".tiff"},
+       is_tiff,
+       open_tiff,
+       tiff_detail,
+       "a TIFF file, but this bcc4 was built without TIFF (BCCSPLAT_WITH_TIFF)"},
       {"openvdb",
        {".vdb"},
        is_vdb,

@@ -89,7 +89,7 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
   if (!options.dims || !options.dtype)
     fail_usage(first,
                ": begins like none of the known formats (NRRD, OpenVDB, VTK ImageData, NIfTI, MetaImage, "
-               "NetCDF); to read it as ",
+               "NetCDF, TIFF); to read it as ",
                "raw values give ", options.dims ? "" : "--dims NX,NY,NZ[,NT]",
                options.dims || options.dtype ? "" : " and ",
                options.dtype ? "" : "--dtype u8|i8|u16|i16|u32|i32|f16|f32|f64");

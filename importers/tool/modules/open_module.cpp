@@ -11,6 +11,7 @@
 #include "tool/output/netcdf_output.h"
 #endif
 #if BCCSPLAT_WITH_TIFF
+#include "readers/tiff/tiff_reader.h"
 #include "tool/output/tiff_output.h"
 #endif
 #if BCCSPLAT_WITH_OPENVDB
@@ -54,10 +55,18 @@ std::unique_ptr<VolumeFile> create_netcdf(const std::string& path, const std::st
 #endif
 
 #if BCCSPLAT_WITH_TIFF
+static const Module& tiff_module() {
+  static const Module& module = open_module("bcc4_tiff.so", "TIFF");
+  return module;
+}
+
+std::unique_ptr<FrameReader> open_tiff(const Sequence& sequence, const ReaderOptions& options) {
+  return tiff_module().open(sequence, options);
+}
+
 std::unique_ptr<VolumeFile> create_tiff(const std::string& path, const std::string& name,
                                         const VolumeOutput& output) {
-  static const Module& module = open_module("bcc4_tiff.so", "TIFF");
-  return module.create(path, name, output);
+  return tiff_module().create(path, name, output);
 }
 #endif
 

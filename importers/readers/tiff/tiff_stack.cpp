@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// ImageJ describes a stack in lines "key=value", OME in XML; both in the words of the first page.
+#include "readers/tiff/tiff_stack.h"
+
+#include <cmath>
+#include <map>
+
+#include "readers/error.h"
+#include "readers/vti/xml.h"
+
+namespace bcc4 {
+namespace {
+
+std::map<std::string, std::string, std::less<>> image_j_keys(const std::string& text) {
+  std::map<std::string, std::string, std::less<>> keys;
+  for (const std::string_view line : split(text, "\r\n"))
+    if (const size_t at = line.find('='); at != std::string_view::npos)
+      keys.emplace(line.substr(0, at), trim(line.substr(at + 1)));
+  return keys;
+}
+
+// Names of units as ImageJ has them: pixels are none.
+std::string unit_name(const std::string& name) {
+  for (const char* micron : {"micron", "microns", "um", "\\u00B5m", "\xB5m", "\u00B5m", "\u03BCm"})
+    if (name == micron) return "\u00B5m";
+  return name.starts_with("pixel") ? "" : name;
+}
+
+void check_pages(const TiffFile& file, const TiffStack& stack, const char* way_out) {
+  const uint64_t told = stack.c * stack.z * stack.t;
+  if (told == file.pages()) return;
+  fail_input(file.path(), ": ", stack.said_by, " tells of ", told, " pages, the file has ", file.pages(),
+             ": ", way_out);
+}
+
+TiffStack image_j_stack(const TiffFile& file) {
+  const auto keys = image_j_keys(file.description());
+  const auto number = [&](const char* key) -> std::optional<double> {
+    const auto found = keys.find(key);
+    const auto value = found == keys.end() ? std::nullopt : parse_number<double>(found->second);
+    return value && std::isfinite(*value) && *value > 0 ? value : std::nullopt;
+  };
+  const auto text = [&](const char* key) {
+    const auto found = keys.find(key);
+    return found == keys.end() ? std::string() : found->second;
+  };
+  const auto count = [&](const char* key) {
+    constexpr double most = 0x1p32;
+    return static_cast<uint64_t>(std::min(number(key).value_or(1), most));
+  };
+  TiffStack stack{.said_by = "ImageJ", .c = count("channels"), .z = count("slices"), .t = count("frames")};
+  if (stack.c * stack.z * stack.t == 1) stack.z = count("images");
+  check_pages(file, stack,
+              "ImageJ writes one page where a file is larger than 4 GB; save it as OME-TIFF, or raw and read "
+              "it with --dims");
+  stack.unit = unit_name(text("unit"));
+  for (size_t a = 0; a < 2; ++a)
+    if (const auto r = file.resolution(a); r && !stack.unit.empty()) stack.steps[a] = 1 / *r;
+  stack.steps[2] = number("spacing");
+  stack.interval = number("finterval");
+  if (const auto fps = number("fps"); !stack.interval && fps) stack.interval = 1 / *fps;
+  const std::string unit = text("tunit");
+  stack.time_unit = unit.empty() || unit == "sec" ? "s" : unit;
+  return stack;
+}
+
+// Pages may be listed one by one; they have to be where the order of the axes puts them.
+void check_listed_pages(const TiffFile& file, const TiffStack& stack, const pugi::xml_node& pixels) {
+  for (const pugi::xml_node& data : pixels.children("TiffData")) {
+    const auto number = [&](const char* name, uint64_t none) { return data.attribute(name).as_ullong(none); };
+    const uint64_t place = stack.page(number("FirstC", 0), number("FirstZ", 0), number("FirstT", 0));
+    if (data.attribute("IFD") && number("IFD", 0) != place)
+      fail_input(file.path(), ": OME-XML puts page ", number("IFD", 0),
+                 " elsewhere than its DimensionOrder "
+                 "does: save it again, such as with bfconvert");
+  }
+}
+
+// Returns the order of pages in one such as "XYZCT", whose planes are along x and y.
+std::string page_order(const std::string& order) {
+  const std::string axes = lower(order);
+  return axes.starts_with("xy") && axes.size() == std::string_view("xyzct").size() ? axes.substr(2) : "zct";
+}
+
+TiffStack ome_stack(const TiffFile& file) {
+  std::string text = file.description();
+  pugi::xml_document document;
+  parse_xml(text, file.path(), document);
+  const pugi::xml_node ome = document.child("OME"), image = ome.child("Image"),
+                       pixels = image.child("Pixels");
+  if (!pixels) fail_input(file.path(), ": OME-XML without the sizes of an image: give its main file");
+  if (image.next_sibling("Image"))
+    fail_input(file.path(), ": holds several images: save the one that is wanted by itself");
+  const auto count = [&](const char* name) { return pixels.attribute(name).as_ullong(1); };
+  TiffStack stack{.said_by = "OME-XML",
+                  .c = count("SizeC") / file.kind().samples,
+                  .z = count("SizeZ"),
+                  .t = count("SizeT")};
+  stack.order = page_order(pixels.attribute("DimensionOrder").value());
+  check_pages(file, stack, "the others are in files beside it; save all in one file, such as with bfconvert");
+  check_listed_pages(file, stack, pixels);
+  const char* const axes[] = {"PhysicalSizeX", "PhysicalSizeY", "PhysicalSizeZ"};
+  for (size_t a = 0; a < 3; ++a)
+    if (const double step = pixels.attribute(axes[a]).as_double(0); step > 0) stack.steps[a] = step;
+  if (stack.steps[0]) stack.unit = unit_name(pixels.attribute("PhysicalSizeXUnit").as_string("\u00B5m"));
+  if (const double step = pixels.attribute("TimeIncrement").as_double(0); step > 0) stack.interval = step;
+  stack.time_unit = pixels.attribute("TimeIncrementUnit").as_string("s");
+  for (const pugi::xml_node& channel : pixels.children("Channel"))
+    if (const std::string name = channel.attribute("Name").value(); !name.empty())
+      stack.names.push_back(name);
+  if (stack.names.size() != stack.c) stack.names.clear();
+  return stack;
+}
+
+} // namespace
+
+uint64_t TiffStack::page(uint64_t channel, uint64_t plane, uint64_t moment) const {
+  uint64_t at = 0, stride = 1;
+  for (const char axis : order) {
+    at += stride * (axis == 'c' ? channel : axis == 'z' ? plane : moment);
+    stride *= axis == 'c' ? c : axis == 'z' ? z : t;
+  }
+  return at;
+}
+
+TiffStack tiff_stack(const TiffFile& file) {
+  if (file.description().starts_with("ImageJ=")) return image_j_stack(file);
+  if (file.description().find("<OME") != std::string::npos) return ome_stack(file);
+  return TiffStack{.z = file.pages()};
+}
+
+} // namespace bcc4

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which page of a TIFF file is which channel, plane and moment.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "readers/tiff/tiff_file.h"
+
+namespace bcc4 {
+
+// Pages as ImageJ or OME-XML name them; of files that say nothing all are planes along z.
+struct TiffStack {
+  std::string said_by{};                        // "ImageJ", "OME-XML" or ""
+  uint64_t c = 1, z = 1, t = 1;                 // pages along channels, z and time
+  std::string order = "czt";                    // the fastest first
+  std::array<std::optional<double>, 3> steps{}; // of x, y and z
+  std::string unit{};
+  std::optional<double> interval{}; // of time
+  std::string time_unit{};
+  std::vector<std::string> names{}; // of channels; empty: none
+
+  [[nodiscard]] uint64_t page(uint64_t channel, uint64_t plane, uint64_t moment) const;
+};
+
+// Returns how the pages of a file are meant. Fails where the file says that it has other pages than it has.
+[[nodiscard]] TiffStack tiff_stack(const TiffFile& file);
+
+} // namespace bcc4
