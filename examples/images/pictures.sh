@@ -8,6 +8,9 @@ bcc4=$1 smoke=$2 out=$3
 render() {
   "$bcc4" render "$smoke" --overwrite --camera persp --size 600x520 --zoom 1.3 --background 0.02,0.02,0.03 "$@"
 }
+# The head of the README: the 48 frames.
+"$bcc4" render "$smoke" --overwrite --camera persp --rotate-x 10 --rotate-y 15 --zoom 1.25 --size 480x480 --colormap fire --range 0,1 \
+  --background 0.02,0.02,0.03 --fps 12 -o "$out/smoke.webp"
 # What the plane x = 48 held over time: y to the right, z up, time into the picture.
 render --plane 1,0,0,0,-48 --rotate-y 40 --colormap inferno --range 0,0.9 --opacity 3 --no-shading -o "$out/x-slice.png"
 # A hyperplane across three axes.

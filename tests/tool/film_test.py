@@ -103,6 +103,13 @@ class Film(ToolTest):
         self.assertIn('25 x 19 becomes 26 x 20', said[1])
         self.assertEqual(self.after(given, '-c:v'), 'libvpx-vp9')
 
+    def test_animated_pictures_are_shown_without_end(self):
+        given, pictures, _ = self.film('--frames', '0-3', out='f.webp')
+        self.assertEqual(len(pictures), 4)
+        self.assertEqual([self.after(given, k) for k in ('-c:v', '-loop')], ['libwebp_anim', '0'])
+        self.assertEqual(given['arguments'][-2], 'webp')
+        self.assertNotIn('bt709', given['arguments'])
+
     def test_every_kind_of_series(self):
         self.assertEqual(len(self.film('--time', 2, '--turntable', 5)[1]), 5)
         self.assertEqual(len(self.film('--plane', '1,0,0,0,-2', '--sweep', '0:4,3')[1]), 3)
@@ -118,7 +125,7 @@ class Film(ToolTest):
         go = ('render', 'v.bcc4', '--time', 2)
         self.refused(2, '--deep', *go, '--deep', '-o', 'x.mp4', output='x.mp4')
         self.refused(2, 'no pattern', 'render', 'v.bcc4', '--frames', '0-3', '-o', 'x.%04d.mp4')
-        self.refused(2, '.mp4 or .webm', *go, '-o', 'x.avi', output='x.avi')
+        self.refused(2, '.mp4, .webm or .webp', *go, '-o', 'x.avi', output='x.avi')
         self.refused(2, '--fps', *go, '--fps', 24, '-o', 'x.png', output='x.png')
         _, err = self.bcc4(*go, '-o', 'none/x.mp4', expect=3, env=self.environment('refuse'))
         self.assertIn('none/x.mp4: cannot be written', err)

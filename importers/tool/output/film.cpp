@@ -32,13 +32,27 @@ constexpr int wake_up_ms = 100; // to look whether the run was interrupted
 constexpr size_t most_words = 2000;
 
 bool is_webm(const std::string& path) { return lower(path).ends_with(".webm"); }
+bool is_webp(const std::string& path) { return lower(path).ends_with(".webp"); }
 
-// The options of an encoder: near to what the eye tells from the pictures, in a file of moderate size.
+// The options of an encoder: near to what the eye tells from the pictures, in a file of moderate size. An
+// animated picture is for web pages: smaller, and shown again without end.
 std::vector<std::string> encoder(const std::string& path) {
+  if (is_webp(path)) return {"-c:v", "libwebp_anim", "-quality", "75", "-loop", "0"};
   if (is_webm(path))
     return {"-c:v",    "libvpx-vp9", "-crf",      "24",   "-b:v",      "0",
             "-row-mt", "1",          "-deadline", "good", "-cpu-used", "2"};
   return {"-c:v", "libx264", "-preset", "medium", "-crf", "18", "-movflags", "+faststart"};
+}
+
+// What a film says of its colours. WebP has no place for that: they are BT.601, as all read them.
+std::vector<std::string> color_options(const std::string& path) {
+  if (is_webp(path)) return {"-pix_fmt", "yuv420p"};
+  return {"-pix_fmt", "yuv420p",          "-color_range", "tv",         "-colorspace",
+          "bt709",    "-color_primaries", "bt709",        "-color_trc", "bt709"};
+}
+
+const char* container(const std::string& path) {
+  return is_webp(path) ? "webp" : is_webm(path) ? "webm" : "mp4";
 }
 
 // Paths are named with their protocol: otherwise a colon in one would be taken for another protocol's.
@@ -52,14 +66,13 @@ std::vector<std::string> ffmpeg_arguments(const std::string& path, const std::st
   append({"-framerate", concat(f.fps[0], "/", f.fps[1]), "-i", "pipe:0", "-an"});
   const std::string again =
       f.shown > 1 ? concat("loop=loop=", f.shown - 1, ":size=", f.pictures, ":start=0,") : "";
-  append({"-vf",
-          again + "scale=out_color_matrix=bt709:out_range=tv:flags=bicubic+accurate_rnd+full_chroma_int"});
+  append({"-vf", concat(again, "scale=out_color_matrix=", is_webp(path) ? "bt601" : "bt709",
+                        ":out_range=tv:flags=bicubic+accurate_rnd+full_chroma_int")});
   append(encoder(path));
-  append({"-pix_fmt", "yuv420p", "-color_range", "tv", "-colorspace", "bt709"});
-  append({"-color_primaries", "bt709", "-color_trc", "bt709"});
+  append(color_options(path));
   if (f.threads > 0) append({"-threads", concat(f.threads)});
   if (!f.comment.empty()) append({"-metadata", "comment=" + f.comment});
-  append({"-f", is_webm(path) ? "webm" : "mp4", "file:" + partial});
+  append({"-f", container(path), "file:" + partial});
   return a;
 }
 
@@ -95,7 +108,9 @@ struct SpawnSettings {
 
 } // namespace
 
-bool is_film(const std::string& path) { return lower(path).ends_with(".mp4") || is_webm(path); }
+bool is_film(const std::string& path) {
+  return lower(path).ends_with(".mp4") || is_webm(path) || is_webp(path);
+}
 
 Film::Film(std::string path, const FilmFormat& format)
     : path_(std::move(path)), partial_(partial_path(path_)), words_(std::tmpfile(), std::fclose),

@@ -14,7 +14,7 @@
 
 namespace bcc4 {
 
-// Returns whether a file of that name is a film: .mp4 or .webm.
+// Returns whether a file of that name is a film: .mp4, .webm or .webp.
 [[nodiscard]] bool is_film(const std::string& path);
 
 struct FilmFormat {

@@ -19,7 +19,7 @@ constexpr double most_pictures = 1e6;
 void check_output(const RenderArguments& a) {
   const bool exr = lower(a.output).ends_with(".exr"), film = is_film(a.output);
   if (!exr && !film && !lower(a.output).ends_with(".png"))
-    fail_usage("-o ", a.output, ": must end in .png or .exr, or a film in .mp4 or .webm");
+    fail_usage("-o ", a.output, ": must end in .png or .exr, or a film in .mp4, .webm or .webp");
   if (a.background && exr) fail_usage("--background is for PNG and films; an EXR keeps its opacity");
   if (a.fps && !exr && !film) fail_usage("--fps is for EXR and films; a PNG has no place for a rate");
   if ((a.seconds || a.loop) && !film) fail_usage("--seconds and --loop are for films: -o film.mp4");

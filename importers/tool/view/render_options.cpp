@@ -389,8 +389,8 @@ void add_render_options(Command command, RenderArguments& a) {
   command
       .add_option(
           "-o,--output,--out", a.output,
-          "The .png or .exr to write; a pattern such as p.%04d.png for several; or a film of them, .mp4 or "
-          ".webm, encoded by ffmpeg (H.264, VP9)")
+          "The .png or .exr to write; a pattern such as p.%04d.png for several; or a film of them, .mp4, "
+          ".webm or .webp, encoded by ffmpeg")
       .type_name("OUT");
   add_slice_choice(command, a.which);
   add_sweep(command, a.which);
