@@ -1,4 +1,5 @@
 """Options that commands share: what is there is replaced with --overwrite only, --out is -o; colours and sizes by short names."""
+import math
 import os
 
 from harness import ToolTest, main, png_size, read_png
@@ -60,6 +61,27 @@ class Options(ToolTest):
         _, said = self.bcc4('import', 'b.raw', '--dims', '32,32,16', '--dtype', 'u8', '--dry-run')
         self.assertNotIn('is --dtype right', said)
         args = self.raw('p.raw', (32, 32, 16, 1), lambda x, y, z, t: 97 * smooth(x, y, z, t), 'u16')
+        _, said = self.bcc4('import', *args, '--dry-run')
+        self.assertNotIn('is --dtype right', said)
+
+    def test_lowpass_refuses_frames_that_are_missing(self):
+        args = self.raw('h.raw', (8, 8, 8, 5), lambda x, y, z, t: math.nan if t == 2 else math.sin(x + t), 'f32')
+        go = ('import', *args, '--on-nonfinite', 'hole', '--lattice', 'd4star', '--quiet')
+        self.refused(3, 'frame 2 has no value at all', *go, '--lowpass', '-o', 'h.bcc4', output='h.bcc4')
+        self.bcc4(*go, '-o', 'h.bcc4')
+        args = self.raw('h.raw', (8, 8, 8, 5), lambda x, y, z, t: math.nan if t == 2 and x < 7 else math.sin(x + t), 'f32')
+        self.bcc4(*go, '--lowpass', '-o', 'h.bcc4', '--overwrite')
+
+    def test_signed_values_read_as_unsigned_are_noticed(self):
+        # Noise about 0 with a bright ball whose values go through the middle of u16: few of them do.
+        ball = lambda x, y, z, t: 25000 * math.exp(-((x - 16) ** 2 + (y - 16) ** 2 + (z - 8) ** 2) / 3) + 60 * ((x * 7 + y * 13 + z * 29) % 41 - 20)
+        self.raw('n.raw', (32, 32, 16, 1), ball, 'i16')
+        _, said = self.bcc4('import', 'n.raw', '--dims', '32,32,16', '--dtype', 'u16', '--dry-run')
+        self.assertIn('as i16 they would be close', said)
+        _, said = self.bcc4('import', 'n.raw', '--dims', '32,32,16', '--dtype', 'i16', '--dry-run')
+        self.assertNotIn('is --dtype right', said)
+        # A bright and smooth object of u16 is not taken for one of i16.
+        args = self.raw('u.raw', (32, 32, 16, 1), lambda x, y, z, t: 65000 * math.exp(-((x - 16) ** 2 + (y - 16) ** 2) / 40), 'u16')
         _, said = self.bcc4('import', *args, '--dry-run')
         self.assertNotIn('is --dtype right', said)
 

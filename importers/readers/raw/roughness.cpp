@@ -19,6 +19,8 @@ constexpr uint64_t kProbes = 1 << 16; // pairs looked at: more make opening a fi
 // A warning is given when the data are this many times smoother read in another way. Lower ones would warn of
 // noise, higher ones miss a wrong order in data with little structure.
 constexpr double kSmootherSwapped = 1.25, kSmootherTurned = 2;
+constexpr double kSmootherSigned = 4,
+                 kFewBetween = 0.02; // with noise about 0 the steps are 10 times larger and more
 constexpr double kAbsurdStep = 1e30; // sum of steps: floats of the other byte order are as large
 constexpr size_t kFewBytes = 16;     // and of bytes that are labels
 constexpr size_t kMostLabels = 256;  // of so few values the steps are as they happen to be numbered
@@ -76,8 +78,26 @@ bool only_high_bytes(const Bytes& bytes, Type type) {
   return any;
 }
 
-// Whether the type looks as if it had the other sign: of integers near both ends of a type, with nothing in
-// between, those of the upper half are negative, or those of the lower half large. Bytes may well be so.
+Type of_other_sign(Type type) {
+  return type == Type::u16   ? Type::i16
+         : type == Type::i16 ? Type::u16
+         : type == Type::u32 ? Type::i32
+                             : Type::u32;
+}
+
+// Returns the mean |difference| of neighbours along x.
+double neighbour_step(const Bytes& bytes, Type type) {
+  const uint64_t count = bytes.size() / type_size(type);
+  const uint64_t skip = std::max<uint64_t>(1, count / kProbes);
+  double step = 0, n = 0;
+  for (uint64_t i = 0; i + 1 < count; i += skip, ++n)
+    step += std::abs(value_at(bytes, type, i + 1, false) - value_at(bytes, type, i, false));
+  return n > 0 ? step / n : 0;
+}
+
+// Returns whether the type looks as if it had the other sign. Integers are then near both ends of the type,
+// with nothing between, or with little between and steps that are much smaller read the other way. Bytes may
+// well be so.
 bool split_by_sign(const Bytes& bytes, Type type) {
   if (is_float(type) || type_size(type) == 1) return false;
   const double range = std::exp2(8.0 * static_cast<double>(type_size(type)));
@@ -91,7 +111,11 @@ bool split_by_sign(const Bytes& bytes, Type type) {
     ++quarters[std::min<size_t>(quarter, 3)];
     if (quarter == 3) first = std::min(first, v), last = std::max(last, v);
   }
-  return quarters[0] > 0 && quarters[1] == 0 && quarters[2] == 0 && last - first > 1;
+  if (quarters[0] == 0 || last - first <= 1) return false;
+  const auto between = static_cast<double>(quarters[1] + quarters[2]),
+             least = static_cast<double>(std::min(quarters[0], quarters[3]));
+  return between == 0 || (between < kFewBetween * least && neighbour_step(bytes, of_other_sign(type)) <
+                                                               neighbour_step(bytes, type) / kSmootherSigned);
 }
 
 // Returns whether values of two bytes look like twice as many of one: smooth along the bytes, and more so
@@ -103,10 +127,6 @@ bool are_single_bytes(const Bytes& bytes, Type type) {
   const double next = relative_step(bytes, Type::u8, 1, false),
                over = relative_step(bytes, Type::u8, 2, false);
   return next < smooth && next < nearer * over;
-}
-
-const char* other_sign(Type type) {
-  return type == Type::u16 ? "i16" : type == Type::i16 ? "u16" : type == Type::u32 ? "i32" : "u32";
 }
 
 } // namespace
@@ -125,8 +145,8 @@ std::vector<std::string> find_suspicions(const Bytes& bytes, Type type, const st
                   " are as close to each other as neighbours are: as u8 ",
                   "the values would be smooth: is --dtype right?")};
   if (out.empty() && split_by_sign(bytes, type))
-    out.push_back(concat("the values are near both ends of ", type_name(type), " and nowhere between: as ",
-                         other_sign(type), " they would be close: is --dtype right?"));
+    out.push_back(concat("the values are near both ends of ", type_name(type), " and hardly between: as ",
+                         type_name(of_other_sign(type)), " they would be close: is --dtype right?"));
   std::vector<uint64_t> sizes;
   for (const FileAxis& axis : axes) sizes.push_back(axis.size);
   const auto roughness = [&](const std::vector<uint64_t>& s) {

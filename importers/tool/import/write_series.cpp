@@ -61,6 +61,18 @@ std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSett
   return steps;
 }
 
+// A frame without any value would be the one before it once more, and filtered with its neighbours.
+void refuse_missing_frame(const FrameReader& reader, uint64_t frame, uint64_t nonfinite,
+                          const WriterSettings& settings) {
+  const auto& n = reader.description().dims;
+  if (!settings.lowpass || settings.nonfinite != BCCSPLAT_NONFINITE_HOLE || n[3] < 2) return;
+  if (nonfinite < n[0] * n[1] * n[2]) return;
+  fail_input(
+      reader.frame_name(frame), ": frame ", frame,
+      " has no value at all, and --lowpass would filter its neighbours with a frame that is not there: "
+      "without --lowpass it becomes what lies between them");
+}
+
 ImportResult write_file(FrameReader& reader, const Device& device, const WriterSettings& settings,
                         const std::vector<ChannelScan>& scans, const ImportScope& scope,
                         const CommonOptions& common) {
@@ -84,8 +96,10 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
   result.nonfinite.resize(s.channels.size());
   read_series(reader, result.given, "import", common.prints_text(),
               [&](uint64_t f, uint32_t c, const Frame& values) {
+                const uint64_t nonfinite = count_nonfinite(values);
+                refuse_missing_frame(reader, f, nonfinite, settings);
                 add_frame(writer, c, s.times.values[f], values, reader.frame_name(f));
-                if (const uint64_t count = count_nonfinite(values)) result.nonfinite[c][f] = count;
+                if (nonfinite > 0) result.nonfinite[c][f] = nonfinite;
               });
   check(bccsplat_writer_finish(writer.get(), &result.report), scope.output);
   result.errors = measured_errors(writer, s.channels.size(), result.report.frames_measured);
