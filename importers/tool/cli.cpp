@@ -36,6 +36,19 @@ std::vector<OptionText> Command::options() const {
   return texts;
 }
 
+std::string Command::examples() const { return app_->get_footer(); }
+std::string Command::help_page() const {
+  const CLI::App* parent = app_->get_parent();
+  const std::string name = concat(parent ? parent->get_name() + " " : "", app_->get_name());
+  return app_->get_formatter()->make_help(app_, name, CLI::AppFormatMode::Normal);
+}
+
+void Command::set_examples(const std::vector<std::string>& command_lines) const {
+  std::string text;
+  for (const std::string& line : command_lines) text += concat(text.empty() ? "" : "\n", "  ", line);
+  app_->footer(text);
+}
+
 Command Command::add_command(const std::string& name, const std::string& help) const {
   return Command(app_->add_subcommand(name, help));
 }
@@ -72,7 +85,69 @@ Option Command::add_texts(const std::string& names, const std::string& type, con
 
 namespace {
 
-// Returns what the user may have meant by an argument nothing takes.
+// Returns the text in lines of at most `width` characters, cut between words.
+std::string wrapped(const std::string& text, size_t width) {
+  std::string out;
+  size_t used = 0;
+  for (const std::string_view word : split(text, " ")) {
+    const bool fits = used + 1 + word.size() <= width;
+    if (!out.empty()) out += fits ? ' ' : '\n';
+    used = out.empty() || !fits ? word.size() : used + 1 + word.size();
+    out += word;
+  }
+  return out;
+}
+
+// Help as it is printed: lines that fit, and examples before the options.
+class HelpPage : public CLI::Formatter {
+ public:
+  std::string make_description(const CLI::App* app) const override {
+    return wrapped(app->get_description(), kWidth) + "\n";
+  }
+  std::string make_usage(const CLI::App* app, std::string name) const override {
+    const std::string examples = app->get_footer();
+    return CLI::Formatter::make_usage(app, std::move(name)) +
+           (examples.empty() ? "" : "\nExamples:\n" + examples + "\n");
+  }
+  std::string make_footer(const CLI::App* /*app*/) const override { return ""; }
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return wrapped(option->get_description(), kWidth - get_column_width());
+  }
+  std::string make_subcommand(const CLI::App* command) const override {
+    std::stringstream out;
+    CLI::detail::format_help(out, command->get_name(), first_sentence(command->get_description()),
+                             get_column_width());
+    return out.str();
+  }
+
+ private:
+  static constexpr size_t kWidth = 100;
+};
+
+// What other programs call things, and how they are done here.
+constexpr std::pair<const char*, const char*> kOtherNames[] = {
+    {"convert", "bcc4 import makes .bcc4 files, bcc4 export writes other formats"},
+    {"crop", "bcc4 export --roi writes a part"},
+    {"cut", "bcc4 export --roi writes a part, bcc4 slice --plane a plane over time"},
+    {"append", "bcc4 import --append adds frames"},
+    {"resume", "bcc4 import --resume goes on with an import"},
+    {"diff", "bcc4 compare tells the difference"},
+    {"film", "bcc4 render -o FILE.mp4 makes films"},
+    {"movie", "bcc4 render -o FILE.mp4 makes films"},
+    {"view", "bcc4 render draws pictures"},
+    {"show", "bcc4 info tells what is in a file, bcc4 render draws it"},
+    {"join", "bcc4 concat joins parts"},
+    {"merge", "bcc4 concat joins parts"}};
+
+std::string unknown_command(const Command& tool, const std::string& name) {
+  for (const auto& [other, way] : kOtherNames)
+    if (name == other) return concat("unknown command \"", name, "\": ", way);
+  std::vector<std::string> names;
+  for (const Command& command : tool.commands()) names.push_back(command.name());
+  return concat("unknown command \"", name, "\"", did_you_mean(name, names), "; there are ", join(names));
+}
+
+// Returns what the user may have meant by an argument that nothing takes.
 std::string unknown_argument(const Command& tool, const Command* chosen, const std::string& argument) {
   std::vector<std::string> names;
   if (argument.starts_with("-")) {
@@ -82,16 +157,25 @@ std::string unknown_argument(const Command& tool, const Command* chosen, const s
     return concat("unknown option ", argument, did_you_mean(argument.substr(0, argument.find('=')), names));
   }
   if (chosen) return concat("unexpected argument \"", argument, "\"");
-  for (const Command& command : tool.commands()) names.push_back(command.name());
-  return concat("unknown command \"", argument, "\"", did_you_mean(argument, names), "; there are ",
-                join(names));
+  return unknown_command(tool, argument);
 }
 
 } // namespace
 
+std::string first_sentence(const std::string& text) {
+  const std::string first = text.substr(0, text.find(". "));
+  return first.ends_with('.') ? first.substr(0, first.size() - 1) : first;
+}
+
+void fail_unknown_command(const Command& tool, const std::string& name) {
+  fail_usage(unknown_command(tool, name), "; see bcc4 help");
+}
+
 CommandLine::CommandLine(const std::string& name, const std::string& help, const std::string& version)
     : app_(std::make_unique<CLI::App>(help, name)) {
+  app_->formatter(std::make_shared<HelpPage>());
   app_->set_version_flag("--version", version);
+  app_->require_subcommand(0, 1); // a second command's name is an argument, as in "bcc4 help import"
   app_->set_help_all_flag("--help-all", "Help for all commands");
   app_->option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::Throw);
 }
@@ -99,7 +183,6 @@ CommandLine::CommandLine(const std::string& name, const std::string& help, const
 CommandLine::~CommandLine() = default;
 
 Command CommandLine::tool() const { return Command(app_.get()); }
-std::string CommandLine::help_text() const { return app_->help(); }
 
 std::optional<std::string> CommandLine::parse(int argc, char** argv) {
   try {
@@ -110,6 +193,7 @@ std::optional<std::string> CommandLine::parse(int argc, char** argv) {
   } catch (const CLI::ExtrasError&) {
     const std::vector<CLI::App*> chosen = app_->get_subcommands();
     const std::vector<std::string> extras = app_->remaining(true);
+    if (chosen.empty() && !extras.front().starts_with("-")) fail_unknown_command(tool(), extras.front());
     const auto option =
         std::find_if(extras.begin(), extras.end(), [](const std::string& s) { return s.starts_with("-"); });
     const std::optional<Command> command =
@@ -118,7 +202,8 @@ std::optional<std::string> CommandLine::parse(int argc, char** argv) {
                                 option != extras.end() ? *option : extras.front()),
                "; see bcc4 ", command ? command->name() + " " : "", "--help");
   } catch (const CLI::ParseError& e) {
-    fail_usage(e.what());
+    const std::vector<CLI::App*> chosen = app_->get_subcommands();
+    fail_usage(e.what(), "; see bcc4 help", chosen.empty() ? "" : " " + chosen.front()->get_name());
   }
   const std::vector<CLI::App*> chosen = app_->get_subcommands();
   return chosen.empty() ? "" : chosen.front()->get_name();

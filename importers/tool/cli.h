@@ -51,6 +51,11 @@ class Command {
   [[nodiscard]] std::string help() const;
   [[nodiscard]] std::vector<Command> commands() const;
   [[nodiscard]] std::vector<OptionText> options() const;
+  // Command lines that help and the manual show, one a line.
+  [[nodiscard]] std::string examples() const;
+  // What --help prints of it.
+  [[nodiscard]] std::string help_page() const;
+  void set_examples(const std::vector<std::string>& command_lines) const;
 
   Command add_command(const std::string& name, const std::string& help) const;
   Option add_flag(const std::string& names, bool& target, const std::string& help) const;
@@ -78,12 +83,15 @@ class CommandLine {
   // Returns the name of the command that was given; "": none. Nothing where help or the version was asked
   // for, which are then printed.
   [[nodiscard]] std::optional<std::string> parse(int argc, char** argv);
-  // Returns what --help prints.
-  [[nodiscard]] std::string help_text() const;
 
  private:
   std::unique_ptr<CLI::App> app_;
 };
+
+// The first sentence of a help text, without its full stop, for lists.
+[[nodiscard]] std::string first_sentence(const std::string& text);
+// Fails with what there is instead of a command of that name.
+[[noreturn]] void fail_unknown_command(const Command& tool, const std::string& name);
 
 template<class Number>
 void add_number(Command command, const std::string& option, std::optional<Number>& target,

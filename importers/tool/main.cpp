@@ -41,9 +41,10 @@ std::string version_text() {
 }
 
 Exit run(int argc, char** argv) {
-  CommandLine line("bcc4", "Time-varying volumes on the D4* lattice: convert, inspect, slice, draw",
-                   version_text());
+  CommandLine line("bcc4", "Store a 3D movie in half the samples, read any moment, draw it", version_text());
   const Command tool = line.tool();
+  tool.set_examples({"bcc4 import smoke.*.raw --dims 64,64,64 --dtype f32 -o smoke.bcc4",
+                     "bcc4 render smoke.bcc4 --time 1.5 -o smoke.png", "bcc4 help render"});
   std::string command_line;
   for (int i = 0; i < argc; ++i) command_line += concat(i > 0 ? " " : "", i == 0 ? "bcc4" : quoted(argv[i]));
   const std::vector<std::pair<std::string, Run>> commands{{"import", add_import(tool, command_line)},
@@ -55,13 +56,14 @@ Exit run(int argc, char** argv) {
                                                           {"export", add_export(tool)},
                                                           {"slice", add_slice(tool)},
                                                           {"render", add_render(tool, command_line)},
+                                                          {"help", add_help(tool)},
                                                           {"completion", add_completion(tool)},
                                                           {"manual", add_manual(tool, version_number())}};
   const std::optional<std::string> chosen = line.parse(argc, argv);
   if (!chosen) return Exit::ok;
   for (const auto& [name, command] : commands)
     if (name == *chosen) return command();
-  std::fprintf(stderr, "%s", line.help_text().c_str());
+  std::fprintf(stderr, "%s", tool.help_page().c_str());
   return Exit::usage;
 }
 

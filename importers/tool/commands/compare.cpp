@@ -144,12 +144,13 @@ Run add_compare(Command tool) {
   auto a = std::make_shared<CompareArguments>();
   const Command compare = tool.add_command(
       "compare",
-      "Compare a .bcc4 file with another, or with a series, where both have values: exit code 1 where "
-      "they differ");
+      "Compare a .bcc4 file with another one or with a series. The exit code is 1 where they differ.");
+  compare.set_examples({"bcc4 compare smoke.bcc4 bound.bcc4 --tolerance 0.1",
+                        "bcc4 compare smoke.bcc4 smoke.nrrd --tolerance 0.1"});
   compare.add_option("FILES", a->files, "A .bcc4 file, and another one or the files of a series")
       .expected(2, -1);
-  add_number(compare, "--tolerance", a->tolerance, "Differences up to this are none (default 0)");
-  compare.add_flag("--each-frame", a->frames, "With the difference of every frame");
+  add_number(compare, "--tolerance", a->tolerance, "Largest difference that counts as none (default 0)");
+  compare.add_flag("--each-frame", a->frames, "Add the difference of every frame");
   add_reader_options(compare, a->reader);
   compare.add_option("--kernel", a->kernel, "Kernel to reconstruct with (default: the file's)")
       .type_name("NAME");

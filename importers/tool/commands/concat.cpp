@@ -44,6 +44,9 @@ Exit run_concat(const ConcatArguments& a) {
     fail(Exit::check_failed, bccsplat_last_error(),
          "; one process would write the series again with corrections, parts cannot: make the plan with "
          "--abs");
+  const std::string said = status == BCCSPLAT_OK ? "" : bccsplat_last_error();
+  if (said.find("a whole file") != std::string::npos)
+    fail(exit_of(status), said, "; bcc4 import --append adds the frames of other files to it");
   check(status, "");
   if (a.common.json) {
     print_json({{"parts", a.parts.size()},
@@ -65,7 +68,11 @@ Exit run_concat(const ConcatArguments& a) {
 
 Run add_concat(Command tool) {
   auto a = std::make_shared<ConcatArguments>();
-  const Command concat = tool.add_command("concat", "Join the parts of a series that import --part made");
+  const Command concat = tool.add_command("concat", "Join the parts of a series that import --part made.");
+  concat.set_examples({"bcc4 import smoke.*.raw --dims 64,64,64 --dtype f32 --dry-run --plan plan.json",
+                       "bcc4 import --plan plan.json --part 1/2 -o part.1.bcc4",
+                       "bcc4 import --plan plan.json --part 2/2 -o part.2.bcc4",
+                       "bcc4 concat part.1.bcc4 part.2.bcc4 -o joined.bcc4"});
   concat.add_option("PART", a->parts, "Files of import --part, in any order");
   concat.add_option("-o,--output,--out", a->output, "The .bcc4 file to write").type_name("OUT.bcc4");
   concat.add_flag("--overwrite", a->overwrite, "Replace an existing output");

@@ -49,8 +49,10 @@ ExportFormat format_of(const ExportArguments& a) {
   if (a.options.format != ExportFormat::unset) return a.options.format;
   const ExportFormat format = format_of_suffix(a.output);
   if (format == ExportFormat::unset)
-    fail_usage("--format raw, nrrd, vdb, nifti, netcdf, vti or tiff is missing: -o ", a.output,
-               " does not say");
+    fail_usage(
+        "-o ", a.output,
+        ": its suffix names no format that export writes (.nrrd, .vdb, .nii, .nii.gz, .nc, .vti, .pvd, "
+        ".tif, .raw); --format chooses one of a name without suffix, such as a folder");
   return format;
 }
 
@@ -196,20 +198,24 @@ Exit run_export(ExportArguments& a) {
 
 Run add_export(Command tool) {
   auto a = std::make_shared<ExportArguments>();
-  const Command ex = tool.add_command("export", "Write frames back on the source grid");
+  const Command ex = tool.add_command(
+      "export", "Write frames on the grid of the source. The suffix of the output names the format.");
+  ex.set_examples({"bcc4 export smoke.bcc4 --all -o smoke.nrrd",
+                   "bcc4 export smoke.bcc4 --all --roi 0-31,0-31,10-20 -o box.nrrd",
+                   "bcc4 export smoke.bcc4 --time 0.06 -o between.nrrd"});
   ex.add_option("FILE", a->file, "A .bcc4 file");
   ex.add_option("-o,--output,--out", a->output,
-                "A file, a pattern such as smoke.%04d.vdb, or a folder: .nrrd, .vdb, .nii, .nii.gz, .nc, "
-                ".vti, .pvd, .tif "
-                "or .raw")
+                "A file, a pattern such as smoke.%04d.vdb, or a folder. Suffixes: .nrrd, .vdb, .nii, "
+                ".nii.gz, .nc, .vti, .pvd, .tif, .raw")
       .type_name("OUT");
   ex.add_flag("--all", a->all, "All frames");
-  add_number(ex, "--time", a->which.time, "One time, in the file's unit; of labels the nearest frame");
-  ex.add_flag("--index", a->which.index, "--time is a frame number, fractions allowed");
-  add_region(ex, a->options.region, "Only this box of the source grid: samples from 0, both ends included");
+  add_number(ex, "--time", a->which.time,
+             "One moment, in the file's unit of time. Labels: the nearest frame");
+  ex.add_flag("--index", a->which.index, "Take --time as a frame number; fractions are allowed");
+  add_region(ex, a->options.region, "Write only this box of samples, counted from 0, both ends included");
   add_choice<ExportFormat>(ex, "--format", a->options.format, export_formats(),
                            "Format (default: by the name of the output)");
-  ex.add_flag("--salvage", a->salvage, "Of a damaged file: what is lost becomes missing data");
+  ex.add_flag("--salvage", a->salvage, "Read a damaged file: lost values become missing data");
   ex.add_option("--channel", a->channel, "Channel, by name or number (default: the first)").type_name("NAME");
   ex.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)").type_name("NAME");
   add_threads(ex, a->common);

@@ -240,7 +240,13 @@ void refuse_planned_options(Command import) {
 
 Run add_import(Command tool, std::string command_line) {
   auto a = std::make_shared<ImportArguments>();
-  const Command import = tool.add_command("import", "Convert a series of volumes to a .bcc4 file");
+  const Command import = tool.add_command(
+      "import", "Convert a series of volumes to a .bcc4 file. Reads OpenVDB, NRRD, NIfTI, NetCDF, VTI, "
+                "MetaImage and raw files, and chooses the lattice that fits the data.");
+  import.set_examples(
+      {"bcc4 import smoke.*.raw --dims 64,64,64 --dtype f32 --dt 0.04 -o smoke.bcc4",
+       "bcc4 import smoke.*.raw --dims 64,64,64 --dtype f32 --dt 0.04 --psnr 50 -o bound.bcc4",
+       "bcc4 import smoke.*.raw --dims 64,64,64 --dtype f32 --dry-run"});
   add_import_options(import, *a);
   return [a, import, command_line = std::move(command_line)] {
     if (a->follows_plan()) refuse_planned_options(import);

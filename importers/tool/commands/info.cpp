@@ -317,12 +317,14 @@ void print_gpu(const Device& device, bool json) {
 
 Run add_info(Command tool) {
   auto a = std::make_shared<InfoArguments>();
-  const Command info = tool.add_command("info", "What is in a .bcc4 file");
+  const Command info =
+      tool.add_command("info", "Print what a .bcc4 file holds: size, times, channels, lattice, errors.");
+  info.set_examples({"bcc4 info smoke.bcc4", "bcc4 info smoke.bcc4 --json"});
   info.add_option("FILE", a->file, "A .bcc4 file");
-  info.add_flag("--gpu", a->gpu, "Instead, which GPU pictures are drawn by");
-  info.add_flag("--json", a->json, "As JSON");
-  info.add_flag("--histogram", a->histogram, "With the histogram of the stored values");
-  info.add_flag("--frames", a->frames, "With the range of the source's values in every frame");
+  info.add_flag("--gpu", a->gpu, "Print which GPU draws pictures instead");
+  info.add_flag("--json", a->json, "Report as JSON");
+  info.add_flag("--histogram", a->histogram, "Add the histogram of the stored values");
+  info.add_flag("--frames", a->frames, "Add the range of the source's values in every frame");
   return [a] {
     const Device device = create_device(1, 0);
     if (a->gpu) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bcc4 manual and bcc4 completion: written from the options themselves, so that neither can fall behind them.
+// bcc4 help, manual and completion: written from the options themselves, so that neither can fall behind
+// them.
 #include <algorithm>
 #include <cstdio>
 
@@ -15,7 +16,7 @@ struct Named : OptionText {
 };
 
 struct CommandText {
-  std::string name, help;
+  std::string name, help, examples;
   std::vector<Named> options, arguments;
 };
 
@@ -33,7 +34,7 @@ std::vector<std::string> choices_of(const std::string& value) {
 std::vector<CommandText> commands_of(Command tool) {
   std::vector<CommandText> commands;
   for (const Command& command : tool.commands()) {
-    CommandText text{command.name(), command.help(), {}, {}};
+    CommandText text{command.name(), command.help(), command.examples(), {}, {}};
     for (const OptionText& option : command.options())
       (option.is_argument() ? text.arguments : text.options).push_back({option, choices_of(option.value)});
     commands.push_back(std::move(text));
@@ -77,6 +78,7 @@ std::string manual(Command tool, const std::string& version) {
          "and orientation out of the four\\-dimensional field, and draws them.\n.SH COMMANDS\n";
   for (const CommandText& c : commands) {
     out += ".SS " + roff(c.name) + "\n" + roff(c.help) + "\n";
+    if (!c.examples.empty()) out += ".PP\n.nf\n" + roff(c.examples) + "\n.fi\n";
     for (const Named& o : c.options)
       out += ".TP\n\\fB" + roff(joined(o.names, ", ")) + "\\fR" +
              (o.value.empty() ? "" : " \\fI" + roff(o.value) + "\\fR") + "\n" + roff(o.help) + "\n";
@@ -122,7 +124,7 @@ std::string zsh_completion(const std::vector<CommandText>& commands) {
   };
   std::string list, cases;
   for (const CommandText& c : commands) {
-    list += "    '" + c.name + ":" + text(replaced(c.help, ':', "\\:")) + "'\n";
+    list += "    '" + c.name + ":" + text(replaced(first_sentence(c.help), ':', "\\:")) + "'\n";
     cases += "  " + c.name + ")\n    _arguments";
     for (const Named& o : c.options)
       for (const std::string& name : o.names) {
@@ -145,7 +147,8 @@ std::string fish_completion(const std::vector<CommandText>& commands) {
   const auto text = [](std::string_view s) { return replaced(replaced(s, '\\', "\\\\"), '\'', "\\'"); };
   std::string out = "# `bcc4 completion fish` prints it\n";
   for (const CommandText& c : commands)
-    out += "complete -c bcc4 -n __fish_use_subcommand -f -a " + c.name + " -d '" + text(c.help) + "'\n";
+    out += "complete -c bcc4 -n __fish_use_subcommand -f -a " + c.name + " -d '" +
+           text(first_sentence(c.help)) + "'\n";
   for (const CommandText& c : commands)
     for (const Named& o : c.options) {
       out += "complete -c bcc4 -n '__fish_seen_subcommand_from " + c.name + "'";
@@ -161,6 +164,21 @@ std::string fish_completion(const std::vector<CommandText>& commands) {
 }
 
 } // namespace
+
+Run add_help(Command tool) {
+  const Command help = tool.add_command("help", "Print what a command does and its options");
+  const auto name = std::make_shared<std::string>();
+  help.add_option("COMMAND", *name, "A command of bcc4 (default: all of them in short)");
+  help.set_examples({"bcc4 help import"});
+  return [tool, name] {
+    const std::vector<Command> commands = tool.commands();
+    const auto found = std::find_if(commands.begin(), commands.end(),
+                                    [&](const Command& command) { return command.name() == *name; });
+    if (found == commands.end() && !name->empty()) fail_unknown_command(tool, *name);
+    std::fputs((name->empty() ? tool : *found).help_page().c_str(), stdout);
+    return Exit::ok;
+  };
+}
 
 Run add_manual(Command tool, std::string version) {
   tool.add_command("manual", "Print the manual page (roff, section 1)");

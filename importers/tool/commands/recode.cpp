@@ -89,21 +89,20 @@ Exit run_recode(const RecodeArguments& a) {
 Run add_recode(Command tool) {
   auto a = std::make_shared<RecodeArguments>();
   const Command recode = tool.add_command(
-      "recode", "Write a .bcc4 file anew, without its source: another store, kernel, step or format version");
+      "recode",
+      "Write a .bcc4 file anew without its source. It gets another store, kernel, step or format version.");
+  recode.set_examples({"bcc4 recode smoke.bcc4 --store coefficients -o play.bcc4"});
   recode.add_option("FILE", a->file, "A .bcc4 file");
   recode.add_option("-o,--output,--out", a->output, "The .bcc4 file to write").type_name("OUT.bcc4");
   add_choice<int32_t>(recode, "--store", a->store, kStoreChoices,
-                      "Store samples, or coefficients of the kernel (default: as FILE does)");
-  recode
-      .add_option("--kernel", a->kernel,
-                  "Kernel of the coefficients, and recommended (default: that of FILE)")
+                      "Store samples or the kernel's coefficients (default: as in FILE)");
+  recode.add_option("--kernel", a->kernel, "Kernel of the coefficients (default: as in FILE)")
       .type_name("NAME");
   add_choice<int32_t>(recode, "--quantize", a->value_type, kTypeChoices,
-                      "Type of the stored values (default: in steps of the same value)");
-  recode.add_option("--step", a->step, "Value from code to code of integers (default: that of FILE)");
-  recode
-      .add_option("--format", a->format,
-                  "Highest version of the format that a reader may need (default: any)")
+                      "Type of the stored values (default: as in FILE)");
+  recode.add_option("--step", a->step,
+                    "Difference of neighbouring integers in the file's values (default: as in FILE)");
+  recode.add_option("--format", a->format, "Newest format version that the file may use (default: any)")
       .type_name("VERSION");
   recode.add_flag("--overwrite", a->overwrite, "Replace an existing output");
   add_threads(recode, a->common);

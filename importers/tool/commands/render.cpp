@@ -448,7 +448,12 @@ Exit run_render(RenderArguments a) {
 Run add_render(Command tool, std::string command_line) {
   auto a = std::make_shared<RenderArguments>();
   a->command_line = std::move(command_line);
-  const Command r = tool.add_command("render", "Draw slices as PNG or OpenEXR pictures");
+  const Command r = tool.add_command("render", "Draw slices as pictures (PNG, OpenEXR) or films (MP4, WebM). "
+                                               "With no options the colours follow the values of the file.");
+  r.set_examples({"bcc4 render smoke.bcc4 --time 0.06 -o smoke.png",
+                  "bcc4 render smoke.bcc4 --time 0.06 --view front --annotate -o front.png",
+                  "bcc4 render smoke.bcc4 --frames 0-3x0.5 --size 256 -o film.mp4",
+                  "bcc4 render smoke.bcc4 --plane 1,0,0,0,-40 -o x40.png"});
   add_render_options(r, *a);
   return [a] { return run_render(*a); };
 }

@@ -272,7 +272,11 @@ Exit run_slice(const SliceArguments& a) {
 
 Run add_slice(Command tool) {
   auto a = std::make_shared<SliceArguments>();
-  const Command slice = tool.add_command("slice", "Cut a hyperplane and write its samples");
+  const Command slice =
+      tool.add_command("slice", "Cut a 3D slice out of space and time and write its samples. A slice is a "
+                                "moment, a plane over time, or any other hyperplane.");
+  slice.set_examples({"bcc4 slice smoke.bcc4 --time 0.06 -o moment.nrrd",
+                      "bcc4 slice smoke.bcc4 --plane 1,0,0,0,-40 -o x40.nrrd"});
   slice.add_option("FILE", a->file, "A .bcc4 file");
   slice
       .add_option("-o,--output,--out", a->output,

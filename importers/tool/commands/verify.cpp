@@ -153,11 +153,14 @@ Exit run_verify(VerifyArguments& a) {
 
 Run add_verify(Command tool) {
   auto a = std::make_shared<VerifyArguments>();
-  const Command verify = tool.add_command("verify", "Check a .bcc4 file, by itself or against its source");
+  const Command verify = tool.add_command(
+      "verify",
+      "Check a .bcc4 file for damage, or against its source. The exit code is 1 where it is damaged.");
+  verify.set_examples({"bcc4 verify smoke.bcc4", "bcc4 verify smoke.bcc4 --against smoke.*.raw"});
   verify.add_option("FILE", a->file, "A .bcc4 file");
   verify
       .add_option("--against", a->reader.options.inputs,
-                  "The source, read as it was at import: every sample is compared")
+                  "Compare every sample with the source. The options of the import are remembered")
       .type_name("INPUT...")
       .expected(1, -1);
   add_reader_options(verify, a->reader);

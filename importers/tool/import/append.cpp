@@ -86,8 +86,10 @@ AppendedFile open_appended(const Device& device, const std::string& path, const 
     fail_usage(path, ": its frames have ", info.dims[0], " x ", info.dims[1], " x ", info.dims[2],
                " samples, those of the input ", n[0], " x ", n[1], " x ", n[2]);
   if (info.dims[3] > n[3])
-    fail_usage(path, ": it has ", info.dims[3], " frames, the input ", n[3],
-               "; --append takes the whole series, the frames that the file has first");
+    fail_usage(
+        path, ": it has ", info.dims[3], " frames, the input ", n[3],
+        "; --append takes the whole series, the frames that the file has first: give the files of these "
+        "and the new ones together");
   require_same_unit(path, "times", info.time_unit, series.times.unit);
   for (uint32_t c = 0; c < std::min<size_t>(info.channel_count, series.channels.size()); ++c)
     require_same_unit(path, "values", channel_info(old, c).unit, series.channels[c].unit);

@@ -49,99 +49,96 @@ void read_lattice(const ImportArguments& a, WriterSettings& settings) {
 // The lattice and its distances.
 void add_lattice_options(Command import, ImportArguments& a) {
   import
-      .add_option(
-          "--lattice", a.lattice,
-          "auto (default): of a series D4* or the Cartesian lattice, with the distances along x, y, z and t "
-          "that lose least; d4star, bcc (one frame) or cc: this one, with the distances of --scale")
+      .add_option("--lattice", a.lattice,
+                  "auto (default): the D4* or Cartesian lattice and the distances that lose least. Else this "
+                  "lattice, with the distances of --scale; bcc is for one frame")
       .type_name("auto|d4star|bcc|cc");
-  add_number(import, "--density", a.density,
-             "Sites per source sample (default 0.5; bcc and cc as they have at distance 1)");
+  add_number(import, "--density", a.density, "Lattice sites per source sample (default 0.5)");
   import
       .add_option("--scale", a.scale,
-                  "Lattice distance in source samples (default 1): of x, y and z, or one for each, and for t "
+                  "Lattice distance in source samples (default 1): one number, or one for each axis; along t "
                   "in frames")
       .type_name("S|X,Y,Z|X,Y,Z,T");
   import
-      .add_option(
-          "--time-scale", a.time_scale,
-          "The same along time, in frames (default 1); auto: as coarse as the measured spectrum allows")
+      .add_option("--time-scale", a.time_scale,
+                  "Lattice distance along time, in frames (default 1). auto: as coarse as the measured "
+                  "spectrum allows")
       .type_name("X|auto");
 }
 
 // Adds the options that say which values are there, and how they become samples of the lattice.
 void add_fit_options(Command import, ImportArguments& a) {
   add_number(import, "--air", a.air,
-             "Value of empty space (default: the background of OpenVDB grids, else 0, and of floats that are "
-             "hardly ever 0 about their mean, for constants near air ripple least)");
+             "Value of empty space (default: the background of OpenVDB grids, else 0; floats that are hardly "
+             "ever 0: their mean)");
   add_number(import, "--air-threshold", a.air_threshold,
-             "Samples within this of air are not stored (default 0: integers that equal air, and floats "
-             "within 1/512 of what is near, the filter's ringing)");
+             "Do not store samples within this of air (default 0: integers that equal air, and floats that "
+             "differ by the ringing of the filter only)");
   add_choice<int32_t>(import, "--on-nonfinite", a.settings.nonfinite, kNonfiniteChoices,
-                      "NaN and infinities: stop, missing data, or air and the largest value");
+                      "NaN and infinities: stop (error), mark as missing (hole), or replace by air and the "
+                      "largest value (clamp)");
   add_choice<int32_t>(import, "--filter", a.settings.filter, kFilterChoices,
                       "Resampling filter (default kaiser8)");
   import.add_flag("--lowpass", a.settings.lowpass,
-                  "First remove the frequencies the lattice cannot hold (outside_cell of --dry-run)");
+                  "First remove the frequencies that the lattice cannot hold (outside_cell of --dry-run)");
   add_choice<int32_t>(
       import, "--ends", a.settings.ends, kEndsChoices,
-      "Before the first frame and after the last: as they predict, with two layers more at "
-      "each end (default on D4* from 14 frames on, at distance 1), the mirror image, or periodic: "
-      "the last frame leads to the first, as of heart beats and climatologies");
+      "What is assumed before the first frame and after the last. predict: as the frames predict, with two "
+      "more layers (default on D4* from 14 frames on); mirror: the mirror image; periodic: the last frame "
+      "leads to the first, as in heart beats and climatologies");
   add_choice<int32_t>(
       import, "--faces", a.settings.faces, kFacesChoices,
-      "Beyond the first and last sample along x, y and z: as those inside predict, with two "
-      "planes of the lattice more at each face, along all axes that are not short, or along these at "
-      "any cost; or the mirror image (default: what does best on a sample, else as they predict along "
-      "axes of 43 samples or more)");
-  add_choice<int32_t>(import, "--periodic", a.settings.periodic, kPeriodicChoices,
-                      "Axes that go round, as longitude does: behind the last sample comes the first one "
-                      "again, and there are no faces (of time: --ends periodic)");
+      "What is assumed beyond the faces. predict: as the samples inside predict, along all axes that are not "
+      "short; x to xyz: along these axes at any cost; mirror: the mirror image. Default: what does best on a "
+      "sample, else predict along axes of 43 samples or more");
+  add_choice<int32_t>(
+      import, "--periodic", a.settings.periodic, kPeriodicChoices,
+      "Axes that go round, as longitude does: the first sample follows the last. For time: --ends periodic");
 }
 
 // Adds the options that say how near the file has to be, and how it stores samples.
 void add_coding_options(Command import, ImportArguments& a) {
-  import.add_flag(
-      "--exact", a.exact,
-      "Store samples as precisely as the source has its values (default: rounded where that adds next to "
-      "nothing to the lattice's own error)");
+  import.add_flag("--exact", a.exact,
+                  "Store samples as precisely as the source (default: rounded where that adds next to "
+                  "nothing to the error of the lattice)");
+  add_number(import, "--abs", a.abs,
+             "Largest error allowed at any source sample. Finds the smallest file, checks every frame and "
+             "corrects what misses");
   add_number(
-      import, "--abs", a.abs,
-      "No source sample is off by more than this: finds the coarsest coding, checks every frame, corrects "
-      "what misses");
-  add_number(import, "--psnr", a.psnr,
-             "The same for a peak signal-to-noise ratio of the series in dB, such as 50");
-  add_choice<int32_t>(import, "--measure", a.settings.measure, kMeasureChoices,
-                      "Frames whose error against the source is reported (default some: three, evenly "
-                      "spread; all with a bound)");
+      import, "--psnr", a.psnr,
+      "Least peak signal-to-noise ratio in dB, such as 50. Finds the smallest file and checks every frame");
+  add_choice<int32_t>(
+      import, "--measure", a.settings.measure, kMeasureChoices,
+      "Frames whose error is measured and reported (default some: three; with --abs or --psnr: all)");
   add_choice<int32_t>(import, "--quantize", a.settings.quantize, kTypeChoices,
                       "Type of the stored values (default: the source's own precision)");
-  add_choice<int32_t>(import, "--store", a.settings.store, kStoreChoices,
-                      "Store samples, or coefficients of the kernel (default samples)");
+  add_choice<int32_t>(
+      import, "--store", a.settings.store, kStoreChoices,
+      "Store samples (default), or coefficients of the kernel: faster to read, slower to import");
   import
       .add_option("--levels", a.levels,
-                  "Store coarser levels as well, each at twice the distance in space, for small pictures "
-                  "(bcc4 render takes what is enough): so many, or auto (default): of frames of 192^3 and "
-                  "more, but not of labels, until one is "
-                  "below 96^3; --append keeps those of the file")
+                  "Number of coarser levels to store for small pictures, each at twice the distance in "
+                  "space. auto (default): from 192^3 on, until a level is below 96^3; none for labels. "
+                  "--append keeps those of the file")
       .type_name("auto|none|N");
-  import.add_option("--kernel", a.settings.kernel, "Kernel recommended to readers").type_name("NAME");
+  import.add_option("--kernel", a.settings.kernel, "Kernel that readers use by default").type_name("NAME");
 }
 
 // Adds the options that say what is written, and how.
 void add_output_options(Command import, ImportArguments& a) {
   add_threads(import, a.common);
   add_max_memory(import, a.common);
-  import.add_flag("--dry-run", a.dry_run, "Only print how the input is read and what would come out");
+  import.add_flag("--dry-run", a.dry_run,
+                  "Print how the input is read and what would come out; write no .bcc4 file");
   import
-      .add_option(
-          "--plan", a.plan,
-          "With --dry-run: write what was decided to FILE. Else: import by that file, which also names "
-          "the input")
+      .add_option("--plan", a.plan,
+                  "With --dry-run: write what was decided to this file. Without: import by this file, which "
+                  "names the input, too")
       .type_name("FILE.json");
   import
-      .add_option("--part", a.part,
-                  "With --plan: only frames A-B, counted from 0, or the K-th of N parts; bcc4 concat joins "
-                  "the parts to the file that one process writes, byte for byte")
+      .add_option(
+          "--part", a.part,
+          "With --plan: import frames A-B, counted from 0, or the K-th of N parts; bcc4 concat joins them")
       .type_name("A-B|K/N");
   import.add_flag("--overwrite", a.settings.overwrite, "Replace an existing output");
   add_resume_options(import, a.resume);
@@ -152,8 +149,9 @@ void add_output_options(Command import, ImportArguments& a) {
 } // namespace
 
 void add_import_options(Command import, ImportArguments& a) {
-  import.add_option("INPUT", a.reader.options.inputs,
-                    "Files, a pattern such as smoke.%04d.vdb or smoke.####.vdb, a glob, or @LIST");
+  import.add_option(
+      "INPUT", a.reader.options.inputs,
+      "Files, a pattern such as smoke.%04d.vdb or smoke.####.vdb, a glob, or @LIST, a text file of names");
   import.add_option("-o,--output,--out", a.output, "The .bcc4 file to write").type_name("OUT.bcc4");
   add_reader_options(import, a.reader);
   add_fit_options(import, a);

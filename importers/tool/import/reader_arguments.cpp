@@ -100,19 +100,23 @@ void add_reader_options(Command command, ReaderArguments& arguments) {
       {"endian", "little|big", "Raw: byte order (default little)"},
       {"skip", "BYTES", "Raw: bytes before the data"},
       {"count", "N",
-       "Raw: arrays in each frame, one channel each, one after the other unless --axes says where (c)"},
+       "Raw: arrays in each frame, one for each channel. --axes says where they are (c), if not one after "
+       "the other"},
       {"axes", "ORDER", "Raw, NRRD: axes as the file has them, fastest first, such as xyzt, zyxt or cxyzt"},
-      {"spacing", "SX,SY,SZ", "Distance of samples; replaces what the file says"},
-      {"origin", "X,Y,Z", "Where the first sample is; replaces what the file says"},
+      {"spacing", "SX,SY,SZ", "Distance between samples; replaces what the file says"},
+      {"origin", "X,Y,Z", "Place of the first sample; replaces what the file says"},
       {"dt", "TIME", "Time between neighbouring frames of the source; replaces what the file says"},
-      {"times", "LIST|FILE", "Times of all frames, by commas or in a text file"},
+      {"times", "LIST|FILE", "Times of all frames: numbers with commas, or a text file"},
       {"grid", "NAME[,NAME]", "OpenVDB: grids to read, one channel each"},
       {"level-set", "distance|fog",
-       "OpenVDB: level sets as signed distances (default), or as fog: 1 inside, falling to 0 at the surface"},
-      {"channel", "NAME[,NAME]", "Other formats: arrays or components to read, one channel each"},
-      {"frames", "A-B[xS]", "Frames to take, by the number in the file names (else counted from 0)"},
+       "OpenVDB: read level sets as signed distances (default), or as fog: 1 inside, falling to 0 at the "
+       "surface"},
+      {"channel", "NAME[,NAME]", "Other formats: arrays or components to read, one for each channel"},
+      {"frames", "A-B[xS]",
+       "Frames to take, by the numbers in the file names, else counted from 0; S: every S-th"},
       {"gaps", "error|hold|skip|interpolate",
-       "What to do where a numbered sequence lacks frames (default error)"},
+       "What to do where a numbered sequence lacks frames: stop (default), repeat the frame before, close "
+       "up, or blend the neighbours"},
   };
   for (const auto& [key, type, help] : texts) {
     command

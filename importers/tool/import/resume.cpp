@@ -20,13 +20,13 @@ constexpr uintmax_t empty_journal = 16; // bytes: its head, no slab
 
 void add_resume_options(Command import, ResumeArguments& arguments) {
   import.add_flag("--resume", arguments.resume,
-                  "Go on with an import that was interrupted: same input, same options");
-  import.add_flag("--append", arguments.append,
-                  "The output exists and holds the first frames of the input: add the others");
+                  "Go on with an import that was interrupted. Needs the same input and options");
+  import.add_flag(
+      "--append", arguments.append,
+      "Add the frames that the existing output lacks. Its frames must be the first ones of the input");
   import
-      .add_option(
-          "--live", arguments.live,
-          "After every N slabs of layers, OUT.partial can be looked at as far as it is: info, slice, render")
+      .add_option("--live", arguments.live,
+                  "Let info, slice and render read OUT.partial while it grows, every N slabs of layers")
       .type_name("N");
 }
 
