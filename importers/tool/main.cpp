@@ -53,6 +53,7 @@ Exit run(int argc, char** argv) {
                                                           {"info", add_info(tool)},
                                                           {"verify", add_verify(tool)},
                                                           {"compare", add_compare(tool)},
+                                                          {"probe", add_probe(tool)},
                                                           {"export", add_export(tool)},
                                                           {"slice", add_slice(tool)},
                                                           {"render", add_render(tool, command_line)},

@@ -21,6 +21,7 @@ using Run = std::function<Exit()>;
 [[nodiscard]] Run add_info(Command tool);
 [[nodiscard]] Run add_verify(Command tool);
 [[nodiscard]] Run add_compare(Command tool);
+[[nodiscard]] Run add_probe(Command tool);
 [[nodiscard]] Run add_slice(Command tool);
 [[nodiscard]] Run add_export(Command tool);
 [[nodiscard]] Run add_render(Command tool, std::string command_line);
