@@ -1354,9 +1354,10 @@ enum {
  *   RESAMPLED  the 4D field at the sites of a lattice in the hyperplane, then interpolated. With
  *              the kernel "paper" this is equation (6) of Neophytou & Mueller 2002.
  *   EXTRACTED  their extraction, for comparison: every 4D point within 2 T of the hyperplane,
- *              weighted by its distance and splatted as a 3D Gaussian exp(-2 r^2). Series on D4*
- *              only, without thickness, interval, spacing and lattice; the slice can be sampled,
- *              without gradients, but not rendered.
+ *              weighted by its distance and splatted as a 3D Gaussian exp(-2 r^2), the sum divided
+ *              by that of a lattice without ends. Series of samples, on D4* or Cartesian, without
+ *              thickness, interval, spacing and lattice. No trails; the kernel is "paper". Beyond
+ *              the ends of the domain are no points, so that values fall off within 2 T of them.
  */
 typedef int32_t bccsplat_method;
 enum {
@@ -1530,7 +1531,7 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_get_info(
     const bccsplat_slice* slice, bccsplat_slice_info* info);
 /* uvw: n x 3 doubles, slice space. values: n floats. gradients: NULL or n x 3 floats per unit of
  * slice space. Points outside or in holes as for bccsplat_volume_evaluate. Also: OUT_OF_DOMAIN,
- * HOLE, UNSUPPORTED (gradients of extracted points). */
+ * HOLE. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_evaluate(
     const bccsplat_slice* slice, uint64_t n, const double* uvw, float* values, float* gradients);
 /* Fills `values` (product of grid->dims floats, x fastest); grid NULL: the box of
@@ -2206,8 +2207,8 @@ BCCSPLAT_API bccsplat_status bccsplat_renderer_set_options(
  * planes, and elsewhere what these held; the deep samples, the camera and the attributes of the
  * frame are gone then. Also: WRONG_STATE without a slice; INVALID_ARGUMENT: a camera more than 1e9
  * sheets away, more than 1e8 sheets; UNSUPPORTED: what modes, trails, deep frames and the reference
- * do not do together, and slices of extracted points; LIMIT_EXCEEDED: more than 2^32 - 1 points; of
- * trails and levels reading. */
+ * do not do together, such as trails and extracted points; LIMIT_EXCEEDED: more than 2^32 - 1
+ * points; of trails and levels reading. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_render(
     bccsplat_renderer* renderer, bccsplat_frame* frame);
 /* Makes the render under way end with CANCELLED; may be called from any thread at any time. Between

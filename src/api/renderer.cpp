@@ -260,8 +260,8 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     const Running until_end{run};
     const Context context = renderer->device->context(progress);
     const bccsplat_slice& slice = *renderer->slice.get();
-    if (slice.open.extraction)
-      fail(Code::unsupported, "slice: extracted points cannot be rendered; use another method");
+    if (slice.open.extraction && renderer->has_trail)
+      fail(Code::unsupported, "render: slices of extracted points have no trail; use another method");
     const uint64_t read_before = slice.volume->file.reader()->bytes_read();
     const int width = frame->image.width, height = frame->image.height;
     const HostView& view = renderer->view;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Sums of the kernel around points the slow way, bounds of the field, and what belongs to a slice.
 #include "field/slice.h"
 
 #include <algorithm>
@@ -60,6 +61,13 @@ std::array<double, 2> coefficient_bounds(const Slice& slice, const std::array<fl
 }
 
 double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
+  if (slice.scattered) {
+    float value = 0;
+    Vec3 of_points;
+    slice.scattered->at({&p, 1}, {&value, 1}, {&of_points, 1});
+    if (gradient) *gradient = of_points;
+    return slice.base + value;
+  }
   const Lattice3& lattice = slice.lattice;
   const double pitch = lattice.bcc ? std::numbers::sqrt2 : 1.0;
   const double radius = slice.kernel.space.radius;

@@ -12,6 +12,7 @@
 #include "base/vec.h"
 #include "field/hyperplane.h"
 #include "field/moment.h"
+#include "field/scattered_field.h"
 #include "field/slice_corrections.h"
 #include "field/slice_mask.h"
 #include "kernel/kernel.h"
@@ -27,6 +28,7 @@ namespace bccsplat {
 //   base + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if
 //   normalised]   [+ corrections]
 // where sites beyond the lattice's end planes hold the mirror images of those inside.
+// Where points are scattered the sum is theirs, and no site is kept.
 // A point whose nearest site is a hole has no value, and so has one that the mask says is missing.
 struct Slice {
   Lattice3 lattice;
@@ -56,7 +58,8 @@ struct Slice {
   double lacking = 1;
   // The file's corrections as this slice sees them; null: none.
   std::shared_ptr<const SliceCorrections> corrections;
-  std::shared_ptr<const SliceMask> mask; // null: nothing is missing, or the lattice says what
+  std::shared_ptr<const ScatteredField> scattered; // instead of coefficients; null: none
+  std::shared_ptr<const SliceMask> mask;           // null: nothing is missing, or the lattice says what
   uint64_t bytes_read = 0;
   double milliseconds = 0;
 

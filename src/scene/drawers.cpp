@@ -46,6 +46,9 @@ Drawer* Drawers::gpu_drawer_of(const Shot& /*shot*/, const DrawerChoice& choice)
 #endif
 
 Drawer& Drawers::drawer_of(const Shot& shot, const DrawerChoice& choice) {
+  if (shot.slice->scattered && choice.backend == Backend::gpu)
+    fail(Code::unsupported, "render: the GPU does not draw extracted points; let the CPU draw them");
+  if (shot.slice->scattered) return *drawers_.back();
   if (Drawer* const drawer = gpu_drawer_of(shot, choice)) return *drawer;
   if (choice.sheets_only) return *drawers_.back();
   return **std::find_if(drawers_.begin(), drawers_.end() - 1,

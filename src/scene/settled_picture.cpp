@@ -49,7 +49,7 @@ ShotOptions shot_options(const RenderOptions& options, const Slice& slice, const
 // Returns the level of the slice that is drawn; `view` is of the slice itself.
 int level_of(const Scene& scene, const RenderOptions& options, const SliceView& view) {
   // A trail is on the lattice of its slice, and the mean of a maximum is not the maximum of a mean.
-  if (!scene.levels || scene.trail || options.mode == RenderMode::maximum ||
+  if (!scene.levels || scene.trail || scene.slice->scattered || options.mode == RenderMode::maximum ||
       (options.disable_skips & skip_fine_detail))
     return 0;
   if (!quality_settings(options.quality).coarse_levels && options.mode != RenderMode::xray) return 0;

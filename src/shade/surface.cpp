@@ -36,6 +36,7 @@ void SurfaceField::make_lit(std::span<const Vec3> points, std::span<const double
 
 void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients) {
+  if (field.slice.scattered) return field.slice.scattered->at(points, values, gradients);
   constexpr size_t block = 512;
   std::array<Vec4, block> p;
   std::array<std::array<float, 4>, block> slope;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collects the 4D lattice points near a hyperplane in cells of slice space, and sums their Gaussians around
-// points.
+// Sums the Gaussians of extracted points: around single points, from the cells beside them, and onto the
+// samples of a sheet, row by row, where the weights of neighbouring samples differ by a factor that itself
+// changes by a constant one. How the points are found is in extraction_points.cpp.
 #include "slice/extraction.h"
 
 #include <algorithm>
@@ -9,163 +10,210 @@
 #include <limits>
 #include <numbers>
 
-#include "base/error.h"
+#include "base/grid.h"
 #include "field/slice.h"
-#include "kernel/kernel_time.h"
-#include "slice/touched_samples.h"
+#include "slice/extraction_gaussian.h"
 
 namespace bccsplat {
 namespace {
 
-constexpr double gaussian = 2; // per T^2
-constexpr double cutoff = 2;   // T: e^-8 of the peak
-constexpr float grid_edge = 2; // T
+constexpr double pi = std::numbers::pi;
 
-// Returns the sum of exp(-2 |p - s|^2), |p - s| < 2, over all sites of D4*, by Poisson's formula: the mean,
-// with what lies beyond the reach left out, and the 24 shortest dual vectors (+-1, +-1, 0, 0) / sqrt2 and so
-// on.
-double site_sum(const Vec4& p) {
-  const double mean = std::pow(std::numbers::pi / gaussian, 2) / 2 * (1 - 9 * std::exp(-8));
-  double pairs = 0, sum = 0;
-  for (const double x : p) {
-    const double c = std::cos(std::numbers::sqrt2 * std::numbers::pi * x);
-    pairs += c * sum;
-    sum += c;
+// Returns the sum of exp(-2 |p - s|^2), |p - s| < 2, over all sites of D4* or CC, by Poisson's formula: the
+// mean, with what lies beyond the reach left out, and the shortest dual vectors, of length 1 on both: the 24
+// (+-1, +-1, 0, 0) / sqrt2 and so on of D4*, the 8 unit vectors of CC. slope: what it changes by along each
+// axis.
+double site_sum(const Vec4& p, bool bcc, Vec4& slope) {
+  const double mean = std::pow(pi / paper_gaussian, 2) / (bcc ? 2 : 1) *
+                      (1 - (1 + paper_gaussian * paper_reach * paper_reach) *
+                               std::exp(-paper_gaussian * paper_reach * paper_reach));
+  const double height = 2 * mean * std::exp(-pi * pi / paper_gaussian);
+  const double turn = bcc ? std::numbers::sqrt2 * pi : 2 * pi;
+  Vec4 cosine;
+  double all = 0, pairs = 0;
+  for (size_t a = 0; a < 4; ++a) {
+    cosine[a] = std::cos(turn * p[a]);
+    pairs += cosine[a] * all, all += cosine[a];
   }
-  return mean * (1 + 4 * std::exp(-std::numbers::pi * std::numbers::pi / gaussian) * pairs);
+  for (size_t a = 0; a < 4; ++a)
+    slope[a] = -height * turn * std::sin(turn * p[a]) * (bcc ? 2 * (all - cosine[a]) : 1);
+  return mean + height * (bcc ? 2 * pairs : all);
 }
 
 } // namespace
-
-Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane& h, const PlaneAxes& axes,
-                       const Context& context)
-    : axes_(axes), air_(source.air(channel)), base_(source.base(channel)) {
-  const Lattice4& lattice = source.lattice();
-  if (lattice.is_static() || !lattice.space.bcc || !source.coefficient_kernel().empty())
-    fail(Code::unsupported, "slice: extracted points are of series of samples on D4* only");
-  if (lattice.space.any_periodic())
-    fail(Code::unsupported, "slice: extracted points: an axis of space is periodic; choose another method");
-  const Vec3 unit = lattice.lattice_unit();
-  for (size_t a = 0; a < 4; ++a) {
-    scale_[a] = a < 3 ? 1 / unit[a] : kernel_time_per_frame(lattice);
-    end_[a] = lattice.domain_end(a);
-  }
-  // Hyperplane and directions are brought to lattice units.
-  const Hyperplane plane(h[0] / scale_[0], h[1] / scale_[1], h[2] / scale_[2], h[3] / scale_[3], h[4]);
-  std::array<Vec4, 3> directions = axes.basis;
-  for (size_t a = 0; a < 4; ++a) {
-    origin_[a] = axes.origin[a] * scale_[a];
-    for (Vec4& d : directions) d[a] *= scale_[a];
-  }
-  directions_ = plane_axes(origin_, directions).basis;
-
-  TouchReach touch;
-  for (size_t a = 0; a < 4; ++a) touch.samples[a] = cutoff / scale_[a];
-  const TouchedSamples touched(source, h, touch);
-  std::vector<Point> found;
-  const double d = lattice.space.plane_distance();
-  // The layers beyond the ends of a periodic series are those at its other end.
-  const auto beyond =
-      lattice.periodic ? static_cast<int32_t>(std::ceil(cutoff / lattice.layer_distance())) : 0;
-  for (int32_t m = -beyond; m < lattice.layers() + beyond; ++m) {
-    context.progress.advance(m + beyond, lattice.layers() + 2 * beyond);
-    const BrickLayer layer = touched.read_layer(channel, lattice.mirror_layer(m), {}, context);
-    for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
-      const Brick* brick = layer.brick(slot);
-      if (!brick) continue;
-      const Int3 b = layer.slot_position(slot);
-      for (int s = 0; s < brick_sites; ++s) {
-        if (!(brick->kept[s / brick_edge] >> s % brick_edge & 1)) continue;
-        const auto at = [&](size_t a, int site) { // lattice units from source sample 0
-          return d * (lattice.space.plane(layer.coset(), b[a] * brick_edge + site) - lattice.before[a]);
-        };
-        Vec4 p{at(0, s % brick_edge), at(1, s / brick_edge % brick_edge), at(2, s / brick_rows),
-               kernel_time_of_layer(lattice, m)};
-        const double distance = height(plane, p);
-        if (!(std::fabs(distance) < cutoff)) continue;
-        Point point;
-        for (size_t a = 0; a < 4; ++a) p[a] -= origin_[a];
-        for (size_t k = 0; k < 3; ++k) point.at[k] = static_cast<float>(dot4(p, directions_[k]));
-        const float value = brick->value[s];
-        range_ = {std::min(range_[0], value), std::max(range_[1], value)};
-        point.d2 = static_cast<float>(distance * distance);
-        point.weighted = static_cast<float>(std::exp(-gaussian * distance * distance)) * value;
-        found.push_back(point);
-      }
-    }
-  }
-
-  if (!found.empty()) { // into cells
-    std::array<float, 3> high = low_ = found[0].at;
-    for (const Point& p : found)
-      for (size_t k = 0; k < 3; ++k)
-        low_[k] = std::min(low_[k], p.at[k]), high[k] = std::max(high[k], p.at[k]);
-    for (size_t k = 0; k < 3; ++k) cells_[k] = 1 + static_cast<int>((high[k] - low_[k]) / grid_edge);
-  }
-  start_.resize(static_cast<size_t>(cells_[0]) * cells_[1] * cells_[2] + 1);
-  for (const Point& p : found) ++start_[cell(p.at) + 1];
-  for (size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
-  points_.resize(found.size());
-  std::vector<uint64_t> next(start_.begin(), start_.end() - 1);
-  for (const Point& p : found) points_[next[cell(p.at)]++] = p;
-}
 
 std::array<double, 2> Extraction::bounds() const {
   constexpr double largest_site_sum = 1.05; // what the closed form leaves out
   return {base_ + largest_site_sum * range_[0], base_ + largest_site_sum * range_[1]};
 }
 
-size_t Extraction::cell(const std::array<float, 3>& at) const {
-  size_t index = 0;
-  for (size_t k = 3; k-- > 0;) index = index * cells_[k] + static_cast<size_t>((at[k] - low_[k]) / grid_edge);
-  return index;
+std::array<int, 2> Extraction::cells_around(size_t axis, float low, float high) const {
+  const auto cell_of = [&](float x) {
+    return static_cast<int>(
+        std::clamp(std::floor((x - low_[axis]) / extraction_cell), -1.0f, static_cast<float>(cells_[axis])));
+  };
+  return {std::max(0, cell_of(low)), std::min(cells_[axis] - 1, cell_of(high))};
 }
 
-float Extraction::value(const Vec4& p) const {
-  Vec4 offset;
-  for (size_t a = 0; a < 4; ++a) offset[a] = p[a] - origin_[a];
-  std::array<float, 3> at;
-  std::array<int, 3> first, last;
+double Extraction::full_sum(const Vec3& at, Vec3* gradient) const {
+  Vec4 p = origin_, slope;
+  for (size_t k = 0; k < 3; ++k)
+    for (size_t a = 0; a < 4; ++a) p[a] += at[k] * directions_[k][a];
+  const double sum = site_sum(p, bcc_, slope);
+  if (gradient)
+    for (size_t k = 0; k < 3; ++k) (*gradient)[k] = dot4(slope, directions_[k]);
+  return sum;
+}
+
+double Extraction::value(const Vec3& at, Vec3* gradient) const {
+  constexpr auto reach = static_cast<float>(paper_reach);
+  std::array<float, 3> p;
+  std::array<std::array<int, 2>, 3> range;
   for (size_t k = 0; k < 3; ++k) {
-    at[k] = static_cast<float>(dot4(offset, directions_[k]));
-    const auto r = static_cast<float>(cutoff);
-    first[k] = std::max(0, static_cast<int>(std::floor((at[k] - r - low_[k]) / grid_edge)));
-    last[k] = std::min(cells_[k] - 1, static_cast<int>(std::floor((at[k] + r - low_[k]) / grid_edge)));
+    p[k] = static_cast<float>(at[k]);
+    range[k] = cells_around(k, p[k] - reach, p[k] + reach);
   }
+  if (range[0][0] > range[0][1]) range[1][1] = range[1][0] - 1;
   double sum = 0;
-  for (int z = first[2]; z <= last[2]; ++z)
-    for (int y = first[1]; y <= last[1]; ++y) {
-      if (first[0] > last[0]) continue;
+  Vec3 slope{};
+  for (int z = range[2][0]; z <= range[2][1]; ++z)
+    for (int y = range[1][0]; y <= range[1][1]; ++y) {
       const auto row = (static_cast<size_t>(z) * cells_[1] + y) * cells_[0];
-      const uint64_t end = start_[row + last[0] + 1];
-      for (uint64_t i = start_[row + first[0]]; i < end; ++i) {
+      const uint64_t end = start_[row + range[0][1] + 1];
+      for (uint64_t i = start_[row + range[0][0]]; i < end; ++i) {
         const Point& point = points_[i];
-        const float x = at[0] - point.at[0], v = at[1] - point.at[1], w = at[2] - point.at[2];
+        const float x = p[0] - point.at[0], v = p[1] - point.at[1], w = p[2] - point.at[2];
         const float r2 = x * x + v * v + w * w;
-        if (r2 + point.d2 < static_cast<float>(cutoff * cutoff))
-          sum += point.weighted * std::exp(-static_cast<float>(gaussian) * r2);
+        if (!(r2 + point.d2 < reach * reach)) continue;
+        const double part = point.weighted * std::exp(-static_cast<float>(paper_gaussian) * r2);
+        sum += part;
+        slope = slope + part * Vec3{x, v, w};
       }
     }
-  return base_ + static_cast<float>(sum / site_sum(p));
+  Vec3 full_slope;
+  const double full = full_sum(at, gradient ? &full_slope : nullptr);
+  if (gradient) *gradient = (1 / full) * (-2 * paper_gaussian * slope - (sum / full) * full_slope);
+  return sum / full;
+}
+
+void Extraction::at(std::span<const Vec3> points, std::span<float> values, std::span<Vec3> gradients) const {
+  for (size_t n = 0; n < points.size(); ++n) {
+    Vec3 slope;
+    values[n] = static_cast<float>(value(of_lattice_.point(points[n]), &slope));
+    gradients[n] = of_lattice_.transposed(slope);
+  }
+}
+
+// A sheet as the points see it, and what adds one of them to its samples.
+struct Extraction::Splats {
+  const ScatterSheet& sheet;
+  Vec3 origin, per_i, per_j, normal; // along the directions
+  double ii, ij, jj, det;            // products of the steps
+  double step;                       // factor of the factors
+  bool any = false;
+
+  Splats(const ScatterSheet& s, const Affine3& to_directions)
+      : sheet(s), origin(to_directions.point(s.origin)), per_i(to_directions.vector(s.per_i)),
+        per_j(to_directions.vector(s.per_j)), normal(normalized(cross(per_i, per_j))), ii(dot(per_i, per_i)),
+        ij(dot(per_i, per_j)), jj(dot(per_j, per_j)), det(ii * jj - ij * ij),
+        step(std::exp(-2 * paper_gaussian * ii)) {}
+
+  [[nodiscard]] Vec3 at(int i, int j) const { return origin + i * per_i + j * per_j; }
+
+  // Adds a point on one row of samples: `below` of its exponent are known.
+  void add_row(int j, double middle, double half, double below, double weight) {
+    const int from = static_cast<int>(std::ceil(middle - half)),
+              to = std::min(static_cast<int>(std::floor(middle + half)), sheet.x + sheet.width - 1);
+    if (to < sheet.x || from > to) return;
+    const double x = from - middle;
+    double w = weight * std::exp(-paper_gaussian * (below + ii * x * x));
+    double factor = std::exp(-paper_gaussian * ii * (2 * x + 1));
+    float* const row = sheet.values + plane_offset(-sheet.x, j - sheet.y, sheet.pitch);
+    for (int i = from; i <= to; ++i) {
+      if (i >= sheet.x) row[i] += static_cast<float>(w);
+      w *= factor, factor *= step;
+    }
+    any = true;
+  }
+
+  void add(const Point& point) {
+    const Vec3 d = origin - Vec3{point.at[0], point.at[1], point.at[2]};
+    const double h = dot(normal, d), left = paper_reach * paper_reach - point.d2 - h * h;
+    if (!(left > 0)) return;
+    const double bi = dot(per_i, d), bj = dot(per_j, d);
+    const double ci = (ij * bj - jj * bi) / det, cj = (ij * bi - ii * bj) / det; // nearest sample
+    const double half_rows = std::sqrt(left * ii / det);
+    constexpr double far = 1e8;
+    if (!(std::fabs(ci) < far && std::fabs(cj) < far)) return;
+    const int j0 = std::max(sheet.y, static_cast<int>(std::ceil(cj - half_rows)));
+    const int j1 = std::min(sheet.y + sheet.height - 1, static_cast<int>(std::floor(cj + half_rows)));
+    for (int j = j0; j <= j1; ++j) {
+      const double row = j - cj, off = det / ii * row * row;
+      if (left > off)
+        add_row(j, ci - ij / ii * row, std::sqrt((left - off) / ii), h * h + off, point.weighted);
+    }
+  }
+};
+
+bool Extraction::splat(const ScatterSheet& sheet) const {
+  if (points_.empty()) return false;
+  Splats splats(sheet, of_lattice_);
+  const double infinite = std::numeric_limits<double>::infinity();
+  Vec3 low{infinite, infinite, infinite}, high{-infinite, -infinite, -infinite};
+  for (const int i : {sheet.x, sheet.x + sheet.width - 1})
+    for (const int j : {sheet.y, sheet.y + sheet.height - 1}) {
+      const Vec3 corner = splats.at(i, j);
+      for (size_t k = 0; k < 3; ++k)
+        low[k] = std::min(low[k], corner[k]), high[k] = std::max(high[k], corner[k]);
+    }
+  std::array<std::array<int, 2>, 3> range;
+  for (size_t k = 0; k < 3; ++k)
+    range[k] =
+        cells_around(k, static_cast<float>(low[k] - paper_reach), static_cast<float>(high[k] + paper_reach));
+  // Cells whose ball the sheet passes further away than splats reach are left out.
+  const double half_cell = extraction_cell / 2.0, far = paper_reach + std::numbers::sqrt3 * half_cell;
+  for (int z = range[2][0]; z <= range[2][1]; ++z)
+    for (int y = range[1][0]; y <= range[1][1]; ++y)
+      for (int x = range[0][0]; x <= range[0][1]; ++x) {
+        const auto index = (static_cast<size_t>(z) * cells_[1] + y) * cells_[0] + x;
+        if (start_[index] == start_[index + 1]) continue;
+        const Vec3 middle{low_[0] + (2 * x + 1) * half_cell, low_[1] + (2 * y + 1) * half_cell,
+                          low_[2] + (2 * z + 1) * half_cell};
+        if (std::fabs(dot(splats.normal, middle - splats.origin)) > far) continue;
+        for (uint64_t n = start_[index]; n < start_[index + 1]; ++n) splats.add(points_[n]);
+      }
+  for (int j = 0; splats.any && j < sheet.height; ++j)
+    for (int i = 0; i < sheet.width; ++i)
+      if (float& v = sheet.values[plane_index(i, j, sheet.pitch)]; v != 0)
+        v = static_cast<float>(v / full_sum(splats.at(sheet.x + i, sheet.y + j), nullptr));
+  return splats.any;
 }
 
 uint64_t Extraction::sample(std::span<const Vec3> uvw, std::span<float> values,
-                            const Context& context) const {
+                            std::span<std::array<float, 3>> gradients, const Context& context) const {
   constexpr uint64_t block = 1024;
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   std::atomic<uint64_t> outside{0};
   context.tasks.parallel_for((uvw.size() + block - 1) / block, [&](uint64_t b) {
     context.progress.check();
     uint64_t out = 0;
     for (uint64_t n = b * block; n < std::min<uint64_t>(uvw.size(), (b + 1) * block); ++n) {
-      Vec4 p = axes_.origin;
       bool inside = true;
       for (size_t i = 0; i < 4; ++i) {
-        for (size_t k = 0; k < 3; ++k) p[i] += uvw[n][k] * axes_.basis[k][i];
+        double p = axes_.origin[i];
+        for (size_t k = 0; k < 3; ++k) p += uvw[n][k] * axes_.basis[k][i];
         const double tolerance = domain_tolerance(end_[i]);
-        inside = inside && p[i] >= -tolerance && p[i] <= end_[i] + tolerance;
-        p[i] *= scale_[i];
+        inside = inside && p >= -tolerance && p <= end_[i] + tolerance;
       }
-      values[n] = inside ? value(p) : std::numeric_limits<float>::quiet_NaN();
+      Vec3 slope{};
+      values[n] =
+          inside
+              ? base_ + static_cast<float>(value(along_.vector(uvw[n]), gradients.empty() ? nullptr : &slope))
+              : nan;
+      if (!gradients.empty()) {
+        slope = along_.transposed(slope);
+        for (size_t a = 0; a < 3; ++a) gradients[n][a] = inside ? static_cast<float>(slope[a]) : nan;
+      }
       out += !inside;
     }
     outside += out;
@@ -181,25 +229,18 @@ void Extraction::sample(const Grid& grid, float* values, const Context& context)
       const Vec3 at{static_cast<double>(i % nx), static_cast<double>(i / nx), static_cast<double>(z)};
       for (size_t a = 0; a < 3; ++a) plane[i][a] = grid.origin[a] + grid.step[a] * at[a];
     }
-    sample(plane, {values + z * plane.size(), plane.size()}, context);
+    sample(plane, {values + z * plane.size(), plane.size()}, {}, context);
   }
 }
 
 uint64_t Extraction::list(uint64_t capacity, float* uvw, float* weighted, Progress& progress) const {
   constexpr uint64_t points_per_check = 4096;
-  // Directions in lattice units are combinations of the basis: (u, v, w) -> distances along them, and back.
-  Affine3 along;
-  for (size_t k = 0; k < 3; ++k)
-    for (size_t j = 0; j < 3; ++j) {
-      Vec4 d = axes_.basis[j];
-      for (size_t a = 0; a < 4; ++a) d[a] *= scale_[a];
-      along.linear[k][j] = dot4(d, directions_[k]);
-    }
-  const Affine3 back = along.inverse();
+  const Affine3 back = along_.inverse();
   for (uint64_t n = 0; n < std::min<uint64_t>(capacity, points_.size()); ++n) {
     if (n % points_per_check == 0) progress.check();
     const Point& p = points_[n];
-    if (weighted) weighted[n] = p.weighted + (base_ - air_) * std::exp(-static_cast<float>(gaussian) * p.d2);
+    if (weighted)
+      weighted[n] = p.weighted + (base_ - air_) * std::exp(-static_cast<float>(paper_gaussian) * p.d2);
     if (!uvw) continue;
     const Vec3 at = back.vector({p.at[0], p.at[1], p.at[2]});
     for (size_t k = 0; k < 3; ++k) uvw[3 * n + k] = static_cast<float>(at[k]);

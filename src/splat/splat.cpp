@@ -15,7 +15,7 @@ DrawStats splat(const SplatScene& scene, const SplatOptions& asked, const Contex
                 const std::function<void(const TilePixels&)>& emit, KeptSheets* kept) {
   DrawStats stats;
   SplatOptions options = asked;
-  if (options.disable_skips & skip_unchanged) kept = nullptr;
+  if ((options.disable_skips & skip_unchanged) || scene.slice->scattered) kept = nullptr;
   const auto use = kept ? kept->begin_picture(scene, options, context) : KeptSheets::Use::draw;
   // Sheets that are kept are whole.
   if (use != KeptSheets::Use::draw)

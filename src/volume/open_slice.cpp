@@ -33,9 +33,12 @@ void extract(OpenSlice& result, const SliceRequest& request, const Affine3& affi
   const auto start = std::chrono::steady_clock::now();
   result.slice = bare_plane(coefficients, request.plane, plane, affine);
   mask_slice(result.slice, coefficients);
-  result.extraction =
-      std::make_unique<const Extraction>(coefficients.samples(), coefficients.channel(), request.plane,
-                                         PlaneAxes{result.slice.origin, result.slice.basis}, context);
+  result.slice.kernel = make_kernel("paper");
+  result.extraction = std::make_shared<const Extraction>(
+      coefficients.samples(), coefficients.channel(), request.plane,
+      PlaneAxes{result.slice.origin, result.slice.basis}, result.slice.lattice_to_slice, context);
+  if (!result.slice.empty()) result.slice.scattered = result.extraction;
+  result.slice.bounds = result.extraction->bounds();
   result.slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
@@ -68,8 +71,7 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
     result.slice = hyperslice(*request.coefficients, request.plane, request.cut, volume.affine(), context);
   result.cut = request.cut;
   result.slice.bytes_read = volume.reader()->bytes_read() - read_before;
-  result.memory = Reservation(context.memory,
-                              result.extraction ? result.extraction->bytes() : result.slice.bytes(), "slice");
+  result.memory = Reservation(context.memory, result.slice.bytes(), "slice");
   return result;
 }
 
@@ -105,9 +107,8 @@ EvaluateMisses OpenSlice::evaluate(std::span<const Vec3> points, std::span<float
                                    std::span<std::array<float, 3>> gradients, const Context& context) const {
   if (!extraction) slice.coset.make(context);
   if (!extraction) return sample_points(slice, points, values, gradients, context);
-  if (!gradients.empty()) fail(Code::unsupported, "slice: extracted points have no gradients");
   EvaluateMisses misses;
-  misses.outside = extraction->sample(points, values, context);
+  misses.outside = extraction->sample(points, values, gradients, context);
   misses.holes = hide_missing(slice, points, values);
   return misses;
 }

@@ -38,9 +38,9 @@ struct SliceRequest {
 
 struct OpenSlice {
   uint32_t channel = 0, level = 0;
-  Slice slice;           // without points where they are extracted
+  Slice slice;           // its field is that of the points where these are extracted
   HypersliceOptions cut; // what it was cut with
-  std::unique_ptr<const Extraction> extraction;
+  std::shared_ptr<const Extraction> extraction;
   Reservation memory;
 
   // Returns the extent in slice space: the bounding box of the domain; a box as it was asked for.
@@ -53,8 +53,7 @@ struct OpenSlice {
   }
   // Returns the samples that cover the extent, one lattice unit apart.
   [[nodiscard]] Grid own_grid() const;
-  // Fills values, and gradients unless there are none; NaN where nothing is. Extracted points have no
-  // gradients.
+  // Fills values, and gradients unless there are none; NaN where nothing is.
   EvaluateMisses evaluate(std::span<const Vec3> points, std::span<float> values,
                           std::span<std::array<float, 3>> gradients, const Context& context) const;
   void sample(const Grid& grid, float* values, const Context& context) const;

@@ -46,7 +46,7 @@ TEST(Statuses, OfSlices) {
        }},
       {"a point outside", BCCSPLAT_ERROR_OUT_OF_DOMAIN,
        [](Scene& s) { return bccsplat_slice_evaluate(s.slice.get(), 1, far, &value, nullptr); }},
-      {"gradients of extracted points", BCCSPLAT_ERROR_UNSUPPORTED,
+      {"a trail of extracted points", BCCSPLAT_ERROR_UNSUPPORTED,
        [](Scene& s) {
          auto o = sized<bccsplat_slice_options>();
          o.method = BCCSPLAT_METHOD_EXTRACTED;
@@ -55,8 +55,12 @@ TEST(Statuses, OfSlices) {
          const Slice slice(made);
          const double at[3] = {4, 4, 4};
          float gradient[3];
-         EXPECT_EQ(s.render_with(nothing, &slice), BCCSPLAT_ERROR_UNSUPPORTED);
-         return bccsplat_slice_evaluate(made, 1, at, &value, gradient);
+         EXPECT_OK(s.render_with(nothing, &slice));
+         EXPECT_OK(bccsplat_slice_evaluate(made, 1, at, &value, gradient));
+         auto trail = sized<bccsplat_trail>();
+         trail.interval[0] = -1;
+         EXPECT_OK(bccsplat_renderer_set_trail(s.renderer.get(), &trail));
+         return s.render_with(nothing, &slice);
        }},
       {"what a picture needs of an oblique slice", BCCSPLAT_ERROR_UNSUPPORTED,
        [](Scene& s) {

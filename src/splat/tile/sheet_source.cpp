@@ -52,6 +52,11 @@ void SheetSource::end_sheets() {
 }
 
 void SheetSource::complete_sheets(int64_t k, const OpenPixels* open, StageClock::time_point& clock) {
+  if (scene_.slice->scattered) {
+    for (; next_sheet_ <= k; ++next_sheet_) scatter_sheet(next_sheet_);
+    add_lap(clock, stats_.ms_splat);
+    return;
+  }
   const auto finish_ring = [&](int64_t of_ring) {
     for (; next_gap_ <= of_ring + plan_.ring.before; ++next_gap_) splat_gap(next_gap_, open, clock);
   };
@@ -64,6 +69,20 @@ void SheetSource::complete_sheets(int64_t k, const OpenPixels* open, StageClock:
     blend_sheet(next_sheet_);
     correct_sheet(next_sheet_);
   }
+}
+
+// Makes a sheet of points that stand on no lattice, which are looked up where the sheet is.
+void SheetSource::scatter_sheet(int64_t k) {
+  prepare_sheets();
+  const SheetView& view = *scene_.view;
+  const auto number = static_cast<double>(k);
+  float* const plane = m_.plane_origin(k, 0);
+  plane_touched_[k] = whole_vectors({0, 0, m_.width, m_.height});
+  std::fill_n(plane, plane_size(m_.plane_pitch, m_.height), 0.0f);
+  filled_[k] = scene_.slice->scattered->splat({view.sample(0, 0, number), view.scale(number) * view.ex,
+                                               view.scale(number) * view.ey, tile_.x - plan_.sheets.border,
+                                               tile_.y - plan_.sheets.border, m_.width, m_.height,
+                                               m_.plane_pitch, plane});
 }
 
 void SheetSource::splat_gap(int64_t s, const OpenPixels* open, StageClock::time_point& clock) {

@@ -79,6 +79,7 @@ class SheetSource {
   }
   void normalise_sheet(int64_t k);
   void correct_sheet(int64_t k);
+  void scatter_sheet(int64_t k);
   [[nodiscard]] size_t bin_of(int64_t gap) const {
     return static_cast<size_t>(gap - plan_.gaps.first) & m_.bin_mask();
   }
@@ -110,8 +111,9 @@ class SheetSource {
   std::vector<std::array<int32_t, 4>> gap_rect_;
   std::vector<float> inverse_near_, inverse_far_;
   FanArgs fan_;
-  // Where sheets are raised along their normal: the next sheet to be raised; and for the sheets of the ring
-  // whether anything is on them, where it is, and outside of what their planes are zero.
+  // Where sheets are raised along their normal, or points are scattered: the next sheet to be made. Of the
+  // ring's sheets that others are raised from: whether anything is on them, where it is, and outside of what
+  // their planes are zero.
   int64_t next_sheet_ = 0;
   FinishedSheets<bool> stack_filled_;
   FinishedSheets<PixelRect> stack_touched_, stack_held_;

@@ -166,7 +166,7 @@ void report_paper_methods(const Report& report) {
       const double made = cpu_seconds([&] {
         extraction = std::make_unique<const Extraction>(samples, 0, p.h, plane_axes(p.h), context.get());
       });
-      const double sampled = cpu_seconds([&] { extraction->sample(points.uvw, values, context.get()); });
+      const double sampled = cpu_seconds([&] { extraction->sample(points.uvw, values, {}, context.get()); });
       add("paper's extraction", made, sampled, extraction->points());
     }
   }

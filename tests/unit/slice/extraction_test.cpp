@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "kernel/kernel_time.h"
 #include "tests/support/fields.h"
 #include "tests/unit/slice/hyperplanes.h"
 
@@ -41,8 +40,15 @@ class ExtractionTest : public testing::Test {
   }
 };
 
-TEST_F(ExtractionTest, IsTheSumOverThe4DGaussian) {
+// Values are the sum over the 4D Gaussian, on either lattice, and gradients are their differences.
+class ExtractionSum : public ExtractionTest, public testing::WithParamInterface<LatticeKind> {};
+
+INSTANTIATE_TEST_SUITE_P(Lattices, ExtractionSum, testing::Values(LatticeKind::d4star, LatticeKind::cc));
+
+TEST_P(ExtractionSum, IsTheSumOverThe4DGaussian) {
   const PlaneWaves f(6, 0.5, 3);
+  lattice = Lattice4::fit(GetParam(), lattice.dims, {1, 1, 1, GetParam() == LatticeKind::cc ? 1 : 1.1});
+  const double time_unit = lattice.layer_distance() / lattice.time_step; // T per frame
   const auto samples = sample_field(
       lattice, [&](const Vec4& p) { return f(p) + 5; }, 5);
   for (const Vec4& normal : {Vec4{0, 0, 0, 1}, Vec4{1, 0, 0, 0}, Vec4{1, -2, 0.5, 1}}) {
@@ -50,8 +56,20 @@ TEST_F(ExtractionTest, IsTheSumOverThe4DGaussian) {
     const PlaneAxes axes = plane_axes(h);
     const Extraction extraction(samples, 0, h, axes, context.get());
     const auto points = points_of(axes, 3.2, 60);
-    std::vector<float> values(points.size());
-    EXPECT_EQ(extraction.sample(points, values, context.get()), 0u);
+    std::vector<float> values(points.size()), moved(points.size());
+    std::vector<std::array<float, 3>> gradients(points.size());
+    EXPECT_EQ(extraction.sample(points, values, gradients, context.get()), 0u);
+    for (size_t a = 0; a < 3; ++a) {
+      constexpr double off = 0.02;
+      std::vector<Vec3> at = points;
+      for (Vec3& p : at) p[a] += off;
+      EXPECT_EQ(extraction.sample(at, moved, {}, context.get()), 0u);
+      std::vector<float> after = moved;
+      for (Vec3& p : at) p[a] -= 2 * off;
+      EXPECT_EQ(extraction.sample(at, moved, {}, context.get()), 0u);
+      for (size_t n = 0; n < points.size(); ++n)
+        ASSERT_NEAR(gradients[n][a], (after[n] - moved[n]) / (2 * off), 0.05) << n; // points drop out at 2 T
+    }
     const Vec3 unit = lattice.lattice_unit();
     for (size_t n = 0; n < points.size(); ++n) {
       Vec4 q = axes.origin;
@@ -65,7 +83,7 @@ TEST_F(ExtractionTest, IsTheSumOverThe4DGaussian) {
           for (int y = 0; y < sites[1]; ++y)
             for (int x = 0; x < sites[0]; ++x) {
               const Vec3 s = lattice.site_position(c, {x, y, z});
-              const double t = (q[3] - lattice.layer_frame(m)) * kernel_time_per_frame(lattice);
+              const double t = (q[3] - lattice.layer_frame(m)) * time_unit;
               double r2 = t * t;
               for (size_t a = 0; a < 3; ++a) r2 += std::pow((q[a] - s[a]) / unit[a], 2);
               if (!(r2 < 4)) continue;
@@ -88,7 +106,7 @@ TEST_F(ExtractionTest, ListsThePointsInReach) {
             extraction.points());
   // All sites that are within 2 T of the hyperplane.
   const Vec3 unit = lattice.lattice_unit();
-  const Vec4 unit4{unit[0], unit[1], unit[2], 1 / kernel_time_per_frame(lattice)};
+  const Vec4 unit4{unit[0], unit[1], unit[2], lattice.time_step / lattice.layer_distance()};
   double across = 0;
   for (size_t i = 0; i < 4; ++i) across += std::pow(h[i] * unit4[i], 2);
   size_t count = 0;
@@ -127,11 +145,47 @@ TEST_F(ExtractionTest, OutsideAndUnsupported) {
   EXPECT_EQ(none.points(), 0u);
   const std::vector<Vec3> at{{5, 5, 5}};
   std::vector<float> v(1);
-  EXPECT_EQ(none.sample(at, v, context.get()), 1u);
+  EXPECT_EQ(none.sample(at, v, {}, context.get()), 1u);
   EXPECT_TRUE(std::isnan(v[0]));
-  const auto cc = sample_field(Lattice4::fit(LatticeKind::cc, {8, 8, 8, 8}), [](const Vec4&) { return 1.0; });
+  const auto still =
+      sample_field(Lattice4::fit(LatticeKind::bcc, {8, 8, 8, 1}), [](const Vec4&) { return 1.0; });
   const Hyperplane h{0, 0, 0, 1, -4};
-  EXPECT_THROW(Extraction(cc, 0, h, plane_axes(h), context.get()), Error);
+  EXPECT_THROW(Extraction(still, 0, h, plane_axes(h), context.get()), Error);
+}
+
+// Points are reserved before they are made: where the budget ends nothing has grown beyond it.
+TEST_F(ExtractionTest, KeepsToTheMemoryBudget) {
+  const auto samples = sample_field(lattice, [](const Vec4&) { return 3.0; });
+  const Hyperplane h = through({1, 1, 0, 1}, {9, 8.6, 9.2, 8});
+  uint64_t bytes = 0, points = 0, peak = 0;
+  {
+    const Extraction whole(samples, 0, h, plane_axes(h), context.get());
+    bytes = whole.bytes(), points = whole.points(), peak = context.memory.peak();
+    EXPECT_EQ(context.memory.used(), bytes);
+    EXPECT_GE(bytes, points * sizeof(Extraction::Point));
+    EXPECT_GE(peak, 2 * points * sizeof(Extraction::Point)); // as found, and by cell
+  }
+  EXPECT_EQ(context.memory.used(), 0u);
+  for (const uint64_t limit : {peak - 1, bytes / 2}) {
+    TestContext small(2, limit);
+    EXPECT_THROW(Extraction(samples, 0, h, plane_axes(h), small.get()), Error);
+    EXPECT_LE(small.memory.peak(), limit);
+    EXPECT_EQ(small.memory.used(), 0u);
+  }
+}
+
+TEST_F(ExtractionTest, ThreadsDoNotChangeAPoint) {
+  const PlaneWaves f(6, 0.5, 3);
+  const auto samples = sample_field(lattice, [&](const Vec4& p) { return f(p); });
+  const Hyperplane h = through({1, 1, 0, 1}, {9, 8.6, 9.2, 8});
+  const auto list_of = [&](int threads) {
+    TestContext with(threads);
+    const Extraction e(samples, 0, h, plane_axes(h), with.get());
+    std::vector<float> list(4 * e.points());
+    (void)e.list(e.points(), list.data(), list.data() + 3 * e.points(), with.progress);
+    return list;
+  };
+  EXPECT_EQ(list_of(1), list_of(3));
 }
 
 } // namespace
