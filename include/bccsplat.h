@@ -1392,8 +1392,10 @@ typedef struct bccsplat_slice_options {
    * instant. Time slices only. */
   double interval[2];
   /* Target lattice's distance in index units, up to the largest of dims; 0: 1, and less along axes
-   * where the volume's lattice is finer. Any other (for time slices but 1) resamples;
-   * LIMIT_EXCEEDED where it makes more than 1e6 planes along an axis. */
+   * where the volume's lattice is finer. Any other (for time slices but 1) resamples, and what is
+   * coarser is low-passed to what its own lattice holds: at half of that Nyquist rate 98 % are
+   * kept, at the rate itself 24 %, from 1.3 times it on less than 1 %. LIMIT_EXCEEDED where it
+   * makes more than 1e6 planes along an axis. */
   double spacing;
   /* World units that one frame is drawn as off the time axis, at least 1e-30; 0: one mean voxel. */
   double time_length;
@@ -1434,6 +1436,12 @@ typedef struct bccsplat_slice_options {
   bccsplat_space space;
   /* 0 */
   uint32_t reserved2;
+  /* Of resampled slices under the kernel "paper": the bandwidths (wx, wy, wz, wt) of the 4D filter
+   * of equation (6), in distances of the volume's lattice, 1 .. 64: a site is the mean of the
+   * samples around it, weighted by exp(-2 sum ((p - s) / w)^2) within 2 w. Takes the place of the
+   * low pass of spacing. All 0: none. UNSUPPORTED: another kernel, MERGED, EXTRACTED, EVEN, a
+   * thickness or interval. */
+  double bandwidth[4];
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {

@@ -22,6 +22,8 @@ IndexBox read_box(const double* numbers, const Lattice4& lattice) {
   return clip_to_samples(box, lattice);
 }
 
+constexpr double widest_band = 64; // a mistake beyond it
+
 // Coarser lattices than this would have no site in the volume but at its corners.
 double longest_axis(const Lattice4& lattice) {
   return *std::max_element(lattice.dims.begin(), lattice.dims.end());
@@ -51,6 +53,13 @@ HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const Open
   if (o.slab == BCCSPLAT_SLAB_SUM) r.thickness.kind = ThicknessKind::sum;
   if (o.slab == BCCSPLAT_SLAB_MAXIMUM) r.thickness.kind = ThicknessKind::maximum;
   r.spacing = o.spacing;
+  if (std::any_of(o.bandwidth, o.bandwidth + 4, [](double w) { return w != 0; })) {
+    r.bandwidth.emplace();
+    for (size_t i = 0; i < 4; ++i) {
+      require_range(o.bandwidth[i], 1, widest_band, "bccsplat_slice_options.bandwidth");
+      (*r.bandwidth)[i] = o.bandwidth[i];
+    }
+  }
   r.time_length = o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
   if (o.box) r.box = read_box(o.box, info.lattice);
   require_choice(o.space, BCCSPLAT_SPACE_EVEN, "bccsplat_slice_options.space");

@@ -142,7 +142,8 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
     fail(Code::invalid_argument, "trail: at most ", most_samples, " samples in each of 1 .. ", most_intervals,
          " sub-intervals");
   Trail trail;
-  const bool own_lattice = like.spacing == 0 && !like.target && !like.axes && like.thickness.length == 0;
+  const bool own_lattice =
+      like.spacing == 0 && !like.bandwidth && !like.target && !like.axes && like.thickness.length == 0;
   if (slice.is_time_slice() && own_lattice)
     add_times(trail, coefficients, slice, options, like, context);
   else

@@ -22,11 +22,18 @@ constexpr double mend_begin = 0.7;
 constexpr double even_begin = 0.5;       // the same of a slice that is resampled evenly
 constexpr double touch_tolerance = 1e-9; // index units: a hyperplane this far beyond an end still touches it
 
-void check_options(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice) {
+void check_options(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice,
+                   const std::string& kernel) {
   if (!(o.thickness.length >= 0 && std::isfinite(o.thickness.length)))
     fail(Code::invalid_argument, "slice: the thickness must be 0 or positive");
   if (!(o.spacing >= 0 && std::isfinite(o.spacing)))
     fail(Code::invalid_argument, "slice: the spacing must be 0 or positive");
+  if (o.bandwidth && (o.method == SliceMethod::merged || kernel != "paper" || o.thickness.length > 0 ||
+                      o.has_interval() || o.even))
+    fail(Code::unsupported, "slice: bandwidths are of equation (6): of resampled slices under the kernel "
+                            "\"paper\", without thickness and interval");
+  if (o.bandwidth && lattice.is_static())
+    fail(Code::unsupported, "slice: a static volume has no bandwidth along time");
   if (o.has_interval() && !time_slice)
     fail(Code::unsupported, "slice: an interval belongs to time slices (a = b = c = 0) only");
   if (o.has_interval() && o.thickness.length > 0)
@@ -47,13 +54,13 @@ Way choose_way(const Coefficients& coefficients, const Hyperplane& h, const Hype
   const Lattice4& lattice = coefficients.source().lattice();
   const auto cut = axis_cut(h, lattice.dims);
   const bool is_time = cut && cut->axis == 3;
-  check_options(options, is_time, lattice);
+  check_options(options, is_time, lattice, coefficients.kernel().name);
   const double end = cut ? lattice.domain_end(cut->axis) : 0;
   const bool inside = cut && cut->position >= -touch_tolerance && cut->position <= end + touch_tolerance;
   if (is_time && !inside && !lattice.is_static())
     fail(Code::out_of_domain, "slice: frame ", cut->position, " is outside the series, 0 to ", end);
   const bool own_density = options.spacing == 0 || (is_time && options.spacing == 1);
-  const bool own_lattice = own_density && !options.axes &&
+  const bool own_lattice = own_density && !options.axes && !options.bandwidth &&
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
   const bool can_merge = own_lattice && cut && (is_time || can_turn(coefficients, cut->axis));
   const bool misses = cut && !is_time && !inside; // an empty slice, whatever the method
@@ -90,6 +97,7 @@ PlaneOptions plane_options(const HypersliceOptions& options) {
   plane.target = options.target.value_or(LatticeKind::bcc);
   plane.thickness = options.thickness;
   plane.axes = options.axes;
+  plane.bandwidth = options.bandwidth;
   plane.even = options.even;
   return plane;
 }

@@ -22,6 +22,7 @@ struct HypersliceOptions {
   std::array<double, 2> interval{0, 0}; // mean over these frames around a time slice; excludes a thickness
   Thickness thickness;
   double spacing = 0;                // of the target lattice, as PlaneOptions has it
+  std::optional<Vec4> bandwidth;     // of a resampled slice under the paper's kernel, likewise
   std::optional<LatticeKind> target; // bcc or cc; none: the volume's own where it fits, else BCC
   double time_length = 1;            // world units that one frame is drawn as
   // Slice space, lying in the hyperplane: resampled on a lattice along its axes.

@@ -15,6 +15,8 @@
 #include "kernel/kernel_time.h"
 #include "points/sample_source.h"
 #include "slice/even_slice.h"
+#include "slice/gaussian_mean.h"
+#include "slice/lowpass_slice.h"
 #include "slice/occupancy.h"
 #include "slice/thick_field.h"
 #include "slice/touched_samples.h"
@@ -71,6 +73,15 @@ Vec4 kernel_reach(const Coefficients& coefficients) {
   return reach;
 }
 
+// Returns the same of what values are made by.
+Vec4 value_reach(const Coefficients& coefficients, const PlaneOptions& options) {
+  const Vec4 kernel = kernel_reach(coefficients);
+  if (!options.bandwidth) return kernel;
+  Vec4 reach = gaussian_reach(coefficients.source().lattice(), *options.bandwidth);
+  for (size_t a = 0; a < 4; ++a) reach[a] = std::max(reach[a], kernel[a]);
+  return reach;
+}
+
 // The reach is that of the volume's kernel and prefilter, and a site for rounding.
 TouchReach touch_reach(const Coefficients& coefficients, double margin, double thickness) {
   const Lattice4& lattice = coefficients.source().lattice();
@@ -122,6 +133,9 @@ PlaneReads reads_of(const Coefficients& coefficients, const Slice& slice, const 
   PlaneReads r;
   r.margin = margin_of(slice, *std::max_element(spacing.begin(), spacing.end()));
   r.reach = touch_reach(coefficients, r.margin, options.thickness.length);
+  const Vec4 around = value_reach(coefficients, options);
+  for (size_t a = 0; a < 4; ++a) r.reach.samples[a] = std::max(r.reach.samples[a], around[a]);
+  if (options.bandwidth) r.reach.mirrored.fill(r.margin + *std::max_element(around.begin(), around.end()));
   r.region = bricks_around(lattice, extent, r.reach);
   return r;
 }
@@ -289,16 +303,24 @@ Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, co
   return target;
 }
 
-// Makes the coefficients of a slice of what the field is at its sites. sample_begin: the part of the work
-// that is done.
-void fill(Slice& slice, const ThickField& field, const Lattice4& target, const Placement& placed,
-          const Wanted& wanted, double sample_begin, float prune, const Context& context) {
-  std::vector<std::vector<BrickLayer>> channels(1);
+// Returns what the field is at the sites of a slice. sample_begin: the part of the work that is done.
+std::vector<BrickLayer> sample_sites(Slice& slice, const ThickField& field, const Lattice4& target,
+                                     const Wanted& wanted, double sample_begin, const Context& context) {
+  std::vector<BrickLayer> samples;
+  const Placement placed(slice);
   const double part = (sample_end - sample_begin) / target.space.cosets();
   for (int c = 0; c < target.space.cosets(); ++c) {
     Progress sampling(context.progress, sample_begin + c * part, sample_begin + (c + 1) * part);
-    channels[0].push_back(sample_coset(field, slice, target, c, placed, wanted, context.with(sampling)));
+    samples.push_back(sample_coset(field, slice, target, c, placed, wanted, context.with(sampling)));
   }
+  return samples;
+}
+
+// Makes the coefficients of a slice of its samples.
+void filter_samples(Slice& slice, const Lattice4& target, std::vector<BrickLayer> samples, float prune,
+                    const Context& context) {
+  std::vector<std::vector<BrickLayer>> channels;
+  channels.push_back(std::move(samples));
   const MemorySamples memory(target, {slice.base}, std::move(channels));
   const Coefficients filtered(memory, 0, slice.kernel, prune, std::numeric_limits<uint64_t>::max());
   Progress filtering(context.progress, sample_end, 1);
@@ -321,8 +343,50 @@ void fill_evenly(Slice& slice, const Coefficients& coefficients, const PlaneOpti
   const Wanted wanted{lattice, nullptr, margin, {}, options.even.get()};
   for (const Vec4& b : slice.basis)
     slice.lacking = std::max(slice.lacking, refinement(*options.even, b) / most_refined);
-  fill(slice, field, target, Placement(slice), wanted, 0, coefficients.prune(), context);
+  filter_samples(slice, target, sample_sites(slice, field, target, wanted, 0, context), coefficients.prune(),
+                 context);
 }
+
+// A spacing this much larger than the volume's own asks for a low pass.
+constexpr double coarser_by = 1.02;
+
+// Returns whether the slice's lattice holds less than what it is cut from.
+bool is_coarser(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes) {
+  if (options.spacing == 0 || options.bandwidth) return false;
+  PlaneOptions own = options;
+  own.spacing = 0;
+  const Vec3 finest = spacings(lattice, own, axes);
+  return std::any_of(finest.begin(), finest.end(),
+                     [&](double s) { return options.spacing > coarser_by * s; });
+}
+
+// Returns the samples of a slice that is coarser than the volume: those of `fine`, a slice at the volume's
+// own spacing, low-passed.
+std::vector<BrickLayer> coarser_samples(Slice& slice, const Slice& fine, const Lattice4& lattice,
+                                        const PlaneOptions& options, const Context& context) {
+  const PlaneAxes axes{slice.origin, slice.basis};
+  PlaneOptions own = options;
+  own.spacing = 0;
+  const Vec3 coarse = spacings(lattice, options, axes), finest = spacings(lattice, own, axes);
+  Vec3 unit;
+  for (size_t a = 0; a < 3; ++a) unit[a] = std::max(coarse[a], finest[a]);
+  const double margin = margin_of(slice, *std::max_element(unit.begin(), unit.end()));
+  const auto near = [&](const Vec3& uvw) {
+    for (size_t i = 0; i < 4; ++i) {
+      double p = slice.origin[i];
+      for (size_t k = 0; k < 3; ++k) p += uvw[k] * slice.basis[k][i];
+      if (p < -margin || p > lattice.domain_end(i) + margin) return false;
+    }
+    return true;
+  };
+  slice.base = fine.base, slice.air = fine.air, slice.has_holes = fine.has_holes;
+  return lowpassed_samples(fine, slice, unit, near, context);
+}
+
+// Sets base and air of a slice to those of the volume's field and returns its samples.
+std::vector<BrickLayer> plane_samples(Slice& slice, const Coefficients& coefficients,
+                                      const PlaneOptions& options, const Lattice4& target,
+                                      const PlaneExtent& extent, const Context& context);
 
 } // namespace
 
@@ -375,12 +439,33 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const Lattice4 target = target_lattice(lattice, options, axes, extent);
   if (options.even) {
     fill_evenly(slice, coefficients, options, target, context);
-    slice.bounds = coefficient_bounds(slice);
-    slice.milliseconds =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    return slice;
+  } else if (is_coarser(lattice, options, axes)) {
+    PlaneOptions own = options;
+    own.spacing = 0;
+    Slice fine = bare_plane(coefficients, h, own, index_to_world);
+    auto samples =
+        plane_samples(fine, coefficients, own, target_lattice(lattice, own, axes, extent), extent, context);
+    for (size_t c = 0; c < samples.size(); ++c) fine.coset[c] = std::move(samples[c]);
+    const Reservation held(context.memory, fine.bytes(), "slice: samples to be low-passed");
+    filter_samples(slice, target, coarser_samples(slice, fine, lattice, options, context),
+                   coefficients.prune(), context);
+  } else {
+    filter_samples(slice, target, plane_samples(slice, coefficients, options, target, extent, context),
+                   coefficients.prune(), context);
   }
-  const Placement placed(slice);
+  slice.bounds = coefficient_bounds(slice);
+  slice.milliseconds =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return slice;
+}
+
+namespace {
+
+std::vector<BrickLayer> plane_samples(Slice& slice, const Coefficients& coefficients,
+                                      const PlaneOptions& options, const Lattice4& target,
+                                      const PlaneExtent& extent, const Context& context) {
+  const Lattice4& lattice = coefficients.source().lattice();
+  const Hyperplane& h = slice.hyperplane;
   const auto [margin, reach, region] = reads_of(coefficients, slice, extent, options);
   const TouchedSamples touched(coefficients.source(), h, reach, region);
   const int channel = coefficients.channel();
@@ -390,9 +475,9 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const SampleSource& source = held ? static_cast<const SampleSource&>(*held) : touched;
   const Coefficients local(source, channel, coefficients.kernel(), coefficients.prune(),
                            coefficients.cache_bytes(), region);
-  const ThickField field(local, h, options.thickness);
+  const ThickField field(local, h, options.thickness, options.bandwidth);
   slice.base = field.base(), slice.air = field.air();
-  Wanted wanted{lattice, nullptr, margin, kernel_reach(coefficients), nullptr};
+  Wanted wanted{lattice, nullptr, margin, value_reach(coefficients, options), nullptr};
   for (size_t i = 0; i < 4; ++i) wanted.reach[i] += reach.half_thickness * std::fabs(h[i]);
   // The sum over a line that the domain cuts short lacks some of the base, which is not nothing.
   std::optional<Occupancy> occupancy;
@@ -409,12 +494,10 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
     }
     wanted.occupancy = &*occupancy;
   }
-  fill(slice, field, target, placed, wanted, occupancy ? make_end : read_end, coefficients.prune(), context);
-  slice.bounds = coefficient_bounds(slice);
-  slice.milliseconds =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  return slice;
+  return sample_sites(slice, field, target, wanted, occupancy ? make_end : read_end, context);
 }
+
+} // namespace
 
 void rehearse_plane_slice(const Coefficients& coefficients, const Hyperplane& h, const PlaneOptions& options,
                           const Context& context) {

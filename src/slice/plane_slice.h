@@ -17,13 +17,17 @@ namespace bccsplat {
 
 struct PlaneOptions {
   // The distance of the target lattice, in index units; 0: along each of its axes that of the source's
-  // samples, or less where the volume's lattice is finer.
+  // samples, or less where the volume's lattice is finer. What is coarser than that is low-passed
+  // (lowpass_slice.h).
   double spacing = 0;
   double time_length = 1;                // world units that one frame is drawn as
   LatticeKind target = LatticeKind::bcc; // or cc
   // Means, sums and maxima come from Gauss-Legendre quadrature along the normal at each site, clipped to the
   // domain.
   Thickness thickness;
+  // Values are those of equation (6) of the paper with these bandwidths (gaussian_mean.h), with its kernel
+  // and without a thickness; none: those of the field.
+  std::optional<Vec4> bandwidth;
   std::optional<PlaneAxes> axes; // slice space; none: plane_axes of the hyperplane
   // The hyperplane and slice space are of even positions along these axes: the field is evaluated point by
   // point, without a thickness, and the lattice is finer where it runs along them (even_slice.h). Null: none.

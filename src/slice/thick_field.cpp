@@ -7,12 +7,14 @@
 #include <vector>
 
 #include "field/evaluate.h"
+#include "slice/gaussian_mean.h"
 #include "slice/plane_geometry.h"
 
 namespace bccsplat {
 
-ThickField::ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness)
-    : coefficients_(coefficients), normal_(h.normal()), thickness_(thickness) {
+ThickField::ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness,
+                       const std::optional<Vec4>& bandwidth)
+    : coefficients_(coefficients), normal_(h.normal()), thickness_(thickness), bandwidth_(bandwidth) {
   const Lattice4& lattice = coefficients.source().lattice();
   double diagonal = 0; // no line through the domain is longer
   for (size_t i = 0; i < 4; ++i) {
@@ -26,6 +28,8 @@ ThickField::ThickField(const Coefficients& coefficients, const Hyperplane& h, co
 
 void ThickField::values(std::span<const Vec4> points, std::span<float> out, std::span<uint8_t> holes,
                         const Context& context) const {
+  if (bandwidth_)
+    return gaussian_means(coefficients_.source(), coefficients_.channel(), *bandwidth_, points, out, context);
   if (nodes_.node.empty()) return evaluate4_mirrored(coefficients_, points, out, {}, holes, context);
   // Points beyond the ends are moved to their mirror images, whose lines run inside.
   std::vector<Vec4> inside(points.begin(), points.end()), at(points.size());

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "base/context.h"
@@ -17,8 +18,10 @@ namespace bccsplat {
 // along the normal over a thickness.
 class ThickField {
  public:
-  // The coefficients must outlive it.
-  ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness);
+  // The coefficients must outlive it. bandwidth: values are those of equation (6), of the samples behind the
+  // coefficients (gaussian_mean.h), without a thickness.
+  ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness,
+             const std::optional<Vec4>& bandwidth = {});
   [[nodiscard]] float base() const { return along_normal(coefficients_.base()); }
   [[nodiscard]] float air() const { return along_normal(coefficients_.air()); }
   // Returns about what a point takes while values() runs: itself and its place, value and hole; order and
@@ -41,6 +44,7 @@ class ThickField {
   Vec4 normal_, end_{};
   Thickness thickness_;
   Quadrature nodes_;
+  std::optional<Vec4> bandwidth_;
 };
 
 } // namespace bccsplat

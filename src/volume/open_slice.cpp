@@ -47,8 +47,9 @@ void extract(OpenSlice& result, const SliceRequest& request, const Affine3& affi
 
 PlaneOptions extraction_options(const HypersliceOptions& o) {
   if (o.even) fail(Code::unsupported, "slice: extracted points stand in index space; make them with INDEX");
-  if (o.thickness.length != 0 || o.has_interval() || o.spacing != 0 || o.target || o.box)
-    fail(Code::unsupported, "slice: extracted points take no thickness, interval, spacing, lattice or box");
+  if (o.thickness.length != 0 || o.has_interval() || o.spacing != 0 || o.bandwidth || o.target || o.box)
+    fail(Code::unsupported,
+         "slice: extracted points take no thickness, interval, spacing, bandwidth, lattice or box");
   PlaneOptions plane;
   plane.time_length = o.time_length;
   plane.axes = o.axes;

@@ -361,6 +361,13 @@ TEST_F(SliceOptions, AreChecked) {
   EXPECT_EQ(status([](auto& o) { o.thickness = -1; }), invalid);
   EXPECT_EQ(status([](auto& o) { o.thickness = NAN; }), invalid);
   EXPECT_EQ(status([](auto& o) { o.spacing = -1; }), invalid);
+  EXPECT_EQ(status([](auto& o) { o.bandwidth[0] = 2; }), invalid); // the others are 0
+  const auto wide = [](auto& o) { std::fill_n(o.bandwidth, 4, 2.0); };
+  EXPECT_EQ(status(wide), unsupported); // by the default kernel
+  const auto of_paper = [&](auto& o) { wide(o), o.kernel = "paper"; };
+  EXPECT_EQ(status(of_paper), BCCSPLAT_OK);
+  EXPECT_EQ(status([&](auto& o) { of_paper(o), o.method = BCCSPLAT_METHOD_EXTRACTED; }), unsupported);
+  EXPECT_EQ(status([&](auto& o) { of_paper(o), o.thickness = 2; }), unsupported);
   EXPECT_EQ(status([](auto& o) { o.slab = 4; }), invalid);
   EXPECT_EQ(status([](auto& o) { o.method = 4; }), invalid);
   EXPECT_EQ(status([](auto& o) { o.lattice = BCCSPLAT_LATTICE_D4STAR; }), invalid);

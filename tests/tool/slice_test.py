@@ -3,6 +3,7 @@ import array
 import json
 import math
 import os
+import statistics
 import subprocess
 import unittest
 
@@ -95,6 +96,15 @@ class Slice(ToolTest):
         self.check_plane(j, 10)
         few = self.json('slice', 'v.bcc4', '--plane', '1,.5,0,.7,-13', '--slice-spacing', 1.5, '-o', 's.nrrd')
         self.assertLess(few['points'], j['points'])
+        # The wider the 4D filter, the less is left of the waves.
+        spread = []
+        for widths in ('1,1,1,1', '1,1,1,3', '3,3,3,3'):
+            self.json('slice', 'v.bcc4', '--kernel', 'paper', '--plane', '1,.5,0,.7,-13', '--bandwidth', widths, '-o', 's.nrrd')
+            spread.append(statistics.pvariance(v for v in Nrrd(self.path('s.nrrd')).values if not math.isnan(v)))
+        self.assertGreater(spread[0], 1.02 * spread[1])
+        self.assertGreater(spread[1], 1.5 * spread[2])
+        self.refused(2, 'kernel "paper"', 'slice', 'v.bcc4', '--plane', '1,.5,0,.7,-13', '--bandwidth', '2,2,2,2', '-o', 'b.nrrd',
+                     output='b.nrrd')
         for method, tolerance, margin in (('merged', 2, 0), ('resampled', 5, 0), ('extracted', 15, 2)):  # no mirrors at the ends
             j = self.json('slice', 'v.bcc4', '--plane', '1,0,0,0,-6', '--slice-method', method, '-o', 's.nrrd')
             self.check_plane(j, tolerance, margin)

@@ -44,7 +44,8 @@ Slice PictureCutter::slice_at(const Cut& cut, bccsplat_slice_info& info) {
 
 PictureCut PictureCutter::cut(const Cut& where, const std::function<bccsplat_camera(const Slice&)>& camera) {
   const bccsplat_volume_info v = volume_info(volume_);
-  const bool merged = where.is_time_slice && where.method != BCCSPLAT_METHOD_EXTRACTED;
+  const bool merged =
+      where.is_time_slice && where.method != BCCSPLAT_METHOD_EXTRACTED && where.bandwidth[0] == 0;
   Cut cut = where;
   if (choose_ && merged) cut.level = v.level_count;
   if (!kept_.empty() && kept_.front().cut != cut) kept_.clear();

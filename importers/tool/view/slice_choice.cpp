@@ -76,6 +76,9 @@ void add_slice_choice(Command command, SliceChoiceArguments& a) {
              "Only this box of a time slice: samples from 0, both ends included. Costs what the box costs");
   add_number(command, "--slice-spacing", a.spacing,
              "Spacing of that lattice in samples (default: the source's)");
+  numbers("--bandwidth", a.bandwidth, 4, "wx,wy,wz,wt",
+          "With --kernel paper: widths of the 4D filter that a resampled slice is made by (the paper's "
+          "equation 6), in distances of the file's lattice from 1 on");
 }
 
 Cut cut_at_index(const Volume& volume, double index) {
@@ -128,6 +131,7 @@ void set_shape(Cut& cut, const SliceChoiceArguments& a) {
   if (a.slab != BCCSPLAT_SLAB_DEFAULT && !a.thickness) fail_usage("--slab goes with --thickness D");
   if (a.spacing && !(*a.spacing > 0)) fail_usage("--slice-spacing must be positive");
   cut.thickness = a.thickness.value_or(0), cut.spacing = a.spacing.value_or(0);
+  if (a.bandwidth) std::copy(a.bandwidth->begin(), a.bandwidth->end(), cut.bandwidth.begin());
   cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice, cut.level = a.level.value_or(0);
   if (a.region && !cut.is_time_slice) fail_usage("--roi goes with --time: a box is a part of a time slice");
   cut.region = a.region;
@@ -149,6 +153,7 @@ Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel) {
   auto options = sized<bccsplat_slice_options>();
   options.channel = channel, options.level = where.level;
   options.thickness = where.thickness, options.spacing = where.spacing;
+  std::copy(where.bandwidth.begin(), where.bandwidth.end(), options.bandwidth);
   options.slab = where.slab, options.method = where.method, options.lattice = where.lattice;
   if (where.point) options.point = where.point->data(), options.basis = where.basis.data();
   auto box = sample_box(volume, where.region);

@@ -18,7 +18,8 @@ struct SliceChoiceArguments {
   std::optional<std::vector<double>> plane;        // a, b, c, d, e
   std::optional<std::vector<double>> point, basis; // x, y, z, t and three times as many
   std::optional<double> thickness, spacing;
-  std::optional<std::vector<double>> sweep; // from, to, count (slice_sweep.h)
+  std::optional<std::vector<double>> bandwidth; // along x, y, z and t
+  std::optional<std::vector<double>> sweep;     // from, to, count (slice_sweep.h)
   int32_t slab = BCCSPLAT_SLAB_DEFAULT;
   int32_t method = BCCSPLAT_METHOD_DEFAULT;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
@@ -38,6 +39,7 @@ struct Cut {
   std::optional<std::array<double, 4>> point;
   std::array<double, 12> basis{};
   double thickness = 0, spacing = 0;
+  std::array<double, 4> bandwidth{}; // all 0: none
   int32_t slab = BCCSPLAT_SLAB_DEFAULT;
   int32_t method = BCCSPLAT_METHOD_DEFAULT;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
