@@ -2071,7 +2071,10 @@ enum {
   BCCSPLAT_TRAIL_COMBINE_DEFAULT = 0,
   /* Extinctions add along each pixel's ray; converges as sheets get thinner. */
   BCCSPLAT_TRAIL_PHYSICAL = 1,
-  /* The paper's equation (8) per sheet, as printed: depends on the sheet step. */
+  /* The paper's equation (8) per sheet, as printed: depends on the sheet step. An isosurface has
+   * the opacity 1 on the sheet that it is hit in and on all behind it, as an object has whose
+   * opacity is a threshold of the value: half of the trail there, and a half, a quarter and so on
+   * of what lies behind, show through. */
   BCCSPLAT_TRAIL_INTERLEAVED = 2,
   /* Two pictures, the slice's over the trail's: no mutual occlusion. */
   BCCSPLAT_TRAIL_POST = 3,

@@ -123,7 +123,7 @@ class TrailTile {
       for (size_t p = 0; p < pixels_; ++p)
         enter[p] = std::min(enter[p], own_enter[p]), leave[p] = std::max(leave[p], own_leave[p]);
     }
-    if (surface_) {
+    if (surface_ && !through_surface()) {
       end_at_surface(leave);
       for (size_t i = 0; i < objects_.size(); ++i)
         if (objects_[i]->own_rays) end_at_surface(ray_plane(i + 1, 1));
@@ -190,6 +190,9 @@ class TrailTile {
     }
   }
 
+  // Returns whether rays go on behind the surface: by equation (8) as printed nothing is opaque.
+  [[nodiscard]] bool through_surface() const { return surface_ && job_.combine == TrailCombine::interleaved; }
+
   [[nodiscard]] float surface_hit(int x, int y) const {
     const size_t at = plane_index(x, y, surface_->pitch);
     return surface_->alpha[at] > 0 ? surface_->depth[at] : infinity;
@@ -216,6 +219,7 @@ class TrailTile {
         add_lap(clock, stats_.ms_shade);
       }
       next_mixed_ = through + 1;
+      for (int64_t sheet = k; through_surface() && sheet < end; ++sheet) add_surface_to(sheet, sheet - k);
       for (int64_t sheet = k; sheet < end; ++sheet) join_sheet(sheet, sheet - k);
       add_lap(clock, stats_.ms_shade);
     }
@@ -224,7 +228,8 @@ class TrailTile {
   // Returns the pixels still open, brought up to date when enough have closed since or have come to the
   // surface; null when nothing is to be left out.
   const OpenPixels* open_pixels(int64_t k) {
-    if ((options_.disable_skips & skip_occlusion) || (closed_ == 0 && !surface_)) return nullptr;
+    if ((options_.disable_skips & skip_occlusion) || (closed_ == 0 && (!surface_ || through_surface())))
+      return nullptr;
     const bool few = summed_closed_ > 0 && (closed_ - summed_closed_) * closed_part < open_;
     if (!few || surface_) {
       summed_closed_ = closed_;
@@ -249,6 +254,26 @@ class TrailTile {
     used_[at][d.group] = true;
     sheets.mix_gradients(k);
     absorb_sheet(d, sheets, *objects_[object], rays_[object], k, matter);
+  }
+
+  // The slice's part of a sheet, where it is a surface that rays go through: pixels whose surface is in the
+  // sheet's segment or before it are opaque.
+  void add_surface_to(int64_t k, int64_t n) {
+    constexpr float opaque = 64; // an optical depth: floats know no more
+    const size_t at = n;
+    const MatterPlanes& matter = matter_[at][0];
+    const float end = static_cast<float>(k) + 0.5f;
+    for (int y = 0; y < tile_.height; ++y)
+      for (int x = 0; x < tile_.width; ++x) {
+        const size_t p = plane_index(x, y, pitch_), s = plane_index(x, y, surface_->pitch);
+        if (!(surface_hit(x, y) <= end) || end - 1 > pixel_.leave[p]) continue;
+        if (!std::exchange(used_[at][0], true)) std::fill_n(matter.red, group_planes * pixels_, 0.0f);
+        matter.red[p] = opaque * surface_->red[s], matter.green[p] = opaque * surface_->green[s];
+        matter.blue[p] = opaque * surface_->blue[s];
+        matter.depth[p] = opaque;
+        if (matter.value) matter.value[p] = opaque * surface_->value[s];
+        if (matter.time) matter.time[p] = opaque * surface_->time[s];
+      }
   }
 
   void join_sheet(int64_t k, int64_t n) {
@@ -300,7 +325,7 @@ class TrailTile {
   }
 
   void finish_pixels() {
-    for (int y = 0; y < (surface_ ? tile_.height : 0); ++y)
+    for (int y = 0; y < (surface_ && !through_surface() ? tile_.height : 0); ++y)
       for (int x = 0; x < tile_.width; ++x) {
         const size_t p = plane_index(x, y, pitch_);
         if (surface_hit(x, y) < infinity && pixel_.alpha[p] < stop()) add_surface(x, y, p);

@@ -376,7 +376,8 @@ TEST(DeepTrail, FlattensToTheFlatPicture) {
         several += s.size() > 6 ? 1u : 0u;
       }
       EXPECT_GT(several, 100u);
-      EXPECT_EQ(surfaces > 20, mode == RenderMode::isosurface);
+      // By equation (8) a surface is segments that rays go through.
+      EXPECT_EQ(surfaces > 20, mode == RenderMode::isosurface && combine == TrailCombine::physical);
     }
   Deep deep;
   scene.combine = TrailCombine::post;

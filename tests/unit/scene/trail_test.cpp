@@ -259,6 +259,43 @@ TEST_F(TrailPicture, PhysicalConvergesWithTheStep) {
   }
 }
 
+// Equation (8) by hand where the slice is an isosurface: a field that rises along z passes the value at z =
+// 7, in the middle one of three sheets, which stand for z = 0 to 4, 4 to 12 and 12 to 16. The trail has
+// opacity 1/16 per unit everywhere and is green, the surface is red and opaque on its sheet and behind it.
+class TrailRamp : public TrailPicture {
+ protected:
+  TrailRamp()
+      : TrailPicture(sample_field(Lattice4::fit(LatticeKind::d4star, {32, 16, 17, 24}),
+                                  [](const Vec4& p) { return 0.5 + 0.02 * (p[2] - 7); })) {
+    options.sheet_step = 8;
+    solid.colors = {{0, {1, 0, 0}}}, solid.opacities = {{0.5, 1}};
+    thin.colors = {{0, {0, 1, 0}}}, thin.opacities = {{0, 0.0625}};
+    thin.unit_distance = 1;
+  }
+};
+
+TEST_F(TrailRamp, IsosurfacesAndTrailsAreJoinedByTheEquationAsPrinted) {
+  options.mode = RenderMode::isosurface, options.iso_value = 0.5;
+  const Slice s = still(12);
+  const Trail t = trail(s, {.interval = {-4, 0}, .samples = 2});
+  const auto opacity = [](double length) { return 1 - std::pow(1 - 0.0625, length); };
+  const double before = opacity(4), middle = opacity(8), behind = opacity(4);
+  double alpha = before / 2, red = 0, green = before / 2;
+  red += (1 - alpha) / 2, green += (1 - alpha) * middle / 2, alpha += (1 - alpha) * (1 + middle) / 2;
+  red += (1 - alpha) / 2, green += (1 - alpha) * behind / 2, alpha += (1 - alpha) * (1 + behind) / 2;
+  for (const bool reference : {true, false}) {
+    options.disable_skips = reference ? 127 : 0;
+    const auto picture = draw(s, solid, t, TrailCombine::interleaved);
+    EXPECT_NEAR(at(picture, 24, 12)[0], red, 2e-3);
+    EXPECT_NEAR(at(picture, 24, 12)[1], green, 2e-3);
+    EXPECT_NEAR(at(picture, 24, 12)[3], alpha, 2e-3);
+  }
+  // In the form that does not depend on the step nothing shows through, and half of the trail before it does.
+  const auto consistent = draw(s, solid, t, TrailCombine::interleaved_consistent);
+  EXPECT_NEAR(at(consistent, 24, 12)[3], 1, 1e-6);
+  EXPECT_NEAR(at(consistent, 24, 12)[1], 1 - std::sqrt(1 - opacity(7)), 2e-3);
+}
+
 TEST_F(TrailPicture, IsosurfaceEndsTheTrail) {
   const Slice s = still(20);
   options.mode = RenderMode::isosurface;
