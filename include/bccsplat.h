@@ -2104,12 +2104,16 @@ typedef struct bccsplat_trail {
   /* Copied; NULL: the slice's. */
   const bccsplat_transfer_function* transfer_function;
   /* One linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
-   * than one sub-interval blue over white to orange, else the function's own. */
+   * than one sub-interval of one function blue over white to orange, else the function's own. */
   const double* colors;
   /* Equal sub-intervals, 1 .. 256; 0: 1. */
   uint32_t intervals;
   /* 0 */
   uint32_t reserved;
+  /* `intervals` functions, one for each sub-interval from the interval's beginning on, each as long
+   * as its struct_size, which all share; with their own colours unless `colors` are given; copied.
+   * NULL: transfer_function for all; INVALID_ARGUMENT: both. */
+  const bccsplat_transfer_function* transfer_functions;
 } bccsplat_trail;
 
 typedef struct bccsplat_render_stats {

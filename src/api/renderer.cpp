@@ -30,7 +30,8 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   std::optional<double> gradient_noise; // value per mean voxel; none: as the file tells
   TrailOptions trail_options;
   TrailCombine combine = TrailCombine::physical;
-  std::optional<TransferFunction> trail_function;
+  std::vector<TransferFunction>
+      trail_functions; // one for all sub-intervals, or one for each; none: the slice's
   std::vector<Vec3> trail_colors;
   bool has_trail = false;
   std::optional<Trail> trail; // made at the first picture, kept until slice or trail change
@@ -68,14 +69,34 @@ void require_even(const bccsplat_slice& slice) {
          "bccsplat_slice_options.space BCCSPLAT_SPACE_EVEN");
 }
 
+// Returns one function for all sub-intervals, or one for each; none for the slice's.
+std::vector<TransferFunction> read_trail_functions(const bccsplat_trail& in, int intervals) {
+  if (in.transfer_function && in.transfer_functions)
+    fail(Code::invalid_argument, "trail: transfer_function is for all sub-intervals, transfer_functions are "
+                                 "one for each; set one of the two");
+  std::vector<TransferFunction> functions;
+  if (in.transfer_function) functions.push_back(read_function(in.transfer_function));
+  for (int i = 0; in.transfer_functions && i < intervals; ++i) {
+    const bccsplat_transfer_function* const f = element(in.transfer_functions, static_cast<size_t>(i));
+    if (f->struct_size != in.transfer_functions->struct_size)
+      fail(Code::invalid_struct_size, "bccsplat_trail.transfer_functions[", i, "]: struct_size is ",
+           f->struct_size, ", that of the first ", in.transfer_functions->struct_size, "; give all the same");
+    functions.push_back(read_function(f));
+  }
+  return functions;
+}
+
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
   if (!renderer.trail) {
     const bccsplat_slice& slice = *renderer.slice.get();
     renderer.trail = make_trail(slice.volume->file, slice.open, renderer.trail_options, context);
   }
-  const TransferFunction& function = renderer.trail_function ? *renderer.trail_function : scene.function;
-  for (const Vec3& color : renderer.trail_colors) scene.trail_functions.push_back(tinted(function, color));
-  if (renderer.trail_colors.empty()) scene.trail_functions.push_back(function);
+  scene.trail_functions = renderer.trail_functions;
+  if (scene.trail_functions.empty()) scene.trail_functions.push_back(scene.function);
+  const std::vector<Vec3>& colors = renderer.trail_colors;
+  if (!colors.empty()) scene.trail_functions.resize(colors.size(), scene.trail_functions.front());
+  for (size_t i = 0; i < colors.size(); ++i)
+    scene.trail_functions[i] = tinted(scene.trail_functions[i], colors[i]);
   scene.trail = &*renderer.trail;
   scene.combine = renderer.combine;
 }
@@ -165,15 +186,15 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
     options.samples = in.samples;
     options.intervals = std::max(static_cast<int>(in.intervals), 1);
     std::vector<Vec3> colors;
-    for (int i = 0; i < options.intervals && (in.colors || options.intervals > 1); ++i) {
+    const bool tinted_parts = in.colors || (options.intervals > 1 && !in.transfer_functions);
+    for (int i = 0; i < options.intervals && tinted_parts; ++i) {
       const double* c = in.colors ? in.colors + 3 * static_cast<size_t>(i) : nullptr;
       colors.push_back(c ? Vec3{c[0], c[1], c[2]} : ramp_color(i, options.intervals));
       for (const double part : colors.back()) require_range(part, 0, largest_colour, "bccsplat_trail.colors");
     }
-    std::optional<TransferFunction> function;
-    if (in.transfer_function) function = read_function(in.transfer_function);
+    std::vector<TransferFunction> functions = read_trail_functions(in, options.intervals);
     renderer->trail.reset();
-    renderer->trail_function = std::move(function);
+    renderer->trail_functions = std::move(functions);
     renderer->trail_options = options;
     renderer->combine = in.combine ? static_cast<TrailCombine>(in.combine) : TrailCombine::physical;
     renderer->trail_colors = std::move(colors);

@@ -351,6 +351,12 @@ def pictures(device, volume, cut, folder):
                        colors=[(0, 1, 0), (0, 0, 1)])
     renderer.render(frame)
     assert pixels[..., 1].any() and pixels[..., 2].any()
+    of_parts = [TransferFunction([(0, *color)], [(0, 0), (1, 0.9)]) for color in ((0, 1, 0), (0, 0, 1))]
+    listed = pixels.copy()
+    renderer.set_trail((-2, 0), content="classified", combine="physical", samples=8, transfer_functions=of_parts)
+    renderer.render(frame)
+    assert np.array_equal(pixels, listed)  # the function of before in the colours of before
+    raises(ValueError, None, renderer.set_trail, (-2, 0), intervals=3, transfer_functions=of_parts, text="2 transfer functions")
     renderer.set_trail(None)
     renderer.set_options(mode="maximum")
     renderer.set_camera(look_at((20, 18, -100), (20, 18, 16), ortho_height=40))

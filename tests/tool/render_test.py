@@ -217,6 +217,14 @@ class Render(ToolTest):
             self.assertNotEqual(past, self.picture(*time, '--trail', 2, *more), more)
         self.picture(*time, '--dump-tf', 'own.json', '--colormap', 'fire', '--opacity', 3)
         self.assertNotEqual(past, self.picture(*time, '--trail', 2, '--trail-tf', 'own.json'))
+        # A function for each of two sub-intervals, which is not the same as one for both, nor as the other way round.
+        self.picture(*time, '--dump-tf', 'other.json', '--colormap', 'viridis', '--opacity', .2)
+        two = self.picture(*time, '--trail', '2,2', '--trail-tf', 'own.json,other.json')
+        self.assertNotIn(two, [self.picture(*time, '--trail', '2,2', '--trail-tf', t) for t in ('own.json', 'other.json,own.json')])
+        self.assertEqual(self.picture(*time, '--trail', '2', '--trail-tf', 'own.json'),
+                         self.picture(*time, '--trail', '2,2', '--trail-tf', 'own.json,own.json', '--trail-samples', 2))
+        self.refused(2, '--trail-tf names 2 files for 1 sub-intervals', 'render', 'v.bcc4', *time, '--trail', 2,
+                     '--trail-tf', 'own.json,other.json', '-o', 'x.png', output='x.png')
         for bad in ('x', '1:2:3', '2:1', '1,2,3', '1,0', '1,1.5', 'f', '1e999'):
             self.refused(2, '--trail', 'render', 'v.bcc4', *time, '--trail', bad, '-o', 'x.png', output='x.png')
 

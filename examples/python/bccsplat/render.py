@@ -382,17 +382,28 @@ class Renderer(Child):
 
     def set_trail(self, interval: tuple[float, float] | None, *, content: int | str | None = None,
                   combine: int | str | None = None, samples: int = 0, intervals: int = 0,
-                  transfer_function: TransferFunction | None = None, colors: Any = None, **options: Any) -> None:
-        """3.5D motion blur over an interval of frames relative to the slice; None: no trail."""
+                  transfer_function: TransferFunction | None = None, colors: Any = None,
+                  transfer_functions: Sequence[TransferFunction] = (), **options: Any) -> None:
+        """3.5D motion blur over an interval of frames relative to the slice; None: no trail.
+
+        transfer_functions: one for each sub-interval, the earliest first, which there are then as many of.
+        """
         if interval is None:
             call("renderer_set_trail", self.pointer, None)
             return
+        if transfer_functions:
+            if intervals not in (0, len(transfer_functions)):
+                raise ValueError(f"{len(transfer_functions)} transfer functions for {intervals} sub-intervals")
+            intervals = len(transfer_functions)
         trail = _abi.Trail(content=choose("TRAIL", content), samples=samples, intervals=intervals, **options)
         trail.combine = choose("TRAIL", combine)
         trail.interval[:] = [*interval]
         if transfer_function is not None:
             function = transfer_function.struct()
             trail.transfer_function = ctypes.pointer(function)
+        functions = [f.struct() for f in transfer_functions]  # which own what the array points to
+        if functions:
+            trail.transfer_functions = (_abi.TransferFunction * len(functions))(*functions)
         rows = None if colors is None else np.ascontiguousarray(colors, np.float64).reshape(max(intervals, 1), 3)
         trail.colors = None if rows is None else rows.ctypes.data
         call("renderer_set_trail", self.pointer, byref(trail))

@@ -136,20 +136,20 @@ std::array<double, 2> trail_interval(const TrailInterval& t, bool index, const V
 
 // interval: both 0: there is none.
 void set_trail(const Renderer& renderer, const RenderArguments& a, const std::array<double, 2>& interval,
-               const std::optional<TransferFunction>& function) {
+               const std::vector<TransferFunction>& functions) {
   auto trail = sized<bccsplat_trail>();
   trail.content = a.trail_content;
   trail.combine = a.trail_mode;
   trail.intervals = a.trail->intervals;
   trail.samples = a.trail_samples.value_or(0);
   const std::vector<double> colors = trail_colors(trail.intervals);
-  if (trail.intervals > 1) trail.colors = colors.data();
+  if (trail.intervals > 1 && functions.size() < 2) trail.colors = colors.data();
   std::copy(interval.begin(), interval.end(), trail.interval);
-  bccsplat_transfer_function f{};
-  if (function) {
-    f = as_struct(*function);
-    trail.transfer_function = &f;
-  }
+  std::vector<bccsplat_transfer_function> structs;
+  structs.reserve(functions.size());
+  for (const TransferFunction& f : functions) structs.push_back(as_struct(f));
+  if (!structs.empty())
+    (structs.size() > 1 ? trail.transfer_functions : trail.transfer_function) = structs.data();
   const bool none = trail.interval[0] == 0 && trail.interval[1] == 0;
   check(bccsplat_renderer_set_trail(renderer.get(), none ? nullptr : &trail), "--trail");
 }
@@ -165,8 +165,8 @@ struct Scene {
   Renderer renderer;
   std::optional<TransferFunction> function; // none: the library's own
   bool function_is_set;
-  std::optional<TransferFunction> trail_function;
-  std::array<double, 2> trail; // the interval that is set
+  std::vector<TransferFunction> trail_functions; // none: the slice's; one for all sub-intervals, or for each
+  std::array<double, 2> trail;                   // the interval that is set
   double open_ms;
   PictureOutput& output;
   double least_background;              // of an X-ray
@@ -206,7 +206,7 @@ struct Scene {
     if (a.trail) {
       // Set anew it would be made anew.
       const auto interval = trail_interval(*a.trail, a.which.index || a.frames, volume, picture.where);
-      if (interval != trail) set_trail(renderer, a, interval, trail_function);
+      if (interval != trail) set_trail(renderer, a, interval, trail_functions);
       trail = interval;
     }
     uint32_t planes = BCCSPLAT_FRAME_RGBA;
@@ -417,7 +417,7 @@ Exit run_render(RenderArguments a) {
               .renderer = create_renderer(device, options, host),
               .function = transfer_function(slice_function(a), info, look),
               .function_is_set = false,
-              .trail_function = std::nullopt,
+              .trail_functions = {},
               .trail = {0, 0},
               .open_ms = open_ms,
               .output = *output,
@@ -428,10 +428,11 @@ Exit run_render(RenderArguments a) {
   const TransferFunction seen = seen_function(a, scene.function, look, info.air);
   warn_of_nothing(a, seen, info);
   scene.fitted.emplace(volume, channel, a, seen, camera.projection, camera.size, pictures);
-  if (const FunctionChoice choice = trail_function(a); choice.always)
-    scene.trail_function = transfer_function(choice, info, look);
-  else
-    scene.trail_function = function_of_dense_trail(slice_function(a), look);
+  for (const FunctionChoice& choice : trail_functions(a))
+    scene.trail_functions.push_back(transfer_function(choice, info, look).value());
+  if (scene.trail_functions.empty())
+    if (auto dense = function_of_dense_trail(slice_function(a), look))
+      scene.trail_functions.push_back(std::move(*dense));
   if (a.annotate) {
     const bool of_labels = look.kind == BCCSPLAT_KIND_LABELS && colors == colors_of(look);
     scene.annotation.emplace(a, volume, channel, std::move(colors), of_labels, options.iso_value, pictures);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "tool/cli.h"
 #include "tool/output/film.h"
@@ -43,6 +44,14 @@ std::optional<size_t> pictures_of_film(const RenderArguments& a) {
   return static_cast<size_t>(count);
 }
 
+std::vector<std::string> trail_tf_files(const RenderArguments& a) {
+  if (a.trail_tf.empty()) return {};
+  if (std::filesystem::exists(a.trail_tf)) return {a.trail_tf}; // whatever its name holds
+  std::vector<std::string> files;
+  for (const std::string_view file : split(a.trail_tf, ",")) files.emplace_back(file);
+  return files;
+}
+
 std::array<double, 2> rotations(const RenderArguments& a) {
   return a.view.value_or(std::array{a.rotate_x.value_or(20), a.rotate_y.value_or(30)});
 }
@@ -71,6 +80,10 @@ void check_arguments(const RenderArguments& a) {
       !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
   if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))
     fail_usage("--trail-content, --trail-mode and the like go with --trail DT");
+  const uint32_t parts = a.trail ? std::max(a.trail->intervals, 1u) : 0;
+  if (const size_t files = trail_tf_files(a).size(); files > 1 && files != parts)
+    fail_usage("--trail-tf names ", files, " files for ", parts,
+               " sub-intervals; ask for as many with --trail DT,", files);
   if (a.which.sweep && (a.frames || a.turntable)) fail_usage("--sweep excludes --frames and --turntable");
   if (a.seconds && (a.which.sweep || (a.frames && a.turntable)))
     fail_usage(

@@ -79,6 +79,8 @@ void add_render_options(Command command, RenderArguments& arguments);
 [[nodiscard]] bool makes_one_file(const RenderArguments& arguments);
 // The pictures that a film of --seconds has; none: as many as there are.
 [[nodiscard]] std::optional<size_t> pictures_of_film(const RenderArguments& arguments);
+// The files of --trail-tf: one for all sub-intervals of the trail, or one for each.
+[[nodiscard]] std::vector<std::string> trail_tf_files(const RenderArguments& arguments);
 // The rotations about x and y that the fitted view has.
 [[nodiscard]] std::array<double, 2> rotations(const RenderArguments& arguments);
 // What no single option can tell.

@@ -31,14 +31,18 @@ FunctionChoice slice_function(const RenderArguments& a) {
           a.mode == BCCSPLAT_MODE_MAXIMUM};
 }
 
-FunctionChoice trail_function(const RenderArguments& a) {
+std::vector<FunctionChoice> trail_functions(const RenderArguments& a) {
   FunctionChoice c = slice_function(a);
   if (!a.trail_tf.empty() || !a.trail_colormap.empty()) c.tf = a.trail_tf, c.colormap = a.trail_colormap;
   if (!a.trail_tf.empty()) c.range.reset(), c.opacity.reset(); // those are of the slice's colours
   if (a.trail_range) c.range = a.trail_range;
   if (a.trail_opacity) c.opacity = a.trail_opacity;
   c.always = !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
-  return c;
+  if (!c.always) return {};
+  std::vector<FunctionChoice> choices;
+  for (const std::string& file : trail_tf_files(a)) choices.emplace_back(c).tf = file;
+  if (choices.empty()) choices.push_back(c);
+  return choices;
 }
 
 std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const bccsplat_channel_info& c,

@@ -20,8 +20,9 @@ struct FunctionChoice {
   bool opaque = false; // what is not air, as in a maximum
 };
 [[nodiscard]] FunctionChoice slice_function(const RenderArguments& arguments);
-// Chooses the trail's function: what is not given is the slice's.
-[[nodiscard]] FunctionChoice trail_function(const RenderArguments& arguments);
+// Chooses the trail's functions: one for all its sub-intervals, one for each of them, or none, which is the
+// slice's. What is not given is the slice's.
+[[nodiscard]] std::vector<FunctionChoice> trail_functions(const RenderArguments& arguments);
 
 // Colours and opacities; none: the library's own, which is `look` unchanged.
 [[nodiscard]] std::optional<TransferFunction> transfer_function(const FunctionChoice& choice,

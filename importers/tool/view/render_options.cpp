@@ -305,8 +305,11 @@ void add_trail(Command command, RenderArguments& a) {
                      if (*a.trail_samples < 1 || *a.trail_samples > 4096)
                        fail_usage("--trail-samples ", t, ": 1 to 4096");
                    });
-  command.add_option("--trail-tf", a.trail_tf, "ParaView colour map of the trail (default: the slice's)")
-      .type_name("FILE.json");
+  command
+      .add_option("--trail-tf", a.trail_tf,
+                  "ParaView colour map of the trail (default: the slice's), or one for each of its K "
+                  "sub-intervals, the earliest first, separated by commas")
+      .type_name("FILE.json[,FILE.json...]");
   command.add_option("--trail-colormap", a.trail_colormap, "Built-in colours of the trail").type_name("NAME");
   command.add_text("--trail-range", "LO,HI", "Values the trail's colours span",
                    [&a](const std::string& t) { a.trail_range = option_numbers("--trail-range", t, 2); });
