@@ -111,6 +111,8 @@ EvaluateMisses OpenSlice::evaluate(std::span<const Vec3> points, std::span<float
   EvaluateMisses misses;
   misses.outside = extraction->sample(points, values, gradients, context);
   misses.holes = hide_missing(slice, points, values);
+  for (size_t n = 0; n < gradients.size(); ++n)
+    if (std::isnan(values[n])) gradients[n].fill(values[n]);
   return misses;
 }
 
