@@ -104,6 +104,39 @@ SliceValue accurate(const PaperField& f) {
   };
 }
 
+// Section 4.2 by neighbours: of the site's own coset the two samples above and below (A), of the other coset
+// the 8 around it in the layer between these (B), and the 6 along the axes in the nearer one of its own (C).
+// Their Gaussian weights are divided by their sum. On CC, whose cosets are one, B are none.
+SliceValue by_neighbours(const PaperField& f, bool with_b, bool with_c) {
+  return [&f, with_b, with_c](int coset, const Int3& site, double t1) {
+    const Lattice4& l = f.lattice;
+    const double distance = l.layer_distance(), plane = l.space.plane_distance();
+    auto below = static_cast<int32_t>(std::floor(t1 / distance));
+    while (l.coset(below) != coset) --below;
+    const int32_t above = below + l.layer_period();
+    double sum = 0, weights = 0;
+    const auto add = [&](int32_t layer, const Int3& i, double r2) {
+      const double w = std::exp(-a * (r2 + std::pow(layer * distance - t1, 2)));
+      sum += w * f.at(layer, i), weights += w;
+    };
+    add(below, site, 0), add(above, site, 0);
+    for (int n = 0; with_b && l.space.bcc && n < 8; ++n) {
+      Int3 i;
+      for (size_t k = 0; k < 3; ++k) i[k] = site[k] + coset - 1 + (n >> k & 1);
+      add(below + 1, i, 3 * plane * plane);
+    }
+    const int32_t nearer = t1 - below * distance < above * distance - t1 ? below : above;
+    const double pitch = plane * (l.space.bcc ? 2 : 1);
+    for (size_t k = 0; with_c && k < 3; ++k)
+      for (const int step : {-1, 1}) {
+        Int3 i = site;
+        i[k] += step;
+        add(nearer, i, pitch * pitch);
+      }
+    return sum / weights;
+  };
+}
+
 // The 3D splat of section 4.2, divided by the sum of the weights.
 double splat_gauss(const PaperField& f, const SliceValue& slice, const Vec3& p, double t1) {
   double sum = 0, weights = 0;
@@ -195,6 +228,33 @@ void run_paper_kernel(const Report& report) {
       };
       measure("paper, approximate slice, splat",
               [&](const Vec3& p, double t) { return splat_gauss(field, by_layers, p, t); });
+      // The slices themselves, at their sites: the error that splatting starts from.
+      const auto at_sites = [&](const std::string& name, const SliceValue& slice) {
+        double error = 0, signal = 0;
+        for (const double phase : instants) {
+          const double t1 = (lattice.layers() / 2 / 2 * 2 + 2 * phase) * lattice.layer_distance();
+          const Int3 n = lattice.space.dims(0);
+          for (int c = 0; c < lattice.space.cosets(); ++c)
+            for (int z = n[2] / 4; z < 3 * n[2] / 4; z += 2)
+              for (int y = n[1] / 4; y < 3 * n[1] / 4; y += 2)
+                for (int x = n[0] / 4; x < 3 * n[0] / 4; x += 2) {
+                  const Vec3 p = lattice.site_position(c, {x, y, z});
+                  const double truth = waves({p[0], p[1], p[2], t1 * frame_unit});
+                  signal += truth * truth, error += std::pow(slice(c, {x, y, z}, t1) - truth, 2);
+                }
+        }
+        lines.add(name, cc ? "CC" : "D4*", rho, 10 * std::log10(signal / error));
+      };
+      const SliceValue of_a = by_neighbours(field, false, false), of_ab = by_neighbours(field, true, false),
+                       of_abc = by_neighbours(field, true, true);
+      at_sites("at sites, 2 A", of_a);
+      at_sites("at sites, 2 A, 8 B", of_ab);
+      at_sites("at sites, 2 A, 8 B, 6 C", of_abc);
+      at_sites("at sites, own coset within 2 T", by_layers);
+      at_sites("at sites, all within 2 T (equation 6)", by_sites);
+      measure("paper, 2 A, splat", [&](const Vec3& p, double t) { return splat_gauss(field, of_a, p, t); });
+      measure("paper, 2 A, 8 B, 6 C, splat",
+              [&](const Vec3& p, double t) { return splat_gauss(field, of_abc, p, t); });
       measure("paper, accurate slice (equation 6), splat",
               [&](const Vec3& p, double t) { return splat_gauss(field, by_sites, p, t); });
       if (!report.quick)

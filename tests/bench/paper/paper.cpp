@@ -15,12 +15,14 @@
 #include "points/runs.h"
 #include "scene/picture.h"
 #include "slice/time_slice.h"
+#include "tests/bench/kernels/kernels_chain.h"
 
 namespace bccsplat::bench {
 namespace {
 
 constexpr uint64_t cache = 8ull << 30;
 constexpr double threshold = 0.05; // of the largest sample: nearer to 0 is air
+constexpr size_t small_volume = 4 << 20;
 
 struct OneThread {
   Tasks tasks{1};
@@ -90,9 +92,15 @@ uint64_t zlib_bytes(const Sampled& s) {
 
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
+// What one lattice's pictures take, in the mean over the instants.
+struct Costs {
+  // CPU time: of the slice, of its points as the splatter reads them, of frames, and of frames without what
+  // bricks leave out.
+  double slice_ms = 0, points_ms = 0, frame_ms = 0, unskipped_ms = 0;
+  double points = 0, runs = 0, bricks = 0; // of the slice: its points, bytes of run lengths, bytes
+};
 struct Frames {
-  double cc = 0, bcc = 0;               // ms
-  double cc_points = 0, bcc_points = 0; // of the slices, in the mean
+  Costs cc, bcc;
 };
 
 // Pictures of both lattices in turn, orthographic, one thread. Kept points: those that are not air.
@@ -117,8 +125,25 @@ Frames draw(const Sampled& cc, const Sampled& bcc, float largest, const char* ke
   for (int i = 0; i < instants; ++i) {
     const double t = std::min(std::floor(last * (i + 0.5) / instants) + 0.37, last);
     for (Side* side : {a.get(), b.get()}) {
-      side->slice = time_slice(side->coefficients, t, {0, 0}, {}, context.get());
-      side->points.emplace(make_points(side->slice, context.get()));
+      Costs& costs = side == a.get() ? frames.cc : frames.bcc;
+      (void)time_slice(side->coefficients, t, {0, 0}, {},
+                       context.get()); // coefficients are there from here on
+      const int repeats = quick ? 1 : 3;
+      costs.slice_ms += 1e3 / instants *
+                        median_cpu_seconds(
+                            [&] {
+                              side->slice = time_slice(side->coefficients, t, {0, 0}, {}, context.get());
+                            },
+                            repeats);
+      costs.points_ms +=
+          1e3 / instants *
+          median_cpu_seconds([&] { side->points.emplace(make_points(side->slice, context.get())); }, repeats);
+      costs.points += static_cast<double>(side->slice.points()) / instants;
+      costs.runs += static_cast<double>(slice_runs(side->slice)) / instants;
+      const SplatPoints& made = side->points->of(side->slice, context.get());
+      costs.bricks += static_cast<double>(made.position.size() * sizeof made.position[0] +
+                                          made.coefficient.size() * sizeof made.coefficient[0]) /
+                      instants;
       Scene& scene = side->scene;
       scene.slice = &side->slice, scene.points = &*side->points;
       scene.camera = fit_camera(a->slice, false, 20, 30, size, size);
@@ -126,21 +151,31 @@ Frames draw(const Sampled& cc, const Sampled& bcc, float largest, const char* ke
       scene.function.colors = {{0, {0.2, 0.4, 0.9}}, {top, {0.9, 0.5, 0.2}}};
       scene.function.opacities = {{2 * threshold * top, 0}, {top, 0.3}};
     }
-    frames.cc_points += static_cast<double>(a->slice.points()) / instants;
-    frames.bcc_points += static_cast<double>(b->slice.points()) / instants;
     ImageStorage image(size, size);
-    const auto picture = [&](const Side& side) {
-      return [&] { (void)render(side.scene, RenderOptions{}, context.get(), image.image); };
+    RenderOptions whole;
+    whole.disable_skips = skip_transfer_function | skip_cells | skip_occlusion;
+    const auto picture = [&](const Side& side, const RenderOptions& o) {
+      return [&] { (void)render(side.scene, o, context.get(), image.image); };
     };
-    const auto [first, second] = paired_cpu_seconds(picture(*a), picture(*b), quick ? 1 : 3);
-    frames.cc += 1e3 * first / instants, frames.bcc += 1e3 * second / instants;
+    const RenderOptions usual;
+    const int repeats = quick ? 1 : 3;
+    const auto [first, second] = paired_cpu_seconds(picture(*a, usual), picture(*b, usual), repeats);
+    frames.cc.frame_ms += 1e3 * first / instants, frames.bcc.frame_ms += 1e3 * second / instants;
+    const auto [cc_all, bcc_all] = paired_cpu_seconds(picture(*a, whole), picture(*b, whole), repeats);
+    frames.cc.unskipped_ms += 1e3 * cc_all / instants, frames.bcc.unskipped_ms += 1e3 * bcc_all / instants;
   }
   return frames;
 }
 
 struct Tables {
-  std::vector<Row> points, stored, drawn;
+  std::vector<Row> points, stored, drawn, slices;
 };
+
+// Bytes per point of a slice as run lengths: its values as wide as the source's, and the runs.
+double run_bytes(const Costs& c, size_t value_bytes) {
+  return c.points > 0 ? static_cast<double>(value_bytes) + c.runs / c.points : 0;
+}
+double brick_bytes(const Costs& c) { return c.points > 0 ? c.bricks / c.points : 0; }
 
 void add(Tables& tables, const FitSource& source, bool quick) {
   float largest = 0;
@@ -174,11 +209,29 @@ void add(Tables& tables, const FitSource& source, bool quick) {
        figure("BCC / CC %", percent(bcc_zlib, cc_zlib), 1)});
   for (const char* kernel : {"paper", "default"}) {
     const Frames f = draw(cc, bcc, largest, kernel, quick);
-    tables.drawn.push_back({word("set", source.name), word("kernel", kernel),
-                            figure("points CC", f.cc_points, 0), figure("points BCC", f.bcc_points, 0),
-                            figure("points %", percent(f.bcc_points, f.cc_points), 1),
-                            figure("frame CC ms", f.cc, 1), figure("frame BCC ms", f.bcc, 1),
-                            figure("frame %", percent(f.bcc, f.cc), 1)});
+    const auto all = [](const Costs& c) { return c.slice_ms + c.points_ms + c.frame_ms; };
+    const double cc_all = all(f.cc), bcc_all = all(f.bcc);
+    tables.drawn.push_back(
+        {word("set", source.name), word("kernel", kernel), figure("points CC", f.cc.points, 0),
+         figure("points BCC", f.bcc.points, 0), figure("points %", percent(f.bcc.points, f.cc.points), 1),
+         figure("slice CC ms", f.cc.slice_ms + f.cc.points_ms, 1),
+         figure("BCC ms", f.bcc.slice_ms + f.bcc.points_ms, 1), figure("of it points", f.bcc.points_ms, 1),
+         figure("frame CC ms", f.cc.frame_ms, 1), figure("frame BCC ms", f.bcc.frame_ms, 1),
+         figure("frame %", percent(f.bcc.frame_ms, f.cc.frame_ms), 1),
+         figure("slice and frame %", percent(bcc_all, cc_all), 1)});
+    tables.slices.push_back(
+        {word("set", source.name), word("kernel", kernel),
+         figure("RLE CC KB", f.cc.points * run_bytes(f.cc, cc.value_bytes) / 1e3, 0),
+         figure("RLE BCC KB", f.bcc.points * run_bytes(f.bcc, cc.value_bytes) / 1e3, 0),
+         figure("RLE %",
+                percent(f.bcc.points * run_bytes(f.bcc, cc.value_bytes),
+                        f.cc.points * run_bytes(f.cc, cc.value_bytes)),
+                1),
+         figure("runs, bytes per point CC", f.cc.points > 0 ? f.cc.runs / f.cc.points : 0, 2),
+         figure("BCC", f.bcc.points > 0 ? f.bcc.runs / f.bcc.points : 0, 2),
+         figure("RLE, bytes per point BCC", run_bytes(f.bcc, cc.value_bytes), 2),
+         figure("splatted bricks", brick_bytes(f.bcc), 2), figure("frame BCC ms", f.bcc.frame_ms, 1),
+         figure("without what bricks leave out", f.bcc.unskipped_ms, 1)});
   }
 }
 
@@ -186,42 +239,70 @@ void print(const Report& report, const std::string& which, const Tables& tables)
   report.table("Points, " + which + " (air: within 5 % of the largest sample)", tables.points);
   report.table("Bytes, " + which + " (RLE: values and runs of the kept points; zlib: all sites)",
                tables.stored);
-  report.table("Pictures, " + which + " (CPU time, one thread; points of the slice)", tables.drawn);
+  report.table("Pictures, " + which +
+                   " (CPU time, one thread; points of the slice, which is made of coefficients "
+                   "that are there)",
+               tables.drawn);
+  report.table("Slices, " + which + " (RLE: a value of the source's type for each point, and runs)",
+               tables.slices);
 }
 
 } // namespace
 
 int run_paper_suite(std::span<const std::string> args, const Report& report) {
-  std::string folder, only;
-  for (size_t i = 0; i < args.size(); i += 2) {
-    if (i + 1 == args.size() || (args[i] != "--data" && args[i] != "--set"))
-      fail(Code::invalid_argument, "paper: the options are --data DIR and --set NAME");
-    (args[i] == "--data" ? folder : only) = args[i + 1];
+  std::string folder, only, part, lattice;
+  for (size_t i = 0; i < args.size(); ++i) {
+    const bool last = i + 1 == args.size();
+    if (args[i] == "--slicing" && !last && (args[i + 1] == "cc" || args[i + 1] == "d4star"))
+      part = args[i], lattice = args[++i];
+    else if (args[i] == "--slicing" || args[i] == "--phantom" || args[i] == "--band" ||
+             args[i] == "--shift" || args[i] == "--pipeline")
+      part = args[i];
+    else if (!last && (args[i] == "--data" || args[i] == "--set"))
+      (args[i] == "--data" ? folder : only) = args[i + 1], ++i;
+    else
+      fail(Code::invalid_argument,
+           "paper: the options are --data DIR, --set NAME, --slicing [d4star|cc], --phantom, "
+           "--band, --shift and --pipeline, not ",
+           args[i]);
   }
   if (!folder.empty() && !std::filesystem::is_directory(folder))
     fail(Code::not_found, "paper: no folder ", folder);
+  const auto wanted = [&](const char* name) { return part == name || (part.empty() && only.empty()); };
+  const bool sets = part.empty(), band = wanted("--band"), shift = wanted("--shift");
   Tables volumes, series;
+  std::vector<FitSource> of_energy, of_shift;
   std::string absent;
   for (const PaperSet& set : paper_sets()) {
     if (report.quick && set.name != std::string_view("fuel")) continue;
     if (!only.empty() && set.name != only) continue;
+    if (!sets && !(band && set.series) && !(shift && !set.series)) continue;
     const auto source = folder.empty() ? std::nullopt : load_paper_set(set, folder);
-    if (source)
+    if (source && band && set.series) of_energy.push_back(*source);
+    if (source && shift && !set.series && source->frame_samples() <= small_volume)
+      of_shift.push_back(*source);
+    if (source && sets)
       add(set.series ? series : volumes, *source, report.quick);
-    else
+    else if (!source)
       absent += concat(absent.empty() ? "" : ", ", set.name);
   }
   if (only.empty() || only == "smoke") {
     const uint32_t n = report.quick ? 24 : 64, frames = report.quick ? 6 : 32;
     const FitSource smoke =
         source_of<uint8_t>(smoke_like({n, n, n, frames}), SourceType::u8, 255, "generated smoke");
-    add(series, smoke, report.quick);
+    if (sets) add(series, smoke, report.quick);
+    if (band) of_energy.push_back(smoke);
     FitSource still = smoke;
     still.dims[3] = 1, still.bytes.resize(still.frame_bytes());
-    add(volumes, still, report.quick);
+    if (sets) add(volumes, still, report.quick);
+    if (shift) of_shift.push_back(still);
   }
-  print(report, "3D", volumes);
-  print(report, "4D", series);
+  if (sets) print(report, "3D", volumes), print(report, "4D", series);
+  if (wanted("--slicing")) report_slicing(report, lattice);
+  if (wanted("--phantom")) report_phantom(report);
+  if (band) report_band(report), report_energy(report, of_energy);
+  if (shift) report_shift(report, of_shift);
+  if (wanted("--pipeline")) run_paper_kernel(report);
   if (!absent.empty() && !report.json)
     report.out << "\nLeft out, for want of their files: " << absent << "\n";
   return 0;
