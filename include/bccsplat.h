@@ -452,9 +452,17 @@ enum {
  * prefilter and read fewer layers, and other kernels see the samples that the coefficients give.
  * Needs dims[3] > 0. Where samples would be integers, coefficients are whole steps of the same
  * value from air; where floats, floats. Files with such steps need readers of version 3 of the
- * format. */
+ * format. WAVELETS: samples as wavelet coefficients, rounded as far as an error allows: a fraction
+ * of the bytes, and a moment reads and decodes all layers of a slab. Stored as U8 or U16; needs
+ * abs_error, or psnr and SET_RANGE, or wavelet_error of each channel (INVALID_ARGUMENT). Needs
+ * readers of version 4. */
 typedef int32_t bccsplat_store;
-enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_COEFFICIENTS = 2 };
+enum {
+  BCCSPLAT_STORE_DEFAULT = 0,
+  BCCSPLAT_STORE_SAMPLES = 1,
+  BCCSPLAT_STORE_COEFFICIENTS = 2,
+  BCCSPLAT_STORE_WAVELETS = 3
+};
 
 /* What a NaN or infinity in the source does; doubles that are too large for a float (3.4e38) are
  * infinities. */
@@ -606,6 +614,9 @@ typedef struct bccsplat_channel_options {
   /* U8 and U16 with SET_RANGE: value from code to code, such that air has a code of its own; the
    * codes must hold the range (INVALID_ARGUMENT); 0: the range over all codes. */
   double value_step;
+  /* Of STORE_WAVELETS: the root mean square error of the stored samples of every slab is at most
+   * this; 0: psnr, or 0.42 of abs_error, whose corrections do the rest. */
+  double wavelet_error;
 } bccsplat_channel_options;
 
 /* One of several files written by processes of their own, on any machines and in any order, that

@@ -82,6 +82,11 @@ class Bcc4Writer {
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
                   const Context& context);
 
+  // Of a file of tiles, whose samples are rounded as they are coded: what a reader gets of these layers of a
+  // slab, whether or not it is the slab that was just written.
+  [[nodiscard]] std::vector<BrickLayer> as_read(int32_t slab, const ChannelLevel& at,
+                                                std::span<const SampleLayer> layers, const Context& context);
+
   // Writes a slab by copying its chunks, undecoded, from a file of equal coding.
   void copy_slab(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from);
 
@@ -285,10 +290,13 @@ class Bcc4Samples final : public SampleSource {
     bool stops = false;
     [[nodiscard]] int end() const { return stops ? static_cast<int>(std::bit_width(bits)) : INT_MAX; }
   };
-  // Calls body(chunk, held) from any thread for the chunks of a slab in `region`, with these of its layers.
-  using ChunkBody = std::function<void(const Bcc4Chunk& chunk, const HeldChunk& held)>;
+  // Calls body(brick, held) from any thread for the chunks, or the bricks of tiles, of a slab in `region`,
+  // with these of its layers.
+  using ChunkBody = std::function<void(const Int3& brick, const HeldChunk& held)>;
   void for_chunks(int channel, int32_t slab, const BrickBox& region, const SlabLayers& layers,
                   const Context& context, const ChunkBody& body) const;
+  void for_bricks(uint32_t slot, const HeldChunk& held, const ChunkBody& body) const;
+  [[nodiscard]] uint64_t bricks_of_chunk() const;
   // Decodes what chunks have left, those at these places.
   void finish_chunks(const ChannelLevel& at, std::span<const size_t> places,
                      std::span<std::shared_ptr<const HeldChunk>> held, const Context& context) const;

@@ -78,7 +78,7 @@ void check_lattice(const StoredLattice& info, const std::string& name, Code code
   }
   if (info.slab_layers < 1 || info.slab_layers > max_slab_layers) bad(info.slab_layers, " layers in a slab");
   unsigned __int128 bricks = 1;
-  for (const int32_t n : slot_dims(l)) bricks *= static_cast<unsigned>(n);
+  for (const int32_t n : slot_dims(StoredLattice{l})) bricks *= static_cast<unsigned>(n);
   if (bricks > UINT32_MAX) bad("more than 2^32 bricks in a layer");
   if (4096 * bricks * static_cast<unsigned>(l.layers()) > INT64_MAX) bad("more than 2^63 sites");
 }
@@ -270,6 +270,22 @@ void check_corrections(const ChannelInfo& c, uint32_t frames, Code code) {
   if (fix.shape > CorrectionShape::smooth) bad("of shape ", static_cast<int>(fix.shape));
 }
 
+// Tiles hold integers of one or two bytes.
+void check_tiles(const VolumeInfo& info, Code code) {
+  for (const LevelInfo& level : info.levels)
+    if (level.tile_edge != info.tile_edge) fail(code, "levels with chunks of other sizes than level 0");
+  const bool tiles = info.tile_edge > 1;
+  if (tiles && std::find(tile_edges.begin(), tile_edges.end(), info.tile_edge) == tile_edges.end())
+    fail(code, "tiles of ", info.tile_edge, " bricks along an axis, not 2, 4 or 8");
+  for (const ChannelInfo& c : info.channels) {
+    if (!std::isfinite(c.wavelet_error) || c.wavelet_error < 0 ||
+        (tiles ? c.wavelet_error == 0 : c.wavelet_error > 0))
+      fail(code, "channel ", c.name, ": wavelet coefficients with an error of ", c.wavelet_error);
+    if (tiles && c.type != ValueType::u8 && c.type != ValueType::u16)
+      fail(code, "channel ", c.name, ": wavelet coefficients are of samples of type u8 or u16");
+  }
+}
+
 } // namespace
 
 void check_axes(const VolumeInfo& info, Code code) {
@@ -291,6 +307,7 @@ void check_fixed(const VolumeInfo& info, Code code) {
   }
   if (info.levels.size() > most_levels) fail(code, info.levels.size(), " levels, at most ", most_levels);
   for (int l = 1; l < info.level_count(); ++l) check_level(info, l, code);
+  check_tiles(info, code);
 }
 
 void check_info(const VolumeInfo& info, Code code) {

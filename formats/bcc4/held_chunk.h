@@ -2,6 +2,7 @@
 // What a source of samples keeps of a chunk.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -18,22 +19,18 @@ namespace bccsplat {
 
 // A decoded chunk, without the layers that somebody has got who keeps them. Codes are held layer by layer, as
 // they are handed over; values of floats would take more than the codes of the chunk do, which stay until all
-// of its layers have gone. Layers that are still to be decoded are held as they are stored.
+// of its layers have gone. Layers that are still to be decoded are held as they are stored. A tile is held
+// brick by brick.
 class Bcc4Samples::HeldChunk {
  public:
   // make(data, layer): a brick of samples.
   template<class MakeBrick>
-  HeldChunk(std::shared_ptr<const ChunkData> data, const MakeBrick& make)
-      : rest_(data->rest), layers_(filled_layers(rest_ ? rest_->first : data->first)), lost_(data->lost),
-        decoded_(rest_ ? rest_->layers : data->shape.layers) {
-    if (is_float(data->coded.type) || data->coded.bytes() > 2) {
-      data_ = std::move(data);
+  HeldChunk(std::shared_ptr<const ChunkData> data, const MakeBrick& make) : HeldChunk() {
+    if (data->bricks.empty()) {
+      *this = HeldChunk(Single{}, std::move(data), make);
       return;
     }
-    bricks_.resize(data->first.size() - 1);
-    for (int m = 0; m < decoded_; ++m) bricks_[m] = make(*data, m);
-    for (int i = 0; rest_ && i < 2; ++i)
-      if (const int m = decoded_ - 2 + i; m >= 0) before_[i] = brick(m).codes;
+    for (const auto& brick : data->bricks) tile_.push_back(HeldChunk(Single{}, brick, make));
   }
   // With the rest of the chunk, which has been decoded.
   template<class MakeBrick>
@@ -43,13 +40,21 @@ class Bcc4Samples::HeldChunk {
     rest_ = nullptr;
   }
 
+  // The bricks of a tile, x fastest; empty: it is none.
+  [[nodiscard]] std::span<const HeldChunk> tile() const { return tile_; }
   [[nodiscard]] bool lost() const { return lost_; }
+  // Returns whether any layer has anything that is kept.
+  [[nodiscard]] bool filled() const { return layers_ != 0; }
   // Returns whether these layers, a bit each, are here or air.
   [[nodiscard]] bool has(uint32_t layers) const {
+    if (!tile_.empty()) return can_have(layers);
     return can_have(layers) && (!rest_ || layers >> decoded_ == 0);
   }
   // Returns whether they are once the rest has been decoded.
-  [[nodiscard]] bool can_have(uint32_t layers) const { return data_ || (layers & gone_) == 0; }
+  [[nodiscard]] bool can_have(uint32_t layers) const {
+    return (data_ || (layers & gone_) == 0) &&
+           std::all_of(tile_.begin(), tile_.end(), [&](const HeldChunk& b) { return b.can_have(layers); });
+  }
   // Decodes it; finish(rest, what comes before it). That has gone where nobody keeps it.
   template<class Finish> [[nodiscard]] ChunkData finished(const Finish& finish) const {
     std::array<std::shared_ptr<const CodedBrick>, 2> kept;
@@ -72,20 +77,32 @@ class Bcc4Samples::HeldChunk {
   // Returns null where nothing is left.
   [[nodiscard]] std::shared_ptr<const HeldChunk> without(uint32_t layers) const {
     auto left = std::make_shared<HeldChunk>(*this);
-    left->gone_ |= layers;
-    if ((left->layers_ & ~left->gone_) == 0) return nullptr;
-    for (size_t m = 0; m < left->bricks_.size(); ++m)
-      if (layers >> m & 1) left->bricks_[m] = {};
-    return left;
+    return left->let_go(layers) ? left : nullptr;
   }
   [[nodiscard]] uint64_t bytes() const {
     uint64_t sum = sizeof *this + bricks_.size() * sizeof(SampleBrick) + (data_ ? data_->bytes() : 0) +
                    (rest_ ? rest_->bytes() : 0);
     for (const SampleBrick& brick : bricks_) sum += brick.bytes();
+    for (const HeldChunk& brick : tile_) sum += brick.bytes();
     return sum;
   }
 
  private:
+  HeldChunk() : layers_(0), lost_(false), decoded_(0) {}
+  struct Single {};
+  template<class MakeBrick>
+  HeldChunk(Single /*no tile*/, std::shared_ptr<const ChunkData> data, const MakeBrick& make)
+      : rest_(data->rest), layers_(filled_layers(rest_ ? rest_->first : data->first)), lost_(data->lost),
+        decoded_(rest_ ? rest_->layers : data->shape.layers) {
+    if (is_float(data->coded.type) || data->coded.bytes() > 2) {
+      data_ = std::move(data);
+      return;
+    }
+    bricks_.resize(data->first.size() - 1);
+    for (int m = 0; m < decoded_; ++m) bricks_[m] = make(*data, m);
+    for (int i = 0; rest_ && i < 2; ++i)
+      if (const int m = decoded_ - 2 + i; m >= 0) before_[i] = brick(m).codes;
+  }
   // The layers of a chunk in which something is kept, a bit each.
   [[nodiscard]] static uint32_t filled_layers(std::span<const uint32_t> first) {
     uint32_t bits = 0;
@@ -94,6 +111,17 @@ class Bcc4Samples::HeldChunk {
     return bits;
   }
 
+  // Returns whether anything is left.
+  bool let_go(uint32_t layers) {
+    gone_ |= layers;
+    for (size_t m = 0; m < bricks_.size(); ++m)
+      if (layers >> m & 1) bricks_[m] = {};
+    bool any = (layers_ & ~gone_) != 0;
+    for (HeldChunk& brick : tile_) any |= brick.let_go(layers);
+    return any;
+  }
+
+  std::vector<HeldChunk> tile_; // then there is nothing of its own
   std::shared_ptr<const ChunkData> data_;
   std::shared_ptr<const ChunkRest> rest_;                 // null: all layers have been decoded
   std::array<std::weak_ptr<const CodedBrick>, 2> before_; // of the two layers before the rest

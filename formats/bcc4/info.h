@@ -73,6 +73,9 @@ struct ChannelInfo : Quantiser {
   uint64_t clamped = 0;   // samples outside the range of the stored type
   Range kept_range;       // of the stored samples, absolute; 0..0 when none are kept
   ResidualInfo residuals; // step and bound are the caller's, the frames the writer's
+  // Of wavelet coefficients: the root mean square error of the stored samples that was asked for, in the
+  // units of the channel. The caller's.
+  double wavelet_error = 0;
   // Which source samples are missing (mask_runs.h), a block for each frame, stored == 0 where none is, frames
   // may share one; empty: none at all.
   std::vector<BlockRef> masks;
@@ -128,6 +131,8 @@ struct CountsInfo {
 struct StoredLattice {
   Lattice4 lattice;
   int32_t slab_layers = 8; // layers per chunk, 1 .. 32
+  // Bricks along each axis of a chunk: 1, or of a file of wavelet coefficients one of tile_edges (tile.h).
+  int tile_edge = 1;
 
   [[nodiscard]] int32_t slabs() const { return (lattice.layers() + slab_layers - 1) / slab_layers; }
   [[nodiscard]] int32_t slab_of(int32_t layer) const { return layer / slab_layers; }

@@ -152,7 +152,7 @@ std::vector<std::byte> write_root(const Root& root) {
 std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots, uint16_t lowest_reader) {
   ByteWriter out;
   out.write_bytes(std::as_bytes(std::span(magic)));
-  out.write(bcc4_version);
+  out.write(std::max(usual_version, lowest_reader));
   out.write(lowest_reader);
   while (out.size() < header_bytes - 4) out.write(uint8_t{0});
   out.write(crc32_of(out.bytes()));

@@ -14,7 +14,9 @@
 
 namespace bccsplat {
 
-inline constexpr uint16_t bcc4_version = 3;
+inline constexpr uint16_t bcc4_version = 4;
+// What a writer says that uses nothing newer.
+inline constexpr uint16_t usual_version = 3;
 inline constexpr uint64_t header_bytes = 64;
 inline constexpr uint64_t root_bytes = 128;
 inline constexpr std::array<uint64_t, 2> root_offsets{4096, 8192};

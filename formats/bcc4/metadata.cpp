@@ -27,6 +27,7 @@ enum RecordType : uint16_t {
   levels = 9,
   masks = 10,
   corrections = 11,
+  tiles = 13,
   residuals = 0x8002,
   part = 0x8003,
   tail = 0x8004,
@@ -36,6 +37,7 @@ enum RecordType : uint16_t {
   coordinates = 0x8009
 };
 constexpr uint16_t optional_record = 0x8000;
+constexpr int tiles_reserved = 7; // bytes of the record
 
 void write_record(ByteWriter& out, RecordType type, const ByteWriter& payload) {
   if (payload.size() > UINT32_MAX)
@@ -134,6 +136,19 @@ void write_counts(ByteWriter& out, const CountsInfo& counts) {
   });
 }
 
+void write_tiles(ByteWriter& out, const VolumeInfo& info) {
+  out.write(static_cast<uint8_t>(info.tile_edge));
+  for (int i = 0; i < tiles_reserved; ++i) out.write(uint8_t{0});
+  for (const ChannelInfo& c : info.channels) out.write(c.wavelet_error);
+}
+void read_tiles(ByteReader& in, VolumeInfo& info) {
+  info.tile_edge = in.read<uint8_t>();
+  for (int i = 0; i < tiles_reserved; ++i)
+    if (in.read<uint8_t>() != 0) fail(Code::corrupt, "metadata: reserved bytes of tiles are not zero");
+  for (LevelInfo& level : info.levels) level.tile_edge = info.tile_edge;
+  for (ChannelInfo& c : info.channels) c.wavelet_error = in.read<double>();
+}
+
 // Reads records, in the order of their types.
 class MetadataReader {
  public:
@@ -216,6 +231,8 @@ class MetadataReader {
     case corrections:
       for (ChannelInfo& c : info_.channels) read_correction_info(record, c.residuals);
       return true;
+    case tiles:
+      return read_tiles(record, info_), true;
     case residuals:
       for (ChannelInfo& c : info_.channels) read_residual_info(record, c.residuals);
       return true;
@@ -248,7 +265,7 @@ class MetadataReader {
       if (SampleCoder(info_.channels[c]).codes().air != air_codes_[c])
         fail(Code::corrupt, "channel ", info_.channels[c].name, ": code of air ", air_codes_[c]);
     for (int l = 0; l < info_.level_count(); ++l)
-      if (const uint64_t bricks = slot_count(info_.level(l).lattice); bricks > limits_.bricks_per_layer)
+      if (const uint64_t bricks = brick_count(info_.level(l).lattice); bricks > limits_.bricks_per_layer)
         fail(Code::limit_exceeded, "a layer of ", bricks, " bricks, the limit is ", limits_.bricks_per_layer);
   }
 };
@@ -256,6 +273,7 @@ class MetadataReader {
 } // namespace
 
 uint16_t lowest_reader(const VolumeInfo& info) {
+  if (info.tile_edge > 1) return 4;
   if (!info.levels.empty() || info.lattice.has_domain() || any_masks(info) || any_local(info) ||
       !info.errors.empty())
     return 3;
@@ -288,6 +306,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
     record(corrections, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_correction_info(p, c.residuals);
     });
+  if (info.tile_edge > 1) record(tiles, [&](ByteWriter& p) { write_tiles(p, info); });
   if (has_residual_record(info))
     record(residuals, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_residual_info(p, c.residuals);

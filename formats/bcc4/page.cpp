@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "base/bytes.h"
+#include "formats/bcc4/coding/chunk_rows.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/predict.h"
 
@@ -123,19 +124,21 @@ void check_chunk(const Bcc4Chunk& c, const StoredLattice& info, const Int3& slot
   if (c.offset < preamble_bytes || c.offset % 8 != 0 || c.offset > file_bytes ||
       c.stored() > file_bytes - c.offset)
     bad(c.stored(), " bytes do not lie in the file of ", file_bytes, " bytes");
-  const uint64_t sites = chunk_shape(info, c.slab, slot_brick(slots, c.slot)).sites();
+  const uint64_t sites = tile_place(info, c.slab, slot_brick(slots, c.slot, info.tile_edge)).sites();
   if (c.kept == 0 || c.kept > sites) bad(c.kept, " kept sites of ", sites);
   if (c.holes > c.kept) bad(c.holes, " holes in ", c.kept, " kept sites");
   const int values = c.coding & 15, runs = c.coding >> 4;
-  if (values > 1 || runs > 1) bad("unknown coding ", c.coding);
+  const bool wavelets = info.tile_edge > 1;
+  if (runs > 1 || (wavelets ? values != wavelet_part : values > 1)) bad("unknown coding ", c.coding);
   const int predictor = c.predictor & 15;
-  if (predictor >= predictor_count || (values == 0 && predictor != 0)) bad("unknown predictor ", predictor);
+  if (predictor >= predictor_count || (values != deflated_part && predictor != 0))
+    bad("unknown predictor ", predictor);
   const uint32_t units = (1u << c.shift()) - 1;
   if (c.shift() > 0 && (coder.codes().type != ValueType::i32 || ((c.min_code | c.max_code) & units) != 0))
     bad("steps that do not come in units of 2^", c.shift());
   const uint64_t raw_values =
       uint64_t{c.kept} * codes_of_chunk(coder.codes(), c.min_code, c.max_code, c.shift()).bytes();
-  if (values == 0 ? c.values_bytes != raw_values : c.values_bytes >= raw_values)
+  if (!wavelets && (values == 0 ? c.values_bytes != raw_values : c.values_bytes >= raw_values))
     bad(c.values_bytes, " bytes of values for ", c.kept, " sites");
   // A run list in canonical form has at most one byte for each site and one more.
   if (c.runs_decoded > sites + 1 + (c.holes > 0 ? uint64_t{c.kept} + 1 : 0))
@@ -148,16 +151,19 @@ void check_chunk(const Bcc4Chunk& c, const StoredLattice& info, const Int3& slot
 
 } // namespace
 
-Int3 slot_dims(const Lattice4& lattice) {
-  Int3 n = lattice.space.dims(0);
-  for (int32_t& v : n) v = (v + brick_edge - 1) / brick_edge;
+Int3 slot_dims(const StoredLattice& info) {
+  Int3 n = info.lattice.space.dims(0);
+  const int32_t edge = brick_edge * info.tile_edge;
+  for (int32_t& v : n) v = (v + edge - 1) / edge;
   return n;
 }
 
-uint64_t slot_count(const Lattice4& lattice) {
-  const Int3 n = slot_dims(lattice);
+uint64_t slot_count(const StoredLattice& info) {
+  const Int3 n = slot_dims(info);
   return static_cast<uint64_t>(n[0]) * n[1] * n[2];
 }
+
+uint64_t brick_count(const Lattice4& lattice) { return slot_count(StoredLattice{lattice}); }
 
 std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks) {
   ByteWriter out;
@@ -233,8 +239,8 @@ std::vector<Bcc4Chunk> read_page(std::span<const std::byte> decoded, const PageR
 
   const SampleCoder coder(info.coding(ref.at()));
   const StoredLattice& level = info.level(ref.at().level);
-  const Int3 slots = slot_dims(level.lattice);
-  const uint64_t count = slot_count(level.lattice);
+  const Int3 slots = slot_dims(level);
+  const uint64_t count = slot_count(level);
   const Bcc4Chunk* before = nullptr;
   PageRef found;
   found.min_code = UINT32_MAX;
@@ -299,7 +305,7 @@ std::vector<PageRef> read_directory(std::span<const std::byte> decoded, const Vo
     if (p.channel >= info.channels.size()) bad("channel ", p.channel, " of ", info.channels.size());
     if (p.level > info.levels.size()) bad("level ", p.level, " of ", info.level_count());
     const StoredLattice& level = info.level(p.at().level);
-    const uint64_t slots = slot_count(level.lattice);
+    const uint64_t slots = slot_count(level);
     if (p.entries == 0 || p.entries > max_page_entries) bad("a page of ", p.entries, " entries");
     if (p.first_slab < 0 || p.last_slab >= level.slabs() || p.first_slot >= slots || p.last_slot >= slots ||
         std::tie(p.first_slab, p.first_slot) > std::tie(p.last_slab, p.last_slot))

@@ -8,6 +8,7 @@
 
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/tile.h"
 #include "formats/bcc4/layout.h"
 
 namespace bccsplat {
@@ -31,18 +32,25 @@ struct PageRef {
   [[nodiscard]] ChannelLevel at() const { return {static_cast<int>(channel), static_cast<int>(level)}; }
 };
 
-// The number of bricks along x, y, z of a layer of coset 0.
-[[nodiscard]] Int3 slot_dims(const Lattice4& lattice);
-[[nodiscard]] uint64_t slot_count(const Lattice4& lattice);
-[[nodiscard]] inline Int3 slot_brick(const Int3& dims, uint32_t slot) {
+// The number of chunks along x, y, z: of bricks of a layer of coset 0, or of tiles of them.
+[[nodiscard]] Int3 slot_dims(const StoredLattice& info);
+[[nodiscard]] uint64_t slot_count(const StoredLattice& info);
+// The number of bricks of a layer of coset 0.
+[[nodiscard]] uint64_t brick_count(const Lattice4& lattice);
+// The first brick of a slot's chunk.
+[[nodiscard]] inline Int3 slot_brick(const Int3& dims, uint32_t slot, int tile_edge) {
   const uint32_t nx = dims[0], ny = dims[1];
-  return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
-          static_cast<int32_t>(slot / nx / ny)};
+  return {static_cast<int32_t>(slot % nx) * tile_edge, static_cast<int32_t>(slot / nx % ny) * tile_edge,
+          static_cast<int32_t>(slot / nx / ny) * tile_edge};
 }
 
 // The chunk of a slab at a brick position.
 [[nodiscard]] inline ChunkShape chunk_shape(const StoredLattice& info, int32_t slab, const Int3& brick) {
   return chunk_shape(info.lattice, slab * info.slab_layers, info.layers_of(slab), brick);
+}
+// The tile of a slab whose first brick that is.
+[[nodiscard]] inline TilePlace tile_place(const StoredLattice& info, int32_t slab, const Int3& brick) {
+  return {&info.lattice, slab * info.slab_layers, info.layers_of(slab), brick, info.tile_edge};
 }
 
 [[nodiscard]] std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks);

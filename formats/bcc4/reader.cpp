@@ -7,9 +7,9 @@
 
 #include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/deflate.h"
 #include "formats/bcc4/coding/layer_codes.h"
-#include "formats/bcc4/coding/spread.h"
 #include "formats/bcc4/field_base.h"
 #include "formats/bcc4/reader_state.h"
 
@@ -84,11 +84,13 @@ void Bcc4Reader::State::require(const ChannelLevel& at) const {
 ChunkData Bcc4Reader::State::decode(const ChannelLevel& at, const Bcc4Chunk& chunk,
                                     std::span<const std::byte> stored, ChunkScratch& scratch,
                                     int layers) const {
+  if (info.tile_edge > 1)
+    return decode_tile_chunk(tile_of(chunk, at.level), coder(at).codes(), chunk, stored, scratch);
   return decode_chunk(shape_of(chunk, at.level), coder(at).codes(), chunk, stored, scratch, layers);
 }
 
 Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
-  const auto count = static_cast<uint32_t>(slot_count(info.level(ref.at().level).lattice));
+  const auto count = static_cast<uint32_t>(slot_count(info.level(ref.at().level)));
   Page page;
   for (int32_t slab = ref.first_slab; slab <= ref.last_slab; ++slab)
     for (uint32_t slot = slab == ref.first_slab ? ref.first_slot : 0;
@@ -104,7 +106,8 @@ Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
 }
 
 ChunkData Bcc4Reader::State::lost_chunk(const ChannelLevel& at, const Bcc4Chunk& chunk) const {
-  ChunkData data = chunk_of_holes(shape_of(chunk, at.level), coder(at).codes());
+  ChunkData data = info.tile_edge > 1 ? tile_of_holes(tile_of(chunk, at.level), coder(at).codes())
+                                      : chunk_of_holes(shape_of(chunk, at.level), coder(at).codes());
   data.lost = true;
   return data;
 }
@@ -189,7 +192,7 @@ std::vector<Bcc4Chunk> Bcc4Reader::chunks(const ChannelLevel& at, int32_t slab,
       auto c = std::partition_point(entries->begin(), entries->end(),
                                     [&](const Bcc4Chunk& e) { return e.slab < slab; });
       for (; c != entries->end() && c->slab == slab; ++c)
-        if (region.contains(s.brick_of(c->slot, at.level))) found.push_back(*c);
+        if (region.meets(s.brick_of(c->slot, at.level), s.info.tile_edge)) found.push_back(*c);
     });
   attempts.throw_if_waiting();
   return found;
@@ -265,15 +268,7 @@ float Bcc4Reader::absent(int channel) const {
 
 std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const ChunkData& data,
                                                int layer_of_slab, RelativeTo to) const {
-  const size_t m = layer_of_slab;
-  const uint32_t first = data.first.at(m);
-  if (data.first.at(m + 1) == first) return nullptr;
-  auto brick = std::make_shared_for_overwrite<Brick>();
-  brick->kept = data.kept[m];
-  if (!data.hole.empty() && data.hole[m] != BrickMask{})
-    brick->hole = std::make_unique<BrickMask>(data.hole[m]);
-  spread_codes(state_->coder(at, to), data.coded, brick->kept, data.codes, first, brick->value);
-  return brick;
+  return brick_of_chunk(state_->coder(at, to), data, layer_of_slab);
 }
 
 SampleBrick Bcc4Reader::samples(const ChannelLevel& at, const ChunkData& data, int layer_of_slab,

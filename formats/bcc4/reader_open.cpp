@@ -78,7 +78,7 @@ void Bcc4Reader::State::read_description(uint16_t lowest_version) {
 void Bcc4Reader::State::prepare_coders() {
   for (const ChannelInfo& c : info.channels) bases.push_back(field_base(info, c));
   for (int level = 0; level < info.level_count(); ++level) {
-    slots.push_back(slot_dims(info.level(level).lattice));
+    slots.push_back(slot_dims(info.level(level)));
     for (size_t c = 0; c < bases.size(); ++c) {
       const Quantiser coding = info.coding({static_cast<int>(c), level});
       coders.emplace_back(coding);

@@ -54,9 +54,14 @@ struct Bcc4Reader::State {
   [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at, RelativeTo to = RelativeTo::air) const {
     return (to == RelativeTo::base ? from_base : coders).at(at.level * info.channels.size() + at.channel);
   }
-  [[nodiscard]] Int3 brick_of(uint32_t slot, int level) const { return slot_brick(slots.at(level), slot); }
+  [[nodiscard]] Int3 brick_of(uint32_t slot, int level) const {
+    return slot_brick(slots.at(level), slot, info.tile_edge);
+  }
   [[nodiscard]] ChunkShape shape_of(const Bcc4Chunk& chunk, int level) const {
     return chunk_shape(info.level(level), chunk.slab, brick_of(chunk.slot, level));
+  }
+  [[nodiscard]] TilePlace tile_of(const Bcc4Chunk& chunk, int level) const {
+    return tile_place(info.level(level), chunk.slab, brick_of(chunk.slot, level));
   }
   [[nodiscard]] bool goes_without(const Error& failure) const {
     return limits.salvage &&

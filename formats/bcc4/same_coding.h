@@ -7,7 +7,7 @@
 namespace bccsplat {
 
 [[nodiscard]] inline bool same_layers(const StoredLattice& a, const StoredLattice& b) {
-  return a.slab_layers == b.slab_layers && a.lattice.kind == b.lattice.kind &&
+  return a.slab_layers == b.slab_layers && a.tile_edge == b.tile_edge && a.lattice.kind == b.lattice.kind &&
          a.lattice.space == b.lattice.space && a.lattice.time_step == b.lattice.time_step &&
          a.lattice.lead == b.lattice.lead && a.lattice.periodic == b.lattice.periodic;
 }
@@ -18,7 +18,8 @@ namespace bccsplat {
   for (int l = 0; l < a.level_count(); ++l) {
     if (!same_layers(a.level(l), b.level(l))) return false;
     for (int c = 0; c < static_cast<int>(a.channels.size()); ++c)
-      if (a.coding({c, l}) != b.coding({c, l})) return false;
+      if (a.coding({c, l}) != b.coding({c, l}) || a.channels[c].wavelet_error != b.channels[c].wavelet_error)
+        return false;
   }
   return true;
 }

@@ -128,13 +128,25 @@ void Bcc4Samples::finish_chunks(const ChannelLevel& at, std::span<const size_t> 
   });
 }
 
+// Hands over a chunk, or the bricks of a tile.
+void Bcc4Samples::for_bricks(uint32_t slot, const HeldChunk& held, const ChunkBody& body) const {
+  const Int3 first = reader_->brick_position(slot, level_);
+  if (held.tile().empty()) return body(first, held);
+  const int edge = reader_->info().tile_edge;
+  for (int i = 0; const HeldChunk& brick : held.tile()) {
+    const Int3 at{first[0] + i % edge, first[1] + i / edge % edge, first[2] + i / edge / edge};
+    if (brick.filled()) body(at, brick);
+    ++i;
+  }
+}
+
 void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, const SlabLayers& layers,
                              const Context& context, const ChunkBody& body) const {
   const ChannelLevel at{channel, level_};
   const std::vector<Bcc4Chunk> wanted = reader_->chunks(at, slab, region);
   // One layer and a batch of chunks are in memory beyond the cache, so that a batch is small where the budget
   // is short.
-  const uint64_t chunk_bytes = reader_->info().level(level_).slab_layers * sizeof(Brick);
+  const uint64_t chunk_bytes = reader_->info().level(level_).slab_layers * bricks_of_chunk() * sizeof(Brick);
   const uint64_t room = cache_->budget.limit() - cache_->budget.used();
   const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
   const auto samples = [&](const ChunkData& data, int m) { return reader_->samples(at, data, m, to_); };
@@ -174,9 +186,15 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
     }
     for (const size_t i : begun_at) keep(i);
     if (!attempts.waits())
-      context.tasks.parallel_for(batch.size(), [&](uint64_t i) { body(batch[i], *held[i]); });
+      context.tasks.parallel_for(batch.size(),
+                                 [&](uint64_t i) { for_bricks(batch[i].slot, *held[i], body); });
   }
   attempts.throw_if_waiting();
+}
+
+uint64_t Bcc4Samples::bricks_of_chunk() const {
+  const uint64_t edge = reader_->info().tile_edge;
+  return edge * edge * edge;
 }
 
 std::set<int32_t> Bcc4Samples::slabs_beside(int32_t layer) const {
@@ -209,10 +227,10 @@ void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& re
   std::vector<Int3> lost;
   for (const int32_t slab : slabs_beside(layer))
     for_chunks(channel, slab, go_round(region.widened(), lattice().space), {}, context,
-               [&](const Bcc4Chunk& chunk, const HeldChunk& held) {
+               [&](const Int3& brick, const HeldChunk& held) {
                  if (!held.lost()) return;
                  const std::scoped_lock lock(mutex);
-                 lost.push_back(reader_->brick_position(chunk.slot, level_));
+                 lost.push_back(brick);
                });
   near.mark(lost, out);
 }
@@ -250,7 +268,7 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     constexpr bool as_codes = std::is_same_v<Layer, SampleLayer>;
     uint64_t bytes = 0;
     if (!attempts.attempt([&] {
-          bytes = reader_->chunks({channel, level_}, slab, region).size() *
+          bytes = reader_->chunks({channel, level_}, slab, region).size() * bricks_of_chunk() *
                   brick_bytes(reader_->info().channels.at(channel), as_codes);
         }))
       continue;
@@ -264,8 +282,7 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     for (size_t i = first; i < end; ++i) now.bits |= layer_bit(info, layers[i]);
     attempts.attempt([&] {
       // Each task sets the slots of its own bricks.
-      for_chunks(channel, slab, region, now, context, [&](const Bcc4Chunk& chunk, const HeldChunk& data) {
-        const Int3 b = reader_->brick_position(chunk.slot, level_);
+      for_chunks(channel, slab, region, now, context, [&](const Int3& b, const HeldChunk& data) {
         for (size_t i = 0; i < read.size(); ++i)
           if (auto made = brick(data, layers[first + i] % info.slab_layers))
             read[i].set(read[i].slot(b[0], b[1], b[2]), std::move(made));

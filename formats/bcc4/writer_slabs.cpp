@@ -16,12 +16,12 @@ namespace {
 constexpr size_t chunks_at_once = 256; // encoded together, which bounds the memory of a slab
 
 // Returns the slots of which any layer keeps a site.
-std::vector<uint32_t> kept_slots(const Lattice4& lattice, std::span<const SampleLayer> layers) {
-  const Int3 dims = slot_dims(lattice);
+std::vector<uint32_t> kept_slots(const StoredLattice& level, std::span<const SampleLayer> layers) {
+  const Int3 dims = slot_dims(level);
   std::vector<uint32_t> slots;
-  for (uint32_t s = 0; s < slot_count(lattice); ++s)
+  for (uint32_t s = 0; s < slot_count(level); ++s)
     if (std::any_of(layers.begin(), layers.end(), [&](const SampleLayer& l) {
-          return static_cast<bool>(brick_at(l, slot_brick(dims, s)));
+          return static_cast<bool>(brick_at(l, slot_brick(dims, s, 1)));
         }))
       slots.push_back(s);
   return slots;
@@ -34,15 +34,25 @@ struct CodedChunk {
 
 } // namespace
 
+void Bcc4Writer::State::append_chunk(const ChannelLevel& at, const EncodedChunk& chunk,
+                                     WrittenSlab& written) {
+  Bcc4Chunk entry = chunk.entry;
+  entry.slab = written.slab;
+  entry.offset = file.position();
+  file.append(chunk.bytes);
+  index->enter_chunk(at, entry);
+  written.chunks.push_back(entry);
+}
+
 WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
                                            std::span<const SampleLayer> layers, const Context& context) {
   const SampleCoder& coder = index->coder(at);
   const StoredLattice& level = info.level(at.level);
-  const Int3 dims = slot_dims(level.lattice);
+  const Int3 dims = slot_dims(level);
   // Of a range that is spread over codes, air may lie between two of them: then only what is left out is air.
   const bool air_has_code = coder.decode(coder.codes().air) == 0;
   const auto encode = [&](uint32_t slot) {
-    const Int3 brick = slot_brick(dims, slot);
+    const Int3 brick = slot_brick(dims, slot, 1);
     const ChunkShape shape =
         chunk_shape(level.lattice, slab * level.slab_layers, static_cast<int32_t>(layers.size()), brick);
     CodedChunk coded;
@@ -52,7 +62,7 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
     return coded;
   };
   WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
-  const std::vector<uint32_t> slots = kept_slots(level.lattice, layers);
+  const std::vector<uint32_t> slots = kept_slots(level, layers);
   for (size_t first = 0; first < slots.size(); first += chunks_at_once) {
     std::vector<CodedChunk> batch(std::min(chunks_at_once, slots.size() - first));
     context.tasks.parallel_for(batch.size(), [&](uint64_t i) {
@@ -62,13 +72,8 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
     for (size_t i = 0; i < batch.size(); ++i) {
       written.clamped += batch[i].clamped;
       if (!batch[i].chunk) continue;
-      Bcc4Chunk& entry = batch[i].chunk->entry;
-      entry.slab = slab;
-      entry.slot = slots[first + i];
-      entry.offset = file.position();
-      file.append(batch[i].chunk->bytes);
-      index->enter_chunk(at, entry);
-      written.chunks.push_back(entry);
+      batch[i].chunk->entry.slot = slots[first + i];
+      append_chunk(at, *batch[i].chunk, written);
     }
   }
   return written;
@@ -132,7 +137,9 @@ void Bcc4Writer::State::write_slab(int32_t slab, const ChannelLevel& at, std::sp
   const auto count = static_cast<int32_t>(layers.size());
   std::optional<WrittenSlab> written = reuse_slab(slab, at, count);
   const bool reused = written.has_value();
-  if (!written) written = encode_slab(slab, at, layers, context);
+  if (!written)
+    written =
+        info.tile_edge > 1 ? encode_tiles(slab, at, layers, context) : encode_slab(slab, at, layers, context);
   written->layers = count;
   slabs_reused += reused;
   if (options.journal && !options.journal->find(slab, at)) {

@@ -10,6 +10,7 @@
 
 #include "formats/bcc4/append_sink.h"
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/frame_blocks.h"
 #include "formats/bcc4/journal.h"
 #include "formats/bcc4/layout.h"
@@ -58,16 +59,34 @@ struct Bcc4Writer::State {
   void show(VolumeInfo of, const Context& context);
   [[nodiscard]] Bcc4Report finish(const Context& context);
 
+  [[nodiscard]] std::vector<BrickLayer> as_read(int32_t slab, const ChannelLevel& at,
+                                                std::span<const SampleLayer> layers, const Context& context);
+
  private:
   void start();
   [[nodiscard]] WrittenSlab encode_slab(int32_t slab, const ChannelLevel& at,
                                         std::span<const SampleLayer> layers, const Context& context);
+  // The coded tiles of a slab, by rising slot.
+  struct CodedTiles {
+    int32_t slab = -1;
+    ChannelLevel at{0};
+    std::vector<EncodedChunk> chunks;
+    uint64_t clamped = 0;
+  };
+  [[nodiscard]] CodedTiles code_tiles(int32_t slab, const ChannelLevel& at,
+                                      std::span<const SampleLayer> layers, const Context& context) const;
+  [[nodiscard]] WrittenSlab encode_tiles(int32_t slab, const ChannelLevel& at,
+                                         std::span<const SampleLayer> layers, const Context& context);
+  // Puts a chunk behind what is written; its slot is known.
+  void append_chunk(const ChannelLevel& at, const EncodedChunk& chunk, WrittenSlab& written);
   [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, const ChannelLevel& at, int32_t layers);
   void skip_chunks(const WrittenSlab& slab);
   void commit_pending();
   // Appends directory and metadata and makes all that is written durable. beyond: bytes of blocks that the
   // state does not refer to.
   [[nodiscard]] Root append_state(const VolumeInfo& of, std::span<const PageRef> pages, uint64_t beyond);
+
+  CodedTiles last_tiles; // of the slab that was coded last
 };
 
 } // namespace bccsplat

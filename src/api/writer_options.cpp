@@ -153,6 +153,8 @@ ChannelSettings read_channel(const bccsplat_channel_options& in, uint32_t number
   out.threshold = static_cast<float>(in.air_threshold);
   if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) out.range = Range{in.range[0], in.range[1]};
   out.value_step = in.value_step;
+  require_range(in.wavelet_error, 0, largest_value, field(".wavelet_error").c_str());
+  out.wavelet_error = in.wavelet_error;
   return out;
 }
 
@@ -175,8 +177,9 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   if (o.periodic_axes > (BCCSPLAT_PERIODIC_X | BCCSPLAT_PERIODIC_Y | BCCSPLAT_PERIODIC_Z))
     fail(Code::invalid_argument, "periodic_axes: unknown bits ", o.periodic_axes);
   for (size_t a = 0; a < 3; ++a) s.turning[a] = (o.periodic_axes >> a & 1) != 0;
-  s.coefficients = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS, "store") ==
-                   BCCSPLAT_STORE_COEFFICIENTS;
+  const bccsplat_store store = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_WAVELETS, "store");
+  s.coefficients = store == BCCSPLAT_STORE_COEFFICIENTS;
+  s.wavelets = store == BCCSPLAT_STORE_WAVELETS;
   if (o.levels > static_cast<uint32_t>(most_levels))
     fail(Code::invalid_argument, "writer: levels ", o.levels, ": 0 to ", most_levels);
   s.levels = o.levels;

@@ -25,6 +25,12 @@ struct BrickBox {
       if (b[a] < begin[a] || b[a] >= end[a]) return false;
     return true;
   }
+  // Returns whether a cube of edge bricks along each axis, the first one at b, has a brick of the box.
+  [[nodiscard]] bool meets(const Int3& b, int32_t edge) const {
+    for (size_t a = 0; a < 3; ++a)
+      if (b[a] + edge <= begin[a] || b[a] >= end[a]) return false;
+    return true;
+  }
   // Returns the box with the bricks beside it.
   [[nodiscard]] BrickBox widened() const {
     BrickBox box;

@@ -201,7 +201,7 @@ void require_same_lattice(const VolumeInfo& was, const VolumeInfo& now, const st
     refuse_other(path, "its layers are ", a.time_step, " frames apart, those to be appended ", b.time_step);
   if (a.lead != b.lead)
     refuse_other(path, "it has ", a.lead, " layers before frame 0, the series to be appended ", b.lead);
-  if (!(a.space == b.space) || was.slab_layers != now.slab_layers)
+  if (!(a.space == b.space) || was.slab_layers != now.slab_layers || was.tile_edge != now.tile_edge)
     refuse_other(path, "the lattices of its series and of the one to be appended differ");
 }
 

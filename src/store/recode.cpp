@@ -24,7 +24,7 @@ bool stores_coefficients(const VolumeInfo& info, const RecodeSettings& settings)
 // Returns whether the new file stores the same numbers of a channel in the same slabs.
 bool keeps_numbers(const VolumeInfo& was, const VolumeInfo& now, size_t channel) {
   return was.lattice == now.lattice && was.coefficient_kernel == now.coefficient_kernel &&
-         was.slab_layers == now.slab_layers &&
+         was.slab_layers == now.slab_layers && was.tile_edge == now.tile_edge &&
          static_cast<const Quantiser&>(was.channels[channel]) ==
              static_cast<const Quantiser&>(now.channels[channel]);
 }
@@ -42,7 +42,7 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
     info.coefficient_kernel = info.recommended_kernel = kernel.name;
     info.coefficient_parameters = kernel_parameters(kernel);
   }
-  info.slab_layers = slab_layers_for(coefficients);
+  info.slab_layers = slab_layers_for(coefficients), info.tile_edge = 1;
   info.errors.clear();
   info.levels.clear(); // made of frames, which are not there
   if (info.tail) info.tail->clamped.resize(info.channels.size());
@@ -51,7 +51,7 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
     ChannelInfo& channel = info.channels[c];
     static_cast<Quantiser&>(channel) =
         code_channel_anew(was.channels[c], coefficients, settings.value_type, settings.value_step);
-    channel.residuals = {};
+    channel.residuals = {}, channel.wavelet_error = 0;
     const bool kept = keeps_numbers(was, info, c);
     if (!kept) channel.clamped = 0;
     all_kept &= kept;

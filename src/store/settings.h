@@ -58,6 +58,7 @@ struct ChannelSettings {
   float threshold = 0;
   std::optional<Range> range; // of the values
   double value_step = 0;      // value of one integer code; 0: what spreads the range over the codes
+  double wavelet_error = 0;   // root mean square of samples stored as wavelets; 0: what the bounds ask for
 };
 
 // The frames of a series that one of several processes writes, or those that continue a file.
@@ -73,6 +74,14 @@ void require_rising(std::span<const double> times);
 // Layers of a slab. One that is read decodes those before it in its slab: of coefficients, where a moment
 // needs six, fewer stand together (tests/bench/notes/coefficient-codes.md).
 [[nodiscard]] constexpr int32_t slab_layers_for(bool coefficients) { return coefficients ? 4 : 8; }
+
+// The same of wavelets: the more layers are transformed together the smaller they are, and the more a moment
+// decodes; large frames have fewer (tests/bench/notes/coder.md). On D4* a layer has every other site.
+[[nodiscard]] inline int32_t slab_layers_of_wavelets(LatticeKind lattice, double sites_of_frame) {
+  constexpr double small = 1 << 22, large = 1 << 25;
+  const int32_t layers = sites_of_frame <= small ? 16 : sites_of_frame <= large ? 8 : 4;
+  return lattice == LatticeKind::d4star ? 2 * layers : layers;
+}
 
 struct WriterSettings {
   std::string path; // of the file; empty: a stream
@@ -90,6 +99,7 @@ struct WriterSettings {
   std::array<bool, 3> faces_along{}; // axes of Faces::along
   AxisFlags turning{};               // periodic axes, behind whose last sample comes the first: no faces
   bool coefficients = false;         // stored in place of samples
+  bool wavelets = false;             // samples, in chunks of wavelet coefficients
   int levels = 0; // coarser ones, of frames; a series that is appended to keeps those it has
   std::optional<PartSettings> part;
 

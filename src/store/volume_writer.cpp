@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/bcc4/coding/tile.h"
 #include "formats/bcc4/metadata.h"
 #include "store/channel_info.h"
 
@@ -26,7 +27,21 @@ constexpr int32_t fewest_layers = 10 * end_layers;
 int32_t slab_layers_of(const WriterSettings& s) {
   if (s.continuity == Continuity::append && file_exists(s.path))
     return Bcc4Reader::open(open_file_source(s.path))->info().slab_layers;
+  if (s.wavelets)
+    return slab_layers_of_wavelets(s.lattice, static_cast<double>(s.dims[0]) * s.dims[1] * s.dims[2]);
   return slab_layers_for(s.coefficients);
+}
+
+// The root mean square error that a channel's wavelets may have. Of a bound the rest is left to corrections,
+// and something to the rounding of codes.
+double wavelet_error_of(const WriterSettings& s, const ChannelSettings& channel) {
+  constexpr double of_bound = .42, of_psnr = .995, decibels = 20;
+  if (channel.wavelet_error > 0) return channel.wavelet_error;
+  if (s.abs_error > 0) return of_bound * s.abs_error;
+  if (s.psnr > 0 && channel.range)
+    return of_psnr * (channel.range->high - channel.range->low) / std::pow(10.0, s.psnr / decibels);
+  fail(Code::invalid_argument, "channel ", channel.name,
+       ": wavelets need an error to keep: wavelet_error, abs_error, or psnr and the range of the values");
 }
 
 // A series that is appended to keeps the holes of its lattice, as older files have them.
@@ -120,6 +135,8 @@ void VolumeWriter::check_settings() const {
   if ((measuring_.required() || s.coefficients) && s.dims[3] == 0)
     fail(Code::invalid_argument,
          "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
+  if (s.wavelets && s.coefficients)
+    fail(Code::invalid_argument, "writer: wavelets are of samples, not of coefficients");
   if (s.ends == Ends::periodic) check_periodic();
   for (size_t a = 0; a < 3; ++a)
     if (s.turning[a] && !s.axes[a].coordinates.empty())
@@ -171,6 +188,7 @@ void VolumeWriter::begin_info() {
   initial_.lattice = lattice_of(fit_options_, std::max(s.dims[3], 1u));
   initial_.scale = mean_in_space(s.scales), initial_.time_scale = s.scales[3];
   initial_.slab_layers = fit_options_.slab_layers;
+  if (s.wavelets) initial_.tile_edge = usual_tile_edge;
   initial_.affine = s.affine;
   initial_.spatial_unit = s.spatial_unit;
   initial_.axes = s.axes;
@@ -191,6 +209,7 @@ void VolumeWriter::begin_info() {
     ChannelInfo& info = initial_.channels.emplace_back();
     info.name = channel.name, info.unit = channel.unit;
     info.air = static_cast<float>(channel.air), info.threshold = channel.threshold;
+    if (s.wavelets) info.wavelet_error = wavelet_error_of(s, channel);
   }
 }
 

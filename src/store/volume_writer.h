@@ -90,6 +90,7 @@ class VolumeWriter {
   void check_settings() const;
   void check_periodic() const;
   void begin_info();
+  void require_wavelet_types() const;
   void begin_part();
   // Throws wrong_state where the file or journal to go on with is of another series, before it is touched.
   void require_same_series();

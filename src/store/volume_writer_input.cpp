@@ -194,6 +194,13 @@ void VolumeWriter::check_boxes(uint64_t frame, std::span<const FrameBox> boxes) 
     fail(Code::invalid_argument, "boxes ", (*both)[0], " and ", (*both)[1], " of frame ", frame, " overlap");
 }
 
+void VolumeWriter::require_wavelet_types() const {
+  for (const ChannelInfo& c : initial_.channels)
+    if (c.type != ValueType::u8 && c.type != ValueType::u16)
+      fail(Code::invalid_argument, "channel ", c.name,
+           ": wavelets are of samples stored as U8 or U16; give value_type U16 and the range of the values");
+}
+
 // Settles, with the first data, how each channel is coded and what the fit has to do.
 void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType first_type) {
   if (!fits_.empty()) return;
@@ -206,6 +213,7 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
     fit_options_.channels.push_back(code_channel(settings_.channels[c],
                                                  c == first_channel ? first_type : SourceType::f32,
                                                  settings_.coefficients, initial_.channels[c]));
+  if (settings_.wavelets) require_wavelet_types();
   if (input == Input::frames && !continued_)
     fit_options_.lead = predicted_layers(), fit_options_.margins = outside_planes(frame_planes);
   if (input == Input::frames && settings_.coefficients)
@@ -239,6 +247,7 @@ void VolumeWriter::begin_levels() {
     if (level == 0) break;
     LevelInfo& info = initial_.levels[static_cast<size_t>(level) - 1];
     info.lattice = fits_.back()->fit().lattice(), info.slab_layers = initial_.slab_layers;
+    info.tile_edge = initial_.tile_edge;
     for (const ChannelInfo& c : initial_.channels)
       info.channels.push_back({.scale = c.scale, .kept_range = {}});
   }

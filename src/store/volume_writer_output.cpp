@@ -14,8 +14,12 @@ void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, const SlabLa
     container_->write_slab(slab, at, layers.compact(), context_);
     if (part_) writes_.push_back(now_);
   }
-  measuring_.with_level(
-      at.level, [&](RoundTrip& r) { r.add_layers(at.channel, slab * fit_options_.slab_layers, layers); });
+  measuring_.with_level(at.level, [&](RoundTrip& r) {
+    const int32_t first = slab * fit_options_.slab_layers;
+    if (!settings_.wavelets) return r.add_layers(at.channel, first, layers);
+    make_container();
+    r.add_layers(at.channel, first, container_->as_read(slab, at, layers.compact(), context_));
+  });
 }
 
 void VolumeWriter::store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {

@@ -11,6 +11,7 @@
 
 #include "base/bytes.h"
 #include "formats/bcc4/coding/choose_predictor.h"
+#include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/chunk_rows.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/deflate.h"
@@ -197,27 +198,10 @@ EncodedChunk encode_chunk(ChunkSites sites, const ChunkCodes& channel, int level
   for (uint32_t& code : sites.codes) code = codes.of_ordered(code);
 
   CodedValues values = write_values(sites, codes, level);
-  std::vector<std::byte> runs = write_runs(sites);
-  entry.runs_decoded = static_cast<uint32_t>(runs.size());
-  uint8_t runs_coding = raw_part;
-  if (level > 0) {
-    // Runs of an object repeat from row to row; single sites that are left out here and there do not.
-    std::vector<std::byte> stream = deflate_bytes(runs, level, DeflateKind::text);
-    std::vector<std::byte> other = deflate_bytes(runs, level, DeflateKind::noise);
-    if (other.size() < stream.size()) stream = std::move(other);
-    if (stream.size() < runs.size()) {
-      runs = std::move(stream);
-      runs_coding = deflated_part;
-    }
-  }
   entry.values_bytes = static_cast<uint32_t>(values.bytes.size());
-  entry.runs_bytes = static_cast<uint32_t>(runs.size());
-  entry.coding = static_cast<uint8_t>(values.coding | runs_coding << 4);
   entry.predictor = static_cast<uint8_t>(values.predictor | codes.shift << 4);
   chunk.bytes = std::move(values.bytes);
-  chunk.bytes.insert(chunk.bytes.end(), runs.begin(), runs.end());
-  chunk.bytes.resize(entry.stored());
-  entry.crc = crc32_of(chunk.bytes);
+  finish_entry(pack_runs(write_runs(sites), level), values.coding, chunk);
   return chunk;
 }
 

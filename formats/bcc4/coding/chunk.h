@@ -114,6 +114,8 @@ struct ChunkData {
   std::vector<std::byte> codes;      // of a chunk with a rest only those of the layers that were decoded
   std::shared_ptr<const ChunkRest> rest{};
   bool lost = false; // read as holes, as it could not be decoded
+  // Of a tile (tile.h) its bricks, x fastest; nothing else is then there but `coded`.
+  std::vector<std::shared_ptr<const ChunkData>> bricks{};
   [[nodiscard]] uint64_t bytes() const {
     return sizeof(*this) + (kept.size() + hole.size()) * sizeof(BrickMask) + first.size() * 4 +
            codes.capacity();

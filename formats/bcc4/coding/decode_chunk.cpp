@@ -10,6 +10,7 @@
 
 #include "base/bytes.h"
 #include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/chunk_rows.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/deflate.h"
@@ -55,25 +56,6 @@ void read_runs(ChunkData& data, const Bcc4Chunk& parts, std::span<const std::byt
     holes.finish();
   }
   in.expect_end();
-}
-
-// Returns a part that is stored raw, or inflates it into `room`, which has `slack` bytes more on both sides,
-// or at least its first `wanted` bytes.
-[[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
-                                                   size_t decoded, DeflateKind kind, Inflater& inflater,
-                                                   std::vector<std::byte>& room, std::string_view what,
-                                                   uint64_t offset, size_t slack = 0,
-                                                   size_t wanted = SIZE_MAX) {
-  if (coding == raw_part) {
-    if (part.size() != decoded)
-      fail(Code::corrupt, what, " at offset ", offset, ": ", part.size(), " raw bytes stand for ", decoded);
-    return part;
-  }
-  if (room.size() < decoded + 2 * slack) room.resize(decoded + 2 * slack);
-  const auto inner = std::span(room).subspan(slack, decoded);
-  if (!inflater.inflate(part, inner, kind, wanted))
-    fail(Code::corrupt, what, " at offset ", offset, ": no deflate stream of ", decoded, " bytes");
-  return inner;
 }
 
 [[nodiscard]] uint8_t values_coding(const Bcc4Chunk& entry) { return entry.coding & 15; }
@@ -141,32 +123,16 @@ void check_range(const CodeRange& range, const ChunkCodes& codes, const Bcc4Chun
   return data.first[asked] == data.first.back() ? all : asked;
 }
 
-void find_layers(ChunkData& data) {
-  uint32_t n = 0;
-  data.first.reserve(data.kept.size() + 1);
-  for (const BrickMask& mask : data.kept) {
-    data.first.push_back(n);
-    n += count_bits(mask);
-  }
-  data.first.push_back(n);
-}
-
 } // namespace
 
 ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel, const Bcc4Chunk& entry,
                        std::span<const std::byte> bytes, ChunkScratch& scratch, int layers) {
-  if (crc32_of(bytes) != entry.crc)
-    fail(Code::checksum_mismatch, "chunk at offset ", entry.offset, ": bad checksum");
-  for (const std::byte b : bytes.subspan(size_t{entry.values_bytes} + entry.runs_bytes))
-    if (b != std::byte{0}) fail(Code::corrupt, "chunk at offset ", entry.offset, ": padding is not zero");
+  check_stored(entry, bytes);
   ChunkData data;
   data.shape = shape;
   data.coded = codes_of_chunk(channel, entry.min_code, entry.max_code, entry.shift());
   const uint64_t runs_offset = entry.offset + entry.values_bytes;
-  const auto runs =
-      open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4, entry.runs_decoded,
-                DeflateKind::text, scratch.inflater, scratch.runs, "runs of the chunk", runs_offset);
-  read_runs(data, entry, runs, "runs of the chunk", runs_offset);
+  read_runs(data, entry, open_runs(entry, bytes, scratch), "runs of the chunk", runs_offset);
   find_layers(data);
   const auto values = bytes.first(entry.values_bytes);
   const int end = layers_to_decode(data, entry, layers);

@@ -74,6 +74,12 @@ Json axis_json(const bccsplat_axis& axis) {
           {"coordinates", std::vector<double>(axis.coordinates, axis.coordinates + axis.count)}};
 }
 
+const char* store_name(const bccsplat_volume_info& v) {
+  return v.store == BCCSPLAT_STORE_COEFFICIENTS ? "coefficients"
+         : v.store == BCCSPLAT_STORE_WAVELETS   ? "wavelets"
+                                                : "samples";
+}
+
 Json info_json(const Volume& volume, const InfoArguments& a) {
   const bccsplat_volume_info v = volume_info(volume);
   const bccsplat_channel_info first = channel_info(volume, 0);
@@ -112,7 +118,7 @@ Json info_json(const Volume& volume, const InfoArguments& a) {
       {"file", v.bytes_file}, {"runs", v.bytes_runs}, {"values", v.bytes_values}, {"index", v.bytes_index}};
   j["kernel"] = v.kernel;
   j["recommended_kernel"] = v.recommended_kernel;
-  j["store"] = v.store == BCCSPLAT_STORE_COEFFICIENTS ? "coefficients" : "samples";
+  j["store"] = store_name(v);
   j["holes"] = v.has_holes != 0;
   j["levels"] = Json::array();
   for (uint32_t l = 1; l <= v.level_count; ++l) {
@@ -266,7 +272,10 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          v.affine[4 * r + 3], r == 0 && *v.spatial_unit ? concat(" ", v.spatial_unit) : "",
          r == 0 && has_coordinates(volume) ? ", of even positions" : "");
   print_axes(volume);
-  line("kernel", v.kernel, v.store == BCCSPLAT_STORE_COEFFICIENTS ? ", coefficients stored" : "");
+  line("kernel", v.kernel,
+       v.store == BCCSPLAT_STORE_COEFFICIENTS ? ", coefficients stored"
+       : v.store == BCCSPLAT_STORE_WAVELETS   ? ", samples stored as wavelets"
+                                              : "");
   line("bytes", v.bytes_file, ": values ", v.bytes_values, ", runs ", v.bytes_runs, ", index ",
        v.bytes_index);
   for (uint32_t c = 0; c < v.channel_count; ++c) {

@@ -94,7 +94,7 @@ Run add_recode(Command tool) {
   recode.set_examples({"bcc4 recode smoke.bcc4 --store coefficients -o play.bcc4"});
   recode.add_option("FILE", a->file, "A .bcc4 file");
   recode.add_option("-o,--output,--out", a->output, "The .bcc4 file to write").type_name("OUT.bcc4");
-  add_choice<int32_t>(recode, "--store", a->store, kStoreChoices,
+  add_choice<int32_t>(recode, "--store", a->store, kRecodedStoreChoices,
                       "Store samples or the kernel's coefficients (default: as in FILE)");
   recode.add_option("--kernel", a->kernel, "Kernel of the coefficients (default: as in FILE)")
       .type_name("NAME");

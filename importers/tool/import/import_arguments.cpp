@@ -112,9 +112,10 @@ void add_coding_options(Command import, ImportArguments& a) {
       "Frames whose error is measured and reported (default some: three; with --abs or --psnr: all)");
   add_choice<int32_t>(import, "--quantize", a.settings.quantize, kTypeChoices,
                       "Type of the stored values (default: the source's own precision)");
-  add_choice<int32_t>(
-      import, "--store", a.settings.store, kStoreChoices,
-      "Store samples (default), or coefficients of the kernel: faster to read, slower to import");
+  add_choice<int32_t>(import, "--store", a.settings.store, kStoreChoices,
+                      "Store samples (default), coefficients of the kernel (faster to read, slower to "
+                      "import), or wavelets: the "
+                      "fewest bytes that keep --psnr or --abs (default: 50 dB), slower to read");
   import
       .add_option("--levels", a.levels,
                   "Number of coarser levels to store for small pictures, each at twice the distance in "
@@ -191,6 +192,7 @@ bool chooses_lattice(const ImportArguments& a) {
 }
 
 ErrorBound read_settings(ImportArguments& a) {
+  constexpr double kUsualPsnr = 50; // dB of wavelets
   a.settings.air = a.air;
   a.settings.air_threshold = a.air_threshold.value_or(0);
   read_scale(a.scale, a.time_scale, a.settings);
@@ -211,7 +213,9 @@ ErrorBound read_settings(ImportArguments& a) {
         "--abs must be positive: the largest error allowed at any source sample, in units of the values");
   if (a.psnr && !(*a.psnr > 0)) fail_usage("--psnr must be positive, in dB: 50 is good, 70 is next to exact");
   if (!(a.settings.air_threshold >= 0)) fail_usage("--air-threshold must not be negative");
-  return {a.abs.value_or(0), a.psnr.value_or(0)};
+  const bool asks = a.abs || a.psnr;
+  return {a.abs.value_or(0),
+          asks || a.settings.store != BCCSPLAT_STORE_WAVELETS ? a.psnr.value_or(0) : kUsualPsnr};
 }
 
 } // namespace bcc4

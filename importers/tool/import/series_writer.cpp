@@ -260,6 +260,7 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
     channels.push_back(channel_options(series.channels[c], settings,
                                        c < settings.steps.size() ? settings.steps[c] : StepCoding{},
                                        c < scans.size() ? &scans[c] : nullptr));
+    if (c < settings.wavelet_errors.size()) channels.back().wavelet_error = settings.wavelet_errors[c];
     has_fill |= series.channels[c].has_fill;
   }
   options.channel_count = static_cast<uint32_t>(channels.size());

@@ -38,9 +38,10 @@ struct WriterSettings {
   int32_t quantize = BCCSPLAT_TYPE_DEFAULT;
   double scale = 0; // 0: the library's default
   double time_scale = 0;
-  std::array<double, 4> scales{}; // of single axes, before those; 0: by them
-  std::vector<StepCoding> steps;  // by channel; none: by `quantize`
-  double abs_error = 0, psnr = 0; // bounds; 0: none
+  std::array<double, 4> scales{};     // of single axes, before those; 0: by them
+  std::vector<StepCoding> steps;      // by channel; none: by `quantize`
+  std::vector<double> wavelet_errors; // by channel, of a store of wavelets
+  double abs_error = 0, psnr = 0;     // bounds; 0: none
   int32_t measure = BCCSPLAT_MEASURE_DEFAULT;
   std::string kernel;
   bool overwrite = false;

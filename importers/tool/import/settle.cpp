@@ -4,6 +4,7 @@
 #include "tool/import/settle.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tool/import/labels.h"
 #include "tool/import/motion.h"
@@ -82,10 +83,44 @@ void choose_and_round(Trier& trier, const SeriesSample& sample, const LatticeWis
 
 } // namespace
 
+namespace {
+
+// The root mean square error that a bound leaves to wavelets: codes are rounded, too, and of a bound of every
+// sample most keep far below it. Of a constant any will do.
+double wavelet_error(const ErrorBound& bound, const ChannelScan& scan) {
+  constexpr double kRounding = .995, kOfBound = .42, kDecibels = 20;
+  if (bound.abs > 0) return kOfBound * bound.abs;
+  const double range = scan.empty() ? 0 : scan.max - scan.min;
+  return (range > 0 ? range : 1) * kRounding / std::pow(10.0, bound.psnr / kDecibels);
+}
+
+// Wavelets are of the source's own samples, on their grid unless another lattice is asked for, and need no
+// search.
+void settle_wavelets(FrameReader& reader, const Unsettled& unsettled, WriterSettings& settings,
+                     ImportPlan& plan) {
+  const SeriesDescription& s = reader.description();
+  if (unsettled.auto_lattice) {
+    settings.lattice = BCCSPLAT_LATTICE_CC;
+    settings.scale = settings.time_scale = 1;
+  }
+  settings.psnr = unsettled.bound.psnr, settings.abs_error = unsettled.bound.abs;
+  const bool wide = std::any_of(s.channels.begin(), s.channels.end(), [&](const Channel& c) {
+    const int32_t type = stored_type(c, settings);
+    return type != BCCSPLAT_TYPE_U8 && type != BCCSPLAT_TYPE_U16;
+  });
+  if (wide && settings.quantize == BCCSPLAT_TYPE_DEFAULT) settings.quantize = BCCSPLAT_TYPE_U16;
+  plan.scans = scan_series(reader, settings, unsettled.progress);
+  for (const ChannelScan& scan : plan.scans)
+    settings.wavelet_errors.push_back(wavelet_error(unsettled.bound, scan));
+}
+
+} // namespace
+
 void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
                    WriterSettings& settings, ImportPlan& plan) {
   const SeriesDescription& s = reader.description();
   const ErrorBound& bound = unsettled.bound;
+  if (settings.store == BCCSPLAT_STORE_WAVELETS) return settle_wavelets(reader, unsettled, settings, plan);
   const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
                                   [&](const Channel& c) { return needs_range(c, settings); });
   if (unsettled.everything || ranged || bound.any())

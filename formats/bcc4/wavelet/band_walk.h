@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// The walk that coder and decoder share: through the coefficients of some layers, with what is known around
+// each.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "formats/bcc4/wavelet/bands.h"
+
+namespace bccsplat {
+
+// Sums of magnitudes that were decoded before a coefficient.
+struct Around {
+  enum Sum : uint8_t {
+    west,
+    west2,
+    north,
+    up,
+    far,
+    diagonal,
+    diagonal_up,
+    before,
+    around_before,
+    before2,
+    parent,
+    around_parent,
+    siblings,
+    count
+  };
+};
+inline constexpr int weight_unit = 64;
+// Of each sum, in 1 / weight_unit; in the order of Around.
+inline constexpr std::array<uint8_t, Around::count> around_weights{12, 4, 12, 8, 3, 4, 2, 8, 1, 4, 6, 1, 6};
+
+// An expected magnitude, in steps of a quarter of an octave.
+inline constexpr int bucket_count = 64;
+inline int bucket_of(uint32_t sum) {
+  if (sum < 4) return static_cast<int>(sum);
+  const int octave = std::bit_width(sum) - 3;
+  const int bucket = octave * 4 + static_cast<int>(sum >> octave);
+  return bucket < bucket_count ? bucket : bucket_count - 1;
+}
+
+// One row of a band in one layer.
+struct WalkRow {
+  const BandBox& box;
+  int band, k, z, y;
+};
+// What is known of one coefficient.
+struct WalkSite {
+  uint32_t sum, sum_outside; // weighted: all, and without the row
+  const uint16_t* here;      // magnitudes of the row; west is here[-1]
+  const uint16_t *north, *up, *before, *parent_row;
+};
+
+class BandWalk {
+ public:
+  BandWalk(const Halvings& shape, int layers)
+      : shape_(shape), bands_(bands_of(shape)), layers_(layers), magnitudes_(bands_.size()) {}
+
+  // Calls visit.row(WalkRow, sums, width) -> bool: whether something is in it; visit.site(WalkRow, x,
+  // WalkSite) -> magnitude.
+  template<class Visit> void run(Visit& visit) {
+    for (size_t b = 0; b < bands_.size(); ++b) {
+      magnitudes_[b] = BandMagnitudes(bands_[b], layers_);
+      if (bands_[b].empty()) continue;
+      find_relatives(static_cast<int>(b));
+      sums_.assign(Around::count, std::vector<uint32_t>(bands_[b].size[0]));
+      outside_.resize(bands_[b].size[0]);
+      for (int k = 0; k < layers_; ++k)
+        for (int z = 0; z < bands_[b].size[2]; ++z)
+          for (int y = 0; y < bands_[b].size[1]; ++y) row(static_cast<int>(b), k, z, y, visit);
+    }
+  }
+
+ private:
+  void find_relatives(int b) {
+    const BandBox& box = bands_[b];
+    siblings_.clear();
+    for (int i = 0; i < b; ++i)
+      if (!bands_[i].empty() && bands_[i].direction != 0 && bands_[i].level == box.level)
+        siblings_.push_back(i);
+    parent_ = parent_of(box);
+    for (int a = 0; a < 3; ++a) shift_[a] = shape_.halves(a, box.level + 1) ? 1 : 0;
+  }
+  BandMagnitudes* parent_of(const BandBox& box) {
+    for (size_t i = 0; i < bands_.size(); ++i) {
+      const BandBox& other = bands_[i];
+      if (box.direction == 0 || other.empty() || other.direction == 0 || other.level != box.level + 1)
+        continue;
+      if (other.direction == box.direction || is_projection(other, box)) return &magnitudes_[i];
+    }
+    return nullptr;
+  }
+  // Where the coarser level does not halve all axes, the direction without those it does not halve.
+  bool is_projection(const BandBox& coarse, const BandBox& fine) const {
+    int halved = 0;
+    for (int a = 0; a < 3; ++a) halved |= shape_.halves(a, fine.level + 1) ? 1 << a : 0;
+    return (fine.direction & halved) != 0 && (fine.direction & halved) == coarse.direction;
+  }
+
+  template<class Visit> void row(int b, int k, int z, int y, Visit& visit) {
+    const BandBox& box = bands_[b];
+    BandMagnitudes& m = magnitudes_[b];
+    uint16_t* const here = m.row(k, z, y);
+    add_around(m, k, z, y, box.size[0]);
+    parent_row_ = nullptr;
+    if (parent_) add_parent(k, z, y, box.size[0]);
+    add_siblings(k, z, y, box.size[0]);
+    weigh(box.size[0]);
+    const WalkRow place{box, b, k, z, y};
+    if (!visit.row(place, outside_)) return;
+    const uint16_t *north_row = m.row(k, z, y - 1), *up_row = m.row(k, z - 1, y),
+                   *before_row = m.row(k - 1, z, y);
+    const int sx = shift_[0];
+    for (int x = 0; x < box.size[0]; ++x) {
+      sums_[Around::west][x] = here[x - 1];
+      sums_[Around::west2][x] = here[x - 2];
+      const uint32_t sum = outside_[x] + around_weights[Around::west] * here[x - 1] +
+                           around_weights[Around::west2] * here[x - 2];
+      const WalkSite site{sum,
+                          outside_[x],
+                          here + x,
+                          north_row + x,
+                          up_row + x,
+                          before_row + x,
+                          parent_row_ ? parent_row_ + (x >> sx) : nullptr};
+      here[x] = visit.site(place, x, site);
+    }
+  }
+
+  void add_around(BandMagnitudes& m, int k, int z, int y, int n) {
+    const uint16_t *nn = m.row(k, z, y - 1), *n2 = m.row(k, z, y - 2), *u = m.row(k, z - 1, y),
+                   *un = m.row(k, z - 1, y - 1), *us = m.row(k, z - 1, y + 1), *u2 = m.row(k, z - 2, y);
+    const uint16_t *t = m.row(k - 1, z, y), *t2 = m.row(k - 2, z, y), *tn = m.row(k - 1, z, y - 1),
+                   *ts = m.row(k - 1, z, y + 1), *tu = m.row(k - 1, z - 1, y), *td = m.row(k - 1, z + 1, y);
+    for (int x = 0; x < n; ++x) {
+      sums_[Around::north][x] = nn[x];
+      sums_[Around::up][x] = u[x];
+      sums_[Around::far][x] = n2[x] + u2[x];
+      sums_[Around::diagonal][x] = nn[x - 1] + nn[x + 1];
+      sums_[Around::diagonal_up][x] = u[x - 1] + u[x + 1] + un[x] + us[x];
+      sums_[Around::before][x] = t[x];
+      sums_[Around::around_before][x] = t[x - 1] + t[x + 1] + tn[x] + ts[x] + tu[x] + td[x];
+      sums_[Around::before2][x] = t2[x];
+    }
+  }
+  void add_parent(int k, int z, int y, int n) {
+    BandMagnitudes& m = *parent_;
+    const int sx = shift_[0];
+    z >>= shift_[2], y >>= shift_[1];
+    const uint16_t *p = m.row(k, z, y), *pn = m.row(k, z, y - 1), *ps = m.row(k, z, y + 1),
+                   *pu = m.row(k, z - 1, y), *pd = m.row(k, z + 1, y);
+    parent_row_ = p;
+    for (int x = 0; x < n; ++x) {
+      const int i = x >> sx;
+      sums_[Around::parent][x] = p[i];
+      sums_[Around::around_parent][x] = p[i - 1] + p[i + 1] + pn[i] + ps[i] + pu[i] + pd[i];
+    }
+  }
+  void add_siblings(int k, int z, int y, int n) {
+    auto& sum = sums_[Around::siblings];
+    for (int x = 0; x < n; ++x) sum[x] = 0;
+    for (const int s : siblings_) {
+      const BandBox& box = bands_[s];
+      if (y >= box.size[1] || z >= box.size[2]) continue;
+      const uint16_t* const row = magnitudes_[s].row(k, z, y);
+      const int count = n < box.size[0] ? n : box.size[0];
+      for (int x = 0; x < count; ++x) sum[x] += row[x];
+    }
+  }
+  void weigh(int n) {
+    for (int x = 0; x < n; ++x) outside_[x] = 0;
+    for (int a = Around::north; a < Around::count; ++a) {
+      if (!parent_ && (a == Around::parent || a == Around::around_parent)) continue;
+      const uint32_t w = around_weights[a];
+      if (w == 0) continue;
+      const uint32_t* const sum = sums_[a].data();
+      for (int x = 0; x < n; ++x) outside_[x] += w * sum[x];
+    }
+  }
+
+  const Halvings shape_;
+  std::vector<BandBox> bands_;
+  int layers_;
+  std::vector<BandMagnitudes> magnitudes_;
+  std::vector<std::vector<uint32_t>> sums_;
+  std::vector<uint32_t> outside_;
+  BandMagnitudes* parent_ = nullptr;
+  const uint16_t* parent_row_ = nullptr;
+  std::array<int, 3> shift_{};
+  std::vector<int> siblings_;
+};
+
+} // namespace bccsplat

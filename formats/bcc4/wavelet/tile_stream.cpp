@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Codes the steps of a tile, and decodes them: one walk, which asks its coder for what it does not know.
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "base/bytes.h"
+#include "base/error.h"
+#include "formats/bcc4/wavelet/band_symbols.h"
+#include "formats/bcc4/wavelet/step_walk.h"
+#include "formats/bcc4/wavelet/wavelet_tile.h"
+
+namespace bccsplat {
+namespace {
+
+uint32_t expected_in(const std::vector<uint32_t>& sums, int width) {
+  uint32_t all = 0;
+  for (int x = 0; x < width; ++x) all += sums[x];
+  return all;
+}
+
+struct Writing {
+  const TileBands& bands;
+  SymbolCoder<BinaryEncoder>& symbols;
+  bool row(const WalkRow& r, const std::vector<uint32_t>& sums) {
+    const int32_t* const s = bands.steps.data() + place_of(bands.shape, r);
+    const bool any = std::any_of(s, s + r.box.size[0], [](int32_t v) { return v != 0; });
+    return symbols.row(any, r, expected_in(sums, r.box.size[0]));
+  }
+  uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
+    return context_of(symbols.code(bands.steps[place_of(bands.shape, r) + x], r, s));
+  }
+};
+
+struct Reading {
+  const Halvings& shape;
+  const StepRule& rule;
+  std::span<float> coefficients;
+  SymbolCoder<BinaryDecoder>& symbols;
+  bool row(const WalkRow& r, const std::vector<uint32_t>& sums) {
+    return symbols.row(false, r, expected_in(sums, r.box.size[0]));
+  }
+  uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
+    const int steps = symbols.code(0, r, s);
+    coefficients[place_of(shape, r) + x] = value_of(steps, rule);
+    return context_of(steps);
+  }
+};
+
+constexpr std::string_view in_words = "values of the chunk";
+
+void write_head(std::span<const TileBands> bands, const StepRule& rule, ByteWriter& out) {
+  out.write(rule.step);
+  for (const uint8_t c : rule.centres) out.write(c);
+  std::array<int, 3> times{};
+  for (const TileBands& b : bands)
+    for (size_t a = 0; a < 3; ++a) times[a] = std::max(times[a], b.shape.times[a]);
+  for (const int t : times) out.write(static_cast<uint8_t>(t));
+  for (const TileBands& b : bands) {
+    if (b.steps.empty()) continue;
+    out.write(static_cast<uint8_t>(b.own_basis));
+    if (b.own_basis)
+      for (const int16_t v : b.basis.rows) out.write(v);
+  }
+}
+
+struct Head {
+  StepRule rule;
+  std::vector<TileBands> bands; // without coefficients
+};
+
+TimeBasis read_basis(ByteReader& in, int layers, uint64_t offset) {
+  const auto kind = in.read<uint8_t>();
+  if (kind > 1) fail(Code::corrupt, in_words, " at offset ", offset, ": no basis of time ", kind);
+  if (kind == 0) return cosine_basis(layers);
+  TimeBasis basis{layers, {}};
+  for (int i = 0; i < layers * layers; ++i) basis.rows.push_back(in.read<int16_t>());
+  return basis;
+}
+
+Head read_head(ByteReader& in, std::span<const TileBox> boxes, uint64_t offset) {
+  Head head;
+  head.rule.step = in.read<float>();
+  if (!(std::isfinite(head.rule.step) && head.rule.step > 0))
+    fail(Code::corrupt, in_words, " at offset ", offset, ": steps of ", head.rule.step);
+  for (uint8_t& c : head.rule.centres) c = in.read<uint8_t>();
+  std::array<int, 3> times{};
+  for (int& t : times) {
+    t = in.read<uint8_t>();
+    if (t > most_halved) fail(Code::corrupt, in_words, " at offset ", offset, ": ", t, " halvings");
+  }
+  for (const TileBox& box : boxes) {
+    TileBands& b = head.bands.emplace_back();
+    if (box.sites() == 0) continue;
+    b.shape = halved(box.size, times);
+    b.basis = read_basis(in, box.layers, offset);
+  }
+  return head;
+}
+
+int most_layers_of(std::span<const TileBands> bands) {
+  int most = 1;
+  for (const TileBands& b : bands) most = std::max(most, b.basis.frames);
+  return most;
+}
+
+} // namespace
+
+std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRule& rule) {
+  ByteWriter head;
+  write_head(bands, rule, head);
+  BinaryEncoder coder;
+  SymbolCoder<BinaryEncoder> symbols(coder, most_layers_of(bands));
+  for (const TileBands& b : bands) {
+    if (b.steps.empty()) continue;
+    BandWalk walk(b.shape, b.basis.frames);
+    Writing visit{b, symbols};
+    walk.run(visit);
+  }
+  std::vector<std::byte> out = head.release();
+  const std::vector<std::byte> stream = coder.finish();
+  out.insert(out.end(), stream.begin(), stream.end());
+  return out;
+}
+
+std::vector<std::vector<float>> decode_tile(std::span<const TileBox> boxes, std::span<const std::byte> bytes,
+                                            uint64_t offset) {
+  ByteReader in(bytes, in_words, offset);
+  const Head head = read_head(in, boxes, offset);
+  BinaryDecoder coder(bytes.subspan(in.position()));
+  SymbolCoder<BinaryDecoder> symbols(coder, most_layers_of(head.bands));
+  std::vector<std::vector<float>> out;
+  for (size_t c = 0; c < boxes.size(); ++c) {
+    std::vector<float>& values = out.emplace_back(boxes[c].sites());
+    if (values.empty()) continue;
+    const TileBands& b = head.bands[c];
+    BandWalk walk(b.shape, b.basis.frames);
+    Reading visit{b.shape, head.rule, values, symbols};
+    walk.run(visit);
+    to_numbers(b, values);
+  }
+  return out;
+}
+
+} // namespace bccsplat

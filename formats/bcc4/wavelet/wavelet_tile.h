@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// A box of numbers in some layers as wavelet coefficients: its time axis in a basis in which few layers hold
+// what moves, each of these halved along x, y and z, and the coefficients in whole steps
+// (formats/bcc4.md, section 12).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/bcc4/wavelet/bit_costs.h"
+#include "formats/bcc4/wavelet/halvings.h"
+#include "formats/bcc4/wavelet/time_basis.h"
+
+namespace bccsplat {
+
+// The sites of one coset in a tile: layers one after the other, x fastest.
+struct TileBox {
+  std::array<int, 3> size{0, 0, 0};
+  int layers = 0;
+  [[nodiscard]] size_t layer_sites() const { return size_t(size[0]) * size[1] * size[2]; }
+  [[nodiscard]] size_t sites() const { return layer_sites() * layers; }
+};
+
+// One coset of a tile as coefficients, and these in steps.
+struct TileBands {
+  Halvings shape;
+  TimeBasis basis;
+  bool own_basis = false; // it is in the stream, else cosines
+  std::vector<float> coefficients;
+  std::vector<int32_t> steps;
+};
+
+inline constexpr int centre_middle = 128; // centres that say: the middle
+
+// What steps stand for.
+struct StepRule {
+  float step = 1;
+  // Where in the interval of a magnitude of 1, and of more, its value is: in 1/256 from centre_middle.
+  std::array<uint8_t, 2> centres{centre_middle, centre_middle};
+};
+
+// What a tile is coded with.
+struct TileRule {
+  StepRule steps;
+  int halvings_along_z = 0;
+  BitCosts costs;
+};
+
+// Numbers to coefficients. `step` tells which coefficients will be next to nothing.
+[[nodiscard]] TileBands analyse_tile(const TileBox& box, std::vector<float> values, float step,
+                                     int halvings_along_z);
+// The most that an axis is halved.
+[[nodiscard]] int most_halvings(int size);
+
+// Finds steps whose mean square error is about that, from some tiles that stand for all; analyse() makes the
+// bands of these with as many halvings along z.
+[[nodiscard]] TileRule find_tile_rule(std::span<const TileBox> boxes,
+                                      std::span<const std::vector<float>> values, double mean_square);
+
+// Chooses the steps: errors weighed against bits.
+void choose_steps(TileBands& bands, const TileRule& rule);
+
+// Bands with their steps to bytes, and back to numbers. The bytes say all but the boxes.
+[[nodiscard]] std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRule& rule);
+// What a reader makes of bands.
+[[nodiscard]] std::vector<float> restore_tile(const TileBands& bands, const StepRule& rule);
+// Throws Code::corrupt, Code::truncated. `offset` is told in error texts.
+[[nodiscard]] std::vector<std::vector<float>> decode_tile(std::span<const TileBox> boxes,
+                                                          std::span<const std::byte> bytes, uint64_t offset);
+
+} // namespace bccsplat

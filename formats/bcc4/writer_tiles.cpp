@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Codes a slab of tiles: its sites are collected, a few tiles that stand for all tell how to code them, and
+// what a reader gets is compared until the slab is as near to its samples as was asked for.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "formats/bcc4/chunk_sites.h"
+#include "formats/bcc4/coding/chunk_parts.h"
+#include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/tile.h"
+#include "formats/bcc4/writer_state.h"
+
+namespace bccsplat {
+namespace {
+
+// A tile to be coded, and what it became.
+struct TileWork {
+  uint32_t slot = 0;
+  TileSites sites;
+  EncodedTile coded;
+  uint64_t clamped = 0;
+};
+
+TileSites collect_tile(const TilePlace& place, std::span<const SampleLayer> layers, const SampleCoder& coder,
+                       uint64_t& clamped) {
+  TileSites sites{place, {}};
+  // Of a range that is spread over codes, air may lie between two of them: then only what is left out is air.
+  const bool air_has_code = coder.decode(coder.codes().air) == 0;
+  for (int i = 0; i < place.bricks(); ++i) {
+    const Int3 brick = place.brick_at(i);
+    const ChunkShape shape = chunk_shape(*place.lattice, place.first_layer, place.layers, brick);
+    sites.bricks.push_back(collect_sites(shape, layers, brick, coder, clamped));
+    if (air_has_code) keep_but_blocks_of_air(sites.bricks.back(), coder.codes().air);
+  }
+  return sites;
+}
+
+// What the tiles of a slab are coded with, found from a few that stand for all.
+TileRule rule_for(std::span<const TileWork> tiles, const ChunkCodes& codes, double mean_square) {
+  constexpr size_t most = 4;
+  const size_t count = std::min(most, tiles.size());
+  std::vector<TileBox> boxes;
+  std::vector<std::vector<float>> values;
+  for (size_t i = 0; i < count; ++i) {
+    const TileSites& sites = tiles[(2 * i + 1) * tiles.size() / (2 * count)].sites;
+    auto of_cosets = tile_values(sites, codes);
+    for (size_t c = 0; c < of_cosets.size(); ++c) {
+      if (of_cosets[c].empty()) continue;
+      boxes.push_back(sites.place.boxes()[c]);
+      values.push_back(std::move(of_cosets[c]));
+    }
+  }
+  return find_tile_rule(boxes, values, mean_square);
+}
+
+// The tiles of which any layer keeps a site.
+std::vector<TileWork> collect_tiles(const StoredLattice& level, int32_t slab,
+                                    std::span<const SampleLayer> layers, const SampleCoder& coder,
+                                    const Context& context) {
+  const Int3 dims = slot_dims(level);
+  std::vector<TileWork> tiles(slot_count(level));
+  context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
+    context.progress.check();
+    tiles[i].slot = static_cast<uint32_t>(i);
+    TilePlace place = tile_place(level, slab, slot_brick(dims, tiles[i].slot, level.tile_edge));
+    place.layers = static_cast<int32_t>(layers.size());
+    tiles[i].sites = collect_tile(place, layers, coder, tiles[i].clamped);
+  });
+  std::erase_if(tiles, [](const TileWork& tile) { return tile.sites.kept() == 0; });
+  return tiles;
+}
+
+double sites_of(const StoredLattice& level, int32_t slab, size_t layers) {
+  double sites = 0;
+  for (size_t m = 0; m < layers; ++m) {
+    const int32_t layer = slab * level.slab_layers + static_cast<int32_t>(m);
+    sites += static_cast<double>(level.lattice.space.sites(level.lattice.coset(layer)));
+  }
+  return sites;
+}
+
+} // namespace
+
+Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const ChannelLevel& at,
+                                                            std::span<const SampleLayer> layers,
+                                                            const Context& context) const {
+  constexpr int most_rounds = 5;
+  constexpr double aim = .996, slope = .62;
+  const SampleCoder& coder = index->coder(at);
+  CodedTiles out{.slab = slab, .at = at, .chunks = {}};
+  std::vector<TileWork> tiles = collect_tiles(info.level(at.level), slab, layers, coder, context);
+  if (tiles.empty()) return out;
+  // Air is exact, so that the samples may be off by more.
+  double kept = 0;
+  for (const TileWork& tile : tiles)
+    out.clamped += tile.clamped, kept += static_cast<double>(tile.sites.kept());
+  const double allowed = std::pow(info.channels[at.channel].wavelet_error / coder.scale(), 2) *
+                         sites_of(info.level(at.level), slab, layers.size());
+  TileRule rule = rule_for(tiles, coder.codes(), allowed / kept);
+  for (int round = 0; round < most_rounds; ++round) {
+    context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
+      context.progress.check();
+      tiles[i].coded = encode_tile(tiles[i].sites, coder.codes(), rule, options.level);
+    });
+    double error = 0;
+    for (const TileWork& tile : tiles) error += tile.coded.squared_error;
+    if (error <= allowed) break;
+    rule.steps.step *= static_cast<float>(std::pow(aim * allowed / error, slope));
+  }
+  for (TileWork& tile : tiles) {
+    tile.coded.chunk.entry.slot = tile.slot;
+    out.chunks.push_back(std::move(tile.coded.chunk));
+  }
+  return out;
+}
+
+WrittenSlab Bcc4Writer::State::encode_tiles(int32_t slab, const ChannelLevel& at,
+                                            std::span<const SampleLayer> layers, const Context& context) {
+  last_tiles = code_tiles(slab, at, layers, context);
+  WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
+  written.clamped = last_tiles.clamped;
+  for (const EncodedChunk& chunk : last_tiles.chunks) append_chunk(at, chunk, written);
+  return written;
+}
+
+std::vector<BrickLayer> Bcc4Writer::State::as_read(int32_t slab, const ChannelLevel& at,
+                                                   std::span<const SampleLayer> layers,
+                                                   const Context& context) {
+  if (last_tiles.slab != slab || last_tiles.at != at) last_tiles = code_tiles(slab, at, layers, context);
+  const StoredLattice& level = info.level(at.level);
+  const SampleCoder& coder = index->coder(at);
+  const Int3 dims = slot_dims(level);
+  std::vector<BrickLayer> out;
+  const auto first = slab * level.slab_layers;
+  for (int32_t m = 0; m < static_cast<int32_t>(layers.size()); ++m)
+    out.emplace_back(level.lattice.space, level.lattice.coset(first + m));
+  context.tasks.parallel_for(last_tiles.chunks.size(), [&](uint64_t i) {
+    const EncodedChunk& chunk = last_tiles.chunks[i];
+    TilePlace place = tile_place(level, slab, slot_brick(dims, chunk.entry.slot, level.tile_edge));
+    place.layers = static_cast<int32_t>(layers.size());
+    ChunkScratch scratch;
+    const ChunkData data = decode_tile_chunk(place, coder.codes(), chunk.entry, chunk.bytes, scratch);
+    for (int b = 0; b < place.bricks(); ++b)
+      for (size_t m = 0; m < out.size(); ++m)
+        if (auto brick = brick_of_chunk(coder, *data.bricks[b], m)) {
+          const Int3 to = place.brick_at(b);
+          out[m].set(out[m].slot(to[0], to[1], to[2]), std::move(brick));
+        }
+  });
+  return out;
+}
+
+} // namespace bccsplat
