@@ -24,10 +24,14 @@ constexpr uint32_t nx = 21, ny = 19, nz = 17;
 
 void store_coefficients(bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; }
 
-bool coefficient_file(const Variant& v) {
+void store_wavelets(bccsplat_writer_options& o) {
+  o.store = BCCSPLAT_STORE_WAVELETS, o.lattice = BCCSPLAT_LATTICE_CC;
+}
+
+bool stores_as(const Variant& v, bccsplat_store store) {
   auto o = sized<bccsplat_writer_options>();
   v.change(o);
-  return o.store == BCCSPLAT_STORE_COEFFICIENTS;
+  return o.store == store;
 }
 
 double field(uint32_t channel, uint32_t x, uint32_t y, uint32_t z, uint32_t t) {
@@ -74,6 +78,7 @@ class Append : public testing::Test {
     static const char* const names[] = {"density", "heat"};
     std::vector<bccsplat_channel_options> channels(v.channels, sized<bccsplat_channel_options>());
     for (uint32_t c = 0; c < v.channels; ++c) channels[c].name = names[c], channels[c].source_type = v.source;
+    for (auto& c : channels) c.wavelet_error = stores_as(v, BCCSPLAT_STORE_WAVELETS) ? 8 : 0;
     o.dims[0] = nx, o.dims[1] = ny, o.dims[2] = nz;
     o.channel_count = v.channels, o.channels = channels.data();
     if (v.holes) o.nonfinite = BCCSPLAT_NONFINITE_HOLE;
@@ -152,6 +157,9 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
        [](bccsplat_writer_options& o) { store_coefficients(o), o.time_scale = 1.5; }, 40, 49},
       {"Cartesian coefficients", BCCSPLAT_TYPE_U8, 1, false, false,
        [](bccsplat_writer_options& o) { store_coefficients(o), o.lattice = BCCSPLAT_LATTICE_CC; }},
+      {"wavelets", BCCSPLAT_TYPE_U8, 1, false, false, store_wavelets},
+      {"wavelets of two channels on D4*", BCCSPLAT_TYPE_U8, 2, false, false,
+       [](bccsplat_writer_options& o) { store_wavelets(o), o.lattice = BCCSPLAT_LATTICE_D4STAR; }},
       {"coefficients of few frames", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients, 4, 9},
   };
   for (const Variant& v : variants) {
@@ -163,7 +171,7 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
     ASSERT_OK(write(v, whole, first_of(v.frames), &report_whole));
     EXPECT_EQ(bytes_of(path), bytes_of(whole));
     if (v.from >= 30) {
-      EXPECT_LT(given, v.frames - v.from + (coefficient_file(v) ? 41 : 26));
+      EXPECT_LT(given, v.frames - v.from + (stores_as(v, BCCSPLAT_STORE_COEFFICIENTS) ? 41 : 26));
       EXPECT_GT(report.slabs_reused, 0u);
     }
     EXPECT_EQ(report.frames, v.frames);

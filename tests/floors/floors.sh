@@ -20,7 +20,7 @@ find "${folders[@]}" -type f \
 BEGIN {
   ladder("", "base < lattice | kernel < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / gpu / reference < scene < api")
   ladder("formats", "bcc4 / image")
-  ladder("formats/bcc4", "coding < .")
+  ladder("formats/bcc4", "wavelet < coding < .")
   ladder("field", "footprint < coefficients < .")
   ladder("fit", "frame / axis / kept < beyond < resample / coefficients < .")
   ladder("splat", "raise | points | loop < sheet < plan < tile < trail < .")

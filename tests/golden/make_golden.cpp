@@ -52,6 +52,21 @@ Sample means(int, double x, double y, double z, double t) {
   return {static_cast<float>(sum / 8), true, false};
 }
 
+// A file of tiles; their steps allow that error.
+VolumeInfo tiles(LatticeKind kind, const std::array<uint32_t, 4>& dims, ChannelInfo channel, int edge) {
+  channel.wavelet_error = channel.type == ValueType::u8 ? 1.5 : 0.2;
+  VolumeInfo info = volume(kind, dims, {std::move(channel)});
+  info.tile_edge = edge, info.slab_layers = 6;
+  return info;
+}
+
+void make_tiles() {
+  save("v4_tiles_cc_u16",
+       write_file(tiles(LatticeKind::cc, {41, 35, 20, 8}, channel("value", ValueType::u16, 5), 2), ball));
+  save("v4_tiles_d4star_u8",
+       write_file(tiles(LatticeKind::d4star, {40, 30, 26, 9}, channel("value", ValueType::u8), 4), dense));
+}
+
 void make_good() {
   const std::array<uint32_t, 4> dims{22, 20, 18, 8}, still{26, 24, 25, 1};
   save("v1_d4star_u8",
@@ -424,6 +439,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_uneven_axes();
   bccsplat::test::make_levels();
   bccsplat::test::make_unfinished();
+  bccsplat::test::make_tiles();
   bccsplat::test::make_bad();
   bccsplat::test::make_bad_steps();
   return 0;

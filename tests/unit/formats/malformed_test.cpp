@@ -376,7 +376,7 @@ TEST(Bcc4Malformed, Header) {
   Bytes bad = small_file();
   poke<uint16_t>(bad, 14, bcc4_version + 1);
   seal_header(bad);
-  expect_refused(bad, Code::unsupported_version, "needs a reader of version 4");
+  expect_refused(bad, Code::unsupported_version, "needs a reader of version 5");
   poke<uint16_t>(bad, 14, 0);
   seal_header(bad);
   expect_refused(bad, Code::corrupt, "reserved");
@@ -437,8 +437,8 @@ TEST(Bcc4Malformed, MetadataRecords) {
        with_metadata([](Bytes& m) { m.insert(m.begin(), m.begin(), m.begin() + world_at); })},
       {"a record is missing", Code::corrupt,
        with_metadata([](Bytes& m) { m.erase(m.begin(), m.begin() + world_at); })},
-      {"unknown record 13", Code::unsupported_version, with_metadata([](Bytes& m) {
-         const std::array<uint8_t, 8> record{13, 0, 0, 0, 0, 0, 0, 0};
+      {"unknown record 14", Code::unsupported_version, with_metadata([](Bytes& m) {
+         const std::array<uint8_t, 8> record{14, 0, 0, 0, 0, 0, 0, 0};
          m.insert(m.end(), std::as_bytes(std::span(record)).begin(), std::as_bytes(std::span(record)).end());
        })},
       {"needs", Code::truncated, with_metadata([](Bytes& m) { poke<uint32_t>(m, 4, UINT32_MAX); })},

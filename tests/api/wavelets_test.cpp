@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// Series stored as wavelets: the error that was asked for at every level of asking, and what is refused.
+#include "fit_writer.h"
+
+namespace bccsplat::test {
+namespace {
+
+double moving_waves(double x, double y, double z, double t) {
+  return 900 * std::sin(.21 * x + .13 * y - .3 * t) * std::cos(.17 * z + .1 * t) +
+         60 * std::sin(1.9 * x + 2.3 * z);
+}
+
+// As u16 over the range of the source, on its own grid.
+struct Asked {
+  Asked() {
+    options.store = BCCSPLAT_STORE_WAVELETS, options.lattice = BCCSPLAT_LATTICE_CC;
+    options.measure = BCCSPLAT_MEASURE_ALL;
+    channel.value_type = BCCSPLAT_TYPE_U16, channel.set_mask = BCCSPLAT_CHANNEL_SET_RANGE;
+    channel.range[0] = -960, channel.range[1] = 960;
+  }
+  bccsplat_writer_options options = sized<bccsplat_writer_options>();
+  bccsplat_channel_options channel = sized<bccsplat_channel_options>();
+};
+
+Source waves_in_time() { return source_of({37, 30, 25, 20}, BCCSPLAT_TYPE_F32, moving_waves); }
+
+double root_mean_square(const OpenVolume& volume, const Source& s) {
+  double sum = 0;
+  for (uint32_t t = 0; t < s.dims[3]; ++t) {
+    const std::vector<float> frame = volume.frame(t);
+    for (size_t i = 0; i < frame.size(); ++i) sum += std::pow(frame[i] - s.values[t * frame.size() + i], 2);
+  }
+  return std::sqrt(sum / static_cast<double>(s.values.size()));
+}
+
+TEST(Wavelets, KeepAnErrorAPsnrAndABound) {
+  const TestDevice device;
+  const Source s = waves_in_time();
+  size_t last = SIZE_MAX;
+  for (const double error : {1.0, 4.0, 16.0}) {
+    Asked a;
+    a.channel.wavelet_error = error;
+    const Written w = write_frames(device, s, a.options, a.channel);
+    ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+    const OpenVolume volume(device, w.bytes);
+    const double found = root_mean_square(volume, s);
+    EXPECT_LE(found, error * 1.001);
+    EXPECT_GT(found, error * .7);
+    EXPECT_NEAR(w.error.rmse, found, .01 * found); // what was told while it was written
+    EXPECT_LT(w.bytes.size(), last);
+    last = w.bytes.size();
+    auto info = sized<bccsplat_volume_info>();
+    ASSERT_EQ(bccsplat_volume_get_info(volume.volume, &info), BCCSPLAT_OK);
+    EXPECT_EQ(info.store, BCCSPLAT_STORE_WAVELETS);
+  }
+  Asked a;
+  a.options.psnr = 55;
+  const Written psnr = write_frames(device, s, a.options, a.channel);
+  ASSERT_EQ(psnr.status, BCCSPLAT_OK) << psnr.text;
+  EXPECT_GE(psnr.error.psnr, 55);
+  EXPECT_LT(psnr.error.psnr, 57);
+  Asked b;
+  b.options.abs_error = 6;
+  const Written bound = write_frames(device, s, b.options, b.channel);
+  ASSERT_EQ(bound.status, BCCSPLAT_OK) << bound.text;
+  const LargestError largest = largest_error(OpenVolume(device, bound.bytes), s);
+  EXPECT_LE(largest.slices, 6);
+  EXPECT_LE(largest.points, 6);
+}
+
+TEST(Wavelets, TakeAFractionOfTheBytesOfSamples) {
+  const TestDevice device;
+  const Source s = waves_in_time();
+  Asked a;
+  a.options.psnr = 50;
+  const Written wavelets = write_frames(device, s, a.options, a.channel);
+  // 5.4 is the root mean square of a step of 18.7: samples in steps that make the same error.
+  a.options.store = BCCSPLAT_STORE_SAMPLES, a.channel.value_step = 18.7;
+  const Written samples = write_frames(device, s, a.options, a.channel);
+  ASSERT_EQ(samples.status, BCCSPLAT_OK) << samples.text;
+  EXPECT_GE(wavelets.error.psnr, 50);
+  EXPECT_LT(samples.error.psnr, 51.5);
+  EXPECT_LT(2 * wavelets.bytes.size(), samples.bytes.size());
+}
+
+TEST(Wavelets, OfD4StarKeepTheErrorOfTheirSites) {
+  const TestDevice device;
+  const Source s = source_of({40, 36, 30, 16}, BCCSPLAT_TYPE_F32, [](double x, double y, double z, double t) {
+    return 500 + 400 * std::sin(.2 * x + .1 * y - .2 * t) * std::cos(.15 * z);
+  });
+  Asked a;
+  a.options.lattice = BCCSPLAT_LATTICE_D4STAR, a.channel.range[0] = 0, a.channel.range[1] = 1000;
+  a.channel.wavelet_error = 3;
+  const Written w = write_frames(device, s, a.options, a.channel);
+  ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+  EXPECT_LT(w.error.rmse, 4);
+  EXPECT_GT(w.error.rmse, .5);
+}
+
+TEST(Wavelets, LevelsAndMovingPicturesReadThem) {
+  const TestDevice device;
+  const Source s = waves_in_time();
+  Asked a;
+  a.options.psnr = 50, a.options.levels = 1;
+  const Written w = write_frames(device, s, a.options, a.channel);
+  ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+  const OpenVolume volume(device, w.bytes);
+  auto at_level = sized<bccsplat_slice_options>();
+  at_level.level = 1;
+  const Cut coarse(volume, {0, 0, 0, 1, -7.5}, at_level), fine(volume, {0, 0, 0, 1, -7.5});
+  auto level = sized<bccsplat_level_info>();
+  ASSERT_EQ(bccsplat_volume_get_level_info(volume.volume, 1, &level), BCCSPLAT_OK);
+  EXPECT_GT(level.scales[0], 1.9);
+  EXPECT_NE(coarse.samples(), fine.samples());
+  double most = 0;
+  for (const float v : fine.samples()) most = larger(most, std::fabs(static_cast<double>(v)));
+  EXPECT_GT(most, 700);
+  const Cut across(volume, {1, 0, 0, 0, -12});
+  EXPECT_EQ(across.samples().size(), size_t{30} * 25 * 20);
+}
+
+TEST(Wavelets, WhatTheyCannotHoldIsRefused) {
+  const TestDevice device;
+  const Source s = source_of({9, 9, 9, 4}, BCCSPLAT_TYPE_F32, moving_waves);
+  const auto refused = [&](const Asked& a, const char* words) {
+    const Written w = write_frames(device, s, a.options, a.channel);
+    EXPECT_EQ(w.status, BCCSPLAT_ERROR_INVALID_ARGUMENT);
+    EXPECT_NE(w.text.find(words), std::string::npos) << w.text;
+  };
+  Asked floats;
+  floats.options.psnr = 50, floats.channel.value_type = BCCSPLAT_TYPE_F32, floats.channel.wavelet_error = 1;
+  floats.channel.set_mask = 0;
+  refused(floats, "U8 or U16");
+  refused(Asked{}, "wavelet_error");
+  Asked negative;
+  negative.channel.wavelet_error = -1;
+  refused(negative, "wavelet_error");
+}
+
+} // namespace
+} // namespace bccsplat::test

@@ -1,0 +1,122 @@
+"""bcc4 import --store wavelets: the error that is asked for, fewer bytes than samples take, and the same file
+whatever way it was written: in one go, in parts, killed and resumed, appended to."""
+import math
+import os
+import signal
+import subprocess
+import time
+
+from harness import BCC4, DATA, ToolTest, main
+
+DIMS = (40, 34, 22, 40)
+SERIES = 'viscous_fingers_run01_64x64x64x99_u16.nrrd'
+
+
+def waves(x, y, z, t):
+    """Moves in a box that is air on one side."""
+    if x < 6:
+        return 0
+    return 2000 + 900 * math.sin(.3 * x + .2 * y - .25 * t) * math.cos(.2 * z) + 40 * math.sin(2.1 * x + 1.7 * y)
+
+
+class Wavelets(ToolTest):
+    def source(self, dims=DIMS, name='a.raw'):
+        return self.raw(name, dims, waves, 'u16')
+
+    def read(self, name):
+        with open(self.path(name), 'rb') as f:
+            return f.read()
+
+    def psnr(self, file, args):
+        return self.json('verify', file, '--against', *args)['psnr']
+
+    def test_the_psnr_asked_for_in_few_bytes(self):
+        args = self.source()
+        sizes = {}
+        for psnr in (45, 60):
+            self.bcc4('import', *args, '--store', 'wavelets', '--psnr', str(psnr), '-o', 'w.bcc4', '--quiet', '--overwrite')
+            found = self.psnr('w.bcc4', args)
+            self.assertGreaterEqual(found, psnr)
+            self.assertLess(found, psnr + 1.5)
+            sizes[psnr] = os.path.getsize(self.path('w.bcc4'))
+        self.assertEqual(self.json('info', 'w.bcc4')['store'], 'wavelets')
+        self.bcc4('import', *args, '--psnr', '60', '-o', 's.bcc4', '--quiet')
+        self.assertLess(sizes[45], sizes[60])
+        self.assertLess(1.5 * sizes[60], os.path.getsize(self.path('s.bcc4')))
+
+    def test_fifty_decibels_where_nothing_is_asked_for(self):
+        args = self.source()
+        self.bcc4('import', *args, '--store', 'wavelets', '-o', 'w.bcc4', '--quiet', '--overwrite')
+        self.assertAlmostEqual(self.psnr('w.bcc4', args), 50.5, delta=.6)
+
+    def test_a_bound_of_every_sample(self):
+        args = self.source()
+        self.bcc4('import', *args, '--store', 'wavelets', '--abs', '25', '-o', 'w.bcc4', '--quiet', '--overwrite')
+        self.assertLessEqual(self.json('verify', 'w.bcc4', '--against', *args)['max_abs'], 25)
+
+    def test_floats_and_air(self):
+        args = self.raw('f.raw', DIMS, lambda *p: waves(*p) / 1000, 'f32')
+        self.bcc4('import', *args, '--store', 'wavelets', '--psnr', '50', '-o', 'w.bcc4', '--quiet', '--overwrite')
+        self.assertGreaterEqual(self.psnr('w.bcc4', args), 50)
+        info = self.json('info', 'w.bcc4')
+        self.assertLess(info['sites_kept'], info['sites_total'])
+
+    def test_parts_appending_and_killing_give_the_same_bytes(self):
+        args = self.source()
+        for more in (('--psnr', '50'), ('--abs', '30')):
+            options = (*args, '--store', 'wavelets', *more)
+            self.bcc4('import', *options, '-o', 'one.bcc4', '--quiet', '--overwrite')
+            self.bcc4('import', *options, '--dry-run', '--plan', 'plan.json', '--overwrite')
+            for k in (2, 1):
+                self.bcc4('import', '--plan', 'plan.json', '--part', f'{k}/2', '-o', f'{k}.bcc4', '--quiet', '--overwrite')
+            self.bcc4('concat', '1.bcc4', '2.bcc4', '-o', 'joined.bcc4', '--quiet', '--overwrite')
+            self.assertEqual(self.read('joined.bcc4'), self.read('one.bcc4'), more)
+            self.kill_and_resume(options)
+            self.assertEqual(self.read('killed.bcc4'), self.read('one.bcc4'), more)
+
+    def kill_and_resume(self, options):
+        """Kills an import after some of its time; what is left of it goes on."""
+        command = [BCC4, 'import', *options, '-o', 'killed.bcc4', '--quiet', '--resume', '--overwrite']
+        process = subprocess.Popen(command, cwd=self.folder)
+        time.sleep(.4)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        self.bcc4('import', *options, '-o', 'killed.bcc4', '--quiet', '--resume', '--overwrite')
+
+    def test_what_goes_on(self):
+        args = self.source((40, 34, 22, 60), 'b.raw')
+        first = self.source((40, 34, 22, 40), 'b.raw')
+        options = ('--store', 'wavelets', '--abs', '30', '--lattice', 'cc')
+        self.bcc4('import', *first, *options, '-o', 'grown.bcc4', '--quiet')
+        self.raw('b.raw', (40, 34, 22, 60), waves, 'u16')
+        self.bcc4('import', *args, *options, '--append', '-o', 'grown.bcc4', '--quiet')
+        self.bcc4('import', *args, *options, '-o', 'whole.bcc4', '--quiet')
+        self.assertEqual(self.read('grown.bcc4'), self.read('whole.bcc4'))
+
+    def test_damage_costs_a_tile(self):
+        args = self.source()
+        self.bcc4('import', *args, '--store', 'wavelets', '-o', 'w.bcc4', '--quiet', '--overwrite')
+        data = bytearray(self.read('w.bcc4'))
+        data[12288 + 40] ^= 1
+        self.write('bad.bcc4', bytes(data))
+        report = self.json('verify', 'bad.bcc4', expect=1)
+        self.assertFalse(report['ok'])
+
+    def test_coded_anew_as_samples(self):
+        args = self.source()
+        self.bcc4('import', *args, '--store', 'wavelets', '-o', 'w.bcc4', '--quiet', '--overwrite')
+        self.bcc4('recode', 'w.bcc4', '--store', 'samples', '-o', 's.bcc4', '--quiet')
+        self.assertEqual(self.json('info', 's.bcc4')['store'], 'samples')
+        self.assertAlmostEqual(self.psnr('s.bcc4', args), self.psnr('w.bcc4', args), delta=.01)
+
+    def test_a_real_series(self):
+        source = os.path.join(DATA, SERIES)
+        if not os.path.exists(source):
+            self.skipTest(f'*** {source} is not there ***')
+        self.bcc4('import', source, '--store', 'wavelets', '--psnr', '50', '-o', 'w.bcc4', '--quiet', '--overwrite')
+        self.assertGreaterEqual(self.psnr('w.bcc4', [source]), 50)
+        self.assertLess(os.path.getsize(self.path('w.bcc4')), 150000)  # --psnr 50 as samples takes 254 KB
+
+
+if __name__ == '__main__':
+    main()

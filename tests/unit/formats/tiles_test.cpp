@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of tiles: samples as near as asked, air exact, holes where they were; parts of them alone, damaged
+// ones, and what breaks their rules.
+#include <gtest/gtest.h>
+
+#include "formats/bcc4/coding/tile.h"
+#include "tests/unit/formats/rebuild.h"
+#include "tests/unit/formats/test_data.h"
+
+namespace bccsplat {
+namespace {
+
+using namespace test;
+
+VolumeInfo tiled(LatticeKind kind, ValueType type, double error, int edge) {
+  const auto dims = kind == LatticeKind::bcc ? std::array<uint32_t, 4>{70, 41, 37, 1}
+                                             : std::array<uint32_t, 4>{70, 41, 37, 9};
+  VolumeInfo info = volume(kind, dims, {channel("a", type, 3)});
+  info.tile_edge = edge, info.slab_layers = 6;
+  info.channels[0].wavelet_error = error;
+  return info;
+}
+
+struct SiteDifference {
+  double squares = 0, sites = 0;
+  int64_t air_lost = 0; // kept before, air now
+  int64_t holes = 0, other_holes = 0;
+};
+
+bool is_kept(const Brick& brick, int site) {
+  return (brick.kept[site / brick_edge] >> (site % brick_edge) & 1) != 0;
+}
+
+void compare_bricks(const Brick* a, const Brick* b, SiteDifference& d) {
+  for (int i = 0; i < brick_sites; ++i) {
+    const bool was = a && is_kept(*a, i), stays = b && is_kept(*b, i);
+    d.air_lost += was && !stays;
+    const double off = double{was ? a->value[i] : 0} - (stays ? b->value[i] : 0);
+    d.squares += off * off, ++d.sites;
+    const bool hole = a && a->is_hole(i), found = b && b->is_hole(i);
+    d.holes += hole, d.other_holes += hole != found;
+  }
+}
+
+SiteDifference compare_sites(const Layers& a, const Layers& b) {
+  SiteDifference d;
+  for (size_t m = 0; m < a[0].size(); ++m)
+    for (size_t s = 0; s < a[0][m].brick_slots(); ++s) compare_bricks(a[0][m].brick(s), b[0][m].brick(s), d);
+  return d;
+}
+
+class Tiles : public testing::TestWithParam<std::tuple<LatticeKind, ValueType, int>> {};
+
+TEST_P(Tiles, KeepTheErrorAndWhatIsAir) {
+  const auto [kind, type, edge] = GetParam();
+  const double error = type == ValueType::u8 ? 1 : .2;
+  const VolumeInfo info = tiled(kind, type, error, edge);
+  const Layers layers = make_volume(info, ball);
+  const Bytes file = write_file(info, layers);
+  const auto reader = Bcc4Reader::open(open_memory_source(file));
+  EXPECT_EQ(reader->info().tile_edge, edge);
+  Bench bench;
+  for (const auto& damage : reader->verify_all(bench.context).damage) ADD_FAILURE() << damage.message;
+  const Layers back = read_all(file);
+  const SiteDifference d = compare_sites(layers, back);
+  EXPECT_EQ(d.air_lost, 0);
+  EXPECT_GT(d.holes, 0);
+  EXPECT_EQ(d.other_holes, 0);
+  EXPECT_GT(d.squares, 0);
+  EXPECT_LE(std::sqrt(d.squares / d.sites), error + .3 * info.channels[0].scale); // and the type's own steps
+  // The bytes are the same again, whoever writes them.
+  EXPECT_EQ(write_file(info, layers, 3), file);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    AllLattices, Tiles,
+    testing::Combine(testing::Values(LatticeKind::d4star, LatticeKind::bcc, LatticeKind::cc),
+                     testing::Values(ValueType::u8, ValueType::u16), testing::Values(2, 4)));
+
+TEST(TilesAlone, ABoxReadsItsTilesAndNoOthers) {
+  const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .2, 2);
+  const Bytes file = write_file(info, make_volume(info, dense));
+  Bench bench;
+  const auto reader = Bcc4Reader::open(open_memory_source(file));
+  const Bcc4Samples whole(reader, bench.memory), part(reader, bench.memory);
+  const BrickBox box{{2, 0, 0}, {4, 1, 1}};
+  const BrickLayer all = whole.read_layer(0, 4, {}, bench.context),
+                   some = part.read_layer(0, 4, box, bench.context);
+  EXPECT_EQ(part.chunks_decoded(), 1u);
+  for (int x = 2; x < 4; ++x) {
+    const auto *a = all.brick(all.slot(x, 0, 0)), *b = some.brick(some.slot(x, 0, 0));
+    ASSERT_TRUE(a && b);
+    EXPECT_TRUE(std::equal(a->value.begin(), a->value.end(), b->value.begin()));
+  }
+}
+
+TEST(TilesAlone, LayersOneByOneDecodeATileOnce) {
+  const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .2, 4);
+  const Bytes file = write_file(info, make_volume(info, dense));
+  Bench bench;
+  const Bcc4Samples samples(Bcc4Reader::open(open_memory_source(file)), bench.memory);
+  for (int32_t m = 0; m < 6; ++m)
+    samples.read_samples(0, std::span(&m, 1), {}, bench.context, [](int32_t, SampleLayer&&) {});
+  EXPECT_EQ(samples.chunks_decoded(), 2u); // along x
+}
+
+TEST(TilesAlone, WhatAReaderGetsIsToldToTheWriter) {
+  const VolumeInfo info = tiled(LatticeKind::d4star, ValueType::u16, .2, 4);
+  const Layers layers = make_volume(info, ball);
+  Bench bench;
+  Bytes bytes;
+  Bcc4Writer writer(create_memory_sink(bytes), info);
+  std::vector<BrickLayer> told;
+  for (int32_t s = 0; s < info.slabs(); ++s) {
+    const auto slab = std::span(layers[0]).subspan(s * 6, info.layers_of(s));
+    const std::vector<SampleLayer> compact(slab.begin(), slab.end());
+    writer.write_slab(s, 0, compact, bench.context);
+    for (BrickLayer& layer : writer.as_read(s, 0, compact, bench.context)) told.push_back(std::move(layer));
+  }
+  writer.finish(bench.context);
+  EXPECT_FALSE(difference({told}, read_all(bytes)));
+}
+
+TEST(TilesAlone, DamageCostsATileAndItsReach) {
+  const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .2, 2);
+  Bytes file = write_file(info, make_volume(info, dense));
+  Bench bench;
+  const auto victim = Bcc4Reader::open(open_memory_source(file))->chunks(0, 0)[0];
+  file[victim.offset + 9] ^= std::byte{1};
+  const auto damage = Bcc4Reader::open(open_memory_source(file))->verify_all(bench.context).damage;
+  ASSERT_EQ(damage.size(), 1u);
+  EXPECT_EQ(damage[0].code, Code::checksum_mismatch);
+  const auto salvaged = Bcc4Reader::open(open_memory_source(file), {.salvage = true});
+  const Bcc4Samples samples(salvaged, bench.memory);
+  const BrickLayer layer = samples.read_layer(0, 2, {}, bench.context);
+  const Brick *lost = layer.brick(layer.slot(0, 0, 0)), *near = layer.brick(layer.slot(1, 1, 1)),
+              *whole = layer.brick(layer.slot(4, 0, 0));
+  ASSERT_TRUE(lost && near && whole);
+  EXPECT_TRUE(lost->is_hole(0));
+  EXPECT_TRUE(near->is_hole(0));
+  EXPECT_FALSE(whole->hole);
+}
+
+// A file that breaks a rule of the page is refused before its tiles are looked at.
+void expect_refused(const std::function<void(VolumeInfo&)>& change) {
+  const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .2, 2);
+  const Bytes bad = rebuild(write_file(info, make_volume(info, dense)), with_info(change));
+  try {
+    (void)Bcc4Reader::open(open_memory_source(bad));
+    ADD_FAILURE() << "opened";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), Code::corrupt) << e.message();
+  }
+}
+
+TEST(TilesAlone, RulesOfTheRecord) {
+  expect_refused([](VolumeInfo& v) { v.tile_edge = 3; });
+  expect_refused([](VolumeInfo& v) { v.channels[0].wavelet_error = 0; });
+  expect_refused([](VolumeInfo& v) { v.channels[0].wavelet_error = NAN; });
+  expect_refused([](VolumeInfo& v) {
+    v.channels[0].type = ValueType::f32, v.channels[0].scale = 1, v.channels[0].offset = v.channels[0].air;
+  });
+}
+
+TEST(TilesAlone, OtherCodingsAmongTilesAreRefused) {
+  const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .2, 2);
+  for (const auto& change : std::vector<std::function<void(Bcc4Chunk&)>>{
+           [](Bcc4Chunk& c) { c.coding = static_cast<uint8_t>((c.coding & 0xf0) | 1); },
+           [](Bcc4Chunk& c) { c.predictor = 1; }, [](Bcc4Chunk& c) { c.slot = 200; }}) {
+    const Bytes bad = rebuild(write_file(info, make_volume(info, dense)),
+                              {.entries = [&](std::vector<Bcc4Chunk>& page) { change(page.back()); }});
+    Bench bench;
+    try {
+      const auto reader = Bcc4Reader::open(open_memory_source(bad));
+      (void)read_all(reader, bench);
+      ADD_FAILURE() << "read";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), Code::corrupt) << e.message();
+    }
+  }
+}
+
+} // namespace
+} // namespace bccsplat
