@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Suite `coder`: a trial of a third store on real series, beside today's import and zfp.
+// Suite `coder`: real series stored as wavelets, beside the tool's other ways and zfp.
 #pragma once
 
 #include <span>
@@ -9,8 +9,8 @@
 
 namespace bccsplat::bench {
 
-//   coder --data DIR [--set NAME] [--slab FRAMES] [--edge SAMPLES] [--no-today]: the series of paper_sets.cpp
-//   that are in a folder, or one of them; slabs and chunks other than the usual ones; only the trial
+//   coder --data DIR [--set NAME] [--wavelets-only]: the series of paper_sets.cpp that are in a folder, or
+//   one of them
 // Returns the exit status; throws Error on wrong arguments.
 int run_coder_suite(std::span<const std::string> args, const Report& report);
 
