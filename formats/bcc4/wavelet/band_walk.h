@@ -3,6 +3,7 @@
 // each.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -69,7 +70,6 @@ class BandWalk {
       magnitudes_[b] = BandMagnitudes(bands_[b], layers_);
       if (bands_[b].empty()) continue;
       find_relatives(static_cast<int>(b));
-      sums_.assign(Around::count, std::vector<uint32_t>(bands_[b].size[0]));
       outside_.resize(bands_[b].size[0]);
       for (int k = 0; k < layers_; ++k)
         for (int z = 0; z < bands_[b].size[2]; ++z)
@@ -107,19 +107,14 @@ class BandWalk {
     const BandBox& box = bands_[b];
     BandMagnitudes& m = magnitudes_[b];
     uint16_t* const here = m.row(k, z, y);
-    add_around(m, k, z, y, box.size[0]);
-    parent_row_ = nullptr;
-    if (parent_) add_parent(k, z, y, box.size[0]);
-    add_siblings(k, z, y, box.size[0]);
-    weigh(box.size[0]);
+    sum_outside(m, k, z, y, box.size[0]);
     const WalkRow place{box, b, k, z, y};
     if (!visit.row(place, outside_)) return;
+    m.filled(k, z, y) = 1;
     const uint16_t *north_row = m.row(k, z, y - 1), *up_row = m.row(k, z - 1, y),
                    *before_row = m.row(k - 1, z, y);
     const int sx = shift_[0];
     for (int x = 0; x < box.size[0]; ++x) {
-      sums_[Around::west][x] = here[x - 1];
-      sums_[Around::west2][x] = here[x - 2];
       const uint32_t sum = outside_[x] + around_weights[Around::west] * here[x - 1] +
                            around_weights[Around::west2] * here[x - 2];
       const WalkSite site{sum,
@@ -133,62 +128,65 @@ class BandWalk {
     }
   }
 
-  void add_around(BandMagnitudes& m, int k, int z, int y, int n) {
+  // The weighted sums of what is known around a row, but for the row itself. Most rows are far from anything.
+  void sum_outside(BandMagnitudes& m, int k, int z, int y, int n) {
+    std::fill_n(outside_.data(), n, 0U);
+    if (m.filled(k, z, y - 1) | m.filled(k, z, y - 2) | m.filled(k, z - 1, y) | m.filled(k, z - 1, y - 1) |
+        m.filled(k, z - 1, y + 1) | m.filled(k, z - 2, y))
+      add_layer(m, k, z, y, n);
+    if (m.filled(k - 1, z, y) | m.filled(k - 1, z, y - 1) | m.filled(k - 1, z, y + 1) |
+        m.filled(k - 1, z - 1, y) | m.filled(k - 1, z + 1, y) | m.filled(k - 2, z, y))
+      add_layers_before(m, k, z, y, n);
+    parent_row_ = nullptr;
+    if (parent_) add_parent(k, z >> shift_[2], y >> shift_[1], n);
+    for (const int s : siblings_) add_sibling(s, k, z, y, n);
+  }
+  void add_layer(BandMagnitudes& m, int k, int z, int y, int n) {
     const uint16_t *nn = m.row(k, z, y - 1), *n2 = m.row(k, z, y - 2), *u = m.row(k, z - 1, y),
                    *un = m.row(k, z - 1, y - 1), *us = m.row(k, z - 1, y + 1), *u2 = m.row(k, z - 2, y);
+    constexpr auto& w = around_weights;
+    for (int x = 0; x < n; ++x)
+      outside_[x] += w[Around::north] * nn[x] + w[Around::up] * u[x] + w[Around::far] * (n2[x] + u2[x]) +
+                     w[Around::diagonal] * (nn[x - 1] + nn[x + 1]) +
+                     w[Around::diagonal_up] * (u[x - 1] + u[x + 1] + un[x] + us[x]);
+  }
+  void add_layers_before(BandMagnitudes& m, int k, int z, int y, int n) {
     const uint16_t *t = m.row(k - 1, z, y), *t2 = m.row(k - 2, z, y), *tn = m.row(k - 1, z, y - 1),
                    *ts = m.row(k - 1, z, y + 1), *tu = m.row(k - 1, z - 1, y), *td = m.row(k - 1, z + 1, y);
-    for (int x = 0; x < n; ++x) {
-      sums_[Around::north][x] = nn[x];
-      sums_[Around::up][x] = u[x];
-      sums_[Around::far][x] = n2[x] + u2[x];
-      sums_[Around::diagonal][x] = nn[x - 1] + nn[x + 1];
-      sums_[Around::diagonal_up][x] = u[x - 1] + u[x + 1] + un[x] + us[x];
-      sums_[Around::before][x] = t[x];
-      sums_[Around::around_before][x] = t[x - 1] + t[x + 1] + tn[x] + ts[x] + tu[x] + td[x];
-      sums_[Around::before2][x] = t2[x];
-    }
+    constexpr auto& w = around_weights;
+    for (int x = 0; x < n; ++x)
+      outside_[x] += w[Around::before] * t[x] + w[Around::before2] * t2[x] +
+                     w[Around::around_before] * (t[x - 1] + t[x + 1] + tn[x] + ts[x] + tu[x] + td[x]);
   }
+  // z, y: of the parent.
   void add_parent(int k, int z, int y, int n) {
     BandMagnitudes& m = *parent_;
-    const int sx = shift_[0];
-    z >>= shift_[2], y >>= shift_[1];
-    const uint16_t *p = m.row(k, z, y), *pn = m.row(k, z, y - 1), *ps = m.row(k, z, y + 1),
-                   *pu = m.row(k, z - 1, y), *pd = m.row(k, z + 1, y);
+    const uint16_t* const p = m.row(k, z, y);
     parent_row_ = p;
+    if (!(m.filled(k, z, y) | m.filled(k, z, y - 1) | m.filled(k, z, y + 1) | m.filled(k, z - 1, y) |
+          m.filled(k, z + 1, y)))
+      return;
+    const uint16_t *pn = m.row(k, z, y - 1), *ps = m.row(k, z, y + 1), *pu = m.row(k, z - 1, y),
+                   *pd = m.row(k, z + 1, y);
+    constexpr auto& w = around_weights;
     for (int x = 0; x < n; ++x) {
-      const int i = x >> sx;
-      sums_[Around::parent][x] = p[i];
-      sums_[Around::around_parent][x] = p[i - 1] + p[i + 1] + pn[i] + ps[i] + pu[i] + pd[i];
+      const int i = x >> shift_[0];
+      outside_[x] += w[Around::parent] * p[i] +
+                     w[Around::around_parent] * (p[i - 1] + p[i + 1] + pn[i] + ps[i] + pu[i] + pd[i]);
     }
   }
-  void add_siblings(int k, int z, int y, int n) {
-    auto& sum = sums_[Around::siblings];
-    for (int x = 0; x < n; ++x) sum[x] = 0;
-    for (const int s : siblings_) {
-      const BandBox& box = bands_[s];
-      if (y >= box.size[1] || z >= box.size[2]) continue;
-      const uint16_t* const row = magnitudes_[s].row(k, z, y);
-      const int count = n < box.size[0] ? n : box.size[0];
-      for (int x = 0; x < count; ++x) sum[x] += row[x];
-    }
-  }
-  void weigh(int n) {
-    for (int x = 0; x < n; ++x) outside_[x] = 0;
-    for (int a = Around::north; a < Around::count; ++a) {
-      if (!parent_ && (a == Around::parent || a == Around::around_parent)) continue;
-      const uint32_t w = around_weights[a];
-      if (w == 0) continue;
-      const uint32_t* const sum = sums_[a].data();
-      for (int x = 0; x < n; ++x) outside_[x] += w * sum[x];
-    }
+  void add_sibling(int s, int k, int z, int y, int n) {
+    const BandBox& box = bands_[s];
+    if (y >= box.size[1] || z >= box.size[2] || !magnitudes_[s].filled(k, z, y)) return;
+    const uint16_t* const row = magnitudes_[s].row(k, z, y);
+    const int count = std::min(n, box.size[0]);
+    for (int x = 0; x < count; ++x) outside_[x] += around_weights[Around::siblings] * row[x];
   }
 
   const Halvings shape_;
   std::vector<BandBox> bands_;
   int layers_;
   std::vector<BandMagnitudes> magnitudes_;
-  std::vector<std::vector<uint32_t>> sums_;
   std::vector<uint32_t> outside_;
   BandMagnitudes* parent_ = nullptr;
   const uint16_t* parent_row_ = nullptr;

@@ -34,7 +34,8 @@ std::vector<BandBox> bands_of(const Halvings& shape) {
 }
 
 BandMagnitudes::BandMagnitudes(const BandBox& box, int layers)
-    : width_(box.size[0] + 4), height_(box.size[1] + 4), depth_(box.size[2] + 4),
-      values_(width_ * height_ * depth_ * (layers + 2) + 2 * width_) {}
+    : width_(box.size[0] + 2 * rim), height_(box.size[1] + 2 * rim), depth_(box.size[2] + 2 * rim),
+      values_(width_ * height_ * depth_ * (layers + rim) + 2 * width_),
+      filled_(height_ * depth_ * (layers + rim)) {}
 
 } // namespace bccsplat

@@ -29,12 +29,19 @@ class BandMagnitudes {
   BandMagnitudes(const BandBox& box, int layers);
   // The row at y, z of layer k, each from -2 to one (k: none) past the end.
   [[nodiscard]] uint16_t* row(int k, int z, int y) {
-    return values_.data() + 2 + ((size_t(k + 2) * depth_ + z + 2) * height_ + y + 2) * width_;
+    return values_.data() + rim + row_number(k, z, y) * width_;
   }
+  // Whether anything of that row may be other than 0.
+  [[nodiscard]] uint8_t& filled(int k, int z, int y) { return filled_[row_number(k, z, y)]; }
 
  private:
+  static constexpr int rim = 2;
+  [[nodiscard]] size_t row_number(int k, int z, int y) const {
+    return (static_cast<size_t>(k + rim) * depth_ + z + rim) * height_ + y + rim;
+  }
   size_t width_ = 0, height_ = 0, depth_ = 0;
   std::vector<uint16_t> values_;
+  std::vector<uint8_t> filled_;
 };
 
 } // namespace bccsplat

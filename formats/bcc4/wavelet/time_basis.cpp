@@ -46,7 +46,8 @@ void rotate(std::vector<double>& c, std::vector<double>& v, int n, int p, int q)
   for (int i = 0; i < n; ++i) turn(v[p * n + i], v[q * n + i]);
 }
 
-template<class Weight> void change_basis(int frames, std::span<float> slab, const Weight& weight) {
+template<class Weight>
+void change_basis(int frames, std::span<float> slab, const std::vector<bool>& filled, const Weight& weight) {
   constexpr size_t block = 256;
   const size_t samples = slab.size() / frames;
   std::vector<float> out(block * frames);
@@ -55,6 +56,7 @@ template<class Weight> void change_basis(int frames, std::span<float> slab, cons
     std::fill(out.begin(), out.end(), 0.0F);
     for (int to = 0; to < frames; ++to)
       for (int from = 0; from < frames; ++from) {
+        if (!filled[from]) continue;
         const float w = weight(to, from);
         const float* const in = slab.data() + from * samples + first;
         for (size_t i = 0; i < n; ++i) out[to * block + i] += w * in[i];
@@ -108,13 +110,13 @@ std::vector<double> variances_in(const TimeBasis& basis, std::span<const float> 
 }
 
 void to_layers(const TimeBasis& basis, std::span<float> slab) {
-  change_basis(basis.frames, slab, [&](int layer, int frame) {
+  change_basis(basis.frames, slab, std::vector<bool>(basis.frames, true), [&](int layer, int frame) {
     return static_cast<float>(basis.rows[layer * basis.frames + frame]) / basis_unit;
   });
 }
 
-void to_frames(const TimeBasis& basis, std::span<float> slab) {
-  change_basis(basis.frames, slab, [&](int frame, int layer) {
+void to_frames(const TimeBasis& basis, std::span<float> slab, const std::vector<bool>& filled) {
+  change_basis(basis.frames, slab, filled, [&](int frame, int layer) {
     return static_cast<float>(basis.rows[layer * basis.frames + frame]) / basis_unit;
   });
 }

@@ -25,6 +25,7 @@ inline constexpr int basis_unit = 1 << 14;
 
 // Frames to layers, and back, in place.
 void to_layers(const TimeBasis& basis, std::span<float> slab);
-void to_frames(const TimeBasis& basis, std::span<float> slab);
+// filled: whether a layer has anything but 0.
+void to_frames(const TimeBasis& basis, std::span<float> slab, const std::vector<bool>& filled);
 
 } // namespace bccsplat

@@ -236,8 +236,13 @@ std::vector<float> restore_tile(const TileBands& bands, const StepRule& rule) {
 
 void to_numbers(const TileBands& bands, std::span<float> values) {
   const size_t layer = bands.shape.samples();
-  for (int k = 0; k < bands.basis.frames; ++k) synthesise(bands.shape, values.subspan(k * layer, layer));
-  to_frames(bands.basis, values);
+  std::vector<bool> filled(bands.basis.frames);
+  for (int k = 0; k < bands.basis.frames; ++k) {
+    const auto of_layer = values.subspan(k * layer, layer);
+    filled[k] = std::any_of(of_layer.begin(), of_layer.end(), [](float v) { return v != 0; });
+    if (filled[k]) synthesise(bands.shape, of_layer);
+  }
+  to_frames(bands.basis, values, filled);
 }
 
 } // namespace bccsplat
