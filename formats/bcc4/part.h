@@ -26,7 +26,7 @@ struct PartWrite {
   int64_t frame = chunks; // of the corrections, or of the mask
   int level = 0;          // of chunks
   // Orders by trigger and channel; masks first, coarse levels before finer ones; by slab and frame.
-  auto operator<=>(const PartWrite& other) const { return order() <=> other.order(); }
+  bool operator<(const PartWrite& other) const { return order() < other.order(); }
   bool operator==(const PartWrite&) const = default;
 
  private:

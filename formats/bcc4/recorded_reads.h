@@ -8,6 +8,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -37,7 +38,10 @@ class RecordedReads final : public SampleSource {
     int channel;
     int32_t layer;
     Int3 begin, end;
-    auto operator<=>(const Read&) const = default;
+    bool operator<(const Read& other) const {
+      return std::tie(channel, layer, begin, end) <
+             std::tie(other.channel, other.layer, other.begin, other.end);
+    }
   };
   const Bcc4Samples& samples_;
   mutable std::mutex mutex_;

@@ -60,7 +60,7 @@ std::unique_ptr<bccsplat_frame> make_frame(bccsplat_device* device, uint32_t wid
   for (const uint32_t bit : planes) {
     if (!(channels & bit)) continue;
     const int components = components_of(bit);
-    *plane_of(*f, bit) = {next, std::ptrdiff_t{width} * components, components};
+    *plane_of(*f, bit) = {next, static_cast<std::ptrdiff_t>(width) * components, components};
     next += pixels * static_cast<size_t>(components);
   }
   if (channels & BCCSPLAT_FRAME_DEEP) f->image.deep = &f->deep;

@@ -104,7 +104,7 @@ class ByteWriter {
   }
   void write_string(std::string_view text) {
     write(static_cast<uint32_t>(text.size()));
-    write_bytes(std::as_bytes(std::span(text)));
+    write_bytes(std::as_bytes(std::span<const char>(text.data(), text.size())));
   }
 
   [[nodiscard]] size_t size() const { return bytes_.size(); }

@@ -21,6 +21,10 @@
 namespace bccsplat {
 namespace {
 
+// What strerror_r gives: a text of its own, or as POSIX has it a status, the text in the buffer.
+[[maybe_unused]] const char* error_text(const char* text, const char* /*buffer*/) { return text; }
+[[maybe_unused]] const char* error_text(int /*status*/, const char* buffer) { return buffer; }
+
 [[noreturn]] void fail_errno(const std::string& path, const char* doing, int error) {
   Code code = Code::io_error;
   const char* hint = "";
@@ -49,8 +53,8 @@ namespace {
     break;
   }
   char buffer[256] = {};
-  fail(code, path, ": cannot ", doing, ": ",
-       static_cast<const char*>(strerror_r(error, buffer, sizeof buffer)), hint);
+  fail(code, path, ": cannot ", doing, ": ", error_text(strerror_r(error, buffer, sizeof buffer), buffer),
+       hint);
 }
 
 class Descriptor {

@@ -4,6 +4,9 @@
 
 #include <charconv>
 #include <concepts>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,11 +21,19 @@ requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std:
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   out.append(buffer, end);
 }
-// Appends the shortest form that reads back as the same number.
+// Appends the shortest form, by trial where the standard library has none that reads back as the same number.
 template<std::floating_point F> void append_text(std::string& out, F value) {
   char buffer[64];
+#if defined(__cpp_lib_to_chars)
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   out.append(buffer, end);
+#else
+  for (int digits = 1; digits <= std::numeric_limits<F>::max_digits10; ++digits) {
+    std::snprintf(buffer, sizeof buffer, "%.*g", digits, static_cast<double>(value));
+    if (static_cast<F>(std::strtod(buffer, nullptr)) == value) break;
+  }
+  out += buffer;
+#endif
 }
 
 template<class... Parts> [[nodiscard]] std::string concat(const Parts&... parts) {

@@ -195,7 +195,7 @@ void sample_grid(const Slice& slice, const Grid& grid, float* values, const Cont
         const Vec3 i{static_cast<double>(x), static_cast<double>(row % ny), static_cast<double>(row / ny)};
         for (size_t a = 0; a < 3; ++a) at[x][a] = grid.origin[a] + grid.step[a] * i[a];
       }
-      sample_points(slice, at, {values + row * nx, nx}, {}, context);
+      sample_points(slice, at, {values + row * nx, at.size()}, {}, context);
     });
     return;
   }

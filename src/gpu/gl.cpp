@@ -11,6 +11,15 @@ thread_local bool gl_objects_gone = false;
 
 thread_local GLenum (*next_gl_error)() = [] { return glGetError(); };
 
+#if defined(__EMSCRIPTEN__)
+bool has_storage_buffers() { return false; }
+#else
+bool has_storage_buffers() {
+  constexpr int first_version = 43; // of OpenGL, times 10
+  return epoxy_gl_version() >= first_version;
+}
+#endif
+
 void check_gl(const char* what) {
   constexpr int most_errors = 16; // of a context that is lost there is no end of them
   const GLenum error = next_gl_error();

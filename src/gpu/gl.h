@@ -2,7 +2,11 @@
 // OpenGL's objects, each deleted at its end, which must come while their context is current.
 #pragma once
 
+#if defined(__EMSCRIPTEN__)
+#include "gpu/gl_es.h"
+#else
 #include <epoxy/gl.h>
+#endif
 
 #include <cstdint>
 #include <string>
@@ -16,6 +20,9 @@ void check_gl(const char* what);
 
 // What this thread's check_gl() asks, as glGetError() answers: tests have their own.
 extern thread_local GLenum (*next_gl_error)();
+
+// Whether the current context has buffers that compute shaders write.
+[[nodiscard]] bool has_storage_buffers();
 
 // Whether the context of the objects that this thread deletes is gone, or not current: their names are
 // forgotten then.

@@ -9,6 +9,13 @@ namespace bccsplat {
 // Returns whether there is a card that a context could be made on, without loading its driver.
 [[nodiscard]] bool any_graphics_card();
 
+// Whether there are no other contexts than the host's, as in a browser.
+#if defined(__EMSCRIPTEN__)
+inline constexpr bool only_host_contexts = true;
+#else
+inline constexpr bool only_host_contexts = false;
+#endif
+
 // Lives, and is current, on the thread that made it. The displays of EGL are a process's: none is terminated,
 // for the host may use it, too.
 class GlContext {

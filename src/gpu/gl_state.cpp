@@ -5,13 +5,21 @@
 namespace bccsplat {
 namespace {
 
-constexpr int storage_version = 43; // of OpenGL, times 10
-
+#if defined(__EMSCRIPTEN__)
+constexpr std::array switches{GL_BLEND,
+                              GL_DEPTH_TEST,
+                              GL_CULL_FACE,
+                              GL_SCISSOR_TEST,
+                              GL_STENCIL_TEST,
+                              GL_RASTERIZER_DISCARD,
+                              GL_SAMPLE_ALPHA_TO_COVERAGE};
+#else
 constexpr std::array switches{GL_BLEND,          GL_DEPTH_TEST,
                               GL_CULL_FACE,      GL_SCISSOR_TEST,
                               GL_STENCIL_TEST,   GL_FRAMEBUFFER_SRGB,
                               GL_COLOR_LOGIC_OP, GL_RASTERIZER_DISCARD,
                               GL_SAMPLE_MASK,    GL_SAMPLE_ALPHA_TO_COVERAGE};
+#endif
 constexpr std::array pixel_store{GL_UNPACK_ALIGNMENT,   GL_UNPACK_ROW_LENGTH,  GL_UNPACK_SKIP_ROWS,
                                  GL_UNPACK_SKIP_PIXELS, GL_UNPACK_SKIP_IMAGES, GL_UNPACK_IMAGE_HEIGHT,
                                  GL_PACK_ALIGNMENT,     GL_PACK_ROW_LENGTH,    GL_PACK_SKIP_ROWS,
@@ -39,7 +47,7 @@ GLint number_of(GLenum name) {
 
 } // namespace
 
-GlState::GlState() : compute_(epoxy_gl_version() >= storage_version) {
+GlState::GlState() : compute_(has_storage_buffers()) {
   while (glGetError() != GL_NO_ERROR) { // those of the host
   }
   for (const GLenum name : bound) numbers_.emplace_back(name, number_of(name));
@@ -121,6 +129,12 @@ GlState::~GlState() {
   glScissor(scissor_[0], scissor_[1], scissor_[2], scissor_[3]);
   glColorMask(color_mask_[0], color_mask_[1], color_mask_[2], color_mask_[3]);
 }
+
+#if defined(__EMSCRIPTEN__)
+void write_linear() {}
+#else
+void write_linear() { glEnable(GL_FRAMEBUFFER_SRGB); }
+#endif
 
 void prepare_for_raster(GLint width, GLint height) {
   for (const GLenum name : switches) glDisable(name);

@@ -42,6 +42,8 @@ class GlState {
   std::array<GLboolean, 4> color_mask_{};
 };
 
+// Lets what is written into textures of sRGB be linear, where a context asks for that.
+void write_linear();
 // Switches off what would keep pixels from being written as they are, and sets the viewport.
 void prepare_for_raster(GLint width, GLint height);
 

@@ -32,7 +32,9 @@ void note_process() {
 
 } // namespace
 
-GpuDevice::GpuDevice(const GpuWishes& wishes) : wishes_(wishes) {}
+GpuDevice::GpuDevice(const GpuWishes& wishes) : wishes_(wishes) {
+  if (only_host_contexts) wishes_.host_context = true;
+}
 
 GpuDevice::~GpuDevice() {
   if (forked_since()) { // its thread is not here, and what it has is the parent's

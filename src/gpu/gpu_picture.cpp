@@ -189,7 +189,7 @@ void GpuPicture::lay_over(GpuPrograms& programs, const GpuTarget& target) {
   }
   glBindVertexArray(vertices.get());
   prepare_for_raster(width_, height_);
-  glEnable(GL_FRAMEBUFFER_SRGB); // of textures that are: what is written is linear
+  write_linear();
   if (!target.replace) {
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD), glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);

@@ -13,6 +13,13 @@
 namespace bccsplat {
 namespace {
 
+constexpr const char* compute_version = "#version 430\n";
+#if defined(__EMSCRIPTEN__)
+constexpr const char* raster_version = "#version 300 es\n";
+#else
+constexpr const char* raster_version = "#version 330\n";
+#endif
+
 constexpr const char* march_body =
 #include "gpu/march.glsl.inc"
     ;
@@ -161,7 +168,7 @@ int brick_border(const RadialKernel& kernel, bool bcc) {
 
 std::string shader_source(const ShaderKind& kind) {
   const bool compute = kind.entry == GpuEntry::compute;
-  std::string out = compute ? "#version 430\n" : "#version 330\n";
+  std::string out = compute ? compute_version : raster_version;
   if (compute) {
     const std::string edge = std::to_string(compute_edge);
     out += "layout(local_size_x = " + edge + ", local_size_y = " + edge + ") in;\n";
@@ -175,9 +182,10 @@ std::string shader_source(const ShaderKind& kind) {
 }
 
 std::string over_source(bool from_buffer) {
-  std::string out = from_buffer ? "#version 430\n"
-                                  "layout(std430, binding = 1) readonly buffer Pixels { vec4 pixels[]; };\n"
-                                : "#version 330\nuniform sampler2D pixels;\n";
+  std::string out = from_buffer ? compute_version : raster_version;
+  out += "precision highp float;\nprecision highp int;\n";
+  out += from_buffer ? "layout(std430, binding = 1) readonly buffer Pixels { vec4 pixels[]; };\n"
+                     : "uniform highp sampler2D pixels;\n";
   out += "uniform ivec2 size;\n"
          "layout(location = 0) out vec4 color;\n"
          "void main() {\n"
@@ -204,7 +212,7 @@ std::string merge_source(bool in_buffers, int edge) {
 }
 
 std::string vertex_source() {
-  return "#version 330\n"
+  return std::string(raster_version) +
          "void main() {\n"
          "  vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1));\n"
          "  gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n"

@@ -10,8 +10,10 @@
 #include "gpu/gpu_drawer.h"
 #include "gpu/gpu_look.h"
 #endif
+#if BCCSPLAT_WITH_SPLAT
 #include "rays/rays.h"
 #include "splat/sheet_drawer.h"
+#endif
 
 namespace bccsplat {
 
@@ -19,6 +21,7 @@ namespace bccsplat {
 class GpuDrawer {};
 #endif
 
+#if BCCSPLAT_WITH_SPLAT
 Drawers::Drawers() : gpu_(std::make_unique<GpuDrawer>()) {
   auto rays = std::make_unique<RayDrawer>();
   rays_ = rays.get();
@@ -26,16 +29,27 @@ Drawers::Drawers() : gpu_(std::make_unique<GpuDrawer>()) {
   drawers_.push_back(std::make_unique<SheetDrawer>());
 }
 
+KeptSurfaceCells& Drawers::surface_cells() { return rays_->cells(); }
+
+DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
+                        const std::function<void(const TilePixels&)>& emit) {
+  return draw_sheets_together(shots, context, emit);
+}
+#else
+Drawers::Drawers() : gpu_(std::make_unique<GpuDrawer>()) {}
+#endif
+
 Drawers::~Drawers() = default;
 
 #if BCCSPLAT_WITH_GPU
 Drawer* Drawers::gpu_drawer_of(const Shot& shot, const DrawerChoice& choice) {
   if (choice.backend == Backend::cpu || !choice.gpu) return nullptr;
-  const bool asked = choice.backend == Backend::gpu;
+  const bool asked = choice.backend == Backend::gpu || !has_cpu_drawers;
   if (!asked && !choice.gpu->preferred()) return nullptr;
   gpu_->use(choice.gpu);
   if (const char* const what = not_on_gpu(shot); what && asked)
-    fail(Code::unsupported, "render: the GPU does not draw ", what, "; let the CPU draw it");
+    fail(Code::unsupported, "render: the GPU does not draw ", what,
+         has_cpu_drawers ? "; let the CPU draw it" : ", and this build has no drawers of the CPU's");
   return asked || gpu_->covers(shot) ? gpu_.get() : nullptr;
 }
 #else
@@ -50,23 +64,20 @@ Drawer& Drawers::drawer_of(const Shot& shot, const DrawerChoice& choice) {
     fail(Code::unsupported, "render: the GPU does not draw extracted points; let the CPU draw them");
   if (shot.slice->scattered) return *drawers_.back();
   if (Drawer* const drawer = gpu_drawer_of(shot, choice)) return *drawer;
+  if (!has_cpu_drawers)
+    fail(Code::missing_feature,
+         "render: the library was built without drawers of the CPU's; draw by a GPU, or build it with "
+         "BCCSPLAT_WITH_SPLAT");
   if (choice.sheets_only) return *drawers_.back();
   return **std::find_if(drawers_.begin(), drawers_.end() - 1,
                         [&](const auto& drawer) { return drawer->covers(shot); });
 }
-
-KeptSurfaceCells& Drawers::surface_cells() { return rays_->cells(); }
 
 void Drawers::forget() {
 #if BCCSPLAT_WITH_GPU
   gpu_->forget();
 #endif
   for (const auto& drawer : drawers_) drawer->forget();
-}
-
-DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
-                        const std::function<void(const TilePixels&)>& emit) {
-  return draw_sheets_together(shots, context, emit);
 }
 
 } // namespace bccsplat

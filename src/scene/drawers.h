@@ -13,6 +13,13 @@
 
 namespace bccsplat {
 
+// Whether there are drawers of the CPU's; without them what the GPU does not draw is refused.
+#if BCCSPLAT_WITH_SPLAT
+inline constexpr bool has_cpu_drawers = true;
+#else
+inline constexpr bool has_cpu_drawers = false;
+#endif
+
 class GpuDrawer;        // gpu/gpu_drawer.h
 class KeptSurfaceCells; // rays/surface_cells.h
 class RayDrawer;        // rays/rays.h

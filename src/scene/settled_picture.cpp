@@ -186,7 +186,7 @@ DrawStats SettledPicture::draw_tiles(RenderStats& stats, const std::function<voi
     stats.drawer = drawer_->name();
     return drawer_->draw(shot_, context_, emit);
   } catch (const GpuFailure& e) {
-    if (options_.backend == Backend::gpu) throw;
+    if (options_.backend == Backend::gpu || !has_cpu_drawers) throw;
     stats.gpu_failed = e.message();
     note_failure(options_.gpu.get(), e);
   }

@@ -1,0 +1,48 @@
+# Which rooms and files a build is made of. Without the writer, files are read and drawn; without the splatter, pictures are
+# the GPU's alone. What a part that is left out would have defined, without_PART.cpp of a room answers for.
+option(BCCSPLAT_WITH_WRITER "Write, join and code .bcc4 files anew" ON)
+option(BCCSPLAT_WITH_SPLAT "Pictures by the CPU: sheets, rays and the reference" ON)
+
+set(core_rooms base lattice kernel points field slice view shade volume draw scene)
+if(BCCSPLAT_WITH_WRITER)
+  list(APPEND core_rooms fit store)
+endif()
+if(BCCSPLAT_WITH_SPLAT)
+  list(APPEND core_rooms splat rays reference)
+endif()
+
+# Of formats/bcc4 what only writes.
+set(writing_formats chunk_sites.cpp coding/coefficient_codes.cpp coding/noise_shape.cpp coding/round_units.cpp
+  coding/round_units_reference.cpp frame_blocks.cpp journal.cpp mask_blocks.cpp writer.cpp writer_index.cpp
+  writer_roots.cpp writer_slabs.cpp)
+list(TRANSFORM writing_formats PREPEND ${PROJECT_SOURCE_DIR}/formats/bcc4/)
+# Of the scene and the C ABI what a part alone needs, and what stands for it.
+set(writer_files api/recode.cpp api/writer.cpp api/writer_options.cpp)
+set(splat_files scene/trail.cpp scene/trail_layers.cpp)
+# What a system has, and what stands for it in a browser: contexts by EGL, threads.
+set(system_files gpu/gl_context.cpp base/tasks.cpp base/worker.cpp)
+set(browser_files gpu/web_context.cpp base/without_threads.cpp)
+
+# Takes from a list of sources those that the options leave out.
+function(bccsplat_leave_out sources)
+  set(out)
+  foreach(part WRITER SPLAT)
+    string(TOLOWER ${part} name)
+    if(BCCSPLAT_WITH_${part})
+      list(APPEND out scene/without_${name}.cpp api/without_${name}.cpp)
+    else()
+      list(APPEND out ${${name}_files})
+    endif()
+  endforeach()
+  if(EMSCRIPTEN)
+    list(APPEND out ${system_files})
+  else()
+    list(APPEND out ${browser_files})
+  endif()
+  list(TRANSFORM out PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  if(NOT BCCSPLAT_WITH_WRITER)
+    list(APPEND out ${writing_formats})
+  endif()
+  list(REMOVE_ITEM ${sources} ${out})
+  set(${sources} ${${sources}} PARENT_SCOPE)
+endfunction()
