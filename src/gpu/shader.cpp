@@ -13,11 +13,11 @@
 namespace bccsplat {
 namespace {
 
-constexpr const char* compute_version = "#version 430\n";
+constexpr const char* compute_glsl = "#version 430\n";
 #if defined(__EMSCRIPTEN__)
-constexpr const char* raster_version = "#version 300 es\n";
+constexpr const char* raster_glsl = "#version 300 es\n";
 #else
-constexpr const char* raster_version = "#version 330\n";
+constexpr const char* raster_glsl = "#version 330\n";
 #endif
 
 constexpr const char* march_body =
@@ -168,7 +168,7 @@ int brick_border(const RadialKernel& kernel, bool bcc) {
 
 std::string shader_source(const ShaderKind& kind) {
   const bool compute = kind.entry == GpuEntry::compute;
-  std::string out = compute ? compute_version : raster_version;
+  std::string out = compute ? compute_glsl : raster_glsl;
   if (compute) {
     const std::string edge = std::to_string(compute_edge);
     out += "layout(local_size_x = " + edge + ", local_size_y = " + edge + ") in;\n";
@@ -182,7 +182,7 @@ std::string shader_source(const ShaderKind& kind) {
 }
 
 std::string over_source(bool from_buffer) {
-  std::string out = from_buffer ? compute_version : raster_version;
+  std::string out = from_buffer ? compute_glsl : raster_glsl;
   out += "precision highp float;\nprecision highp int;\n";
   out += from_buffer ? "layout(std430, binding = 1) readonly buffer Pixels { vec4 pixels[]; };\n"
                      : "uniform highp sampler2D pixels;\n";
@@ -212,11 +212,10 @@ std::string merge_source(bool in_buffers, int edge) {
 }
 
 std::string vertex_source() {
-  return std::string(raster_version) +
-         "void main() {\n"
-         "  vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1));\n"
-         "  gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n"
-         "}\n";
+  return std::string(raster_glsl) + "void main() {\n"
+                                    "  vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1));\n"
+                                    "  gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n"
+                                    "}\n";
 }
 
 } // namespace bccsplat
