@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// The x, y and z planes through the cross-hair, beside the picture: dragging in one moves the others.
+import type { Plane, VolumeInfo, View } from '../protocol';
+import type { Shades } from './colors';
+import { element, sized, themed } from './dom';
+import { withUnit } from './format';
+import { toWorld } from './project';
+import { number } from './format';
+
+const names = ['x', 'y', 'z'];
+const across: [number, number][] = [
+  [1, 2],
+  [0, 2],
+  [0, 1],
+];
+const axisColors = ['--axis-x', '--axis-y', '--axis-z'];
+
+export class Planes {
+  readonly root = element('section', { class: 'planes', 'aria-label': 'Planes through the cross-hair' });
+  private readonly canvases: HTMLCanvasElement[] = [];
+  private readonly read = element('output', { class: 'value', 'aria-live': 'polite' });
+
+  constructor(
+    private readonly view: () => View,
+    private readonly moved: (moving: boolean) => void,
+  ) {
+    for (let axis = 0; axis < 3; ++axis) {
+      const canvas = element('canvas', {
+        tabindex: 0,
+        role: 'img',
+        'aria-label': `Plane ${names[axis]} = constant; arrow keys move the cross-hair, page keys the plane`,
+      });
+      this.canvases.push(canvas);
+      this.root.append(element('figure', {}, canvas));
+      this.listen(canvas, axis);
+    }
+    this.root.append(this.read);
+  }
+
+  private listen(canvas: HTMLCanvasElement, axis: number): void {
+    const [u, v] = across[axis];
+    const set = (a: number, x: number) => (this.view().cross[a] = Math.min(Math.max(x, 0), 1));
+    const move = (e: PointerEvent) => {
+      set(u, e.offsetX / canvas.clientWidth);
+      set(v, 1 - e.offsetY / canvas.clientHeight);
+      this.moved(true);
+    };
+    canvas.addEventListener('pointerdown', (e) => {
+      canvas.setPointerCapture(e.pointerId);
+      move(e);
+    });
+    canvas.addEventListener('pointermove', (e) => e.buttons && move(e));
+    canvas.addEventListener('pointerup', () => this.moved(false));
+    const by: Record<string, [number, number]> = {
+      ArrowLeft: [u, -0.01],
+      ArrowRight: [u, 0.01],
+      ArrowUp: [v, 0.01],
+      ArrowDown: [v, -0.01],
+      PageUp: [axis, 0.01],
+      PageDown: [axis, -0.01],
+    };
+    canvas.addEventListener('keydown', (e) => {
+      const step = by[e.key];
+      if (!step) return;
+      e.preventDefault();
+      set(step[0], this.view().cross[step[0]] + step[1]);
+      this.moved(false);
+    });
+    canvas.addEventListener(
+      'wheel',
+      (e) => {
+        e.preventDefault();
+        set(axis, this.view().cross[axis] - Math.sign(e.deltaY) * 0.01);
+        this.moved(true);
+      },
+      { passive: false },
+    );
+  }
+
+  draw(planes: Plane[], value: number, info: VolumeInfo, shades: Shades): void {
+    const table = shades.table();
+    const [from, to] = shades.range;
+    planes.forEach((plane, axis) => {
+      const canvas = this.canvases[axis];
+      const [u, v] = across[axis];
+      const size = (a: number) => Math.hypot(...[0, 4, 8].map((row) => info.affine[row + a])) * (info.dims[a] - 1);
+      canvas.style.aspectRatio = String(Math.max(0.4, Math.min(2.5, size(u) / Math.max(size(v), 1e-30))));
+      this.paint(sized(canvas), canvas, plane, table, from, to);
+      this.hair(canvas, axis, u, v);
+    });
+    const channel = info.channels[this.view().channel];
+    const place = toWorld(info, this.view().cross).map(number).join(', ');
+    this.read.textContent = `${channel.name} = ${withUnit(value, channel.unit)} at (${place}${info.spatialUnit ? ' ' + info.spatialUnit : ''})`;
+  }
+
+  private paint(
+    c: CanvasRenderingContext2D,
+    canvas: HTMLCanvasElement,
+    plane: Plane,
+    table: Uint8ClampedArray,
+    from: number,
+    to: number,
+  ): void {
+    const image = new ImageData(plane.width, plane.height);
+    const scale = to > from ? 255 / (to - from) : 0;
+    for (let n = 0; n < plane.values.length; ++n) {
+      const value = plane.values[n];
+      const row = plane.height - 1 - Math.floor(n / plane.width);
+      const shade = Math.max(0, Math.min(255, Math.round((value - from) * scale)));
+      if (value === value) image.data.set(table.subarray(4 * shade, 4 * shade + 4), 4 * (row * plane.width + (n % plane.width)));
+    }
+    const whole = new OffscreenCanvas(plane.width, plane.height);
+    whole.getContext('2d')!.putImageData(image, 0, 0);
+    c.imageSmoothingQuality = 'high';
+    c.drawImage(whole, 0, 0, canvas.clientWidth, canvas.clientHeight);
+  }
+
+  private hair(canvas: HTMLCanvasElement, axis: number, u: number, v: number): void {
+    const c = canvas.getContext('2d')!;
+    const { cross } = this.view();
+    const x = cross[u] * canvas.clientWidth, y = (1 - cross[v]) * canvas.clientHeight;
+    const stroke = (color: string, x0: number, y0: number, x1: number, y1: number) => {
+      c.strokeStyle = themed(color, canvas);
+      c.beginPath();
+      c.moveTo(x0, y0);
+      c.lineTo(x1, y1);
+      c.stroke();
+    };
+    stroke(axisColors[u], 0, y, canvas.clientWidth, y);
+    stroke(axisColors[v], x, 0, x, canvas.clientHeight);
+    c.fillStyle = themed(axisColors[axis], canvas);
+    c.font = '600 12px system-ui, sans-serif';
+    c.fillText(names[axis], 6, 15);
+  }
+}
