@@ -138,7 +138,8 @@ void write_png(ByteSink& sink, const std::string& name, int width, int height, c
 
 namespace bccsplat {
 
-void write_png(ByteSink&, const std::string& name, int, int, const float*, size_t, const PngOptions&) {
+void write_png(ByteSink&, const std::string& name, int, int, const float*, std::ptrdiff_t,
+               const PngOptions&) {
   fail(Code::missing_feature, name, ": built without image files (BCCSPLAT_WITH_IMAGE)");
 }
 

@@ -58,6 +58,7 @@ Exit run(int argc, char** argv) {
                                                           {"slice", add_slice(tool)},
                                                           {"render", add_render(tool, command_line)},
                                                           {"help", add_help(tool)},
+                                                          {"view", add_view(tool)},
                                                           {"completion", add_completion(tool)},
                                                           {"manual", add_manual(tool, version_number())}};
   const std::optional<std::string> chosen = line.parse(argc, argv);

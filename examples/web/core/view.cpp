@@ -30,10 +30,17 @@ void bounds_of(const bccsplat_volume_info& info, double (&bounds)[6]) {
     }
 }
 
+constexpr double to_radians = 3.14159265358979323846 / 180;
+
+// The same view of less around its middle, as `bcc4 render --zoom` has it.
+void enlarge(bccsplat_camera& c, double factor) {
+  c.ortho_height /= factor;
+  c.fovy_degrees = 2 * std::atan(std::tan(c.fovy_degrees * to_radians / 2) / factor) / to_radians;
+}
+
 // The height of the picture in the world, at the target.
 double height_of(const bccsplat_camera& c) {
   if (c.projection != BCCSPLAT_PROJECTION_PERSPECTIVE) return c.ortho_height;
-  constexpr double to_radians = 3.14159265358979323846 / 180;
   const double away =
       std::hypot(c.target[0] - c.position[0], c.target[1] - c.position[1], c.target[2] - c.position[2]);
   return 2 * away * std::tan(c.fovy_degrees * to_radians / 2);
@@ -53,13 +60,12 @@ void Viewer::fit(uint32_t width, uint32_t height) {
   Vector ahead{};
   for (size_t a = 0; a < 3; ++a) ahead[a] = camera.target[a] - camera.position[a];
   const Vector right = unit(cross(ahead, up)), above = unit(cross(right, ahead));
+  enlarge(camera, wishes.zoom);
   const double size = height_of(camera);
   for (size_t a = 0; a < 3; ++a) {
-    const double by = -size * (wishes.pan_x * right[a] + wishes.pan_y * above[a]) / wishes.zoom;
-    camera.target[a] += by;
-    camera.position[a] = camera.target[a] - ahead[a] / (wishes.perspective ? wishes.zoom : 1);
+    const double by = -size * (wishes.pan_x * right[a] + wishes.pan_y * above[a]);
+    camera.target[a] += by, camera.position[a] += by;
   }
-  camera.ortho_height /= wishes.zoom;
 }
 
 } // namespace web

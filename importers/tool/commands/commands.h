@@ -26,6 +26,7 @@ using Run = std::function<Exit()>;
 [[nodiscard]] Run add_export(Command tool);
 [[nodiscard]] Run add_render(Command tool, std::string command_line);
 [[nodiscard]] Run add_help(Command tool);
+[[nodiscard]] Run add_view(Command tool);
 [[nodiscard]] Run add_manual(Command tool, std::string version);
 [[nodiscard]] Run add_completion(Command tool);
 
