@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A host of the build that only reads: opens a file, cuts a moment, and is told what was left out. host FILE */
+/* A host of the build that only reads: opens a file, cuts a moment, and is told what was left out. host FILE
+ */
 #include <bccsplat.h>
 
 #include <stdio.h>
@@ -17,13 +18,19 @@ static void expect(int good, const char* what) {
 static bccsplat_slice* read_middle(bccsplat_volume* volume) {
   bccsplat_volume_info info = BCCSPLAT_INIT(bccsplat_volume_info);
   bccsplat_slice* slice = NULL;
-  float value = -1;
-  const double origin[3] = {0, 0, 0};
+  bccsplat_slice_info cut = BCCSPLAT_INIT(bccsplat_slice_info);
+  float value = 0;
+  double middle[3];
+  int a;
   expect(bccsplat_volume_get_info(volume, &info) == BCCSPLAT_OK, "the volume's information");
-  expect(bccsplat_volume_slice_at(volume, (info.time_first + info.time_last) / 2, NULL, &slice) == BCCSPLAT_OK,
+  expect(bccsplat_volume_slice_at(volume, (info.time_first + info.time_last) / 2, NULL, &slice) ==
+             BCCSPLAT_OK,
          "a moment");
-  expect(bccsplat_slice_evaluate(slice, 1, origin, &value, NULL) == BCCSPLAT_OK, "a value of it");
-  printf("%d x %d x %d, %d frames; the first value of the middle is %g\n", (int)info.dims[0], (int)info.dims[1],
+  expect(bccsplat_slice_get_info(slice, &cut) == BCCSPLAT_OK, "its information");
+  for (a = 0; a < 3; ++a) middle[a] = (cut.extent[a][0] + cut.extent[a][1]) / 2;
+  expect(bccsplat_slice_evaluate(slice, 1, middle, &value, NULL) == BCCSPLAT_OK, "a value of it");
+  expect(value >= cut.bounds[0] && value <= cut.bounds[1], "which lies in its bounds");
+  printf("%d x %d x %d, %d frames; the value of the middle is %g\n", (int)info.dims[0], (int)info.dims[1],
          (int)info.dims[2], (int)info.dims[3], (double)value);
   return slice;
 }

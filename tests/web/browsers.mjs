@@ -112,6 +112,7 @@ async function pictures() {
     composite: {},
     surface: { mode: 2, iso: 0.4 },
     maximum: { mode: 4, iso: null },
+    xray: { mode: 3 },
     turned: { mode: 1, perspective: true, turnX: 35, turnY: -50, zoom: 1.5 },
   };
   for (const [name, view] of Object.entries(cases)) {

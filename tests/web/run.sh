@@ -25,6 +25,7 @@ render() { "$bcc4" render "$data/drops.bcc4" --gpu off --time 4.3 --fit domain -
 render -o "$data/composite.png"
 render --mode iso --iso 0.4 --smooth-edges off -o "$data/surface.png"
 render --mode mip -o "$data/maximum.png"
+render --mode xray -o "$data/xray.png"
 render --camera persp --rotate-x 35 --rotate-y -50 --zoom 1.5 -o "$data/turned.png"
 head -c 20000 "$data/drops.bcc4" >"$data/cut.bcc4"
 

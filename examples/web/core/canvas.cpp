@@ -60,7 +60,7 @@ void make_program() {
 void make_texture(uint32_t width, uint32_t height) {
   glGenTextures(1, &canvas.texture);
   glBindTexture(GL_TEXTURE_2D, canvas.texture);
-  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA16F, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
 }

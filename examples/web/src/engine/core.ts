@@ -128,8 +128,8 @@ export class Core {
   cut(time: number, width: number, height: number, preview: boolean): void {
     this.ask('cut', time, width, height, preview ? 1 : 0);
   }
-  draw(width: number, height: number, background: [number, number, number], exposure: number): Drawn {
-    return JSON.parse(this.ask('draw', width, height, ...background, exposure)) as Drawn;
+  draw(width: number, height: number, background: [number, number, number], keepExposure: boolean): Drawn {
+    return JSON.parse(this.ask('draw', width, height, ...background, keepExposure ? 1 : 0)) as Drawn;
   }
 
   // What cutting the moments from one time to another lacks; throws Lacking where not even that is known.

@@ -96,6 +96,7 @@ export class Engine {
     const reader = await Reader.open(from, (traffic) => this.tell({ kind: 'traffic', traffic }));
     this.reader = reader;
     this.looks.clear();
+    this.told = '';
     this.drawnTime = NaN;
     this.planesOf = this.exposed = '';
     const info = await this.fetching(() => this.core.open(reader.size, (at, out) => reader.read(at, out)));
@@ -194,11 +195,24 @@ export class Engine {
 
   private apply({ view, moving }: Wanted): void {
     const look = this.lookOf(view);
+    this.tellLook(view);
     const { colors, opacities } = fitted(look, view.window);
     this.core.setFunction(colors, opacities, view.opacity);
     this.core.setPicture(view.channel, view.mode, moving ? draft : normal, view.shading, view.iso ?? look.iso);
     this.core.setView(view.perspective, view.turnX, view.turnY, view.zoom, view.panX, view.panY);
     this.core.setClip(view.clip);
+  }
+
+  private told = ''; // the look that the page has
+
+  // The page's look is that of values: of a surface, which has one colour, what a composite would have.
+  private tellLook(view: View): void {
+    const mode = view.mode === 2 ? 1 : view.mode;
+    const look = { ...this.lookOf({ ...view, mode }), iso: this.lookOf(view).iso };
+    const of = `${view.channel} ${view.look} ${view.mode}`;
+    if (this.told === of) return;
+    this.told = of;
+    this.tell({ kind: 'look', look, channel: view.channel });
   }
 
   private lookOf(view: View): Look {
@@ -207,7 +221,6 @@ export class Engine {
     if (!look) {
       look = this.core.look(view.channel, view.look, view.mode);
       this.looks.set(key, look);
-      this.tell({ kind: 'look', look, channel: view.channel });
     }
     return look;
   }
@@ -218,9 +231,10 @@ export class Engine {
       this.canvas.width = width;
       this.canvas.height = height;
     }
-    const exposure = `${wanted.view.channel} ${wanted.view.mode}`; // X-rays are exposed by their first picture
-    const drawn = this.core.draw(width, height, wanted.background, this.exposed === exposure ? 1 : 0);
-    this.exposed = exposure;
+    // X-rays are exposed by their first picture, and once more by the first whole one.
+    const exposure = `${wanted.view.channel} ${wanted.view.mode} ${wanted.moving ? '' : 'whole'}`;
+    const drawn = this.core.draw(width, height, wanted.background, this.exposed.startsWith(exposure));
+    if (!this.exposed.startsWith(exposure)) this.exposed = exposure;
     const ms = performance.now() - start;
     this.pace.took(ms, wanted.moving);
     this.drawnTime = wanted.view.time;

@@ -18,6 +18,7 @@ type Vector = [number, number, number];
 const font = '12px system-ui, sans-serif';
 const axisColors = ['--axis-x', '--axis-y', '--axis-z'];
 const barWidth = 12;
+const margin = 10; // around names of axes
 
 export class Overlay {
   constructor(readonly canvas: HTMLCanvasElement) {}
@@ -32,7 +33,7 @@ export class Overlay {
     this.box(c, seen, project, faint);
     if (seen.view.planes) this.cross(c, seen, project);
     this.scaleBar(c, seen, project, ink, height);
-    if (seen.shades && seen.view.mode !== 3) this.colorBar(c, seen, ink, width, height);
+    if (seen.shades && (seen.view.mode === 1 || seen.view.mode === 4)) this.colorBar(c, seen, ink, width, height);
     this.time(c, seen, ink);
   }
 
@@ -63,7 +64,8 @@ export class Overlay {
         c.fillStyle = c.strokeStyle;
         c.textAlign = 'center';
         c.textBaseline = 'middle';
-        c.fillText('xyz'[axis], ...at);
+        const inside = (x: number, size: number) => Math.max(margin, Math.min(size - margin, x));
+        c.fillText('xyz'[axis], inside(at[0], this.canvas.clientWidth), inside(at[1], this.canvas.clientHeight));
       }
   }
 
