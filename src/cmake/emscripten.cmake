@@ -4,7 +4,7 @@ find_path(BCCSPLAT_HWY_INCLUDE hwy/highway.h REQUIRED)
 add_library(bccsplat_hwy INTERFACE)
 target_include_directories(bccsplat_hwy SYSTEM INTERFACE ${BCCSPLAT_HWY_INCLUDE})
 target_compile_definitions(bccsplat_hwy INTERFACE HWY_COMPILE_ONLY_STATIC)
-target_compile_options(bccsplat_hwy INTERFACE -msimd128 -fwasm-exceptions -include ${CMAKE_CURRENT_LIST_DIR}/libcxx13.h)
+target_compile_options(bccsplat_hwy INTERFACE -msimd128 -fwasm-exceptions -include ${CMAKE_CURRENT_SOURCE_DIR}/base/libcxx13.h)
 target_link_options(bccsplat_hwy INTERFACE -fwasm-exceptions)
 add_library(PkgConfig::HWY ALIAS bccsplat_hwy)
 

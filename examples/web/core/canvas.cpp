@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Draws into a texture, and that onto the canvas, as the display wants its colours.
 #include "canvas.h"
 
 #include <GLES3/gl3.h>
@@ -80,7 +81,7 @@ bccsplat_frame* canvas_frame(uint32_t width, uint32_t height) {
   return canvas.frame.get();
 }
 
-double brightest_pixel() {
+double white_pixel() {
   std::vector<float> pixels(size_t{4} * canvas.width * canvas.height);
   GLuint framebuffer = 0;
   glGenFramebuffers(1, &framebuffer);
@@ -89,9 +90,14 @@ double brightest_pixel() {
   glReadPixels(0, 0, static_cast<GLsizei>(canvas.width), static_cast<GLsizei>(canvas.height), GL_RGBA,
                GL_FLOAT, pixels.data());
   glDeleteFramebuffers(1, &framebuffer);
-  float most = 0;
-  for (size_t n = 0; n < pixels.size(); n += 4) most = std::max(most, pixels[n]);
-  return static_cast<double>(most);
+  std::vector<float> seen; // by the rays that meet the domain
+  for (size_t n = 0; n < pixels.size(); n += 4)
+    if (pixels[n + 3] > 0) seen.push_back(pixels[n]);
+  if (seen.empty()) return 0;
+  constexpr double share = 0.998; // of the rays are no brighter, as in the tool's X-rays
+  const auto at = seen.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(seen.size() - 1));
+  std::nth_element(seen.begin(), at, seen.end());
+  return static_cast<double>(*at);
 }
 
 void show_canvas(const std::array<double, 3>& background, double exposure) {

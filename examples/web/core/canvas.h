@@ -14,8 +14,8 @@ namespace web {
 // Shows what is in the texture over a colour of the display. exposure > 0: of X-rays, as shades of grey.
 // Returns when it is drawn.
 void show_canvas(const std::array<double, 3>& background, double exposure);
-// The largest value of red in the texture, by which X-rays are exposed.
-[[nodiscard]] double brightest_pixel();
+// The integral in the texture that is shown white: hardly a ray exceeds it.
+[[nodiscard]] double white_pixel();
 // Forgets both: their context is gone, or another device draws.
 void drop_canvas();
 

@@ -105,7 +105,7 @@ EMSCRIPTEN_KEEPALIVE int web_cut(double time, int width, int height, int preview
 }
 
 // Draws the moment that is cut; X-rays are exposed as the last one was, or where that is not kept so that
-// their brightest pixel is white. The text is the camera and what it took.
+// the brightest pixels are white. The text is the camera and what it took.
 EMSCRIPTEN_KEEPALIVE int web_draw(int width, int height, double red, double green, double blue,
                                   int keep_exposure) {
   return answer([&] {
@@ -114,8 +114,7 @@ EMSCRIPTEN_KEEPALIVE int web_draw(int width, int height, double red, double gree
     draw(static_cast<uint32_t>(width), static_cast<uint32_t>(height));
     const bool x_ray = viewer.wishes.mode == BCCSPLAT_MODE_XRAY;
     static double exposure = 1;
-    if (const double most = x_ray && keep_exposure == 0 ? brightest_pixel() : 0; most > 0)
-      exposure = 1 / most;
+    if (const double most = x_ray && keep_exposure == 0 ? white_pixel() : 0; most > 0) exposure = 1 / most;
     show_canvas({red, green, blue}, x_ray ? exposure : 0);
     viewer.text = Object()
                       .put("camera", camera_text(viewer.camera))
