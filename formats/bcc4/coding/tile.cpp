@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collects the codes of a tile's bricks in boxes, one for each coset, and spreads them again. Run lists go
+// Decodes a tile: boxes of numbers, one for each coset, are spread over its bricks as codes. Run lists go
 // through the bricks one after the other.
 #include "formats/bcc4/coding/tile.h"
 
@@ -12,51 +12,10 @@
 #include "base/bytes.h"
 #include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/chunk_rows.h"
+#include "formats/bcc4/coding/tile_rows.h"
 
 namespace bccsplat {
 namespace {
-
-constexpr int block_edge = 4, blocks = brick_edge / block_edge; // of a block of air; along a brick
-constexpr unsigned block_bits = 15;
-
-ChunkShape shape_at(const TilePlace& place, int i) {
-  return chunk_shape(*place.lattice, place.first_layer, place.layers, place.brick_at(i));
-}
-
-// Calls body(layer, row of the brick, width, coset, first value of the row) for the rows of brick i of a
-// tile.
-template<class Body>
-void for_tile_rows(const TilePlace& place, int i, const ChunkShape& shape, const Body& body) {
-  const auto boxes = place.boxes();
-  const Int3 at = place.brick_at(i);
-  std::array<size_t, 3> offset{};
-  for (size_t a = 0; a < 3; ++a) offset[a] = static_cast<size_t>(at[a] - place.brick[a]) * brick_edge;
-  for_rows(shape, [&](int m, int row, int width) {
-    const int coset = shape.coset(m);
-    const auto& n = boxes[coset].size;
-    const size_t layer = m / shape.period, z = layer * n[2] + offset[2] + row / brick_edge,
-                 y = z * n[1] + offset[1] + row % brick_edge;
-    body(m, row, width, coset, y * n[0] + offset[0]);
-  });
-}
-
-std::vector<std::byte> tile_runs(const TileSites& sites) {
-  ByteWriter out;
-  RunEncoder occupancy(out);
-  for (const ChunkSites& b : sites.bricks)
-    for_rows(b.shape, [&](size_t m, size_t r, int width) { occupancy.row(b.kept[m][r], width); });
-  occupancy.finish();
-  const auto has_holes = [](const ChunkSites& b) { return !b.hole.empty(); };
-  if (std::none_of(sites.bricks.begin(), sites.bricks.end(), has_holes)) return out.release();
-  RunEncoder holes(out);
-  for (const ChunkSites& b : sites.bricks)
-    for_rows(b.shape, [&](size_t m, size_t r, int) {
-      const uint16_t kept = b.kept[m][r], hole = b.hole.empty() ? uint16_t{0} : b.hole[m][r];
-      holes.row(compress_bits(hole, kept), std::popcount(kept));
-    });
-  holes.finish();
-  return out.release();
-}
 
 void read_tile_runs(std::span<ChunkData> bricks, const Bcc4Chunk& entry, std::span<const std::byte> bytes,
                     uint64_t sites) {
@@ -79,53 +38,6 @@ void read_tile_runs(std::span<ChunkData> bricks, const Bcc4Chunk& entry, std::sp
     holes.finish();
   }
   in.expect_end();
-}
-
-// The codes that a reader makes of numbers.
-struct RoundedCodes {
-  float air, low, high;
-  [[nodiscard]] uint32_t operator()(float number) const {
-    constexpr float half = .5F;
-    return static_cast<uint32_t>(std::clamp(std::floor(number + air + half), low, high));
-  }
-};
-RoundedCodes rounded_codes(const ChunkCodes& codes, uint32_t low, uint32_t high) {
-  return {static_cast<float>(codes.air), static_cast<float>(low), static_cast<float>(high)};
-}
-
-// The smallest and the largest of all codes.
-CodeRange range_of_tile(const TileSites& sites) {
-  CodeRange range{UINT32_MAX, 0};
-  for (const ChunkSites& b : sites.bricks)
-    for (const uint32_t c : b.codes) range = {std::min(range[0], c), std::max(range[1], c)};
-  return range;
-}
-
-struct Coded {
-  double squared_error = 0;
-  CodeRange range{UINT32_MAX, 0}; // of what a reader gets
-};
-
-// What a reader gets of the kept sites, within the range that they had.
-Coded compare(const TileSites& sites, const ChunkCodes& codes,
-              const std::array<std::vector<float>, 2>& back) {
-  const auto [low, high] = range_of_tile(sites);
-  const RoundedCodes rounded = rounded_codes(codes, low, high);
-  Coded coded;
-  for (int i = 0; i < sites.place.bricks(); ++i) {
-    const ChunkSites& b = sites.bricks[i];
-    const uint32_t* next = b.codes.data();
-    for_tile_rows(sites.place, i, b.shape, [&](int m, int row, int width, int coset, size_t first) {
-      for (int x = 0; x < width; ++x) {
-        if (!(b.kept[m][row] >> x & 1)) continue;
-        const uint32_t code = rounded(back[coset][first + x]);
-        const double off = static_cast<double>(code) - *next++;
-        coded.squared_error += off * off;
-        coded.range = {std::min(coded.range[0], code), std::max(coded.range[1], code)};
-      }
-    });
-  }
-  return coded;
 }
 
 void put_code(std::byte* to, uint32_t code, uint32_t bytes) { std::memcpy(to, &code, bytes); }
@@ -173,79 +85,6 @@ uint64_t TilePlace::sites() const {
   uint64_t n = 0;
   for (const TileBox& box : boxes()) n += box.sites();
   return n;
-}
-
-uint64_t TileSites::kept() const {
-  uint64_t n = 0;
-  for (const ChunkSites& b : bricks) n += b.codes.size();
-  return n;
-}
-
-void keep_but_blocks_of_air(ChunkSites& sites, uint32_t air) {
-  if (sites.codes.empty()) return;
-  // A bit for each block along x of a row of blocks, by coset.
-  std::array<std::array<uint8_t, blocks * blocks>, 2> filled{};
-  const auto row_of = [](size_t r) {
-    return r / brick_edge / block_edge * blocks + r % brick_edge / block_edge;
-  };
-  for_rows(sites.shape, [&](size_t m, size_t r, int) {
-    for (int b = 0; b < blocks; ++b)
-      if (sites.kept[m][r] >> (b * block_edge) & block_bits)
-        filled[m % sites.shape.period][row_of(r)] |= static_cast<uint8_t>(1 << b);
-  });
-  std::vector<uint32_t> codes;
-  const uint32_t* next = sites.codes.data();
-  for_rows(sites.shape, [&](size_t m, size_t r, int width) {
-    unsigned kept = 0;
-    for (int b = 0; b < blocks; ++b)
-      if (filled[m % sites.shape.period][row_of(r)] >> b & 1) kept |= block_bits << (b * block_edge);
-    kept &= (1u << width) - 1;
-    for (int x = 0; x < width; ++x)
-      if (kept >> x & 1) codes.push_back(sites.kept[m][r] >> x & 1 ? *next++ : air);
-    sites.kept[m][r] = static_cast<uint16_t>(kept);
-  });
-  sites.codes = std::move(codes);
-}
-
-std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const ChunkCodes& codes) {
-  std::array<std::vector<float>, 2> out;
-  const auto boxes = sites.place.boxes();
-  for (size_t c = 0; c < 2; ++c) out[c].resize(boxes[c].sites());
-  for (int i = 0; i < sites.place.bricks(); ++i) {
-    const ChunkSites& b = sites.bricks[i];
-    const uint32_t* next = b.codes.data();
-    for_tile_rows(sites.place, i, b.shape, [&](int m, int row, int width, int coset, size_t first) {
-      for (int x = 0; x < width; ++x)
-        if (b.kept[m][row] >> x & 1)
-          out[coset][first + x] =
-              static_cast<float>(static_cast<int32_t>(*next++) - static_cast<int32_t>(codes.air));
-    });
-  }
-  return out;
-}
-
-EncodedTile encode_tile(const TileSites& sites, const ChunkCodes& codes, const TileRule& rule, int level) {
-  const auto boxes = sites.place.boxes();
-  std::array<std::vector<float>, 2> values = tile_values(sites, codes), back;
-  std::array<TileBands, 2> bands;
-  for (size_t c = 0; c < 2; ++c) {
-    if (values[c].empty()) continue;
-    bands[c] = analyse_tile(boxes[c], std::move(values[c]), rule.steps.step, rule.halvings_along_z);
-    choose_steps(bands[c], rule);
-    back[c] = restore_tile(bands[c], rule.steps);
-  }
-  const Coded coded = compare(sites, codes, back);
-  EncodedTile tile;
-  tile.squared_error = coded.squared_error;
-  Bcc4Chunk& entry = tile.chunk.entry;
-  entry.kept = static_cast<uint32_t>(sites.kept());
-  for (const ChunkSites& b : sites.bricks) entry.holes += b.holes();
-  entry.min_code = coded.range[0], entry.max_code = coded.range[1];
-  const RunsPart runs = pack_runs(tile_runs(sites), level);
-  std::vector<std::byte>& bytes = tile.chunk.bytes = code_tile(bands, rule.steps);
-  entry.values_bytes = static_cast<uint32_t>(bytes.size());
-  finish_entry(runs, wavelet_part, tile.chunk);
-  return tile;
 }
 
 ChunkData decode_tile_chunk(const TilePlace& place, const ChunkCodes& codes, const Bcc4Chunk& entry,
