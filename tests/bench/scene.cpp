@@ -86,7 +86,8 @@ std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledS
     return value;
   };
   auto out = std::make_unique<ImageStorage>(size / stride, size / stride);
-  const auto sums = options.without_ripple && shaded(options, sampled.slice) ? lattice_sums(sampled.slice) : nullptr;
+  const auto sums =
+      options.without_ripple && shaded(options, sampled.slice) ? lattice_sums(sampled.slice) : nullptr;
   render_reference(s, options, own ? slice_field(sampled.slice, sums) : field, {step}, context.get(),
                    out->image);
   return out;

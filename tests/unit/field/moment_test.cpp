@@ -31,7 +31,7 @@ TEST(MomentPlan, IsMergedWhenItIsLookedAt) {
     ASSERT_TRUE(moment);
     EXPECT_FALSE(moment->is_merged());
     EXPECT_EQ(later.points(), now.points());
-    EXPECT_FALSE(moment->is_merged()); // to count them makes none
+    EXPECT_FALSE(moment->is_merged());         // to count them makes none
     EXPECT_GE(2 * later.bytes(), now.bytes()); // what they will take
     EXPECT_LE(later.bounds[0], now.bounds[0]);
     EXPECT_GE(later.bounds[1], now.bounds[1]);
