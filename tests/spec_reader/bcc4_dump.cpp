@@ -181,6 +181,7 @@ struct Volume {
   std::string kernel, recommended;
   std::vector<double> kernel_numbers;
   bool divided = false; // by the sum of the kernel
+  int tile = 0;         // bricks along a tile; 0: chunks are bricks
   std::vector<Channel> channels;
   std::vector<std::pair<std::string, std::string>> attributes;
   std::vector<Volume> levels; // coarser ones: what they share is copied
@@ -436,6 +437,21 @@ void check_planes(const Volume& v) {
   }
 }
 
+// Record 13.
+void read_tiles(Cursor& r, Volume& v, int lowest) {
+  must(lowest >= 4, "tiles need version 4");
+  v.tile = r.u8();
+  must(v.tile == 2 || v.tile == 4 || v.tile == 8, "tiles: bricks along an axis");
+  r.zeros(7);
+  for (const Channel& c : v.channels) {
+    const double error = r.f64();
+    must(std::isfinite(error) && error > 0, "tiles: error");
+    must(c.type <= 2, "tiles: value type");
+  }
+  for (Volume& level : v.levels) level.tile = v.tile;
+  must(r.left() == 0, "metadata: record too long");
+}
+
 Volume read_metadata(const Bytes& bytes, int lowest) {
   Volume v;
   Cursor c(bytes);
@@ -475,6 +491,10 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       else
         read_corrections(r, v, type == 11, lowest);
       must(r.left() == 0, "metadata: record too long");
+      continue;
+    }
+    if (type == 13) {
+      read_tiles(r, v, lowest);
       continue;
     }
     if (type == 0x8009) read_axes(r, v);
@@ -678,39 +698,63 @@ struct Decoded {
   std::vector<std::vector<uint32_t>> code; // per layer: 4096 ordered codes
 };
 
-Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e) {
+// The bytes of a chunk, all but the zeros.
+const uint8_t* chunk_bytes(const File& f, const Chunk& e) {
   const uint64_t size = e.end() - e.offset;
   const uint8_t* p = f.at(e.offset, size);
   must(crc(p, size) == e.check, "chunk: checksum");
   Cursor(p + e.values + e.runs, size - e.values - e.runs).zeros(size - e.values - e.runs);
+  return p;
+}
 
-  const int first_layer = static_cast<int>(e.slab) * v.slab_layers;
-  const int layers = std::min(v.slab_layers, v.layers() - first_layer);
-  const int b[3] = {static_cast<int>(e.slot) % v.bricks(0),
-                    static_cast<int>(e.slot) / v.bricks(0) % v.bricks(1),
-                    static_cast<int>(e.slot) / v.bricks(0) / v.bricks(1)};
-  std::vector<Box> box;
+// A brick in the layers of a slab: its sites inside the domain.
+struct Brick {
+  int at[3];
+  std::vector<Box> layers;
   uint64_t sites = 0;
-  for (int m = 0; m < layers; ++m) {
-    int n[3];
-    for (int a = 0; a < 3; ++a)
-      n[a] = std::max(0, std::min(16, v.sites(v.coset(first_layer + m), a) - 16 * b[a]));
-    if (n[0] == 0 || n[1] == 0 || n[2] == 0) n[0] = n[1] = n[2] = 0;
-    box.push_back({n[0], n[1], n[2]});
-    sites += n[0] * n[1] * n[2];
+  Brick(const Volume& v, uint32_t slab, int x, int y, int z) : at{x, y, z} {
+    const int first_layer = static_cast<int>(slab) * v.slab_layers;
+    for (int m = first_layer; m < std::min(first_layer + v.slab_layers, v.layers()); ++m) {
+      int n[3];
+      for (int a = 0; a < 3; ++a) n[a] = std::max(0, std::min(16, v.sites(v.coset(m), a) - 16 * at[a]));
+      if (n[0] == 0 || n[1] == 0 || n[2] == 0) n[0] = n[1] = n[2] = 0;
+      layers.push_back({n[0], n[1], n[2]});
+      sites += n[0] * n[1] * n[2];
+    }
   }
+};
 
-  // Section 5.
-  const int runs_coding = e.coding >> 4, values_coding = e.coding & 15;
-  must(runs_coding <= 1 && values_coding <= 1 && e.predictor <= 5, "chunk: coding");
+// Section 5: the sites of a chunk that are kept, and which of these are holes.
+struct Kept {
+  std::vector<bool> kept, hole;
+};
+
+Kept read_kept(const uint8_t* p, const Chunk& e, uint64_t sites) {
+  const int runs_coding = e.coding >> 4;
+  must(runs_coding <= 1, "chunk: coding");
   must(e.kept >= 1 && e.kept <= sites && e.holes <= e.kept, "chunk: counts");
   must(runs_coding == 0 ? e.runs == e.runs_decoded : e.runs < e.runs_decoded, "chunk: runs");
   const Bytes runs = runs_coding == 0 ? Bytes(p + e.values, p + e.values + e.runs)
                                       : inflate_raw(p + e.values, e.runs, e.runs_decoded);
-  Cursor rc(runs);
-  const std::vector<bool> kept = read_runs(rc, sites, e.kept);
-  const std::vector<bool> hole = read_runs(rc, e.kept, e.holes);
-  must(rc.left() == 0, "chunk: bytes behind the run lists");
+  Cursor c(runs);
+  Kept k;
+  k.kept = read_runs(c, sites, e.kept);
+  k.hole = read_runs(c, e.kept, e.holes);
+  must(c.left() == 0, "chunk: bytes behind the run lists");
+  return k;
+}
+
+Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e) {
+  const uint8_t* p = chunk_bytes(f, e);
+  const int first_layer = static_cast<int>(e.slab) * v.slab_layers;
+  const Brick brick(v, e.slab, static_cast<int>(e.slot) % v.bricks(0),
+                    static_cast<int>(e.slot) / v.bricks(0) % v.bricks(1),
+                    static_cast<int>(e.slot) / v.bricks(0) / v.bricks(1));
+  const std::vector<Box>& box = brick.layers;
+  const int layers = static_cast<int>(box.size());
+  const int values_coding = e.coding & 15;
+  must(values_coding <= 1 && e.predictor <= 5, "chunk: coding");
+  const auto [kept, hole] = read_kept(p, e, brick.sites);
 
   // Which classes of layers there are, and their weights.
   const int period = v.kind == 3 ? 1 : 2;
@@ -834,6 +878,459 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
   return out;
 }
 
+// ---- Section 12: tiles ----
+
+int bits_of(int64_t v) {
+  int n = 0;
+  for (; v > 0; v /= 2) ++n;
+  return n;
+}
+
+int64_t floor_div(int64_t a, int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+
+// Contexts: the coefficients of a band, in steps.
+struct Band {
+  int level = 0, d = 0; // of the rest 0
+  int layers = 0, from[3] = {}, size[3] = {};
+  std::vector<int> steps;
+  const Band* parent = nullptr;
+  int halved = 0; // axes along which the parent's level halves
+
+  size_t index(int k, int z, int y, int x) const { return ((k * size[2] + z) * size[1] + y) * size[0] + x; }
+  int m(int k, int z, int y, int x) const {
+    if (k < 0 || k >= layers || z < 0 || z >= size[2] || y < 0 || y >= size[1] || x < 0 || x >= size[0])
+      return 0;
+    return std::min(std::abs(steps[index(k, z, y, x)]), 1023);
+  }
+  // Those beside a place in a layer.
+  int cross(int k, int z, int y, int x) const {
+    return m(k, z, y, x - 1) + m(k, z, y, x + 1) + m(k, z, y - 1, x) + m(k, z, y + 1, x);
+  }
+  int beside(int k, int z, int y, int x) const {
+    return cross(k, z, y, x) + m(k, z - 1, y, x) + m(k, z + 1, y, x);
+  }
+  int of_parent(int k, int z, int y, int x) const {
+    return parent ? parent->m(k, z >> (halved >> 2 & 1), y >> (halved >> 1 & 1), x >> (halved & 1)) : 0;
+  }
+  int beside_parent(int k, int z, int y, int x) const {
+    return parent ? parent->beside(k, z >> (halved >> 2 & 1), y >> (halved >> 1 & 1), x >> (halved & 1)) : 0;
+  }
+};
+
+// The box of a coset in a tile.
+struct TileBox {
+  int n[3] = {}, layers = 0;
+  int h[3] = {}, levels = 0;          // halvings of the axes, the largest of them
+  std::vector<std::vector<int>> time; // row k, column t
+  std::vector<Band> bands;
+  std::vector<std::vector<float>> samples; // by layer
+
+  int kept(int a, int l) const {
+    const int parts = 1 << std::min(l, h[a]);
+    return (n[a] + parts - 1) / parts;
+  }
+  int halved(int l) const { // axes, as the bits of a direction
+    return (h[0] >= l ? 1 : 0) + (h[1] >= l ? 2 : 0) + (h[2] >= l ? 4 : 0);
+  }
+  float& at(int t, int z, int y, int x) { return samples[t][(z * n[1] + y) * n[0] + x]; }
+};
+
+std::vector<std::vector<int>> cosines(int n) {
+  std::vector<std::vector<int>> rows(n, std::vector<int>(n));
+  const double pi = 3.14159265358979323846;
+  for (int k = 0; k < n; ++k)
+    for (int t = 0; t < n; ++t)
+      rows[k][t] = static_cast<int>(
+          std::lround(std::sqrt((k > 0 ? 2.0 : 1.0) / n) * std::cos(pi * k * (t + 0.5) / n) * 16384));
+  return rows;
+}
+
+// Bands, in the order in which they are coded. The rest has direction 0.
+void add_band(TileBox& box, int l, int d) {
+  Band b;
+  b.level = d == 0 ? 0 : l, b.d = d, b.layers = box.layers;
+  for (int a = 0; a < 3; ++a) {
+    const bool upper = d >> a & 1;
+    b.from[a] = upper ? box.kept(a, l) : 0;
+    b.size[a] = upper ? box.kept(a, l - 1) - box.kept(a, l) : box.kept(a, l);
+  }
+  b.steps.resize(b.layers * b.size[0] * b.size[1] * b.size[2]);
+  if (!b.steps.empty()) box.bands.push_back(b);
+}
+
+void make_bands(TileBox& box) {
+  add_band(box, box.levels, 0);
+  for (int l = box.levels; l >= 1; --l)
+    for (int d = 1; d <= 7; ++d)
+      if ((d & box.halved(l)) == d) add_band(box, l, d);
+  for (Band& b : box.bands) {
+    if (b.d == 0) continue;
+    b.halved = box.halved(b.level + 1);
+    for (const Band& other : box.bands)
+      if (other.d > 0 && other.level == b.level + 1 && other.d == (b.d & b.halved)) b.parent = &other;
+  }
+}
+
+// The expected magnitude, in 1/64, without what its own row adds.
+int64_t expected_above(const std::vector<Band>& bands, size_t which, int k, int z, int y, int x) {
+  const Band& b = bands[which];
+  int64_t s = 12 * b.m(k, z, y - 1, x) + 8 * b.m(k, z - 1, y, x);
+  s += 3 * (b.m(k, z, y - 2, x) + b.m(k, z - 2, y, x));
+  s += 4 * (b.m(k, z, y - 1, x - 1) + b.m(k, z, y - 1, x + 1));
+  s += 2 * b.cross(k, z - 1, y, x);
+  s += 8 * b.m(k - 1, z, y, x) + 4 * b.m(k - 2, z, y, x);
+  s += b.beside(k - 1, z, y, x);
+  s += 6 * b.of_parent(k, z, y, x) + b.beside_parent(k, z, y, x);
+  for (size_t i = 0; i < which; ++i)
+    if (b.d > 0 && bands[i].d > 0 && bands[i].level == b.level) s += 6 * bands[i].m(k, z, y, x);
+  return s;
+}
+
+int64_t expected(const std::vector<Band>& bands, size_t which, int k, int z, int y, int x) {
+  const Band& b = bands[which];
+  return 12 * b.m(k, z, y, x - 1) + 4 * b.m(k, z, y, x - 2) + expected_above(bands, which, k, z, y, x);
+}
+
+int bucket_of(int64_t s) {
+  if (s < 4) return static_cast<int>(s);
+  const int o = bits_of(s) - 3;
+  return static_cast<int>(std::min<int64_t>(63, 4 * o + (s >> o)));
+}
+
+int near_of(const Band& b, int k, int z, int y, int x) {
+  int near = std::min(b.m(k, z, y, x - 1), 3);
+  for (const int m : {b.m(k, z, y - 1, x), b.m(k, z - 1, y, x), b.m(k - 1, z, y, x), b.of_parent(k, z, y, x)})
+    near = 3 * near + std::min(m, 2);
+  return near;
+}
+
+// Probabilities.
+struct Context {
+  int p = 32768, count = 0;
+  void learn(bool bit) {
+    p += static_cast<int>(floor_div(((bit ? 65535ll : 0) - p) * (327680 / (10 * count + 16)), 1 << 15));
+    count = std::min(count + 1, 255);
+  }
+};
+
+Context first_guess(int j, int64_t least) {
+  const int64_t typical = j < 4 ? 10 * j + 3 : int64_t{45 + 10 * (j % 4)} << (j / 4 - 1);
+  const int64_t e = std::max(least, typical);
+  return {static_cast<int>(std::clamp<int64_t>(65536 * e / (640 + e), 64, 65000)), 3};
+}
+
+// Mixing: P of all logits, from -2304 on.
+std::vector<int> logistic() {
+  const int knots[37] = {32768, 36843, 40793, 44511, 47911, 50941, 53581, 55834, 57724, 59287,
+                         60565, 61598, 62428, 63090, 63615, 64030, 64357, 64614, 64816, 64974,
+                         65097, 65194, 65269, 65328, 65374, 65410, 65438, 65459, 65476, 65489,
+                         65500, 65508, 65514, 65519, 65523, 65526, 65528};
+  std::vector<int> all(2 * 2304 + 1);
+  for (int l = 0; l <= 2304; ++l) {
+    const int j = l / 64, r = l % 64;
+    const int p = r == 0 ? knots[j] : (knots[j] * (64 - r) + knots[j + 1] * r + 32) / 64;
+    all[2304 + l] = std::clamp(p, 6, 65530);
+    all[2304 - l] = std::clamp(65536 - p, 6, 65530);
+  }
+  return all;
+}
+const std::vector<int> all_p = logistic();
+
+int64_t logit(int p) {
+  const auto found = std::lower_bound(all_p.begin(), all_p.end(), p / 16 * 16 + 8);
+  return std::min<int64_t>(found - all_p.begin(), 2 * 2304) - 2304;
+}
+
+// The arithmetic decoder.
+struct BitReader {
+  Cursor rest;
+  uint32_t low = 0, high = 0xffffffff, value = 0;
+  explicit BitReader(const Cursor& stream) : rest(stream) {
+    for (int i = 0; i < 4; ++i) value = value << 8 | next();
+  }
+  uint32_t next() { return rest.left() > 0 ? rest.u8() : 0; }
+  bool bit(int p) {
+    const uint32_t middle = low + static_cast<uint32_t>(uint64_t{high - low} * p >> 16);
+    const bool set = value <= middle;
+    if (set)
+      high = middle;
+    else
+      low = middle + 1;
+    while (low >> 24 == high >> 24) low <<= 8, high = high << 8 | 255, value = value << 8 | next();
+    return set;
+  }
+};
+
+// Bits: the coefficients of a tile. Contexts and mixers are those of the whole tile, by what the page names.
+struct Coefficients {
+  using Key = std::tuple<int, int, int, int>;
+  BitReader in;
+  std::map<Key, Context> row, zero, zero_layer, zero_near, more, more_near, digits;
+  std::map<Key, std::vector<int64_t>> zero_mixer, more_mixer;
+
+  explicit Coefficients(const Cursor& stream) : in(stream) {}
+
+  bool alone(Context& c) {
+    const bool bit = in.bit(std::clamp(c.p, 16, 65520));
+    c.learn(bit);
+    return bit;
+  }
+
+  bool mixed(std::vector<int64_t>& weights, const std::vector<Context*>& contexts) {
+    const size_t n = contexts.size();
+    if (weights.empty()) weights.assign(n, 21845 / static_cast<int64_t>(n));
+    std::vector<int64_t> logits;
+    int64_t sum = 0;
+    for (size_t i = 0; i < n; ++i) {
+      logits.push_back(logit(contexts[i]->p));
+      sum += weights[i] * logits[i];
+    }
+    const int p = all_p[std::clamp<int64_t>(floor_div(sum, 1 << 14), -2304, 2304) + 2304];
+    const bool bit = in.bit(p);
+    const int64_t error = (bit ? 65535 : 0) - p;
+    for (size_t i = 0; i < n; ++i) {
+      const int64_t w = weights[i] + floor_div(logits[i] * error + (1 << 17), 1 << 18);
+      weights[i] = std::clamp<int64_t>(w, -(1 << 17), 1 << 17);
+      contexts[i]->learn(bit);
+    }
+    return bit;
+  }
+
+  // What is behind 13 bits that are set.
+  int large_magnitude() {
+    int b = 0;
+    while (b < 20 && alone(digits[{b, 0, 0, 0}])) ++b;
+    int v = 1;
+    for (int i = 0; i < b; ++i) v = 2 * v + (in.bit(32768) ? 1 : 0);
+    return v - 1 + 14;
+  }
+
+  int coefficient(const Band& b, int k, int bucket, int near) {
+    const int quarter = bucket / 4, rest = b.d == 0 ? 1 : 0;
+    Context& c0 = zero.try_emplace({b.level, bucket, 0, 0}, first_guess(bucket, 0)).first->second;
+    Context& c1 =
+        zero_layer.try_emplace({b.level, b.d, k, quarter}, first_guess(4 * quarter + 2, 0)).first->second;
+    if (!mixed(zero_mixer[{b.level, bucket, 0, 0}], {&c0, &c1, &zero_near[{b.level, near, 0, 0}]})) return 0;
+    const bool negative = in.bit(32768);
+    int m = 1;
+    for (; m <= 13; ++m) {
+      Context& c = more.try_emplace({m, bucket, rest, 0}, first_guess(bucket, 160)).first->second;
+      if (!mixed(more_mixer[{m, 0, 0, 0}], {&c, &more_near[{m, near, 0, 0}]})) break;
+    }
+    if (m == 14) m = large_magnitude();
+    return negative ? -m : m;
+  }
+
+  void read_row(std::vector<Band>& bands, size_t which, int k, int z, int y) {
+    Band& b = bands[which];
+    int64_t sum = 0;
+    for (int x = 0; x < b.size[0]; ++x) sum += expected_above(bands, which, k, z, y, x);
+    if (!alone(row[{b.level, bucket_of(sum), 0, 0}])) return;
+    for (int x = 0; x < b.size[0]; ++x) {
+      const int bucket = bucket_of(expected(bands, which, k, z, y, x));
+      b.steps[b.index(k, z, y, x)] = coefficient(b, k, bucket, near_of(b, k, z, y, x));
+    }
+  }
+
+  void read_box(TileBox& box) {
+    for (size_t which = 0; which < box.bands.size(); ++which) {
+      const Band& b = box.bands[which];
+      for (int k = 0; k < b.layers; ++k)
+        for (int z = 0; z < b.size[2]; ++z)
+          for (int y = 0; y < b.size[1]; ++y) read_row(box.bands, which, k, z, y);
+    }
+  }
+};
+
+// Values: a line of first the even, then the odd values becomes one in order.
+void join_line(std::vector<float>& line) {
+  const int n = static_cast<int>(line.size()), evens = (n + 1) / 2;
+  const auto scale = static_cast<float>(1.149604398), inverse = static_cast<float>(1 / 1.149604398);
+  std::vector<float> v(n);
+  for (int i = 0; i < n; ++i) v[i] = i % 2 == 0 ? line[i / 2] * inverse : line[evens + i / 2] * scale;
+  const float w[4] = {-0.4435068522f, -0.8829110762f, 0.05298011854f, 1.586134342f};
+  for (int pass = 0; pass < 4; ++pass)
+    for (int i = pass % 2; i < n; i += 2) {
+      const float earlier = v[i > 0 ? i - 1 : 1], later = v[i < n - 1 ? i + 1 : n - 2];
+      v[i] = v[i] + w[pass] * (earlier + later);
+    }
+  line = v;
+}
+
+// All lines along axis a of what level l puts together, in layer t.
+void join_lines(TileBox& box, int t, int l, int a) {
+  int size[3] = {};
+  for (int i = 0; i < 3; ++i) size[i] = box.kept(i, l - 1);
+  const int n = size[a];
+  size[a] = 1;
+  std::vector<float> line(n);
+  for (int z = 0; z < size[2]; ++z)
+    for (int y = 0; y < size[1]; ++y)
+      for (int x = 0; x < size[0]; ++x) {
+        const auto value = [&](int i) -> float& {
+          return box.at(t, a == 2 ? i : z, a == 1 ? i : y, a == 0 ? i : x);
+        };
+        for (int i = 0; i < n; ++i) line[i] = value(i);
+        join_line(line);
+        for (int i = 0; i < n; ++i) value(i) = line[i];
+      }
+}
+
+struct TileHead {
+  float step = 0;
+  int centre[2] = {}, halvings[3] = {};
+};
+
+float value_of(const TileHead& head, int steps) {
+  if (steps == 0) return 0;
+  const auto magnitude = static_cast<float>(std::abs(steps));
+  const float c = static_cast<float>(head.centre[std::abs(steps) == 1 ? 0 : 1] - 128) / 256;
+  const float v = (magnitude + c) * head.step;
+  return steps < 0 ? -v : v;
+}
+
+void make_samples(TileBox& box, const TileHead& head) {
+  box.samples.assign(box.layers, std::vector<float>(box.n[0] * box.n[1] * box.n[2]));
+  for (Band& b : box.bands)
+    for (int k = 0; k < b.layers; ++k)
+      for (int z = 0; z < b.size[2]; ++z)
+        for (int y = 0; y < b.size[1]; ++y)
+          for (int x = 0; x < b.size[0]; ++x)
+            box.at(k, b.from[2] + z, b.from[1] + y, b.from[0] + x) =
+                value_of(head, b.steps[b.index(k, z, y, x)]);
+  for (int k = 0; k < box.layers; ++k)
+    for (int l = box.levels; l >= 1; --l)
+      for (int a = 2; a >= 0; --a)
+        if (box.h[a] >= l && box.kept(a, l - 1) > 1) join_lines(box, k, l, a);
+  const std::vector<std::vector<float>> layers = box.samples;
+  for (int t = 0; t < box.layers; ++t)
+    for (size_t i = 0; i < layers[t].size(); ++i) {
+      float sum = 0;
+      for (int k = 0; k < box.layers; ++k)
+        sum = sum + static_cast<float>(box.time[k][t]) / 16384 * layers[k][i];
+      box.samples[t][i] = sum;
+    }
+}
+
+// The values part: the boxes of the cosets that have sites in the tile, without their samples.
+std::map<int, TileBox> read_boxes(Cursor& c, const Volume& v, const Chunk& e, const int at[3],
+                                  TileHead& head) {
+  head.step = c.f32();
+  must(std::isfinite(head.step) && head.step > 0, "tile: step");
+  for (int& centre : head.centre) centre = c.u8();
+  for (int& h : head.halvings) {
+    h = c.u8();
+    must(h <= 5, "tile: halvings");
+  }
+  std::map<int, TileBox> boxes;
+  for (int m = static_cast<int>(e.slab) * v.slab_layers, i = 0; i < v.slab_layers && m < v.layers(); ++i, ++m)
+    ++boxes[v.coset(m)].layers;
+  for (int coset = 0; coset < 2; ++coset) {
+    if (boxes.count(coset) == 0) continue;
+    TileBox& box = boxes[coset];
+    bool empty = false;
+    for (int a = 0; a < 3; ++a) {
+      box.n[a] = std::min(v.sites(coset, a) - 16 * v.tile * at[a], 16 * v.tile);
+      if (box.n[a] <= 0) empty = true;
+      box.h[a] = std::min(head.halvings[a], std::max(0, bits_of(box.n[a]) - 2));
+      box.levels = std::max(box.levels, box.h[a]);
+    }
+    if (empty) {
+      boxes.erase(coset);
+      continue;
+    }
+    const int basis = c.u8();
+    must(basis <= 1, "tile: basis of time");
+    box.time = cosines(box.layers);
+    if (basis == 1)
+      for (auto& row : box.time)
+        for (int& b : row) b = static_cast<int16_t>(c.u16());
+  }
+  return boxes;
+}
+
+// The code of a kept site.
+uint32_t code_of(float sample, const Channel& ch, const Chunk& e) {
+  const float code = std::floor(sample + static_cast<float>(ch.air_code) + 0.5f);
+  must(!std::isnan(code), "tile: a sample is not a number");
+  return static_cast<uint32_t>(
+      std::clamp(code, static_cast<float>(e.smallest), static_cast<float>(e.largest)));
+}
+
+// Which tile a chunk is.
+void find_tile(const Volume& v, const Chunk& e, int at[3]) {
+  uint64_t slot = e.slot;
+  for (int a = 0; a < 3; ++a) {
+    const int tiles = (v.bricks(a) + v.tile - 1) / v.tile;
+    at[a] = static_cast<int>(slot % tiles);
+    slot /= tiles;
+  }
+  must(slot == 0, "page: slot");
+}
+
+std::vector<Brick> bricks_of_tile(const Volume& v, const Chunk& e, const int at[3]) {
+  int from[3], to[3];
+  for (int a = 0; a < 3; ++a) {
+    from[a] = v.tile * at[a];
+    to[a] = std::min(from[a] + v.tile, v.bricks(a));
+  }
+  std::vector<Brick> bricks;
+  for (int z = from[2]; z < to[2]; ++z)
+    for (int y = from[1]; y < to[1]; ++y)
+      for (int x = from[0]; x < to[0]; ++x) bricks.emplace_back(v, e.slab, x, y, z);
+  return bricks;
+}
+
+// The bricks of a tile, by slot.
+std::map<uint32_t, Decoded> decode_tile(const File& f, const Volume& v, const Channel& ch, const Chunk& e) {
+  const uint8_t* p = chunk_bytes(f, e);
+  must((e.coding & 15) == 2 && e.predictor == 0 && e.shift == 0, "tile: coding");
+  int at[3];
+  find_tile(v, e, at);
+  const std::vector<Brick> bricks = bricks_of_tile(v, e, at);
+  uint64_t sites = 0;
+  for (const Brick& b : bricks) sites += b.sites;
+  const auto [kept, hole] = read_kept(p, e, sites);
+
+  Cursor values(p, e.values);
+  TileHead head;
+  std::map<int, TileBox> boxes = read_boxes(values, v, e, at, head);
+  Coefficients coefficients(values);
+  for (auto& [coset, box] : boxes) {
+    make_bands(box);
+    coefficients.read_box(box);
+    make_samples(box, head);
+  }
+
+  std::map<uint32_t, Decoded> all;
+  size_t site = 0, value = 0;
+  uint32_t smallest = UINT32_MAX, largest = 0;
+  for (const Brick& b : bricks) {
+    Decoded& out = all[(b.at[2] * v.bricks(1) + b.at[1]) * v.bricks(0) + b.at[0]];
+    int from[3], layers[2] = {}; // in the boxes; of each coset, so far
+    for (int a = 0; a < 3; ++a) from[a] = 16 * (b.at[a] - v.tile * at[a]);
+    for (size_t m = 0; m < b.layers.size(); ++m) {
+      out.state.emplace_back(4096);
+      out.code.emplace_back(4096);
+      const int coset = v.coset(static_cast<int>(e.slab * v.slab_layers + m)), t = layers[coset]++;
+      const auto [nx, ny, nz] = b.layers[m];
+      for (int z = 0; z < nz; ++z)
+        for (int y = 0; y < ny; ++y)
+          for (int x = 0; x < nx; ++x) {
+            if (!kept[site++]) continue;
+            const float sample = boxes.at(coset).at(t, from[2] + z, from[1] + y, from[0] + x);
+            const uint32_t code = code_of(sample, ch, e);
+            const size_t index = (z * 16 + y) * 16 + x;
+            out.state.back()[index] = hole[value++] ? 2 : 1;
+            out.code.back()[index] = code;
+            smallest = std::min(smallest, code), largest = std::max(largest, code);
+          }
+    }
+  }
+  must(smallest == e.smallest && largest == e.largest, "tile: smallest and largest sample");
+  return all;
+}
+
 // ---- Section 6: codes to samples ----
 
 double half(uint32_t bits) {
@@ -867,7 +1364,7 @@ Cursor read_preamble(File& file, uint16_t& lowest) {
   lowest = header.u16();
   header.zeros(44);
   must(header.u32() == crc(file.bytes.data(), 60), "header: checksum");
-  must(lowest >= 1 && lowest <= 3, "needs a newer reader");
+  must(lowest >= 1 && lowest <= 4, "needs a newer reader");
   Cursor(file.bytes.data() + 64, 4096 - 64).zeros(4096 - 64);
   Cursor(file.bytes.data() + 4096 + 128, 4096 - 128).zeros(4096 - 128);
   Cursor(file.bytes.data() + 8192 + 128, 4096 - 128).zeros(4096 - 128);
@@ -1123,7 +1620,11 @@ void dump(const std::string& path) {
       must(e.slab * static_cast<uint64_t>(lattice.slab_layers) < static_cast<uint64_t>(lattice.layers()),
            "page: slab");
       counts[{channel, level}].first += e.kept, counts[{channel, level}].second += e.holes;
-      chunks[{level, channel, e.slab}][e.slot] = decode(file, lattice, lattice.channels[channel], e);
+      Slots& slots = chunks[{level, channel, e.slab}];
+      if (v.tile == 0)
+        slots[e.slot] = decode(file, lattice, lattice.channels[channel], e);
+      else
+        slots.merge(decode_tile(file, lattice, lattice.channels[channel], e));
     }
   }
   must(count == chunk_count, "root: chunks");
