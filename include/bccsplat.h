@@ -454,8 +454,8 @@ enum {
  * value from air; where floats, floats. Files with such steps need readers of version 3 of the
  * format. WAVELETS: samples as wavelet coefficients, rounded as far as an error allows: a fraction
  * of the bytes, and a moment reads and decodes all layers of a slab. Stored as U8 or U16; needs
- * abs_error, or psnr and SET_RANGE, or wavelet_error of each channel (INVALID_ARGUMENT). Needs
- * readers of version 4. */
+ * abs_error, or psnr and SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). Needs readers of version
+ * 4. */
 typedef int32_t bccsplat_store;
 enum {
   BCCSPLAT_STORE_DEFAULT = 0,
@@ -614,9 +614,6 @@ typedef struct bccsplat_channel_options {
   /* U8 and U16 with SET_RANGE: value from code to code, such that air has a code of its own; the
    * codes must hold the range (INVALID_ARGUMENT); 0: the range over all codes. */
   double value_step;
-  /* Of STORE_WAVELETS: the root mean square error of the stored samples of every slab is at most
-   * this; 0: psnr, or 0.42 of abs_error, whose corrections do the rest. */
-  double wavelet_error;
 } bccsplat_channel_options;
 
 /* One of several files written by processes of their own, on any machines and in any order, that
@@ -754,6 +751,10 @@ typedef struct bccsplat_writer_options {
    * periodic axis. PARTIAL_APPEND refuses others than the file's. Readers that know nothing of
    * coordinates see an evenly spaced volume of the same corners. */
   const bccsplat_axis* axes;
+  /* Of STORE_WAVELETS: for each channel the root mean square error that the sites of every slab may
+   * have, air among them, in units of its values; NULL, or 0 of a channel: what psnr asks for, or
+   * 0.42 of abs_error, whose corrections do the rest. */
+  const double* wavelet_errors;
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap

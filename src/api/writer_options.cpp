@@ -153,8 +153,6 @@ ChannelSettings read_channel(const bccsplat_channel_options& in, uint32_t number
   out.threshold = static_cast<float>(in.air_threshold);
   if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) out.range = Range{in.range[0], in.range[1]};
   out.value_step = in.value_step;
-  require_range(in.wavelet_error, 0, largest_value, field(".wavelet_error").c_str());
-  out.wavelet_error = in.wavelet_error;
   return out;
 }
 
@@ -202,6 +200,10 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   for (uint32_t c = 0; c < o.channel_count; ++c)
     s.channels.push_back(read_channel(read_struct(element(o.channels, c), "bccsplat_channel_options"), c));
   if (o.channel_count == 0) s.channels.resize(1);
+  for (size_t c = 0; o.wavelet_errors && c < s.channels.size(); ++c) {
+    require_range(o.wavelet_errors[c], 0, largest_value, "bccsplat_writer_options.wavelet_errors");
+    s.channels[c].wavelet_error = o.wavelet_errors[c];
+  }
   if (o.part) s.part = read_part(read_struct(o.part, "bccsplat_series_part"), s.dims[3]);
   return s;
 }

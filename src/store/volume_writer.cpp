@@ -41,7 +41,7 @@ double wavelet_error_of(const WriterSettings& s, const ChannelSettings& channel)
   if (s.psnr > 0 && channel.range)
     return of_psnr * (channel.range->high - channel.range->low) / std::pow(10.0, s.psnr / decibels);
   fail(Code::invalid_argument, "channel ", channel.name,
-       ": wavelets need an error to keep: wavelet_error, abs_error, or psnr and the range of the values");
+       ": wavelets need an error to keep: wavelet_errors, abs_error, or psnr and the range of the values");
 }
 
 // A series that is appended to keeps the holes of its lattice, as older files have them.

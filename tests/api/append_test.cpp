@@ -78,7 +78,8 @@ class Append : public testing::Test {
     static const char* const names[] = {"density", "heat"};
     std::vector<bccsplat_channel_options> channels(v.channels, sized<bccsplat_channel_options>());
     for (uint32_t c = 0; c < v.channels; ++c) channels[c].name = names[c], channels[c].source_type = v.source;
-    for (auto& c : channels) c.wavelet_error = stores_as(v, BCCSPLAT_STORE_WAVELETS) ? 8 : 0;
+    static constexpr double errors[] = {8, 8};
+    if (stores_as(v, BCCSPLAT_STORE_WAVELETS)) o.wavelet_errors = errors;
     o.dims[0] = nx, o.dims[1] = ny, o.dims[2] = nz;
     o.channel_count = v.channels, o.channels = channels.data();
     if (v.holes) o.nonfinite = BCCSPLAT_NONFINITE_HOLE;

@@ -39,7 +39,7 @@ TEST(Wavelets, KeepAnErrorAPsnrAndABound) {
   size_t last = SIZE_MAX;
   for (const double error : {1.0, 4.0, 16.0}) {
     Asked a;
-    a.channel.wavelet_error = error;
+    a.options.wavelet_errors = &error;
     const Written w = write_frames(device, s, a.options, a.channel);
     ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
     const OpenVolume volume(device, w.bytes);
@@ -90,7 +90,8 @@ TEST(Wavelets, OfD4StarKeepTheErrorOfTheirSites) {
   });
   Asked a;
   a.options.lattice = BCCSPLAT_LATTICE_D4STAR, a.channel.range[0] = 0, a.channel.range[1] = 1000;
-  a.channel.wavelet_error = 3;
+  constexpr double allowed = 3;
+  a.options.wavelet_errors = &allowed;
   const Written w = write_frames(device, s, a.options, a.channel);
   ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
   EXPECT_LT(w.error.rmse, 4);
@@ -128,12 +129,13 @@ TEST(Wavelets, WhatTheyCannotHoldIsRefused) {
     EXPECT_NE(w.text.find(words), std::string::npos) << w.text;
   };
   Asked floats;
-  floats.options.psnr = 50, floats.channel.value_type = BCCSPLAT_TYPE_F32, floats.channel.wavelet_error = 1;
+  constexpr double one = 1, below = -1;
+  floats.options.wavelet_errors = &one, floats.channel.value_type = BCCSPLAT_TYPE_F32;
   floats.channel.set_mask = 0;
   refused(floats, "U8 or U16");
   refused(Asked{}, "wavelet_error");
   Asked negative;
-  negative.channel.wavelet_error = -1;
+  negative.options.wavelet_errors = &below;
   refused(negative, "wavelet_error");
 }
 

@@ -1216,7 +1216,7 @@ void make_samples(TileBox& box, const TileHead& head) {
 std::map<int, TileBox> read_boxes(Cursor& c, const Volume& v, const Chunk& e, const int at[3],
                                   TileHead& head) {
   head.step = c.f32();
-  must(std::isfinite(head.step) && head.step > 0, "tile: step");
+  must(head.step > 0 && head.step <= 0x1p24F, "tile: step");
   for (int& centre : head.centre) centre = c.u8();
   for (int& h : head.halvings) {
     h = c.u8();

@@ -31,7 +31,7 @@ class Help(ToolTest):
         for t in range(DIMS[3]):
             self.puff(t)
         listed = re.findall(r'^  (\w+)  ', printed('help').split('Subcommands:')[1], re.M)
-        self.assertEqual(set(listed), set(NEEDED) | {'completion', 'manual'})
+        self.assertEqual(set(listed), set(NEEDED) | {'completion', 'manual', 'view'})
         for command in NEEDED:
             page = printed('help', command)
             self.assertEqual(page, printed(command, '--help'))

@@ -67,6 +67,7 @@ FILTER_BSPLINE3 = 3
 STORE_DEFAULT = 0
 STORE_SAMPLES = 1
 STORE_COEFFICIENTS = 2
+STORE_WAVELETS = 3
 NONFINITE_DEFAULT = 0
 NONFINITE_ERROR = 1
 NONFINITE_HOLE = 2
@@ -385,6 +386,7 @@ class WriterOptions(Struct):
     periodic_axes: int
     cancel_token: int | None
     axes: Any
+    wavelet_errors: int | None
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
@@ -393,7 +395,8 @@ class WriterOptions(Struct):
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
         ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
         ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4), ("live", c_uint32),
-        ("periodic_axes", c_uint32), ("cancel_token", c_void_p), ("axes", POINTER(Axis))]
+        ("periodic_axes", c_uint32), ("cancel_token", c_void_p), ("axes", POINTER(Axis)),
+        ("wavelet_errors", c_void_p)]
 
 
 class Box(Struct):
@@ -486,8 +489,9 @@ class VolumeOptions(Struct):
     kernel: bytes | None
     cache_bytes: int
     cancel_token: int | None
+    shape: Array[c_double]
     _fields_ = [("struct_size", c_uint32), ("salvage", c_int32), ("kernel", c_char_p),
-        ("cache_bytes", c_uint64), ("cancel_token", c_void_p)]
+        ("cache_bytes", c_uint64), ("cancel_token", c_void_p), ("shape", c_double * 3)]
 
 
 class VolumeInfo(Struct):
@@ -650,12 +654,13 @@ class SliceOptions(Struct):
     cancel_token: int | None
     space: int
     reserved2: int
+    bandwidth: Array[c_double]
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
         ("thickness", c_double), ("point", c_void_p), ("basis", c_void_p), ("slab", c_int32),
         ("method", c_int32), ("box", c_void_p), ("cancel_token", c_void_p), ("space", c_int32),
-        ("reserved2", c_uint32)]
+        ("reserved2", c_uint32), ("bandwidth", c_double * 4)]
 
 
 class SliceInfo(Struct):
@@ -853,9 +858,10 @@ class Trail(Struct):
     colors: int | None
     intervals: int
     reserved: int
+    transfer_functions: Any
     _fields_ = [("struct_size", c_uint32), ("content", c_int32), ("combine", c_int32), ("samples", c_uint32),
         ("interval", c_double * 2), ("transfer_function", POINTER(TransferFunction)), ("colors", c_void_p),
-        ("intervals", c_uint32), ("reserved", c_uint32)]
+        ("intervals", c_uint32), ("reserved", c_uint32), ("transfer_functions", POINTER(TransferFunction))]
 
 
 class RenderStats(Struct):

@@ -13,9 +13,10 @@
 
 namespace bccsplat {
 
-inline constexpr int most_context = 1023;    // magnitudes that neighbours tell apart
-inline constexpr float most_steps = 1 << 20; // of a coefficient
-inline constexpr float centre_unit = 256;    // of StepRule::centres
+inline constexpr int most_context = 1023;      // magnitudes that neighbours tell apart
+inline constexpr float most_steps = 1 << 20;   // of a coefficient
+inline constexpr float largest_step = 1 << 24; // steps of it stay numbers
+inline constexpr float centre_unit = 256;      // of StepRule::centres
 
 // Where the coefficients of a row are.
 inline size_t place_of(const Halvings& s, const WalkRow& r) {

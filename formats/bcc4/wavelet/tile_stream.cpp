@@ -81,7 +81,7 @@ TimeBasis read_basis(ByteReader& in, int layers, uint64_t offset) {
 Head read_head(ByteReader& in, std::span<const TileBox> boxes, uint64_t offset) {
   Head head;
   head.rule.step = in.read<float>();
-  if (!(std::isfinite(head.rule.step) && head.rule.step > 0))
+  if (!(head.rule.step > 0 && head.rule.step <= largest_step))
     fail(Code::corrupt, in_words, " at offset ", offset, ": steps of ", head.rule.step);
   for (uint8_t& c : head.rule.centres) c = in.read<uint8_t>();
   std::array<int, 3> times{};

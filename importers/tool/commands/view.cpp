@@ -53,7 +53,8 @@ FindFile files_of(const fs::path& page, const fs::path& file) {
 
 Run add_view(Command tool) {
   auto a = std::make_shared<ViewArguments>();
-  const Command view = tool.add_command("view", "Look at a .bcc4 file in a browser on this machine");
+  const Command view = tool.add_command("view", "Look at a .bcc4 file in a browser on this machine.");
+  view.set_examples({"bcc4 view smoke.bcc4"});
   view.add_option("FILE", a->file, "A .bcc4 file");
   view.add_option("--page", a->page,
                   "Folder of the viewer, as examples/web/build.sh makes it (default: installed)");

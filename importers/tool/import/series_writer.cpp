@@ -260,11 +260,12 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
     channels.push_back(channel_options(series.channels[c], settings,
                                        c < settings.steps.size() ? settings.steps[c] : StepCoding{},
                                        c < scans.size() ? &scans[c] : nullptr));
-    if (c < settings.wavelet_errors.size()) channels.back().wavelet_error = settings.wavelet_errors[c];
     has_fill |= series.channels[c].has_fill;
   }
   options.channel_count = static_cast<uint32_t>(channels.size());
   options.channels = channels.data();
+  if (settings.wavelet_errors.size() == channels.size())
+    options.wavelet_errors = settings.wavelet_errors.data();
   for (size_t a = 0; a < 3; ++a) options.dims[a] = static_cast<uint32_t>(series.dims[a]);
   std::copy(series.affine.begin(), series.affine.end(), options.affine);
   options.spatial_unit = text_or_null(spatial_unit);
