@@ -288,7 +288,7 @@ class Import(ToolTest):
         self.assertIn('measured on 3 of 20 frames: ', out)
         out, _ = self.bcc4('import', '--help')
         words = ' '.join(out.split())
-        self.assertIn("floats within 1/512 of what is near, the filter's ringing", words)
+        self.assertIn('differ by the ringing of the filter only', words)
         self.assertNotIn('default 0: exact', words)
 
     def test_large_frames_are_measured_in_boxes(self):

@@ -115,8 +115,13 @@ class Parts(ToolTest):
     def test_missing_frames_and_holes(self):
         args = self.raw('a.raw', DIMS, broken)
         for spans in some([['0-0', '1-9', '10-46'], ['0-19', '20-46'], ['0-15', '16-16', '17-46']]):
-            for more in (['hole'], ['hole', '--lowpass'], ['clamp']):
+            for more in (['hole'], ['clamp']):
                 self.assert_equal(self.cut(args, spans, '--on-nonfinite', *more), (spans, more))
+
+    def test_holes_with_a_low_pass(self):
+        args = self.raw('a.raw', DIMS, lambda x, y, z, t: math.nan if (x, y, z) == (4, 5, 6) and t % 3 == 0 else blob(x, y, z, t))
+        more = ['--on-nonfinite', 'hole', '--lowpass']
+        self.assert_equal(self.cut(args, ['0-19', '20-46'], *more), more)
 
     def test_channels_and_files(self):
         nrrd = (b'NRRD0004\ntype: uint8\ndimension: 5\nsizes: 2 9 9 9 31\n'

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "base/bytes.h"
 #include "base/error.h"
@@ -131,13 +132,15 @@ std::vector<std::vector<float>> decode_tile(std::span<const TileBox> boxes, std:
   SymbolCoder<BinaryDecoder> symbols(coder, most_layers_of(head.bands));
   std::vector<std::vector<float>> out;
   for (size_t c = 0; c < boxes.size(); ++c) {
-    std::vector<float>& values = out.emplace_back(boxes[c].sites());
-    if (values.empty()) continue;
-    const TileBands& b = head.bands[c];
-    BandWalk walk(b.shape, b.basis.frames);
-    Reading visit{b.shape, head.rule, values, symbols};
-    walk.run(visit);
-    to_numbers(b, values);
+    std::vector<float> values(boxes[c].sites());
+    if (!values.empty()) {
+      const TileBands& b = head.bands[c];
+      BandWalk walk(b.shape, b.basis.frames);
+      Reading visit{b.shape, head.rule, values, symbols};
+      walk.run(visit);
+      to_numbers(b, values);
+    }
+    out.push_back(std::move(values));
   }
   return out;
 }
