@@ -27,7 +27,8 @@ struct FieldFixes {
   std::vector<uint32_t> brick_at; // z, y, x: 0 where there are none, else which brick; brick 0 is zeros
   std::vector<float> value;       // brick after brick, x fastest
   [[nodiscard]] bool empty() const { return brick_at.empty(); }
-  [[nodiscard]] size_t count() const { return value.size() / (size_t{edge} * edge * edge); }
+  static constexpr size_t brick_values = size_t{edge} * edge * edge;
+  [[nodiscard]] size_t count() const { return value.size() / brick_values; }
 };
 [[nodiscard]] FieldFixes make_field_fixes(const Slice& slice);
 

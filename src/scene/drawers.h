@@ -50,7 +50,7 @@ class Drawers {
   [[nodiscard]] Drawer* gpu_drawer_of(const Shot& shot, const DrawerChoice& choice);
 
   std::unique_ptr<GpuDrawer> gpu_;
-  RayDrawer* rays_;
+  RayDrawer* rays_ = nullptr;
   std::vector<std::unique_ptr<Drawer>> drawers_; // by preference, sheets last
 };
 

@@ -3,6 +3,7 @@
 // bricks of a layer by all threads. They are counted first, so that their memory is reserved before it grows.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "slice/extraction.h"
@@ -89,7 +90,7 @@ Extraction::Found Extraction::collect(const SampleSource& source, int channel, c
     });
     for (size_t slot = 1; slot < first.size(); ++slot) first[slot] += first[slot - 1];
     memory.add(first.back() * sizeof(Point), "slice: finding extracted points");
-    std::vector<Point>& points = found.emplace_back(first.back());
+    std::vector<Point> points(first.back());
     context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
       Point* next = points.data() + first[slot];
       sites.each(slot, [&](Vec4 p, float value) {
@@ -105,6 +106,7 @@ Extraction::Found Extraction::collect(const SampleSource& source, int channel, c
     for (size_t slot = 0; slot < layer.brick_slots(); ++slot)
       if (const Brick* const brick = layer.brick(slot); brick && first[slot + 1] > first[slot])
         for (const float v : brick->value) range_ = {std::min(range_[0], v), std::max(range_[1], v)};
+    found.push_back(std::move(points));
   }
   return found;
 }

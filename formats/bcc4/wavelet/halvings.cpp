@@ -10,7 +10,9 @@ namespace {
 
 // Predict, update, predict, update (Daubechies and Sweldens 1998), and the scale of the coarse half.
 constexpr std::array<float, 4> lifting{-1.586134342F, -0.05298011854F, 0.8829110762F, 0.4435068522F};
-constexpr float coarse_scale = 1.149604398F;
+constexpr double exact_scale = 1.149604398;
+constexpr auto coarse_scale = static_cast<float>(exact_scale),
+               fine_scale = static_cast<float>(1 / exact_scale);
 
 // Rows of `width` values that lie side by side are transformed at once: value i of a row is at i * width.
 struct Rows {
@@ -39,11 +41,11 @@ void scale(const Rows& rows, int parity, float factor) {
 void forward(const Rows& rows) {
   for (int step = 0; step < 4; ++step) lift(rows, 1 - step % 2, lifting[step]);
   scale(rows, 0, coarse_scale);
-  scale(rows, 1, 1 / coarse_scale);
+  scale(rows, 1, fine_scale);
 }
 
 void backward(const Rows& rows) {
-  scale(rows, 0, 1 / coarse_scale);
+  scale(rows, 0, fine_scale);
   scale(rows, 1, coarse_scale);
   for (int step = 3; step >= 0; --step) lift(rows, 1 - step % 2, -lifting[step]);
 }

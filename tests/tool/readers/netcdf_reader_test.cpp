@@ -69,7 +69,7 @@ TEST(NetcdfReader, TakesLongitudeAndLatitudeForOneUnit) {
   };
   const auto told = [](const SeriesDescription& d) {
     return std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) {
-      return note.find("different units") != std::string::npos && note.find("--spacing") != std::string::npos;
+      return note.find("different units") != std::string::npos && note.find("--shape") != std::string::npos;
     });
   };
   const auto same = read("degrees"), other = read("hPa");

@@ -92,8 +92,8 @@ TEST(OpenSeries, NamesWhatAFileIsNot) {
 TEST(OpenSeries, ListsEveryReader) {
   std::vector<std::string> names;
   for (const ReaderInfo& reader : reader_list()) names.emplace_back(reader.name);
-  EXPECT_EQ(names,
-            (std::vector<std::string>{"raw", "nrrd", "vti", "nifti", "metaimage", "netcdf", "openvdb"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"raw", "nrrd", "vti", "nifti", "metaimage", "netcdf", "tiff",
+                                             "openvdb"}));
 }
 
 } // namespace

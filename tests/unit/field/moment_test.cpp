@@ -8,6 +8,7 @@
 
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/support/larger.h"
 
 namespace bccsplat {
 namespace {
@@ -38,10 +39,12 @@ TEST(MomentPlan, IsMergedWhenItIsLookedAt) {
     EXPECT_EQ(moment->largest_weight(), 1);
     const Slice copy = later; // shares what is merged
     for (size_t coset = 0; coset < 2; ++coset)
-      EXPECT_EQ(layer_to_dense(copy.coset[coset]), layer_to_dense(now.coset[coset])) << frame;
+      EXPECT_LT(largest_difference(layer_to_dense(copy.coset[coset]), layer_to_dense(now.coset[coset])), 1e-6)
+          << frame; // layers in another order
     EXPECT_TRUE(moment->is_merged());
     EXPECT_EQ(later.bytes(), now.bytes());
-    EXPECT_EQ(evaluate_reference(later, {8, 7, 6}, nullptr), evaluate_reference(now, {8, 7, 6}, nullptr));
+    EXPECT_NEAR(evaluate_reference(later, {8, 7, 6}, nullptr), evaluate_reference(now, {8, 7, 6}, nullptr),
+                1e-6);
   }
 }
 

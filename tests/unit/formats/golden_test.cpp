@@ -183,10 +183,10 @@ TEST(Bcc4Golden, GoodFilesUseEverythingTheFormatHas) {
   }
   EXPECT_EQ(types, (std::set<int>{1, 2, 3, 4, 5}));
   EXPECT_EQ(predictors, (std::set<int>{0, 1, 2, 3, 4, 5}));
-  EXPECT_EQ(value_codings, (std::set<int>{0, 1}));
+  EXPECT_EQ(value_codings, (std::set<int>{0, 1, 2}));
   EXPECT_EQ(run_codings, (std::set<int>{0, 1}));
   EXPECT_EQ(kinds, (std::set<int>{1, 2, 3}));
-  EXPECT_EQ(depths, (std::set<int>{3, 4, 8}));
+  EXPECT_EQ(depths, (std::set<int>{3, 4, 6, 8}));
 }
 
 TEST(Bcc4Golden, ChunksOfStepsHaveEveryWidth) {
