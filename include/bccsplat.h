@@ -454,8 +454,8 @@ enum {
  * value from air; where floats, floats. Files with such steps need readers of version 3 of the
  * format. WAVELETS: samples as wavelet coefficients, rounded as far as an error allows: a fraction
  * of the bytes, and a moment reads and decodes all layers of a slab. Stored as U8 or U16; needs
- * abs_error, or psnr and SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). Needs readers of version
- * 4. */
+ * abs_error, or psnr and SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). PARTIAL_APPEND takes all
+ * frames. Needs readers of version 4. */
 typedef int32_t bccsplat_store;
 enum {
   BCCSPLAT_STORE_DEFAULT = 0,

@@ -274,6 +274,8 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
   if (was.lattice.is_static()) refuse("a single frame is not continued");
   if (settings.abs_error > 0 || settings.psnr > 0 || settings.measure == Measure::all)
     refuse("a bound is checked on every frame");
+  if (was.tile_edge > 1)
+    refuse("its samples are rounded as they are coded to wavelets, so that they cannot be counted again");
   for (const ChannelInfo& channel : was.channels)
     if (channel.frames.size() != done)
       refuse("it was made of layers");

@@ -74,8 +74,8 @@ void test_recode(void) {
   EXPECT(store == BCCSPLAT_STORE_COEFFICIENTS && channel.value_type == BCCSPLAT_TYPE_F32);
   options.value_type = 0;
   REFUSED(UNSUPPORTED, "needs version 3", bccsplat_volume_recode(volume, path, &options, NULL));
-  options.format = 4;
-  REFUSED(INVALID_ARGUMENT, "format 4", bccsplat_volume_recode(volume, path, &options, NULL));
+  options.format = 5;
+  REFUSED(INVALID_ARGUMENT, "format 5", bccsplat_volume_recode(volume, path, &options, NULL));
   options.format = 0, options.kernel = "paper";
   REFUSED(UNSUPPORTED, "cannot be stored", bccsplat_volume_recode(volume, path, &options, NULL));
   options.kernel = "radial77";
