@@ -35,6 +35,8 @@ mapfile -t files < <(printf '%s\n' "${files[@]}" | awk '!seen[$0]++')
 build="build-tidy"
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Debug -DBCCSPLAT_BUILD_TESTS=OFF -DBCCSPLAT_BUILD_BENCH=OFF \
   -DBCCSPLAT_BUILD_EXAMPLES=OFF >/dev/null || exit 1
+# Files of another build, as for browsers, are not in this one.
+mapfile -t files < <(for file in "${files[@]}"; do grep -qF "/$file\"" "$build/compile_commands.json" && echo "$file"; done)
 sed -i 's/ -fno-gnu-unique//g; s/ -Wno-restrict//g' "$build/compile_commands.json" # options of GCC alone
 
 # one FILE: what is wrong with it, and a file of its name under failed or left

@@ -38,7 +38,7 @@ struct Weighing {
     constexpr float bit_worth = .11F; // squared steps
     const size_t i = place_of(bands.shape, r) + x;
     const float wanted = std::min(std::fabs(bands.coefficients[i]) / rule.steps.step, float{most_steps});
-    const int top = static_cast<int>(wanted + .5F), level = group_of(r.box);
+    const int top = static_cast<int>(std::lround(wanted)), level = group_of(r.box);
     int best = 0;
     float least = INFINITY;
     for (const int m : {top, top - 1, 0}) {
