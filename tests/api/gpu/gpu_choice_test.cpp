@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "../../support/larger.h"
 #include "../support.h"
 
 using namespace host;
@@ -108,10 +109,12 @@ TEST_F(Gpu, DevicesAndPicturesChoose) {
   EXPECT_EQ(by_, info_.software ? BCCSPLAT_BACKEND_CPU : BCCSPLAT_BACKEND_GPU);
   // A picture's choice is stronger.
   ask(cpu, BCCSPLAT_BACKEND_GPU);
-  EXPECT_EQ(draw(cpu, by_), gpus);
+  // A device merges moments on the GPU, in another order, where it is to draw by it.
+  constexpr double rounding = 1e-4;
+  EXPECT_LT(largest_difference(draw(cpu, by_), gpus), rounding);
   EXPECT_EQ(by_, BCCSPLAT_BACKEND_GPU);
   ask(asked, BCCSPLAT_BACKEND_CPU);
-  EXPECT_EQ(draw(asked, by_), cpus);
+  EXPECT_LT(largest_difference(draw(asked, by_), cpus), rounding);
   ask(asked, BCCSPLAT_BACKEND_DEFAULT); // back to the device's
   EXPECT_EQ(draw(asked, by_), gpus);
 }
