@@ -753,8 +753,10 @@ typedef struct bccsplat_writer_options {
   const bccsplat_axis* axes;
   /* Of STORE_WAVELETS: for each channel the root mean square error that the sites of every slab may
    * have, air among them, in units of its values; NULL, or 0 of a channel: what psnr asks for, or
-   * 0.42 of abs_error, whose corrections do the rest. */
+   * 0.42 of the largest error, whose corrections do the rest: the smaller one where both are set. */
   const double* wavelet_errors;
+  /* For each channel its own abs_error, in units of its values; NULL, or 0 of a channel: abs_error. */
+  const double* abs_errors;
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap
@@ -1157,6 +1159,9 @@ typedef struct bccsplat_channel_info {
   /* Number of source samples that the file's masks say are missing; 0 in files whose lattice has
    * holes instead. */
   uint64_t missing;
+  /* Of STORE_WAVELETS: the root mean square error that the sites of every slab may have
+   * (bccsplat_writer_options.wavelet_errors); 0 of others. */
+  double wavelet_error;
 } bccsplat_channel_info;
 
 /* What a full check of the checksums found, damage and what could not be read kept apart. */

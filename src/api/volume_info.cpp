@@ -155,7 +155,7 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
       if (p.percent == 99.8) out.percentile_998 = p.value;
     }
     out.sites_kept = c.sites_kept, out.cc_relevant = c.cc_relevant, out.holes = c.holes;
-    out.error_bound = c.residuals.bound;
+    out.error_bound = c.residuals.bound, out.wavelet_error = c.wavelet_error;
     if (c.residuals.bound > 0) {
       const auto error = [&](MeasuredError::Kind kind) {
         const MeasuredError* const e = find_error(volume->file.info(), channel, 0, kind);

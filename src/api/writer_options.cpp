@@ -184,7 +184,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   s.live_slabs = o.live;
   require_range(o.abs_error, 0, largest_value, "bccsplat_writer_options.abs_error");
   require_range(o.psnr, 0, most_decibels, "bccsplat_writer_options.psnr");
-  s.abs_error = o.abs_error, s.psnr = o.psnr;
+  s.psnr = o.psnr;
   s.measure = choose(o.measure, Measure::bounded, BCCSPLAT_MEASURE_ALL, "measure");
   s.affine = read_affine(o.affine);
   require_utf8(o.spatial_unit, "bccsplat_writer_options.spatial_unit");
@@ -200,6 +200,10 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   for (uint32_t c = 0; c < o.channel_count; ++c)
     s.channels.push_back(read_channel(read_struct(element(o.channels, c), "bccsplat_channel_options"), c));
   if (o.channel_count == 0) s.channels.resize(1);
+  for (size_t c = 0; c < s.channels.size(); ++c) {
+    if (o.abs_errors) require_range(o.abs_errors[c], 0, largest_value, "bccsplat_writer_options.abs_errors");
+    s.channels[c].abs_error = o.abs_errors && o.abs_errors[c] > 0 ? o.abs_errors[c] : o.abs_error;
+  }
   for (size_t c = 0; o.wavelet_errors && c < s.channels.size(); ++c) {
     require_range(o.wavelet_errors[c], 0, largest_value, "bccsplat_writer_options.wavelet_errors");
     s.channels[c].wavelet_error = o.wavelet_errors[c];

@@ -272,7 +272,7 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
          settings.dims[3], ": the part to be appended is ", done, " to ", settings.dims[3],
          " (excluded), not ", part.first, " to ", part.end);
   if (was.lattice.is_static()) refuse("a single frame is not continued");
-  if (settings.abs_error > 0 || settings.psnr > 0 || settings.measure == Measure::all)
+  if (settings.bounds_samples() || settings.psnr > 0 || settings.measure == Measure::all)
     refuse("a bound is checked on every frame");
   if (was.tile_edge > 1)
     refuse("its samples are rounded as they are coded to wavelets, so that they cannot be counted again");

@@ -11,10 +11,21 @@
 
 namespace bccsplat {
 
-uint32_t options_checksum(const FitOptions& options, uint32_t levels, double abs_error,
+std::string bounds_text(const WriterSettings& settings) {
+  const double first = settings.channels.front().abs_error;
+  std::string each;
+  bool alike = true;
+  for (const ChannelSettings& c : settings.channels) {
+    each += concat(each.empty() ? "" : ",", c.abs_error);
+    alike = alike && c.abs_error == first;
+  }
+  return alike ? concat(first) : each;
+}
+
+uint32_t options_checksum(const FitOptions& options, uint32_t levels, const std::string& bounds,
                           std::optional<double> psnr, int rules) {
   std::string text = concat(static_cast<int>(options.filter), " ", static_cast<int>(options.nonfinite), " ",
-                            abs_error, " rules ", rules);
+                            bounds, " rules ", rules);
   if (options.lowpass) text += " lowpass";
   if (options.masks) text += " masks";
   if (psnr) text += concat(" psnr ", *psnr);

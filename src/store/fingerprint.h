@@ -4,17 +4,22 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "fit/fit.h"
 #include "fit/resample/resampling_rules.h"
 #include "formats/bcc4/info.h"
+#include "store/settings.h"
 
 namespace bccsplat {
 
-// Returns the checksum of every option that changes the samples but is not stored in the file. psnr: of a
-// part of a series, which is checked when the parts are joined. levels: the coarser ones. rules: those by
-// which a version resamples.
-[[nodiscard]] uint32_t options_checksum(const FitOptions& options, uint32_t levels, double abs_error,
+// Returns the largest errors of the channels: one number where all have the same.
+[[nodiscard]] std::string bounds_text(const WriterSettings& settings);
+
+// Returns the checksum of every option that changes the samples but is not stored in the file. bounds: by
+// bounds_text. psnr: of a part of a series, which is checked when the parts are joined. levels: the coarser
+// ones. rules: those by which a version resamples.
+[[nodiscard]] uint32_t options_checksum(const FitOptions& options, uint32_t levels, const std::string& bounds,
                                         std::optional<double> psnr, int rules = resampling_rules);
 
 // Returns the checksum of the same options for one part of the series.

@@ -5,6 +5,7 @@
 
 #include "base/text.h"
 #include "formats/bcc4/coding/deflate.h"
+#include "store/fingerprint.h"
 
 namespace bccsplat {
 namespace {
@@ -64,7 +65,7 @@ JournalOptions journal_options(const WriterSettings& s, const std::string& kerne
                      {"faces", concat(list_of(planes), " planes predicted")},
                      {"store", s.coefficients ? "coefficients" : "samples"},
                      {"levels", concat(s.levels)},
-                     {"abs_error", concat(s.abs_error)}, // sets the kernel, too
+                     {"abs_error", bounds_text(s)}, // sets the kernel, too
                      {"recommended_kernel", or_none(kernel)},
                      {"live", concat(s.live_slabs)},
                      {"spatial_unit", or_none(s.spatial_unit)},

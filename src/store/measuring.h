@@ -20,7 +20,7 @@ namespace bccsplat {
 class Measuring {
  public:
   explicit Measuring(const WriterSettings& settings)
-      : required_(settings.abs_error > 0 || settings.psnr > 0 || settings.measure == Measure::all),
+      : required_(settings.bounds_samples() || settings.psnr > 0 || settings.measure == Measure::all),
         wanted_(required_ || settings.measure == Measure::some) {}
 
   [[nodiscard]] bool required() const { return required_; }

@@ -3,6 +3,7 @@
 // on nothing knows of them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -59,6 +60,7 @@ struct ChannelSettings {
   std::optional<Range> range; // of the values
   double value_step = 0;      // value of one integer code; 0: what spreads the range over the codes
   double wavelet_error = 0;   // root mean square of samples stored as wavelets; 0: what the bounds ask for
+  double abs_error = 0;       // bound of the error at source samples; 0: none
 };
 
 // The frames of a series that one of several processes writes, or those that continue a file.
@@ -103,7 +105,7 @@ struct WriterSettings {
   int levels = 0; // coarser ones, of frames; a series that is appended to keeps those it has
   std::optional<PartSettings> part;
 
-  double abs_error = 0, psnr = 0; // bounds of the error at source samples; 0: none
+  double psnr = 0; // bound of the error at the source samples of every channel; 0: none
   Measure measure = Measure::bounded;
   uint32_t live_slabs = 0; // after how many slabs the unfinished file is made to be looked at; 0: never
 
@@ -112,6 +114,11 @@ struct WriterSettings {
   std::string spatial_unit, time_unit;
   std::string recommended_kernel; // may be empty
   std::vector<ChannelSettings> channels{1};
+
+  // Returns whether a source sample of some channel may be off by so much and no more.
+  [[nodiscard]] bool bounds_samples() const {
+    return std::any_of(channels.begin(), channels.end(), [](const auto& c) { return c.abs_error > 0; });
+  }
 };
 
 } // namespace bccsplat

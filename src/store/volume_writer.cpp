@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "formats/bcc4/coding/tile.h"
@@ -37,9 +38,12 @@ int32_t slab_layers_of(const WriterSettings& s) {
 double wavelet_error_of(const WriterSettings& s, const ChannelSettings& channel) {
   constexpr double of_bound = .42, of_psnr = .995, decibels = 20;
   if (channel.wavelet_error > 0) return channel.wavelet_error;
-  if (s.abs_error > 0) return of_bound * s.abs_error;
+  double error = std::numeric_limits<double>::infinity();
+  if (channel.abs_error > 0) error = of_bound * channel.abs_error;
   if (s.psnr > 0 && channel.range)
-    return of_psnr * (channel.range->high - channel.range->low) / std::pow(10.0, s.psnr / decibels);
+    error = std::min(error, of_psnr * (channel.range->high - channel.range->low) /
+                                std::pow(10.0, s.psnr / decibels));
+  if (std::isfinite(error)) return error;
   fail(Code::invalid_argument, "channel ", channel.name,
        ": wavelets need an error to keep: wavelet_errors, abs_error, or psnr and the range of the values");
 }
@@ -130,8 +134,11 @@ void VolumeWriter::check_settings() const {
          "writer: parts of a series, and what continues a file, are seen when they are finished");
   if (s.levels < 0 || s.levels > most_levels)
     fail(Code::invalid_argument, "writer: ", s.levels, " coarser levels, not 0 to ", most_levels);
-  if (!(s.abs_error >= 0 && std::isfinite(s.abs_error)) || !(s.psnr >= 0 && std::isfinite(s.psnr)))
-    fail(Code::invalid_argument, "writer: abs_error and psnr must be finite and not negative");
+  for (const ChannelSettings& c : s.channels)
+    if (!(c.abs_error >= 0 && std::isfinite(c.abs_error)))
+      fail(Code::invalid_argument, "writer: abs_error must be finite and not negative");
+  if (!(s.psnr >= 0 && std::isfinite(s.psnr)))
+    fail(Code::invalid_argument, "writer: psnr must be finite and not negative");
   if ((measuring_.required() || s.coefficients) && s.dims[3] == 0)
     fail(Code::invalid_argument,
          "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
@@ -198,7 +205,7 @@ void VolumeWriter::begin_info() {
     initial_.recommended_kernel = make_kernel(s.recommended_kernel).name;
   else if (!s.coefficients && s.scales[3] == 1 && initial_.lattice.sites_are_samples())
     initial_.recommended_kernel = make_kernel("exact").name;
-  else if (s.abs_error > 0 || s.psnr > 0 || s.coefficients) // must not depend on a reader's default
+  else if (s.bounds_samples() || s.psnr > 0 || s.coefficients) // must not depend on a reader's default
     initial_.recommended_kernel = make_kernel("").name;
   if (s.coefficients) {
     const Kernel kernel = make_kernel(initial_.recommended_kernel);

@@ -286,10 +286,10 @@ void VolumeWriter::begin_measuring(bool frames_known) {
            "give frames or a field");
     return;
   }
-  const double bound = settings_.abs_error;
   std::vector<RoundTripChannel> channels;
   for (size_t i = 0; i < initial_.channels.size(); ++i) {
     ChannelInfo& c = initial_.channels[i];
+    const double bound = settings_.channels[i].abs_error;
     channels.push_back({c.name, settings_.channels[i].air, c.threshold, bound, part_made() == nullptr,
                         bound > 0 ? 0 : sample_step(c)});
     if (bound == 0) continue;

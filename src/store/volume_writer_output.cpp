@@ -79,7 +79,7 @@ Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const 
 }
 
 uint32_t VolumeWriter::settings_checksum(std::optional<double> psnr) const {
-  return options_checksum(fit_options_, settings_.levels, settings_.abs_error, psnr);
+  return options_checksum(fit_options_, settings_.levels, bounds_text(settings_), psnr);
 }
 
 uint32_t VolumeWriter::writer_checksum() const {

@@ -46,12 +46,13 @@ TEST(Fingerprint, EveryOptionThatChangesSamplesAndIsNotInTheFileCounts) {
   for (const auto& change : changes) {
     FitOptions options;
     change(options);
-    EXPECT_TRUE(seen.insert(options_checksum(options, 0, 0, {})).second) << seen.size();
-    EXPECT_EQ(options_checksum(options, 0, 0, {}), options_checksum(options, 0, 0, {}));
+    EXPECT_TRUE(seen.insert(options_checksum(options, 0, "0", {})).second) << seen.size();
+    EXPECT_EQ(options_checksum(options, 0, "0", {}), options_checksum(options, 0, "0", {}));
   }
-  EXPECT_TRUE(seen.insert(options_checksum({}, 0, 0.25, {})).second) << "a bound";
-  EXPECT_TRUE(seen.insert(options_checksum({}, 0, 0, 40.0)).second) << "a PSNR";
-  EXPECT_TRUE(seen.insert(options_checksum({}, 0, 0, {}, resampling_rules - 1)).second) << "an older version";
+  EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0.25", {})).second) << "a bound";
+  EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0", 40.0)).second) << "a PSNR";
+  EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0", {}, resampling_rules - 1)).second)
+      << "an older version";
 }
 
 // What becomes of a ball, at level 0 and halved.
@@ -81,8 +82,8 @@ TEST(Fingerprint, ANewRuleHasANewNumber) {
 
 // Older versions made levels otherwise. How many there are is in the file.
 TEST(Fingerprint, LevelsOfHalvedFramesAreNotThoseOfOlderVersions) {
-  EXPECT_NE(options_checksum({}, 1, 0, {}), options_checksum({}, 0, 0, {}));
-  EXPECT_EQ(options_checksum({}, 2, 0, {}), options_checksum({}, 1, 0, {}));
+  EXPECT_NE(options_checksum({}, 1, "0", {}), options_checksum({}, 0, "0", {}));
+  EXPECT_EQ(options_checksum({}, 2, 0, {}), options_checksum({}, 1, "0", {}));
 }
 
 TEST(Fingerprint, PartsDifferByTheirFrames) {
