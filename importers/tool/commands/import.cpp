@@ -89,8 +89,10 @@ Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesD
   u.auto_lattice = chooses_lattice(a);
   u.density = a.density.value_or(0);
   u.exact = a.exact;
+  u.open_store = !a.resume.append && a.resume.live == 0; // which new frames alone continue
   u.everything = a.dry_run, u.progress = a.common.prints_text();
   if (!appends_to_file(a) || bound.any()) return u;
+  if (a.settings.store == BCCSPLAT_STORE_DEFAULT) adopt_wavelets(device, a.output, a.settings);
   if (u.auto_lattice && !a.density) {
     adopt_lattice(device, a.output, a.settings);
     u.auto_lattice = false;

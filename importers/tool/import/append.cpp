@@ -134,6 +134,18 @@ void adopt_lattice(const Device& device, const std::string& path, WriterSettings
   settings.ends = info.layer_count > inner_layers(shape, dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
 }
 
+void adopt_wavelets(const Device& device, const std::string& path, WriterSettings& settings) {
+  const Volume old = open_volume(device, path, "");
+  const bccsplat_volume_info info = volume_info(old);
+  if (info.store != BCCSPLAT_STORE_WAVELETS) return;
+  settings.store = info.store;
+  for (uint32_t c = 0; c < info.channel_count; ++c) {
+    const bccsplat_channel_info channel = channel_info(old, c);
+    settings.wavelet_errors.push_back(channel.wavelet_error);
+    settings.abs_errors.push_back(channel.error_bound);
+  }
+}
+
 void adopt_steps(const Device& device, const std::string& path, const SeriesDescription& series,
                  WriterSettings& settings) {
   constexpr double codes = 65000; // at most so many are in use

@@ -51,6 +51,16 @@ std::string percent(uint64_t part, uint64_t whole) {
              : concat(short_number(100.0 * static_cast<double>(part) / static_cast<double>(whole), 4), " %");
 }
 
+// What a store of wavelets promises, and, where nothing was asked for, how to ask.
+std::string bound_text(const ErrorBound& bound) {
+  constexpr double percents = 100;
+  if (bound.share == 0)
+    return bound.abs > 0 ? concat("no sample off by more than ", bound.abs) : concat(bound.psnr, " dB");
+  return concat(bound.psnr, " dB and no sample off by more than ", short_number(percents * bound.share, 2),
+                " % of the range; more or less with --psnr or --abs, half the sites and no bound with "
+                "--density .5");
+}
+
 int32_t type_in_file(const ImportPlan& plan, size_t c) {
   return step_of(plan.settings, c) > 0 ? BCCSPLAT_TYPE_U16
                                        : stored_type(plan.series.channels[c], plan.settings);
@@ -139,6 +149,7 @@ void print_plan(const ImportPlan& plan) {
          "bcc, as of any single frame: 0.7 of the samples, and lossy at edges; --lattice cc keeps every "
          "sample as it is, --psnr or --abs the error you say");
   }
+  if (plan.wavelets) line("chosen", "wavelets, ", bound_text(*plan.wavelets));
   if (plan.search)
     line("coding", coding_text(plan.search->chosen(), s), " (the smallest of ", plan.search->tried.size(),
          " tried on ", plan.search->sampled_frames, " frames)");
@@ -214,6 +225,8 @@ Json plan_json(const ImportPlan& plan) {
   if (plan.spectra) j["spectrum"] = spectrum_json(plan.spectra->plain);
   if (plan.motion) j["motion"] = *plan.motion;
   if (plan.choice) j["choice"] = choice_json(*plan.choice, s);
+  if (const auto& b = plan.wavelets)
+    j["wavelets"] = {{"psnr", b->psnr}, {"abs", b->abs}, {"share_of_range", b->share}};
   if (plan.search) j["coding"] = search_json(*plan.search, s);
   if (plan.turn) j["turn"] = turn_json(*plan.turn);
   for (size_t a = 0; a < plan.round.size(); ++a)

@@ -40,6 +40,7 @@ struct ImportPlan {
   std::array<std::optional<Turn>, 2> round; // the same of x and y
   LevelChoice levels;                       // of which `settings` hold the number
   std::optional<double> motion{};           // voxels a frame, of a sample
+  std::optional<ErrorBound> wavelets{};     // the error that a store of wavelets promises
   bool still = false; // one frame, of whose lattice nothing was said: BCC, without a choice
 };
 

@@ -48,6 +48,7 @@ Json settings_json(const WriterSettings& s) {
   for (const StepCoding& c : s.steps) j["steps"].push_back({{"step", c.step}, {"range", c.range}});
   j["wavelet_errors"] = s.wavelet_errors;
   j["abs_error"] = s.abs_error, j["psnr"] = s.psnr;
+  j["abs_errors"] = s.abs_errors;
   j["measure"] = name_of(s.measure, kMeasureChoices);
   j["kernel"] = s.kernel;
   return j;
@@ -71,7 +72,9 @@ WriterSettings read_settings(const Json& j) {
   s.scales = j.at("scales").get<std::array<double, 4>>();
   for (const Json& c : j.at("steps"))
     s.steps.push_back({c.at("step").get<double>(), c.at("range").get<std::array<double, 2>>()});
-  s.wavelet_errors = j.value("wavelet_errors", std::vector<double>{}); // which older plans do not have
+  // Older plans do not have these two.
+  s.wavelet_errors = j.value("wavelet_errors", std::vector<double>{});
+  s.abs_errors = j.value("abs_errors", std::vector<double>{});
   s.abs_error = j.at("abs_error").get<double>(), s.psnr = j.at("psnr").get<double>();
   s.measure = value_of(j.at("measure"), kMeasureChoices, BCCSPLAT_MEASURE_DEFAULT);
   s.kernel = j.at("kernel").get<std::string>();

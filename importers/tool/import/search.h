@@ -14,10 +14,11 @@ namespace bcc4 {
 // the mean square error that it allows.
 inline constexpr double kCorrectedPeak = 1.5;
 
-// What was asked for: one of the two.
+// The error that a file may have at the source samples: one of the first two where somebody asks for it.
 struct ErrorBound {
-  double abs = 0;  // value; 0: none
-  double psnr = 0; // dB over the series, peak: its range; 0: none
+  double abs = 0;   // largest, a value; 0: none
+  double psnr = 0;  // dB over the series, peak: its range; 0: none
+  double share = 0; // largest, as a share of each channel's range; 0: none
   [[nodiscard]] bool any() const { return abs > 0 || psnr > 0; }
 };
 

@@ -266,6 +266,7 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
   options.channels = channels.data();
   if (settings.wavelet_errors.size() == channels.size())
     options.wavelet_errors = settings.wavelet_errors.data();
+  if (settings.abs_errors.size() == channels.size()) options.abs_errors = settings.abs_errors.data();
   for (size_t a = 0; a < 3; ++a) options.dims[a] = static_cast<uint32_t>(series.dims[a]);
   std::copy(series.affine.begin(), series.affine.end(), options.affine);
   options.spatial_unit = text_or_null(spatial_unit);

@@ -42,6 +42,7 @@ struct WriterSettings {
   std::vector<StepCoding> steps;      // by channel; none: by `quantize`
   std::vector<double> wavelet_errors; // by channel, of a store of wavelets
   double abs_error = 0, psnr = 0;     // bounds; 0: none
+  std::vector<double> abs_errors;     // by channel, in the place of abs_error
   int32_t measure = BCCSPLAT_MEASURE_DEFAULT;
   std::string kernel;
   bool overwrite = false;

@@ -10,6 +10,7 @@
 #include "tool/import/motion.h"
 #include "tool/import/read_series.h"
 #include "tool/import/sample.h"
+#include "tool/import/wavelet_share.h"
 
 namespace bcc4 {
 namespace {
@@ -85,33 +86,84 @@ void choose_and_round(Trier& trier, const SeriesSample& sample, const LatticeWis
 
 namespace {
 
-// The root mean square error that a bound leaves to wavelets: codes are rounded, too, and of a bound of every
-// sample most keep far below it. Of a constant any will do.
+// What an import promises that was asked for nothing: in the mean and at the worst sample.
+constexpr ErrorBound kUsual{.psnr = 50, .share = .02};
+
+double range_of(const ChannelScan& scan) { return scan.empty() ? 0 : scan.max - scan.min; }
+
+// The largest error that a bound allows a channel, 0 for any.
+double largest_error(const ErrorBound& bound, const ChannelScan& scan) {
+  return bound.abs > 0 ? bound.abs : bound.share * range_of(scan);
+}
+
+// The root mean square error that a PSNR leaves to wavelets: codes are rounded, too. Of a constant any will
+// do.
 double wavelet_error(const ErrorBound& bound, const ChannelScan& scan) {
-  constexpr double kRounding = .995, kOfBound = .42, kDecibels = 20;
-  if (bound.abs > 0) return kOfBound * bound.abs;
-  const double range = scan.empty() ? 0 : scan.max - scan.min;
+  constexpr double kRounding = .995, kDecibels = 20;
+  const double range = range_of(scan);
   return (range > 0 ? range : 1) * kRounding / std::pow(10.0, bound.psnr / kDecibels);
+}
+
+// Does an import ask for nothing that only samples on a lattice have?
+bool leaves_store(const Unsettled& unsettled, const WriterSettings& settings) {
+  return unsettled.open_store && settings.store == BCCSPLAT_STORE_DEFAULT && unsettled.auto_lattice &&
+         unsettled.density == 0 && !unsettled.exact && !settings.lowpass &&
+         settings.filter == BCCSPLAT_FILTER_DEFAULT && settings.air_threshold == 0 &&
+         settings.quantize == BCCSPLAT_TYPE_DEFAULT && has_cartesian(settings.kernel);
+}
+
+// Are codes of 16 bits fine enough for a bound, and is it coarse enough that wavelets take fewer bytes than
+// samples? Where nearly every integer has to come back, these do (tests/bench/notes/coder.md).
+bool suits_wavelets(const ErrorBound& bound, const Channel& channel, const ChannelScan& scan) {
+  constexpr double kSteps = 1.5, kMeanSteps = .2; // of integers
+  constexpr double kShare = 1.0 / (1 << 14), kMeanShare = 1e-4, kDecibels = 20;
+  const double step = source_step(channel), range = range_of(scan);
+  if (bound.abs > 0) return bound.abs >= std::max(kSteps * step, kShare * range);
+  return range == 0 ||
+         range * std::pow(10.0, -bound.psnr / kDecibels) >= std::max(kMeanSteps * step, kMeanShare * range);
+}
+
+bool suits_wavelets(const ErrorBound& bound, const SeriesDescription& s,
+                    const std::vector<ChannelScan>& scans) {
+  for (size_t c = 0; c < scans.size(); ++c)
+    if (!suits_wavelets(bound, s.channels[c], scans[c])) return false;
+  return true;
 }
 
 // Wavelets are of the source's own samples, on their grid unless another lattice is asked for, and need no
 // search.
-void settle_wavelets(FrameReader& reader, const Unsettled& unsettled, WriterSettings& settings,
-                     ImportPlan& plan) {
+void settle_wavelets(FrameReader& reader, const Device& device, const Unsettled& unsettled,
+                     const ErrorBound& bound, WriterSettings& settings, ImportPlan& plan) {
+  if (!settings.wavelet_errors.empty()) return; // of the file that goes on
   const SeriesDescription& s = reader.description();
   if (unsettled.auto_lattice) {
     settings.lattice = BCCSPLAT_LATTICE_CC;
     settings.scale = settings.time_scale = 1;
   }
-  settings.psnr = unsettled.bound.psnr, settings.abs_error = unsettled.bound.abs;
+  plan.wavelets = bound, plan.still = false;
+  settings.store = BCCSPLAT_STORE_WAVELETS;
+  settings.psnr = bound.psnr, settings.abs_error = bound.abs;
   const bool wide = std::any_of(s.channels.begin(), s.channels.end(), [&](const Channel& c) {
     const int32_t type = stored_type(c, settings);
     return type != BCCSPLAT_TYPE_U8 && type != BCCSPLAT_TYPE_U16;
   });
   if (wide && settings.quantize == BCCSPLAT_TYPE_DEFAULT) settings.quantize = BCCSPLAT_TYPE_U16;
-  plan.scans = scan_series(reader, settings, unsettled.progress);
-  for (const ChannelScan& scan : plan.scans)
-    settings.wavelet_errors.push_back(wavelet_error(unsettled.bound, scan));
+  if (plan.scans.empty()) plan.scans = scan_series(reader, settings, unsettled.progress);
+  std::vector<double> air;
+  for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
+  const double share = bound.psnr > 0 ? 0 : choose_wavelet_share(reader, device, settings, plan.scans, air);
+  for (const ChannelScan& scan : plan.scans) {
+    settings.wavelet_errors.push_back(bound.psnr > 0 ? wavelet_error(bound, scan) : share * bound.abs);
+    settings.abs_errors.push_back(largest_error(bound, scan));
+  }
+}
+
+Spectra spectra_of(const SeriesDescription& s, const SeriesSample& sample, const std::vector<double>& air,
+                   const WriterSettings& settings) {
+  const int32_t periodic = settings.periodic;
+  return {{s, sample, air, settings.faces, settings.ends, periodic},
+          {s, sample, air, BCCSPLAT_FACES_PREDICT, settings.ends, periodic},
+          {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT, periodic}};
 }
 
 } // namespace
@@ -120,7 +172,8 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
                    WriterSettings& settings, ImportPlan& plan) {
   const SeriesDescription& s = reader.description();
   const ErrorBound& bound = unsettled.bound;
-  if (settings.store == BCCSPLAT_STORE_WAVELETS) return settle_wavelets(reader, unsettled, settings, plan);
+  if (settings.store == BCCSPLAT_STORE_WAVELETS)
+    return settle_wavelets(reader, device, unsettled, bound, settings, plan);
   const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
                                   [&](const Channel& c) { return needs_range(c, settings); });
   if (unsettled.everything || ranged || bound.any())
@@ -131,21 +184,28 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   const bool still = !bound.any() && unsettled.auto_lattice && s.dims[3] == 1;
   plan.still = still && settings.store != BCCSPLAT_STORE_COEFFICIENTS && has_cartesian(settings.kernel);
   const bool levels = plan.levels.automatic && settings.levels > 0;
-  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels && !still)
+  const bool open =
+      leaves_store(unsettled, settings) && (!bound.any() || suits_wavelets(bound, s, plan.scans));
+  if (!open && !unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels &&
+      !still)
     return;
 
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
-  const SeriesSample sample = sample_series(reader, air, bound.any() ? SampleSize{} : size_to_choose(s.dims));
+  SeriesSample sample =
+      sample_series(reader, air, bound.any() && !open ? SampleSize{} : size_to_choose(s.dims));
   const std::vector<bool> labels = find_labels(s, sample, air);
   if (levels && std::find(labels.begin(), labels.end(), true) != labels.end())
     plan.levels.labels = true, settings.levels = 0;
+  if (open && std::find(labels.begin(), labels.end(), true) == labels.end()) {
+    if (unsettled.everything)
+      plan.spectra = spectra_of(s, sample, air, settings), plan.motion = voxels_a_frame(sample);
+    return settle_wavelets(reader, device, unsettled, bound.any() ? bound : kUsual, settings, plan);
+  }
+  if (open && bound.any()) sample = sample_series(reader, air, {}); // of labels as of what is searched for
   chosen = chosen || (still && keeps_grid(unsettled, settings, labels)); // others have BCC
   if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
-  const int32_t periodic = settings.periodic;
-  plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends, periodic},
-                               {s, sample, air, BCCSPLAT_FACES_PREDICT, settings.ends, periodic},
-                               {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT, periodic}});
+  plan.spectra = spectra_of(s, sample, air, settings);
   plan.motion = voxels_a_frame(sample);
   // What a dry run has scanned beyond it must not make other choices than an import at once.
   const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;

@@ -10,7 +10,8 @@
 namespace bcc4 {
 
 struct Unsettled {
-  ErrorBound bound;             // to be kept by the coarsest coding that does
+  ErrorBound bound;             // to be kept by the smallest file that does
+  bool open_store = false;      // may the store be one that was not asked for?
   bool auto_time_scale = false; // --time-scale auto
   bool auto_lattice = false;    // the lattice, or its distances
   double density = 0;      // sites per source sample; 0: half of them, or as the lattice has at distance 1

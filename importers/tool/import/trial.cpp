@@ -44,8 +44,10 @@ struct MemoryFile {
   return true;
 }
 
-// Gives all frames of a stretch to the writer and finishes it; false when it cannot keep a bound.
-bool write_stretch(const Writer& writer, const SeriesDescription& part, const SampleStretch& stretch) {
+} // namespace
+
+bool write_stretch(const Writer& writer, const SeriesDescription& part, const SampleStretch& stretch,
+                   bccsplat_writer_report* report) {
   for (uint64_t f = 0; f < stretch.frames; ++f)
     for (size_t c = 0; c < part.channels.size(); ++c) {
       stop_if_interrupted();
@@ -57,8 +59,10 @@ bool write_stretch(const Writer& writer, const SeriesDescription& part, const Sa
                                                  &box, 1)))
         return false;
     }
-  return keeps_bound(bccsplat_writer_finish(writer.get(), nullptr));
+  return keeps_bound(bccsplat_writer_finish(writer.get(), report));
 }
+
+namespace {
 
 Volume open_memory(const Device& device, MemoryFile& file) {
   auto stream = sized<bccsplat_read_stream>();
@@ -239,7 +243,7 @@ bool Trier::measure_stretch(const SampleStretch& stretch, CodingTrial& trial,
   stream.user = &file;
   {
     const Writer writer = create_writer(device_, "", part, s, scans_, stretch.frames, nullptr, &stream);
-    if (!write_stretch(writer, part, stretch)) return false;
+    if (!write_stretch(writer, part, stretch, nullptr)) return false;
   }
   // More of a box than of the series is outside the faces.
   trial.bytes += static_cast<uint64_t>(

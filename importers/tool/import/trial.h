@@ -36,6 +36,11 @@ struct CodingTrial {
 // The settings that make the writer use a coding.
 [[nodiscard]] WriterSettings apply_coding(WriterSettings settings, const Coding& coding);
 
+// Gives all frames of a stretch, which `part` describes, to the writer and finishes it; false when it cannot
+// keep a bound. report may be NULL.
+[[nodiscard]] bool write_stretch(const Writer& writer, const SeriesDescription& part,
+                                 const SampleStretch& stretch, bccsplat_writer_report* report);
+
 class Trier {
  public:
   // All is borrowed. scans: for the writer; ranges: the peaks of PSNRs.

@@ -14,15 +14,24 @@ constexpr const char* kKernel = "paper"; // weights samples as they are
 // Distances of the lattice. Of smoke with faint edges what lies beyond is below 2e-4 of the range.
 constexpr double kNear = 1.5;
 
+// Is every source sample a site?
+bool on_source_grid(const bccsplat_volume_info& v) {
+  const auto [least, most] = std::minmax({v.scales[0], v.scales[1], v.scales[2]});
+  return v.lattice == BCCSPLAT_LATTICE_CC && least == 1 && most == 1;
+}
+
+// Of a file with corrections what it says of samples that are sites alone holds: those that are air have
+// none.
 bool leaves_air(const bccsplat_volume_info& v, const bccsplat_channel_info& c) {
-  return v.periodic_axes == 0 && v.store != BCCSPLAT_STORE_COEFFICIENTS && c.error_bound == 0 &&
-         c.sites_kept < v.sites_total;
+  return v.periodic_axes == 0 && v.store != BCCSPLAT_STORE_COEFFICIENTS && c.sites_kept < v.sites_total &&
+         (c.error_bound == 0 || (v.store == BCCSPLAT_STORE_WAVELETS && on_source_grid(v)));
 }
 
 // What differs from air by no more is air as the file stores values: half of a step, or what the import took
 // for air; of fields that are mostly stored nothing.
 float least_difference(const bccsplat_volume_info& v, const bccsplat_channel_info& c) {
   constexpr double mostly = 0.75;
+  if (c.error_bound > 0) return 0;
   if (static_cast<double>(c.sites_kept) > mostly * static_cast<double>(v.sites_total)) return 0;
   const bool steps = c.value_type == BCCSPLAT_TYPE_U8 || c.value_type == BCCSPLAT_TYPE_U16;
   return static_cast<float>(std::max(c.air_threshold, steps ? c.value_scale / 2 : 0));
@@ -32,9 +41,7 @@ float least_difference(const bccsplat_volume_info& v, const bccsplat_channel_inf
 double reach_of(const bccsplat_volume_info& v) {
   constexpr double own = 0.5; // on the source's grid
   const double scale = std::max({1.0, v.scales[0], v.scales[1], v.scales[2]});
-  const bool source_grid = v.lattice == BCCSPLAT_LATTICE_CC && scale == 1 &&
-                           std::min({v.scales[0], v.scales[1], v.scales[2]}) == 1;
-  return source_grid ? own : kNear * scale;
+  return on_source_grid(v) ? own : kNear * scale;
 }
 
 // The stored sites of a slice: places in samples of the whole frame.
