@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Codes a slab of tiles: its sites are collected, a few tiles that stand for all tell how to code them, and
-// what a reader gets is compared until the slab is as near to its samples as was asked for.
+// Codes a slab of tiles: a few that stand for all tell how to code them, and what a reader gets is compared
+// until the slab is as near to its samples as was asked for. The sites of a tile are collected whenever they
+// are needed: those of a whole slab would be four bytes each.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -18,13 +19,22 @@ namespace {
 // A tile to be coded, and what it became.
 struct TileWork {
   uint32_t slot = 0;
-  TileSites sites;
   EncodedTile coded;
-  uint64_t clamped = 0;
+  uint64_t kept = 0, clamped = 0;
 };
 
-TileSites collect_tile(const TilePlace& place, std::span<const SampleLayer> layers, const SampleCoder& coder,
-                       uint64_t& clamped) {
+// The layers of a slab.
+struct SlabLayers {
+  const StoredLattice& level;
+  int32_t slab;
+  std::span<const SampleLayer> layers;
+  const SampleCoder& coder;
+};
+
+TileSites collect_tile(const SlabLayers& of, uint32_t slot, uint64_t& clamped) {
+  const auto& [level, slab, layers, coder] = of;
+  TilePlace place = tile_place(level, slab, slot_brick(slot_dims(level), slot, level.tile_edge));
+  place.layers = static_cast<int32_t>(layers.size());
   TileSites sites{place, {}};
   // Of a range that is spread over codes, air may lie between two of them: then only what is left out is air.
   const bool air_has_code = coder.decode(coder.codes().air) == 0;
@@ -38,14 +48,16 @@ TileSites collect_tile(const TilePlace& place, std::span<const SampleLayer> laye
 }
 
 // What the tiles of a slab are coded with, found from a few that stand for all.
-TileRule rule_for(std::span<const TileWork> tiles, const ChunkCodes& codes, double mean_square) {
+TileRule rule_for(const SlabLayers& of, std::span<const TileWork> tiles, double mean_square) {
   constexpr size_t most = 4;
   const size_t count = std::min(most, tiles.size());
   std::vector<TileBox> boxes;
   std::vector<std::vector<float>> values;
   for (size_t i = 0; i < count; ++i) {
-    const TileSites& sites = tiles[(2 * i + 1) * tiles.size() / (2 * count)].sites;
-    auto of_cosets = tile_values(sites, codes);
+    uint64_t clamped = 0;
+    const uint32_t slot = tiles[(2 * i + 1) * tiles.size() / (2 * count)].slot;
+    const TileSites sites = collect_tile(of, slot, clamped);
+    auto of_cosets = tile_values(sites, of.coder.codes());
     for (size_t c = 0; c < of_cosets.size(); ++c) {
       if (of_cosets[c].empty()) continue;
       boxes.push_back(sites.place.boxes()[c]);
@@ -56,26 +68,22 @@ TileRule rule_for(std::span<const TileWork> tiles, const ChunkCodes& codes, doub
 }
 
 // The tiles of which any layer keeps a site.
-std::vector<TileWork> collect_tiles(const StoredLattice& level, int32_t slab,
-                                    std::span<const SampleLayer> layers, const SampleCoder& coder,
-                                    const Context& context) {
-  const Int3 dims = slot_dims(level);
-  std::vector<TileWork> tiles(slot_count(level));
+std::vector<TileWork> find_tiles(const SlabLayers& of, const Context& context) {
+  std::vector<TileWork> tiles(slot_count(of.level));
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
     context.progress.check();
     tiles[i].slot = static_cast<uint32_t>(i);
-    TilePlace place = tile_place(level, slab, slot_brick(dims, tiles[i].slot, level.tile_edge));
-    place.layers = static_cast<int32_t>(layers.size());
-    tiles[i].sites = collect_tile(place, layers, coder, tiles[i].clamped);
+    tiles[i].kept = collect_tile(of, tiles[i].slot, tiles[i].clamped).kept();
   });
-  std::erase_if(tiles, [](const TileWork& tile) { return tile.sites.kept() == 0; });
+  std::erase_if(tiles, [](const TileWork& tile) { return tile.kept == 0; });
   return tiles;
 }
 
-double sites_of(const StoredLattice& level, int32_t slab, size_t layers) {
+double sites_of(const SlabLayers& of) {
+  const StoredLattice& level = of.level;
   double sites = 0;
-  for (size_t m = 0; m < layers; ++m) {
-    const int32_t layer = slab * level.slab_layers + static_cast<int32_t>(m);
+  for (size_t m = 0; m < of.layers.size(); ++m) {
+    const int32_t layer = of.slab * level.slab_layers + static_cast<int32_t>(m);
     sites += static_cast<double>(level.lattice.space.sites(level.lattice.coset(layer)));
   }
   return sites;
@@ -90,19 +98,20 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
   constexpr double aim = .996, slope = .62;
   const SampleCoder& coder = index->coder(at);
   CodedTiles out{.slab = slab, .at = at, .chunks = {}};
-  std::vector<TileWork> tiles = collect_tiles(info.level(at.level), slab, layers, coder, context);
+  const SlabLayers of{info.level(at.level), slab, layers, coder};
+  std::vector<TileWork> tiles = find_tiles(of, context);
   if (tiles.empty()) return out;
   // Air is exact, so that the samples may be off by more.
   double kept = 0;
-  for (const TileWork& tile : tiles)
-    out.clamped += tile.clamped, kept += static_cast<double>(tile.sites.kept());
-  const double allowed = std::pow(info.channels[at.channel].wavelet_error / coder.scale(), 2) *
-                         sites_of(info.level(at.level), slab, layers.size());
-  TileRule rule = rule_for(tiles, coder.codes(), allowed / kept);
+  for (const TileWork& tile : tiles) out.clamped += tile.clamped, kept += static_cast<double>(tile.kept);
+  const double allowed = std::pow(info.channels[at.channel].wavelet_error / coder.scale(), 2) * sites_of(of);
+  TileRule rule = rule_for(of, tiles, allowed / kept);
   for (int round = 0; round < most_rounds; ++round) {
     context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
       context.progress.check();
-      tiles[i].coded = encode_tile(tiles[i].sites, coder.codes(), rule, options.level);
+      uint64_t clamped = 0;
+      const TileSites sites = collect_tile(of, tiles[i].slot, clamped);
+      tiles[i].coded = encode_tile(sites, coder.codes(), rule, options.level);
     });
     double error = 0;
     for (const TileWork& tile : tiles) error += tile.coded.squared_error;

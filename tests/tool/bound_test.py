@@ -19,6 +19,8 @@ def puff(x, y, z, t):
 
 
 class BoundTest(ToolTest):
+    store = 'samples'
+
     def exported(self, file, dims):
         """Every source sample as `slice` gives it."""
         values = []

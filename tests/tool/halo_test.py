@@ -12,6 +12,8 @@ def outside(x, y, z, edge):
 
 
 class Halo(ToolTest):
+    store = 'samples'
+
     def largest(self, edge):
         """Of a ball of value 1 whose edge falls over so many voxels: the largest value 3 voxels and more outside."""
         v = self.volume((SIDE, SIDE, SIDE, 1),

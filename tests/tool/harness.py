@@ -86,6 +86,8 @@ def exr_attributes(path):
 
 
 class ToolTest(unittest.TestCase):
+    store = None  # of imports that name none: tests of lattices and of searches ask for samples
+
     def setUp(self):
         self.folder = os.path.join(SCRATCH, self.id().split('.', 1)[1])
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -104,6 +106,8 @@ class ToolTest(unittest.TestCase):
         slices may replace those of before."""
         if args and args[0] in ('render', 'slice') and overwrite and '--overwrite' not in args:
             args = (*args, '--overwrite')
+        if self.store and args and args[0] == 'import' and '--store' not in args and ('--plan' not in args or '--dry-run' in args):
+            args = (*args, '--store', self.store)
         p = subprocess.run([BCC4, *map(str, args)], capture_output=True, text=True, cwd=self.folder, env=env, timeout=300)
         self.assertEqual(p.returncode, expect, f'bcc4 {" ".join(map(str, args))}\n{p.stdout}\n{p.stderr}')
         return p.stdout, p.stderr

@@ -64,6 +64,8 @@ def cubic_weights(gap, n):
 
 
 class HeldOutTest(ToolTest):
+    store = 'samples'
+
     def squares(self, dims, values, dtype, gaps, *options):
         """Squared errors in these gaps: of the library, and of the best of the others."""
         size = dims[0] * dims[1] * dims[2]

@@ -18,6 +18,8 @@ def bump(x, y, z, t):
 
 
 class Import(ToolTest):
+    store = 'samples'
+
     def test_a_constant_comes_back(self):
         v = self.volume(DIMS, lambda x, y, z, t: 7, '--quiet')
         report = self.json('verify', v, '--against', 'v.bcc4.raw')

@@ -24,6 +24,8 @@ def mild(x, y, z, t):
 
 
 class LatticeTest(ToolTest):
+    store = 'samples'
+
     def imported(self, args, *more, name='v.bcc4'):
         return self.json('import', *args, '-o', name, '--overwrite', '--measure', 'all', *more)
 

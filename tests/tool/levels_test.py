@@ -13,6 +13,8 @@ def waves(x, y, z, t):
 
 
 class LevelsTest(ToolTest):
+    store = 'samples'
+
     def read(self, name):
         with open(self.path(name), 'rb') as f:
             return f.read()

@@ -41,6 +41,8 @@ FIXED = ('--lattice', 'd4star', '--exact')
 
 
 class Resume(ToolTest):
+    store = 'samples'
+
     def setUp(self):
         super().setUp()
         # Noise does not compress: many commits.
@@ -134,7 +136,7 @@ class Resume(ToolTest):
         self.assertEqual(self.read('x.bcc4'), whole)
 
     def test_ctrl_c_says_how_to_go_on(self):
-        self.dims = self.dims[:-len(FIXED)]  # what was chosen is chosen again
+        self.dims = [*self.dims[:-len(FIXED)], '--store', 'samples']  # what was chosen is chosen again
         whole = self.undisturbed()
         p = self.started()
         while p.poll() is None:  # until something is worth keeping

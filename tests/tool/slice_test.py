@@ -19,6 +19,8 @@ def wave(x, y, z, t):
 
 
 class Slice(ToolTest):
+    store = 'samples'
+
     def setUp(self):
         super().setUp()
         self.volume(DIMS, wave, '--dt', '0.5', '--spacing', '1,2,3', '--quiet')

@@ -40,7 +40,7 @@ class Wavelets(ToolTest):
             self.assertLess(found, psnr + 1.5)
             sizes[psnr] = os.path.getsize(self.path('w.bcc4'))
         self.assertEqual(self.json('info', 'w.bcc4')['store'], 'wavelets')
-        self.bcc4('import', *args, '--psnr', '60', '-o', 's.bcc4', '--quiet')
+        self.bcc4('import', *args, '--psnr', '60', '--store', 'samples', '-o', 's.bcc4', '--quiet')
         self.assertLess(sizes[45], sizes[60])
         self.assertLess(1.5 * sizes[60], os.path.getsize(self.path('s.bcc4')))
 

@@ -201,7 +201,7 @@ void choose_steps(TileBands& bands, const TileRule& rule) {
 
 TileRule find_tile_rule(std::span<const TileBox> boxes, std::span<const std::vector<float>> values,
                         double mean_square) {
-  constexpr double squares_of_step = 12, slope = .62, near_enough = .02;
+  constexpr double squares_of_step = 12, slope = .62, near_enough = .02, coarsest = 64;
   constexpr int rounds = 6;
   TileRule rule;
   const auto hint = static_cast<float>(std::sqrt(mean_square * squares_of_step));
@@ -216,7 +216,10 @@ TileRule find_tile_rule(std::span<const TileBox> boxes, std::span<const std::vec
     double error = 0;
     for (const TileBands& b : bands) error += squared_error(b, rule.steps);
     if (i > 0 && std::fabs(error / goal - 1) < near_enough) break;
-    if (error > 0 && i + 1 < rounds) rule.steps.step *= static_cast<float>(std::pow(goal / error, slope));
+    // Of a slab that is next to empty any step errs less than it may.
+    if (error > 0 && i + 1 < rounds)
+      rule.steps.step = static_cast<float>(
+          std::min({rule.steps.step * std::pow(goal / error, slope), coarsest * hint, double{largest_step}}));
   }
   return rule;
 }

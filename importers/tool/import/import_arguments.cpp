@@ -49,11 +49,13 @@ void read_lattice(const ImportArguments& a, WriterSettings& settings) {
 // The lattice and its distances.
 void add_lattice_options(Command import, ImportArguments& a) {
   import
-      .add_option("--lattice", a.lattice,
-                  "auto (default): the D4* or Cartesian lattice and the distances that lose least. Else this "
-                  "lattice, with the distances of --scale; bcc is for one frame")
+      .add_option(
+          "--lattice", a.lattice,
+          "Of samples. auto: the D4* or Cartesian lattice and the distances that lose least. Else this "
+          "lattice, with the distances of --scale; bcc is for one frame")
       .type_name("auto|d4star|bcc|cc");
-  add_number(import, "--density", a.density, "Lattice sites per source sample (default 0.5)");
+  add_number(import, "--density", a.density,
+             "Lattice sites per source sample, such as 0.5, on the lattice that loses least");
   import
       .add_option("--scale", a.scale,
                   "Lattice distance in source samples (default 1): one number, or one for each axis; along t "
@@ -99,23 +101,25 @@ void add_fit_options(Command import, ImportArguments& a) {
 // Adds the options that say how near the file has to be, and how it stores samples.
 void add_coding_options(Command import, ImportArguments& a) {
   import.add_flag("--exact", a.exact,
-                  "Store samples as precisely as the source (default: rounded where that adds next to "
+                  "Store samples of the lattice that loses least as precisely as the source (else they are "
+                  "rounded where that adds next to "
                   "nothing to the error of the lattice)");
   add_number(import, "--abs", a.abs,
-             "Largest error allowed at any source sample. Finds the smallest file, checks every frame and "
-             "corrects what misses");
-  add_number(
-      import, "--psnr", a.psnr,
-      "Least peak signal-to-noise ratio in dB, such as 50. Finds the smallest file and checks every frame");
+             "Largest error allowed at any source sample. Checks every frame and corrects what misses "
+             "(default: 2 % of the range)");
+  add_number(import, "--psnr", a.psnr,
+             "Least peak signal-to-noise ratio in dB, over all samples; checked on every frame (default: 50 "
+             "outside air)");
   add_choice<int32_t>(
       import, "--measure", a.settings.measure, kMeasureChoices,
       "Frames whose error is measured and reported (default some: three; with --abs or --psnr: all)");
   add_choice<int32_t>(import, "--quantize", a.settings.quantize, kTypeChoices,
                       "Type of the stored values (default: the source's own precision)");
-  add_choice<int32_t>(import, "--store", a.settings.store, kStoreChoices,
-                      "Store samples (default), coefficients of the kernel (faster to read, slower to "
-                      "import), or wavelets: the "
-                      "fewest bytes that keep --psnr or --abs (default: 50 dB), slower to read");
+  add_choice<int32_t>(
+      import, "--store", a.settings.store, kStoreChoices,
+      "wavelets (default, unless options or the data ask for a lattice): the fewest bytes that keep "
+      "--psnr or --abs; samples of a lattice: a moment opens sooner; or coefficients of its "
+      "kernel: soonest, slower to import");
   import
       .add_option("--levels", a.levels,
                   "Number of coarser levels to store for small pictures, each at twice the distance in "

@@ -56,7 +56,8 @@ std::string bound_text(const ErrorBound& bound) {
   constexpr double percents = 100;
   if (bound.share == 0)
     return bound.abs > 0 ? concat("no sample off by more than ", bound.abs) : concat(bound.psnr, " dB");
-  return concat(bound.psnr, " dB and no sample off by more than ", short_number(percents * bound.share, 2),
+  return concat(bound.psnr, " dB outside air and no sample off by more than ",
+                short_number(percents * bound.share, 2),
                 " % of the range; more or less with --psnr or --abs, half the sites and no bound with "
                 "--density .5");
 }

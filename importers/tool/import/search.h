@@ -16,9 +16,10 @@ inline constexpr double kCorrectedPeak = 1.5;
 
 // The error that a file may have at the source samples: one of the first two where somebody asks for it.
 struct ErrorBound {
-  double abs = 0;   // largest, a value; 0: none
-  double psnr = 0;  // dB over the series, peak: its range; 0: none
-  double share = 0; // largest, as a share of each channel's range; 0: none
+  double abs = 0;           // largest, a value; 0: none
+  double psnr = 0;          // dB over the series, peak: its range; 0: none
+  double share = 0;         // largest, as a share of each channel's range; 0: none
+  bool outside_air = false; // does the PSNR leave air out of the mean?
   [[nodiscard]] bool any() const { return abs > 0 || psnr > 0; }
 };
 

@@ -61,6 +61,16 @@ std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSett
   return steps;
 }
 
+// Returns whether there are steps, or errors of wavelets, that can be so much finer, and makes them so: first
+// by the first of kFiner.
+bool make_finer(const SeriesDescription& s, const std::vector<ChannelScan>& scans, size_t attempt,
+                WriterSettings& settings) {
+  if (attempt >= std::size(kFiner)) return false;
+  if (!settings.steps.empty()) settings.steps = finer_steps(s, settings, scans, kFiner[attempt]);
+  for (double& error : settings.wavelet_errors) error *= kFiner[attempt];
+  return !settings.steps.empty() || !settings.wavelet_errors.empty();
+}
+
 // A frame without any value would be the one before it once more, and filtered with its neighbours.
 void refuse_missing_frame(const FrameReader& reader, uint64_t frame, uint64_t nonfinite,
                           const WriterSettings& settings) {
@@ -133,24 +143,18 @@ ImportResult write_series(FrameReader& reader, const Device& device, WriterSetti
                           const std::vector<ChannelScan>& scans, const ImportScope& scope,
                           const CommonOptions& common) {
   const bool missing_psnr = settings.psnr > 0 && settings.abs_error == 0 && peak_of(scans) > 0;
-  const auto misses = [&](const StatusError& e, const char* remedy) {
-    if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || !missing_psnr) return false;
-    if (common.prints_text()) std::printf("  %s; again with %s\n", e.what(), remedy);
-    return true;
-  };
-  try {
-    return write_once(reader, device, settings, scans, scope, common);
-  } catch (const StatusError& e) {
-    if (!misses(e, settings.steps.empty() ? "corrections" : "finer steps")) throw;
-  }
-  for (size_t i = 0; i < std::size(kFiner) && !settings.steps.empty(); ++i) {
-    settings.steps = finer_steps(reader.description(), settings, scans, kFiner[i]);
+  bool finer = true;
+  for (size_t attempt = 0; finer; ++attempt) {
     try {
       return write_once(reader, device, settings, scans, scope, common);
     } catch (const StatusError& e) {
-      if (!misses(e, i + 1 < std::size(kFiner) ? "finer steps" : "corrections")) throw;
+      if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || !missing_psnr) throw;
+      finer = make_finer(reader.description(), scans, attempt, settings);
+      if (common.prints_text())
+        std::printf("  %s; again with %s\n", e.what(), finer ? "finer steps" : "corrections");
     }
   }
+  settings.abs_errors.clear();
   settings.abs_error = kCorrectedPeak * peak_of(scans) * std::pow(10, -settings.psnr / 20);
   return write_once(reader, device, settings, scans, scope, common);
 }

@@ -42,7 +42,7 @@ std::vector<float> sampled_waves(const test::PlaneWaves& waves) {
 std::vector<std::byte> stored(const Case& made, const std::vector<float>& waves) {
   test::TestContext context;
   WriterSettings settings;
-  settings.dims = dims, settings.nonfinite = NonFinite::hole, settings.abs_error = made.bound;
+  settings.dims = dims, settings.nonfinite = NonFinite::hole, settings.channels[0].abs_error = made.bound;
   std::vector<std::byte> file;
   VolumeWriter writer(settings, create_memory_sink(file), context.get());
   const size_t n = size_t{dims[0]} * dims[1] * dims[2];

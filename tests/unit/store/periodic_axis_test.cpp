@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(
                     AxisWay{"coefficients", [](WriterSettings& s) { s.coefficients = true; }, 0.05},
                     AxisWay{"planesOutside", [](WriterSettings& s) { s.faces = Faces::predict; }},
                     AxisWay{"goesRoundInTime", [](WriterSettings& s) { s.ends = Ends::periodic; }},
-                    AxisWay{"bounded", [](WriterSettings& s) { s.abs_error = 0.02; }, 0.05}),
+                    AxisWay{"bounded", [](WriterSettings& s) { s.channels[0].abs_error = 0.02; }, 0.05}),
     [](const auto& way) { return way.param.name; });
 
 TEST(PeriodicAxis, TheSeamIsAsGoodAsTheRest) {
@@ -300,7 +300,7 @@ TEST(PeriodicAxis, BoxesCoarserSlicesAndPointsGoRound) {
 
 TEST(PeriodicAxis, BoundsHoldAtTheSeam) {
   WriterSettings settings = round_settings();
-  settings.abs_error = 0.02, settings.scales = {1.4, 1.4, 1.4, 1.2};
+  settings.channels[0].abs_error = 0.02, settings.scales = {1.4, 1.4, 1.4, 1.2};
   const Series s = turned_clouds(0);
   std::vector<std::byte> bytes;
   write(settings, s, bytes);

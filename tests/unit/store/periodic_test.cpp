@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(
                         0.05},
                     Way{"bounded",
                         [](WriterSettings& s) {
-                          s.abs_error = 0.02, s.scales = {1.5, 1.5, 1.5, 1};
+                          s.channels[0].abs_error = 0.02, s.scales = {1.5, 1.5, 1.5, 1};
                         },
                         0.05},
                     Way{"planesOutside", [](WriterSettings& s) { s.faces = Faces::predict; }},

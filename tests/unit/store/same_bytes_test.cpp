@@ -57,7 +57,8 @@ TEST(SameBytes, OnEveryTargetAndForAnyThreads) {
        [](WriterSettings& s) {
          s.lattice = LatticeKind::cc, s.coefficients = true, s.channels[0].value_type = ValueType::u8;
        }},
-      {"bounded", [](WriterSettings& s) { s.abs_error = 0.2, s.channels[0].value_type = ValueType::u16; }}};
+      {"bounded",
+       [](WriterSettings& s) { s.channels[0].abs_error = 0.2, s.channels[0].value_type = ValueType::u16; }}};
   for (const Case& c : cases) {
     SCOPED_TRACE(c.name);
     WriterSettings settings;

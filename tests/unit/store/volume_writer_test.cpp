@@ -179,7 +179,7 @@ TEST_F(VolumeWriterOrder, SettingsThatContradict) {
   EXPECT_TRUE(refused([](WriterSettings& s) { s.dims[1] = 0; }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.lattice = LatticeKind::bcc; })); // three frames
   EXPECT_TRUE(refused([](WriterSettings& s) { s.lattice = LatticeKind::cc, s.lowpass = true; }));
-  EXPECT_TRUE(refused([](WriterSettings& s) { s.abs_error = -1; }));
+  EXPECT_TRUE(refused([](WriterSettings& s) { s.channels[0].abs_error = -1; }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.psnr = std::nan(""); }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.dims[3] = 0, s.psnr = 40; }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.dims[3] = 0, s.coefficients = true; }));
