@@ -85,8 +85,8 @@
  * that it draws belong to one.
  *
  * THREADS: different objects may be used from any threads. One object: calls that take it as const
- * may run at the same time; other calls need it alone, and of renderers, scenes and writers get
- * WRONG_STATE where another call is using them, from another thread or around a callback.
+ * may run at the same time; other calls need it alone, and of plans, renderers, scenes and writers
+ * get WRONG_STATE where another call is using them, from another thread or around a callback.
  * bccsplat_renderer_cancel and the functions of cancel tokens may come at any time. Results do not
  * depend on the thread count, bit for bit.
  *
@@ -985,6 +985,93 @@ BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64
 BCCSPLAT_API bccsplat_status bccsplat_join_streams(bccsplat_device* device, uint64_t count,
     const bccsplat_read_stream* parts, const bccsplat_write_stream* stream,
     const bccsplat_join_options* options, bccsplat_writer_report* report);
+
+/* ---- Plan: how a series is best stored ---- */
+
+/* What was chosen for a series by looking at it: lattice, distances, steps, store and levels, so
+ * that it loses least, or keeps an error with the fewest bytes. A writer with the options of a plan
+ * that gets the same frames writes the bytes of `bcc4 import`, but for attributes and sources. */
+typedef struct bccsplat_plan bccsplat_plan;
+
+/* Gives a frame of a channel: writes dims[0] * dims[1] * dims[2] values of the channel's type, x
+ * fastest. Non-zero: give up. Called from the thread that called bccsplat_plan_create, one call at
+ * a time; frames are asked for in any order, and some more than once. */
+typedef int32_t (*bccsplat_source_fn)(void* user, uint64_t frame, uint32_t channel, void* values);
+
+/* What a plan needs to know of a channel beside its bccsplat_channel_options. */
+typedef struct bccsplat_plan_channel {
+  uint32_t struct_size;
+  /* Of the values that `frame` writes, and of the boxes that the writer will get; DEFAULT: F32. */
+  bccsplat_type type;
+  /* Non-zero: NaN is missing data, so that NONFINITE_DEFAULT is NONFINITE_HOLE. */
+  int32_t missing;
+  /* 0 */
+  uint32_t reserved;
+  /* Values are offset + step * integers of the channel's source_type, as of files with a slope; 0:
+   * they are the numbers of the source themselves. */
+  double step;
+  double offset;
+} bccsplat_plan_channel;
+
+/* Bits of bccsplat_plan_options.set_mask. */
+enum {
+  BCCSPLAT_PLAN_SET_LEVELS = 1 /* wish->levels are wanted, 0 among them */
+};
+
+typedef struct bccsplat_plan_options {
+  uint32_t struct_size;
+  uint32_t set_mask;
+  /* What is known and wanted, not NULL: what it says is kept, and what it leaves at its default is
+   * chosen. dims are all > 0. Chosen are: lattice with its distances (unless one of scale,
+   * time_scale and scales is given), store, faces, ends, value_type with range and value_step,
+   * wavelet_errors, levels (from 192^3 on; none for labels; without SET_LEVELS wish->levels say
+   * nothing), air of channels of floats without SET_AIR that are hardly ever 0, and `measure`,
+   * which is SOME. abs_error or psnr is the bound that the smallest file is to keep
+   * (INVALID_ARGUMENT for both). A wish that leaves store, lattice, distances, filter, lowpass,
+   * value_type, air_threshold and live at their defaults, without density and exact, gets
+   * STORE_WAVELETS where the data suit it (importers/README.md), without a bound of 50 dB outside
+   * air and no sample off by more than 2 % of its channel's range. progress (NULL: none) and
+   * cancel_token are looked at by create, too. UNSUPPORTED, as a plan is of the whole series and
+   * finds these itself: part, PARTIAL_APPEND, SET_RANGE, value_step, wavelet_errors, abs_errors;
+   * and channels of several value_types or air_thresholds. */
+  const bccsplat_writer_options* wish;
+  /* One for each of the wish's channels; NULL: all DEFAULT. */
+  const bccsplat_plan_channel* channels;
+  /* Times of the frames, wish->dims[3] of them, rising strictly; NULL: 0, 1, 2 ... */
+  const double* times;
+  /* Not NULL. */
+  bccsplat_source_fn frame;
+  void* frame_user;
+  /* Lattice sites per source sample to choose distances for, up to 4; 0: as the data need, a half
+   * where nothing else is asked for. INVALID_ARGUMENT with distances that are given. */
+  double density;
+  /* Non-zero: values as precise as the source's; 0: rounded where that adds next to nothing to the
+   * error of the lattice. */
+  int32_t exact;
+  /* 0 */
+  uint32_t reserved;
+} bccsplat_plan_options;
+
+/* Reads the series, as a whole only where ranges or a bound need that, and tries codings on a
+ * sample of it. What options point to is copied or used during the call alone, but for the wish's
+ * progress_user and cancel_token, which the options of the plan hand on. CANCELLED as well where
+ * `frame` gave up. Also: NOT_FOUND (kernel); UNSUPPORTED; LIMIT_EXCEEDED (labels above 2^24, which
+ * do not come back whole; as bccsplat_writer_add_frame). */
+BCCSPLAT_API bccsplat_status bccsplat_plan_create(
+    bccsplat_device* device, const bccsplat_plan_options* options, bccsplat_plan** plan);
+/* Returns options that are complete: those of the wish, and all that was chosen. What they point to
+ * belongs to the plan, until it is refined or released. */
+BCCSPLAT_API bccsplat_status bccsplat_plan_get_writer_options(
+    const bccsplat_plan* plan, bccsplat_writer_options* options);
+/* Returns what was chosen and why, in English for people: "d4star, distances 1 x 1 x 1 x 1.4 ...".
+ * The text belongs to the plan, until it is refined or released. */
+BCCSPLAT_API bccsplat_status bccsplat_plan_get_text(const bccsplat_plan* plan, const char** text);
+/* After a writer with the plan's options ended with BOUND_NOT_MET at its psnr: makes the steps of
+ * the plan finer, and in the end has samples corrected. The file is written again from the start;
+ * after three of these calls at most it keeps its psnr. NOT_FOUND where nothing is left to try. */
+BCCSPLAT_API bccsplat_status bccsplat_plan_refine(bccsplat_plan* plan);
+BCCSPLAT_API void bccsplat_plan_retain(bccsplat_plan* plan);
+BCCSPLAT_API void bccsplat_plan_release(bccsplat_plan* plan);
 
 /* ---- Volume: an open .bcc4 ---- */
 

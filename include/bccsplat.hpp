@@ -50,6 +50,7 @@ inline void check(bccsplat_status status) {
 struct Retain {
   void operator()(bccsplat_cancel_token* h) const noexcept { bccsplat_cancel_token_retain(h); }
   void operator()(bccsplat_device* h) const noexcept { bccsplat_device_retain(h); }
+  void operator()(bccsplat_plan* h) const noexcept { bccsplat_plan_retain(h); }
   void operator()(bccsplat_writer* h) const noexcept { bccsplat_writer_retain(h); }
   void operator()(bccsplat_volume* h) const noexcept { bccsplat_volume_retain(h); }
   void operator()(bccsplat_slice* h) const noexcept { bccsplat_slice_retain(h); }
@@ -60,6 +61,7 @@ struct Retain {
 struct Release {
   void operator()(bccsplat_cancel_token* h) const noexcept { bccsplat_cancel_token_release(h); }
   void operator()(bccsplat_device* h) const noexcept { bccsplat_device_release(h); }
+  void operator()(bccsplat_plan* h) const noexcept { bccsplat_plan_release(h); }
   void operator()(bccsplat_writer* h) const noexcept { bccsplat_writer_release(h); }
   void operator()(bccsplat_volume* h) const noexcept { bccsplat_volume_release(h); }
   void operator()(bccsplat_slice* h) const noexcept { bccsplat_slice_release(h); }
@@ -72,6 +74,7 @@ struct Release {
 template<class Object> using Handle = std::unique_ptr<Object, Release>;
 using CancelToken = Handle<bccsplat_cancel_token>;
 using Device = Handle<bccsplat_device>;
+using Plan = Handle<bccsplat_plan>;
 using Writer = Handle<bccsplat_writer>; // released unfinished it leaves no file
 using Volume = Handle<bccsplat_volume>;
 using Slice = Handle<bccsplat_slice>;

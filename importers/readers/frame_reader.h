@@ -106,6 +106,8 @@ class FrameReader {
   [[nodiscard]] virtual Frame read(uint64_t frame, size_t channel) = 0;
   // Returns the file that a frame comes from, for error texts.
   [[nodiscard]] virtual std::string frame_name(uint64_t frame) const = 0;
+  // May read() be called by another thread than the one that made the reader?
+  [[nodiscard]] virtual bool any_thread() const { return true; }
 };
 
 // Returns the bytes of one frame of one channel when dense.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hands out frames in order, while the next one is read on a second thread.
+// Hands out frames in order, while the next one is read on a second thread where the reader allows that.
 #pragma once
 
 #include <future>
@@ -32,8 +32,8 @@ class ReadAhead {
  private:
   void start() {
     if (frame_ == end_) return;
-    pending_ =
-        std::async(std::launch::async, [this, f = frame_, c = channel_] { return reader_.read(f, c); });
+    const auto when = reader_.any_thread() ? std::launch::async : std::launch::deferred;
+    pending_ = std::async(when, [this, f = frame_, c = channel_] { return reader_.read(f, c); });
   }
 
   FrameReader& reader_;

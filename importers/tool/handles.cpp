@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns status codes into exit codes and adds to the library's texts what helps: the option to use, the
-// nearest name of a kernel or channel. Opens devices and volumes, and fetches the structs that describe them.
+// Adds to the library's texts what helps: the option to use, the nearest name of a kernel or channel. Opens
+// devices and volumes, and fetches the structs that describe them.
 #include "tool/handles.h"
 
 #include <algorithm>
@@ -11,52 +11,37 @@
 
 namespace bcc4 {
 
-Exit exit_of(bccsplat_status status) {
+const char* advice_on(bccsplat_status status) {
   switch (status) {
-  case BCCSPLAT_OK:
-    return Exit::ok;
-  case BCCSPLAT_CANCELLED:
-    return Exit::interrupted;
-  case BCCSPLAT_ERROR_OUT_OF_MEMORY:
-  case BCCSPLAT_ERROR_MEMORY_BUDGET:
-  case BCCSPLAT_ERROR_NO_SPACE:
-    return Exit::no_resources;
   case BCCSPLAT_ERROR_FILE_EXISTS:
-    return Exit::usage;
-  case BCCSPLAT_ERROR_BOUND_NOT_MET:
-    return Exit::check_failed;
+    return "; --overwrite replaces it";
+  case BCCSPLAT_ERROR_MEMORY_BUDGET:
+    return "; raise --max-mem";
+  case BCCSPLAT_ERROR_NONFINITE_VALUE:
+    return "; --on-nonfinite hole or clamp accepts such values";
   default:
-    return status < 16 ? Exit::usage : Exit::bad_input;
+    return "";
   }
 }
 
-void check(bccsplat_status status, const std::string& what) {
-  if (status == BCCSPLAT_OK) return;
-  if (status == BCCSPLAT_CANCELLED) fail(Exit::interrupted, "interrupted");
-  const std::string text = bccsplat_last_error();
-  const char* advice = status == BCCSPLAT_ERROR_FILE_EXISTS     ? "; --overwrite replaces it"
-                       : status == BCCSPLAT_ERROR_MEMORY_BUDGET ? "; raise --max-mem"
-                                                                : "";
-  const std::string subject = what.empty() || text.find(what) != std::string::npos ? "" : what + ": ";
-  throw StatusError(status, exit_of(status),
-                    concat(subject, text.empty() ? bccsplat_status_name(status) : text, advice));
+void refuse_kernel(bccsplat_status status, const std::string& kernel) {
+  if (status != BCCSPLAT_ERROR_NOT_FOUND || kernel.empty()) return;
+  std::vector<std::string> names;
+  while (const char* name = bccsplat_kernel_name(static_cast<uint32_t>(names.size())))
+    names.emplace_back(name);
+  // "radail20" means one of radial20+b2, +b3, +b4: the spatial part decides.
+  std::vector<std::string> spatial;
+  for (const std::string& name : names) spatial.push_back(name.substr(0, name.find('+')));
+  std::string nearest = nearest_name(kernel, names);
+  if (nearest.empty())
+    if (const std::string part = nearest_name(kernel.substr(0, kernel.find('+')), spatial); !part.empty())
+      nearest = part + "+b3";
+  fail_usage("unknown kernel \"", kernel, "\"",
+             nearest.empty() ? "" : concat(" (did you mean ", nearest, "?)"), "; there are ", join(names));
 }
 
 void check_kernel(bccsplat_status status, const std::string& what, const std::string& kernel) {
-  if (status == BCCSPLAT_ERROR_NOT_FOUND && !kernel.empty()) {
-    std::vector<std::string> names;
-    while (const char* name = bccsplat_kernel_name(static_cast<uint32_t>(names.size())))
-      names.emplace_back(name);
-    // "radail20" means one of radial20+b2, +b3, +b4: the spatial part decides.
-    std::vector<std::string> spatial;
-    for (const std::string& name : names) spatial.push_back(name.substr(0, name.find('+')));
-    std::string nearest = nearest_name(kernel, names);
-    if (nearest.empty())
-      if (const std::string part = nearest_name(kernel.substr(0, kernel.find('+')), spatial); !part.empty())
-        nearest = part + "+b3";
-    fail_usage("unknown kernel \"", kernel, "\"",
-               nearest.empty() ? "" : concat(" (did you mean ", nearest, "?)"), "; there are ", join(names));
-  }
+  refuse_kernel(status, kernel);
   check(status, what);
 }
 
@@ -134,11 +119,6 @@ const char* value_type_name(int32_t type) {
   static constexpr const char* names[] = {"default", "u8",  "u16", "f16", "f32",
                                           "i16",     "i32", "f64", "i8",  "u32"};
   return type >= 0 && type < 10 ? names[type] : "unknown";
-}
-
-const char* lattice_name(int32_t lattice) {
-  static constexpr const char* names[] = {"default", "d4star", "bcc", "cc"};
-  return lattice >= 0 && lattice < 4 ? names[lattice] : "unknown";
 }
 
 } // namespace bcc4

@@ -1,37 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The objects of the C API as values that release themselves, and its status codes as exceptions.
+// Devices and volumes of the tool, and what it says where the library refuses something.
 #pragma once
 
 #include <array>
 
-#include "bccsplat.hpp"
-#include "readers/error.h"
+#include "choose/status.h"
 
 namespace bcc4 {
 
-using bccsplat::client::Device;
 using bccsplat::client::Renderer;
-using bccsplat::client::sized;
-using bccsplat::client::Slice;
-using bccsplat::client::Volume;
-using bccsplat::client::Writer;
 using Image = bccsplat::client::Frame;
 
-// A failed call of the library.
-class StatusError : public Error {
- public:
-  StatusError(bccsplat_status status, Exit exit, const std::string& text)
-      : Error(exit, text), status_(status) {}
-  [[nodiscard]] bccsplat_status status() const { return status_; }
-
- private:
-  bccsplat_status status_;
-};
-
-[[nodiscard]] Exit exit_of(bccsplat_status status);
-// Throws a StatusError of the library's text, with `what` before it, unless status is OK.
-void check(bccsplat_status status, const std::string& what);
+// Returns what to try after a call has failed so, as the end of a sentence; "" where nothing is known.
+[[nodiscard]] const char* advice_on(bccsplat_status status);
 // INVALID_ARGUMENT and the like about a kernel name get the nearest one.
+// Throws it if status says that there is no such kernel.
+void refuse_kernel(bccsplat_status status, const std::string& kernel);
 void check_kernel(bccsplat_status status, const std::string& what, const std::string& kernel);
 
 [[nodiscard]] Device create_device(int threads, uint64_t memory_budget);
@@ -53,6 +37,5 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
 [[nodiscard]] uint32_t find_channel(const Volume& volume, const std::string& name);
 
 [[nodiscard]] const char* value_type_name(int32_t type);
-[[nodiscard]] const char* lattice_name(int32_t lattice);
 
 } // namespace bcc4

@@ -86,6 +86,8 @@ int main(int argc, char** argv) {
     if (std::fflush(stdout) != 0)
       return bcc4::report(Exit::no_resources, "standard output cannot be written");
     return static_cast<int>(exit);
+  } catch (const bcc4::StatusError& e) {
+    return bcc4::report(e.exit(), (std::string(e.what()) + bcc4::advice_on(e.status())).c_str());
   } catch (const bcc4::Error& e) {
     return bcc4::report(e.exit(), e.what());
   } catch (const std::bad_alloc&) {

@@ -32,7 +32,8 @@ enum class Kind : uint32_t {
   frame = 0x42434631,
   writer = 0x42435731,
   cancel_token = 0x42435431,
-  scene = 0x42434531
+  scene = 0x42434531,
+  plan = 0x42435031
 };
 
 struct Counted {

@@ -72,6 +72,19 @@ bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* /*writer*/, uin
                                           int64_t /*measured*/, bccsplat_error_report* /*error*/) {
   return without_writer();
 }
+bccsplat_status bccsplat_plan_create(bccsplat_device* /*device*/, const bccsplat_plan_options* /*options*/,
+                                     bccsplat_plan** plan) {
+  if (plan) *plan = nullptr;
+  return without_writer();
+}
+bccsplat_status bccsplat_plan_get_writer_options(const bccsplat_plan* /*plan*/,
+                                                 bccsplat_writer_options* /*options*/) {
+  return without_writer();
+}
+bccsplat_status bccsplat_plan_get_text(const bccsplat_plan* /*plan*/, const char** /*text*/) {
+  return without_writer();
+}
+bccsplat_status bccsplat_plan_refine(bccsplat_plan* /*plan*/) { return without_writer(); }
 bccsplat_status bccsplat_join_parts(bccsplat_device* /*device*/, uint64_t /*count*/,
                                     const char* const* /*parts*/, const char* /*path*/,
                                     const bccsplat_join_options* /*options*/,
@@ -96,6 +109,8 @@ bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume* /*volume*/,
                                               bccsplat_writer_report* /*report*/) {
   return without_writer();
 }
+void bccsplat_plan_retain(bccsplat_plan* /*plan*/) {}
+void bccsplat_plan_release(bccsplat_plan* /*plan*/) {}
 void bccsplat_writer_retain(bccsplat_writer* /*writer*/) {}
 void bccsplat_writer_release(bccsplat_writer* /*writer*/) {}
 

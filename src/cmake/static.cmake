@@ -3,6 +3,10 @@
 option(BCCSPLAT_STATIC "Build and install the static library as well" OFF)
 if(BCCSPLAT_STATIC)
   add_library(bccsplat_static STATIC ${api_sources} $<TARGET_OBJECTS:bccsplat_core>)
+  foreach(part IN LISTS choosing)
+    target_sources(bccsplat_static PRIVATE $<TARGET_OBJECTS:${part}>)
+    target_include_directories(bccsplat_static PRIVATE $<TARGET_PROPERTY:${part},INTERFACE_INCLUDE_DIRECTORIES>)
+  endforeach()
   set_target_properties(bccsplat_static PROPERTIES OUTPUT_NAME bccsplat EXPORT_NAME static)
   target_compile_definitions(bccsplat_static PRIVATE BCCSPLAT_BUILDING=1
     $<TARGET_PROPERTY:bccsplat_core,INTERFACE_COMPILE_DEFINITIONS>)

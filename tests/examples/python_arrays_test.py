@@ -138,34 +138,54 @@ class Arrays(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "all 14 frames, not 3"):
             bccsplat.save(name, self.source, times=[1, 2, 3], overwrite=True)
 
-    @unittest.skipIf(support.TOOL is None, "no tool was given")
     def test_a_bound_in_decibels(self):
-        name = path("bound.bcc4")
-        told = os.environ.pop("BCCSPLAT_TOOL", None)
-        try:
-            os.environ["BCCSPLAT_TOOL"] = support.TOOL
-            for psnr in 40, 60:
-                bccsplat.save(name, self.source[:, :, ::-1], psnr=psnr, dt=.5, start=2, spacing=(1, 2, 3), origin=4,
-                              name="d", unit="K", spatial_unit="mm", time_unit="h", overwrite=True)
-                v = bccsplat.open(name)
-                difference = np.asarray(v) - self.source[:, :, ::-1]
-                peak = self.source.max() - self.source.min()
-                self.assertGreaterEqual(20 * np.log10(peak / np.sqrt((difference.astype(float) ** 2).mean())), psnr - .01)
-            np.testing.assert_allclose(v.times(), 2 + .5 * np.arange(14))
-            self.assertEqual(v.info().affine[:], [1, 0, 0, 4, 0, 2, 0, 4, 0, 0, 3, 4, 0, 0, 0, 1])
-            self.assertEqual((v.info().spatial_unit, v.info().time_unit), (b"mm", b"h"))
-            self.assertEqual((v.channel_info().name, v.channel_info().unit), (b"d", b"K"))
-            with self.assertRaisesRegex(RuntimeError, "bound.bcc4"):
-                bccsplat.save(name, self.source, psnr=40)
-            with self.assertRaisesRegex(NotImplementedError, "leave these out"):
-                bccsplat.save(name, self.source, psnr=40, levels=2, overwrite=True)
-            os.environ["BCCSPLAT_TOOL"] = path("none")
-            with self.assertRaises(FileNotFoundError):
-                bccsplat.save(name, self.source, psnr=40, overwrite=True)
-        finally:
-            del os.environ["BCCSPLAT_TOOL"]
-            if told is not None:
-                os.environ["BCCSPLAT_TOOL"] = told
+        name, source = path("bound.bcc4"), self.source[:, :, ::-1]
+        for psnr in 40, 60:
+            report = bccsplat.save(name, source, psnr=psnr, dt=.5, start=2, spacing=(1, 2, 3), origin=4, name="d", unit="K",
+                                   spatial_unit="mm", time_unit="h", attributes={"run": "7"}, overwrite=True)
+            v = bccsplat.open(name)
+            self.assertGreaterEqual(self.decibels(v, source), psnr - .01)
+            self.assertEqual(report.bytes_file, os.path.getsize(name))
+        np.testing.assert_allclose(v.times(), 2 + .5 * np.arange(14))
+        self.assertEqual(v.info().affine[:], [1, 0, 0, 4, 0, 2, 0, 4, 0, 0, 3, 4, 0, 0, 0, 1])
+        self.assertEqual((v.info().spatial_unit, v.info().time_unit), (b"mm", b"h"))
+        self.assertEqual((v.channel_info().name, v.channel_info().unit), (b"d", b"K"))
+        self.assertEqual(v.attributes["run"], "7")
+        with self.assertRaisesRegex(bccsplat.Error, "bound.bcc4"):
+            bccsplat.save(name, self.source, psnr=40)
+        bccsplat.save(name, {"a": self.source, "b": self.source * 2}, psnr=40, levels=1, store="wavelets", overwrite=True)
+        v = bccsplat.open(name)
+        self.assertEqual((v.info().channel_count, v.info().level_count), (2, 1))
+        self.assertEqual(v.info().store, bccsplat.abi.STORE_WAVELETS)
+
+    def decibels(self, volume, source):
+        difference = np.asarray(volume) - source
+        return 20 * np.log10((source.max() - source.min()) / np.sqrt((difference.astype(float) ** 2).mean()))
+
+    def test_a_plan(self):
+        asked = []
+
+        def frame(t, channel):
+            asked.append((t, channel))
+            return self.source[t]
+
+        nt, nz, ny, nx = self.source.shape
+        with bccsplat.Plan(bccsplat.default_device(), (nx, ny, nz, nt), frame, types=[self.source.dtype], density=.25) as plan:
+            self.assertIn("distances", plan.text)
+            self.assertTrue(asked)
+            options = plan.writer_options()
+            self.assertGreater(max(options.scales), 1)
+            with self.assertRaisesRegex(bccsplat.Error, "nothing is left"):
+                plan.refine()
+
+        def broken(t, channel):
+            raise KeyError("no such frame")
+
+        with self.assertRaisesRegex(KeyError, "no such frame"):
+            bccsplat.Plan(bccsplat.default_device(), (nx, ny, nz, nt), broken)
+        with self.assertRaises(bccsplat.Cancelled):
+            bccsplat.Plan(bccsplat.default_device(), (nx, ny, nz, nt), frame, types=[self.source.dtype],
+                          progress=lambda fraction: True)
         self.assertEqual([n for n in os.listdir(support.SCRATCH) if n.startswith(".")], [])
 
     def test_nothing_has_to_be_closed(self):

@@ -1,8 +1,9 @@
 #!/bin/bash
 # floors.sh TOP: checks the includes below TOP against the floors of the house and prints each that does not hold.
 # A room includes only its own floor or lower ones, and no circle closes among the rooms of one floor; the folders of some
-# rooms are ladders of their own. src/api alone includes the public header, and asks no room that draws; importers and
-# examples know nothing but the public header and their own files; the operating system is called in src/base only, CLI11
+# rooms are ladders of their own. src/api and src/plan alone include the public header; src/api asks no room that draws, src/plan
+# asks importers/choose. Importers and examples know nothing but the public header and their own files, and importers/choose
+# nothing of the tool, of JSON and of printing; the operating system is called in src/base only, CLI11
 # in importers/tool/cli.cpp.
 set -euo pipefail
 cd "${1:?usage: floors.sh TOP}"
@@ -18,7 +19,7 @@ find "${folders[@]}" -type f \
 # between slashes where they do not know each other. Paths are written without src/, the house itself is the place "", and a
 # dot means the files directly in a place.
 BEGIN {
-  ladder("", "base < lattice | kernel < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / gpu / reference < scene < api")
+  ladder("", "base < lattice | kernel < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / gpu / reference < scene < api < plan")
   ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "wavelet < coding < .")
   ladder("field", "footprint < coefficients < .")
@@ -84,7 +85,8 @@ function leads(place, from, to, steps, e, p) {
   if (home == "include") {
     if (target != "stddef.h" && target != "stdint.h") wrong("the public header includes <stddef.h> and <stdint.h> only")
   } else if (core) {
-    if (public && home != "api") wrong("only src/api includes the public header")
+    if (public && home != "api" && home != "plan") wrong("only src/api and src/plan include the public header")
+    else if (home == "plan" && target ~ /^(choose|readers)\//) next
     else if (quoted && !public && !ours) wrong("write includes from src/ or the top, as \"folder/file.h\"")
     else if (ours) {
       if (home == "api" && target !~ /^(api|scene|volume|store|view|base)\//)
@@ -100,6 +102,10 @@ function leads(place, from, to, steps, e, p) {
     wrong("src/" home " is on no floor of: " order[""])
   } else if (ours) {
     wrong(path " is a client: the public header and its own files only")
+  } else if (path ~ /^importers\/(choose|readers)\// && target ~ /^(tool|CLI|nlohmann)\//) {
+    wrong("what reads and what chooses know nothing of the tool")
+  } else if (path ~ /^importers\/choose\// && target ~ /^(cstdio|stdio\.h|iostream)$/) {
+    wrong("importers/choose prints nothing: it tells a Watch")
   } else if (target ~ /^CLI\// && path != "importers/tool/cli.cpp") {
     wrong("CLI11 takes three seconds to compile: include tool/cli.h, which does without")
   }

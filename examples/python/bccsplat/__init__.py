@@ -25,6 +25,7 @@ from .field_array import FieldArray
 from .files import open as open  # not in __all__: a name of a builtin
 from .files import save
 from .pictures import Picture, Plane, draw
+from .plan import Plan
 from .render import (Frame, RenderOptions, Renderer, TransferFunction, View, box_clips, camera_matrices, fit_camera,
                      look_at)
 from .scene import Scene
@@ -34,7 +35,7 @@ from .tool import tool_path
 from .volume import Volume
 from .writer import Channel, Writer, join_parts, join_streams
 
-__all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "FieldArray", "Frame", "Picture", "Plane",
+__all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "FieldArray", "Frame", "Picture", "Plane", "Plan",
            "RenderOptions", "Renderer", "Scene", "SharedFile", "Slice", "Status", "TransferFunction", "View", "Volume",
            "WouldBlock", "Writer", "abi", "box_clips", "build_info", "camera_matrices", "default_device", "draw",
            "fit_camera", "join_parts", "join_streams", "kernel_names", "look_at", "save", "tool_path", "version"]

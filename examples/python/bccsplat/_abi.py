@@ -95,6 +95,7 @@ PARTIAL_KEEP = 1
 PARTIAL_RESUME = 2
 PARTIAL_APPEND = 3
 AXIS_DOWN = 1
+PLAN_SET_LEVELS = 1
 SERIES_FINISHED = 0
 SERIES_UNFINISHED = 1
 SERIES_OPEN_END = 2
@@ -208,6 +209,7 @@ bccsplat_read_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
 bccsplat_write_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
 bccsplat_flush_fn = CFUNCTYPE(c_int32, c_void_p)
 bccsplat_field_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_void_p, c_void_p)
+bccsplat_source_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint32, c_void_p)
 bccsplat_tile_fn = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_uint32, c_uint32, c_uint32)
 
 
@@ -482,6 +484,31 @@ class JoinOptions(Struct):
     cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("cancel_token", c_void_p)]
+
+
+class PlanChannel(Struct):
+    type: int
+    missing: int
+    reserved: int
+    step: float
+    offset: float
+    _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("missing", c_int32), ("reserved", c_uint32),
+        ("step", c_double), ("offset", c_double)]
+
+
+class PlanOptions(Struct):
+    set_mask: int
+    wish: Any
+    channels: Any
+    times: int | None
+    frame: Any
+    frame_user: int | None
+    density: float
+    exact: int
+    reserved: int
+    _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("wish", POINTER(WriterOptions)),
+        ("channels", POINTER(PlanChannel)), ("times", c_void_p), ("frame", bccsplat_source_fn),
+        ("frame_user", c_void_p), ("density", c_double), ("exact", c_int32), ("reserved", c_uint32)]
 
 
 class VolumeOptions(Struct):
@@ -1037,6 +1064,12 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         POINTER(WriterReport),),
     "bccsplat_join_streams": (c_int32, c_void_p, c_uint64, POINTER(ReadStream), POINTER(WriteStream),
         POINTER(JoinOptions), POINTER(WriterReport),),
+    "bccsplat_plan_create": (c_int32, c_void_p, POINTER(PlanOptions), c_void_p,),
+    "bccsplat_plan_get_writer_options": (c_int32, c_void_p, POINTER(WriterOptions),),
+    "bccsplat_plan_get_text": (c_int32, c_void_p, c_void_p,),
+    "bccsplat_plan_refine": (c_int32, c_void_p,),
+    "bccsplat_plan_retain": (None, c_void_p,),
+    "bccsplat_plan_release": (None, c_void_p,),
     "bccsplat_volume_open_file": (c_int32, c_void_p, c_char_p, POINTER(VolumeOptions), c_void_p,),
     "bccsplat_volume_open_memory": (c_int32, c_void_p, c_void_p, c_uint64, POINTER(VolumeOptions), c_void_p,),
     "bccsplat_volume_open_stream": (c_int32, c_void_p, POINTER(ReadStream), POINTER(VolumeOptions),

@@ -108,7 +108,7 @@ class DatasetWriter:
         self.plan = self._plan()
 
     def write(self, path: Path, *, psnr: float | None, parts: int | None, resume: bool, overwrite: bool) -> None:
-        """Writes the file. Of dask arrays by parts, unless psnr asks for the tool."""
+        """Writes the file. Of dask arrays by parts, unless psnr asks for a plan of the whole."""
         if not overwrite and os.path.exists(path):
             raise FileExistsError("%s is there already: give another name, or overwrite=True" % os.fspath(path))
         if psnr is not None:
@@ -190,6 +190,7 @@ class DatasetWriter:
         plan, options = self.plan, dict(self.options)
         channels = {channel.name: series for channel, series in zip(plan.channels, self.series)}
         save(path, channels, times=plan.times, affine=plan.affine, unit=plan.channels[0].unit, psnr=psnr,
+             attributes=plan.attributes,
              spatial_unit=plan.spatial_unit, time_unit=plan.time_unit, nonfinite=options.pop("nonfinite"),
              overwrite=overwrite, **options)
 

@@ -8,8 +8,8 @@ import numpy as np
 from . import _abi
 from ._library import Progress
 from .arrays import Array, numbers_of
-from .bounded import save_bounded
 from .device import Device
+from .plan import save_planned
 from .shared import Path, default_device
 from .streams import Source
 from .volume import Volume
@@ -74,7 +74,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
          spatial_unit: str | None = None, time_unit: str | None = None, attributes: Mapping[str, str] = {},
          air: float = 0.0, air_threshold: float = 0.0, nonfinite: str = "error", abs_error: float = 0.0,
          psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
-         progress: Progress | None = None, **options: Any) -> _abi.WriterReport | None:
+         progress: Progress | None = None, **options: Any) -> _abi.WriterReport:
     """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
 
     What the lattice of half the samples cannot hold (noise, detail of one sample) is lost unless abs_error or psnr is given,
@@ -88,9 +88,9 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     (x, y, z, 1) of samples to the world.
     name, unit: of the channel and its values. air: the value of empty space, within air_threshold of which nothing is
     stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp".
-    abs_error: > 0: no finite sample is off by more. psnr: in dB; the tool finds the coarsest coding that keeps it, which
-    needs a `bcc4` (tool_path); the report is None. options: further ones of Writer, such as levels=2 or
-    store="coefficients".
+    abs_error: > 0: no finite sample is off by more. psnr: in dB; lattice, steps and store of the smallest file that keeps
+    it are found by a Plan, which reads the array once more. options: further ones of Writer, such as levels=2 or
+    store="coefficients", with psnr also of Plan.
     """
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
         {name: as_series(array)}
@@ -105,13 +105,13 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     if psnr is not None:
         if not isinstance(psnr, (int, float)):
             raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
-        if len(channels) != 1 or air or air_threshold or abs_error or options:
-            raise NotImplementedError("psnr= goes through the tool, which here takes one channel and no other option of "
-                                      "coding: leave these out, or give abs_error= instead")
-        save_bounded(path, next(iter(channels.values())), psnr=psnr, times=when, affine=place, name=next(iter(channels)),
-                     unit=unit, spatial_unit=spatial_unit, time_unit=time_unit, attributes=attributes,
-                     nonfinite=nonfinite, overwrite=overwrite)
-        return None
+        series = [*channels.values()]
+        return save_planned(
+            device or default_device(), path, lambda t, channel: writable(series[channel][t]), (nx, ny, nz, nt), when,
+            attributes, psnr=psnr, affine=place, spatial_unit=spatial_unit, time_unit=time_unit, nonfinite=nonfinite,
+            abs_error=abs_error, overwrite=overwrite, types=[writable(values[0]).dtype.newbyteorder("=") for values in series],
+            channels=[Channel(key, unit, air=air or None, air_threshold=air_threshold) for key in channels],
+            progress=progress, **options)
     writer = Writer(device or default_device(), path, (nx, ny, nz, nt), affine=place, spatial_unit=spatial_unit,
                     time_unit=time_unit, nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite,
                     channels=[Channel(key, unit, air=air, air_threshold=air_threshold) for key in channels],

@@ -19,32 +19,67 @@ from .streams import Flush, Source, WriteAt, read_stream, write_stream
 # points [n, 4] -> n values
 Field = Callable[[Array], Array]
 
-_TYPES = {"u1": _abi.TYPE_U8, "u2": _abi.TYPE_U16, "u4": _abi.TYPE_U32, "i1": _abi.TYPE_I8, "i2": _abi.TYPE_I16,
+TYPES = {"u1": _abi.TYPE_U8, "u2": _abi.TYPE_U16, "u4": _abi.TYPE_U32, "i1": _abi.TYPE_I8, "i2": _abi.TYPE_I16,
           "i4": _abi.TYPE_I32, "f2": _abi.TYPE_F16, "f4": _abi.TYPE_F32, "f8": _abi.TYPE_F64}
 
 
 @dataclass
 class Channel:
-    """One quantity of the file. air: the value of sites that are not stored; range: spread over U8 or U16 codes."""
+    """One quantity of the file. air: the value of sites that are not stored (None: a Plan finds
+    it); range: spread over U8 or U16 codes."""
 
     name: str = "value"
     unit: str | None = None
     source_type: int | str | None = None
     value_type: int | str | None = None
-    air: float = 0.0
+    air: float | None = 0.0
     air_threshold: float = 0.0
     range: tuple[float, float] | None = None
 
     def options(self) -> _abi.ChannelOptions:
         """The C struct of it."""
-        out = _abi.ChannelOptions(set_mask=_abi.CHANNEL_SET_AIR, name=encode(self.name), unit=encode(self.unit),
+        out = _abi.ChannelOptions(set_mask=0 if self.air is None else _abi.CHANNEL_SET_AIR,
+                                  name=encode(self.name), unit=encode(self.unit),
                                   source_type=choose("TYPE", self.source_type),
-                                  value_type=choose("TYPE", self.value_type), air=self.air,
+                                  value_type=choose("TYPE", self.value_type), air=self.air or 0.0,
                                   air_threshold=self.air_threshold)
         if self.range is not None:
             out.set_mask |= _abi.CHANNEL_SET_RANGE
             out.range[:] = [*self.range]
         return out
+
+
+def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watch, cancel: CancelToken | None, *,
+                   lattice: int | str | None = None, filter: int | str | None = None, store: int | str | None = None,
+                   nonfinite: int | str | None = None, overwrite: bool = False, affine: Any = None,
+                   spatial_unit: str | None = None, time_unit: str | None = None,
+                   scale: float | Sequence[float] = 0.0, time_scale: float = 0.0, kernel: str | None = None,
+                   ends: int | str | None = None, axes: Sequence[tuple[Any, str | None, bool]] | None = None,
+                   **options: Any) -> _abi.WriterOptions:
+    """The C struct of a Writer's arguments, which keeps what it points to."""
+    o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
+                           store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
+                           overwrite=overwrite, channel_count=len(channels), spatial_unit=encode(spatial_unit),
+                           time_unit=encode(time_unit), time_scale=time_scale,
+                           recommended_kernel=encode(kernel), ends=choose("ENDS", ends),
+                           progress=watch.function, cancel_token=token_of(cancel), **options)
+    if len(dims) not in (3, 4):
+        raise ValueError("dims are the samples along x, y, z and the number of frames, not %r" % (tuple(dims),))
+    o.dims[:] = [*dims, *[0] * (4 - len(dims))]
+    if isinstance(scale, (int, float)):
+        o.scale = scale
+    else:  # x, y, z or x, y, z, t
+        o.scales[:] = [*scale, *[0] * (4 - len(scale))]
+    o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
+    if affine is not None:
+        o.affine[:] = np.asarray(affine, np.float64).reshape(16).tolist()
+    if axes is not None:
+        places = [np.empty(0) if at is None else np.ascontiguousarray(at, np.float64) for at, _, _ in axes]
+        o.axes = (_abi.Axis * 3)(*[
+            _abi.Axis(count=at.size, coordinates=at.ctypes.data if at.size else None, unit=encode(unit),
+                      flags=_abi.AXIS_DOWN if down else 0) for at, (_, unit, down) in zip(places, axes)])
+        o.places = places  # an attribute of the Python object alone
+    return o
 
 
 class Writer(Child):
@@ -64,6 +99,7 @@ class Writer(Child):
     """
 
     _kind = "writer"
+    _plan: Any  # whose options it has, or None
 
     def __init__(self, device: Device, target: Union[str, "os.PathLike[str]", WriteAt], dims: Sequence[int], *,
                  channels: Sequence[Channel] = (Channel(),), lattice: int | str | None = None,
@@ -75,29 +111,12 @@ class Writer(Child):
                  axes: Sequence[tuple[Any, str | None, bool]] | None = None, progress: Progress | None = None,
                  cancel: CancelToken | None = None, flush: Flush | None = None, **options: Any) -> None:
         super().__init__(device)
-        self._watch, self._finished = Watch(progress), False
-        o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
-                               store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
-                               overwrite=overwrite, channel_count=len(channels), spatial_unit=encode(spatial_unit),
-                               time_unit=encode(time_unit), time_scale=time_scale,
-                               recommended_kernel=encode(kernel), ends=choose("ENDS", ends),
-                               progress=self._watch.function, cancel_token=token_of(cancel), **options)
-        if len(dims) not in (3, 4):
-            raise ValueError("dims are the samples along x, y, z and the number of frames, not %r" % (tuple(dims),))
+        self._watch, self._finished, self._plan = Watch(progress), False, None
+        o = writer_options(dims, channels, self._watch, cancel, lattice=lattice, filter=filter, store=store,
+                           nonfinite=nonfinite, overwrite=overwrite, affine=affine, spatial_unit=spatial_unit,
+                           time_unit=time_unit, scale=scale, time_scale=time_scale, kernel=kernel, ends=ends, axes=axes,
+                           **options)
         self._shape = tuple(dims[2::-1])
-        o.dims[:] = [*dims, *[0] * (4 - len(dims))]
-        if isinstance(scale, (int, float)):
-            o.scale = scale
-        else:  # x, y, z or x, y, z, t
-            o.scales[:] = [*scale, *[0] * (4 - len(scale))]
-        o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
-        if affine is not None:
-            o.affine[:] = np.asarray(affine, np.float64).reshape(16).tolist()
-        if axes is not None:
-            places = [np.empty(0) if at is None else np.ascontiguousarray(at, np.float64) for at, _, _ in axes]
-            o.axes = (_abi.Axis * 3)(*[
-                _abi.Axis(count=at.size, coordinates=at.ctypes.data if at.size else None, unit=encode(unit),
-                          flags=_abi.AXIS_DOWN if down else 0) for at, (_, unit, down) in zip(places, axes)])
         if part is not None:
             times = np.ascontiguousarray(part_times, np.float64)
             if times.size != o.dims[3]:
@@ -109,6 +128,17 @@ class Writer(Child):
             self._create("writer_create_stream", device.pointer, byref(self._stream), byref(o))
         else:
             self._create("writer_create", device.pointer, os.fsencode(target), byref(o))
+
+    @classmethod
+    def of_plan(cls, device: Device, target: Union[str, "os.PathLike[str]"], plan: Any, watch: Watch) -> Writer:
+        """A writer with the options of a Plan, which it keeps."""
+        writer = cls.__new__(cls)
+        Child.__init__(writer, device)
+        writer._watch, writer._finished, writer._plan = watch, False, plan
+        options = plan.writer_options()
+        writer._shape = tuple(options.dims[2::-1])
+        writer._create("writer_create", device.pointer, os.fsencode(target), byref(options))
+        return writer
 
     def _call(self, name: str, *arguments: Any) -> None:
         call(name, self.pointer, *arguments, watch=self._watch)
@@ -127,12 +157,12 @@ class Writer(Child):
                 raise ValueError("a frame is a numpy array [z, y, x], or boxes ((x, y, z), array): numpy.asarray makes an "
                                  "array of lists")
             begin, data = part
-            if data.ndim != 3 or data.dtype.str[1:] not in _TYPES:
+            if data.ndim != 3 or data.dtype.str[1:] not in TYPES:
                 raise ValueError("a box is an array [z, y, x] of numbers of 1 to 8 bytes, not %r" % (data.dtype,))
             if not data.dtype.isnative or data.strides == (0, 0, 0):  # all strides 0 would mean packed
                 data = np.ascontiguousarray(data, data.dtype.newbyteorder("="))
             kept.append(data)
-            box.struct_size, box.type, box.data = ctypes.sizeof(_abi.Box), _TYPES[data.dtype.str[1:]], data.ctypes.data
+            box.struct_size, box.type, box.data = ctypes.sizeof(_abi.Box), TYPES[data.dtype.str[1:]], data.ctypes.data
             box.begin[:], box.dims[:] = [*begin], [*data.shape[::-1]]
             box.stride_bytes[:] = [*data.strides[::-1]]
         self._call("writer_add_frame", channel, time, boxes, len(parts))

@@ -4,21 +4,24 @@
 #include <filesystem>
 #include <memory>
 
+#include "choose/air.h"
+#include "choose/precision.h"
 #include "readers/open_series.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
-#include "tool/import/air.h"
+#include "tool/import/air_in_file.h"
 #include "tool/import/append.h"
 #include "tool/import/estimate.h"
 #include "tool/import/import_arguments.h"
+#include "tool/import/part_argument.h"
 #include "tool/import/plan.h"
 #include "tool/import/plan_file.h"
-#include "tool/import/precision.h"
 #include "tool/import/sources.h"
 #include "tool/import/summary.h"
 #include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
+#include "tool/run_watch.h"
 
 namespace bcc4 {
 namespace {
@@ -47,8 +50,8 @@ std::unique_ptr<FrameReader> open_input(const ImportArguments& a) {
   return reader;
 }
 
-void warn_of_precision(FrameReader& reader) {
-  for (const std::string& warning : precision_warnings(reader))
+void warn_of_precision(FrameReader& reader, Watch& watch) {
+  for (const std::string& warning : precision_warnings(reader, watch))
     std::fprintf(stderr, "bcc4: warning: %s\n", warning.c_str());
 }
 
@@ -82,7 +85,7 @@ void report_nothing_new(const ImportArguments& a, uint64_t frames) {
 
 // Returns what remains to be decided about a series, after what the file has that it is appended to.
 Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesDescription& s,
-                         const ErrorBound& bound) {
+                         const ErrorBound& bound, Watch& watch) {
   Unsettled u;
   u.bound = bound;
   u.auto_time_scale = a.time_scale == "auto";
@@ -90,7 +93,7 @@ Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesD
   u.density = a.density.value_or(0);
   u.exact = a.exact;
   u.open_store = !a.resume.append && a.resume.live == 0; // which new frames alone continue
-  u.everything = a.dry_run, u.progress = a.common.prints_text();
+  u.everything = a.dry_run, u.progress = &watch;
   if (!appends_to_file(a) || bound.any()) return u;
   if (a.settings.store == BCCSPLAT_STORE_DEFAULT) adopt_wavelets(device, a.output, a.settings);
   if (u.auto_lattice && !a.density) {
@@ -129,12 +132,12 @@ void save_plan(const ImportArguments& a, const ImportPlan& plan) {
 
 // Ends a dry run: the plan is saved, completed by what is only told, and told.
 Exit report_plan(const ImportArguments& a, FrameReader& reader, const Device& device, bool planned,
-                 ImportPlan& plan) {
+                 ImportPlan& plan, Watch& watch) {
   if (!a.plan.empty()) save_plan(a, plan);
   plan.estimate = estimate_import(reader, device, a.settings, plan.scans);
   const bool whole = !planned && a.part.empty() && !a.resume.append;
-  if (whole && a.settings.ends != BCCSPLAT_ENDS_PERIODIC) plan.turn = measure_turn(reader);
-  if (whole && a.settings.periodic == 0) plan.round = measure_round(reader);
+  if (whole && a.settings.ends != BCCSPLAT_ENDS_PERIODIC) plan.turn = measure_turn(reader, watch);
+  if (whole && a.settings.periodic == 0) plan.round = measure_round(reader, watch);
   if (a.common.json)
     print_json(plan_json(plan));
   else
@@ -169,6 +172,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     planned = recall_plan(a);
   else
     bound = read_settings(a);
+  a.settings.cancel_token = interrupt_token();
+  RunWatch watch(a.common.prints_text());
 
   // A quarter of the memory for frames being read, the rest for the library.
   a.reader.options.max_memory = a.common.max_memory / 4;
@@ -178,11 +183,11 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
   const bool scattered = is_scattered(s);
-  if (!planned) a.settings.levels = read_levels(a, s), warn_of_precision(*reader);
+  if (!planned) a.settings.levels = read_levels(a, s), warn_of_precision(*reader, watch);
   if (scattered && !a.common.quiet) warn_of_scattered(s);
 
   a.settings.own_air =
-      appends_to_file(a) && !a.air ? air_in_file(device, a.output) : dense_air(*reader, a.settings);
+      appends_to_file(a) && !a.air ? air_in_file(device, a.output) : dense_air(*reader, a.settings, watch);
   AppendedFile appended;
   if (appends_to_file(a)) a.settings.levels = levels_in_file(device, a.output);
   if (appends_to_file(a) && !a.dry_run)
@@ -204,14 +209,15 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     scope.sources = planned->sources;
     take_part(a, device, s, plan.scans, scope);
   } else {
-    settle_import(*reader, device, find_unsettled(a, device, s, bound), a.settings, plan);
+    settle_import(*reader, device, find_unsettled(a, device, s, bound, watch), a.settings, plan);
+    watch.clear();
     // A bound is checked on every frame.
     if (appended.frames > 1 && !bound.any() && a.settings.abs_error == 0 &&
         a.settings.measure != BCCSPLAT_MEASURE_ALL)
       scope.part = FrameSpan{appended.frames, s.dims[3]};
   }
 
-  if (a.dry_run) return report_plan(a, *reader, device, planned.has_value(), plan);
+  if (a.dry_run) return report_plan(a, *reader, device, planned.has_value(), plan, watch);
   if (a.common.prints_text()) print_plan(plan);
   if (!planned) scope.sources = sources_of(s, appended.sources);
 
@@ -252,7 +258,12 @@ Run add_import(Command tool, std::string command_line) {
   add_import_options(import, *a);
   return [a, import, command_line = std::move(command_line)] {
     if (a->follows_plan()) refuse_planned_options(import);
-    return run_import(*a, command_line);
+    try {
+      return run_import(*a, command_line);
+    } catch (const StatusError& e) {
+      if (!a->settings.kernel.empty()) refuse_kernel(e.status(), a->settings.kernel);
+      throw;
+    }
   };
 }
 

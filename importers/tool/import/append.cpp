@@ -10,8 +10,8 @@
 #include <memory>
 #include <utility>
 
-#include "tool/import/beyond.h"
-#include "tool/import/labels.h"
+#include "choose/beyond.h"
+#include "choose/labels.h"
 
 namespace bcc4 {
 

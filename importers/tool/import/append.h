@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "choose/series_writer.h"
 #include "tool/handles.h"
 #include "tool/import/plan_file.h"
-#include "tool/import/series_writer.h"
 
 namespace bcc4 {
 

@@ -9,9 +9,10 @@
 #include <cstdio>
 #include <limits>
 
-#include "tool/import/read_series.h"
+#include "choose/read_series.h"
 #include "tool/json.h"
 #include "tool/output/export_type.h"
+#include "tool/run_watch.h"
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {
@@ -96,7 +97,8 @@ void Comparison::add(const Comparison& other) {
 std::vector<Comparison> compare_series(const Volume& volume, FrameReader& source, bool progress) {
   const SeriesDescription& s = source.description();
   std::vector<Comparison> out(s.channels.size());
-  read_series(source, {0, s.dims[3]}, "verify", progress, [&](uint64_t f, uint32_t c, const Frame& values) {
+  RunWatch watch(progress);
+  read_series(source, {0, s.dims[3]}, "verify", watch, [&](uint64_t f, uint32_t c, const Frame& values) {
     const Slice slice = cut_frame(volume, static_cast<double>(f), c);
     const bccsplat_channel_info info = channel_info(volume, c);
     Comparison& one = out[c].frames.emplace_back();

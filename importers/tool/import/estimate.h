@@ -4,10 +4,10 @@
 
 #include <vector>
 
+#include "choose/series_writer.h"
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
 #include "tool/import/plan.h"
-#include "tool/import/series_writer.h"
 
 namespace bcc4 {
 

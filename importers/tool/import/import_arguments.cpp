@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
+#include "choose/level_choice.h"
 #include "readers/open_series.h"
 #include "tool/cli.h"
-#include "tool/import/level_choice.h"
 #include "tool/import/writer_choices.h"
 #include "tool/output/output_file.h"
 
@@ -196,7 +196,6 @@ bool chooses_lattice(const ImportArguments& a) {
 }
 
 ErrorBound read_settings(ImportArguments& a) {
-  constexpr double kUsualPsnr = 50; // dB of wavelets
   a.settings.air = a.air;
   a.settings.air_threshold = a.air_threshold.value_or(0);
   read_scale(a.scale, a.time_scale, a.settings);
@@ -217,9 +216,7 @@ ErrorBound read_settings(ImportArguments& a) {
         "--abs must be positive: the largest error allowed at any source sample, in units of the values");
   if (a.psnr && !(*a.psnr > 0)) fail_usage("--psnr must be positive, in dB: 50 is good, 70 is next to exact");
   if (!(a.settings.air_threshold >= 0)) fail_usage("--air-threshold must not be negative");
-  const bool asks = a.abs || a.psnr;
-  return {a.abs.value_or(0),
-          asks || a.settings.store != BCCSPLAT_STORE_WAVELETS ? a.psnr.value_or(0) : kUsualPsnr};
+  return usual_bound({a.abs.value_or(0), a.psnr.value_or(0)}, a.settings.store);
 }
 
 } // namespace bcc4

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
+#include "choose/settle.h"
 #include "tool/import/reader_arguments.h"
 #include "tool/import/resume.h"
-#include "tool/import/settle.h"
 #include "tool/import/write_series.h"
 #include "tool/options.h"
 

@@ -7,7 +7,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tool/import/motion.h"
+#include "tool/import/choice_json.h"
+#include "tool/import/choice_text.h"
 #include "tool/import/report.h"
 #include "tool/json.h"
 
@@ -168,13 +169,6 @@ void print_plan(const ImportPlan& plan) {
            " at the source samples");
   }
   std::fflush(stdout);
-}
-
-Json turn_json(const Turn& turn) {
-  return {{"last_to_first", turn.last_to_first},
-          {"to_next", turn.to_next},
-          {"across", turn.across},
-          {"periodic", turn.leads_to_first()}};
 }
 
 Json plan_json(const ImportPlan& plan) {

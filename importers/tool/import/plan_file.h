@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "choose/series_writer.h"
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
-#include "tool/import/series_writer.h"
 #include "tool/options.h"
 
 namespace bcc4 {

@@ -4,22 +4,19 @@
 // corrections.
 #include "tool/import/write_series.h"
 
-#include <cmath>
 #include <cstdio>
 
+#include "choose/finer.h"
+#include "choose/read_series.h"
 #include "readers/scan.h"
 #include "readers/utf8.h"
-#include "tool/import/air.h"
-#include "tool/import/read_series.h"
+#include "tool/import/air_in_file.h"
 #include "tool/import/resume.h"
-#include "tool/import/search.h"
 #include "tool/import/writer_choices.h"
+#include "tool/run_watch.h"
 
 namespace bcc4 {
 namespace {
-
-// Sizes of steps tried where a PSNR was missed: rounding is about half of the error there.
-constexpr double kFiner[] = {0.85, 0.6};
 
 std::string counts_text(const std::vector<uint64_t>& counts) {
   std::string text;
@@ -46,29 +43,6 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Write
     if (!c.active.empty()) attribute("openvdb.active." + c.name, counts_text(c.active));
   for (const PlannedSource& f : scope.sources)
     check(bccsplat_writer_add_source(writer.get(), utf8_of(f.name).c_str(), f.bytes, f.crc32), f.name);
-}
-
-// Steps so much finer, or those of the source where it has none in between.
-std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSettings& settings,
-                                    const std::vector<ChannelScan>& scans, double factor) {
-  std::vector<StepCoding> steps(settings.steps.size());
-  for (size_t c = 0; c < steps.size(); ++c) {
-    const double unit = source_step(s.channels[c]), finer = factor * settings.steps[c].step;
-    const double step = unit == 0 ? finer : std::floor(finer / unit) * unit;
-    if (step > unit)
-      steps[c] = step_coding(step, scans[c], air_of(s.channels[c], settings), settings.nonfinite);
-  }
-  return steps;
-}
-
-// Returns whether there are steps, or errors of wavelets, that can be so much finer, and makes them so: first
-// by the first of kFiner.
-bool make_finer(const SeriesDescription& s, const std::vector<ChannelScan>& scans, size_t attempt,
-                WriterSettings& settings) {
-  if (attempt >= std::size(kFiner)) return false;
-  if (!settings.steps.empty()) settings.steps = finer_steps(s, settings, scans, kFiner[attempt]);
-  for (double& error : settings.wavelet_errors) error *= kFiner[attempt];
-  return !settings.steps.empty() || !settings.wavelet_errors.empty();
 }
 
 // A frame without any value would be the one before it once more, and filtered with its neighbours.
@@ -104,13 +78,13 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
   ImportResult result;
   result.given = wanted_frames(writer);
   result.nonfinite.resize(s.channels.size());
-  read_series(reader, result.given, "import", common.prints_text(),
-              [&](uint64_t f, uint32_t c, const Frame& values) {
-                const uint64_t nonfinite = count_nonfinite(values);
-                refuse_missing_frame(reader, f, nonfinite, settings);
-                add_frame(writer, c, s.times.values[f], values, reader.frame_name(f));
-                if (nonfinite > 0) result.nonfinite[c][f] = nonfinite;
-              });
+  RunWatch watch(common.prints_text());
+  read_series(reader, result.given, "import", watch, [&](uint64_t f, uint32_t c, const Frame& values) {
+    const uint64_t nonfinite = count_nonfinite(values);
+    refuse_missing_frame(reader, f, nonfinite, settings);
+    add_frame(writer, c, s.times.values[f], values, reader.frame_name(f));
+    if (nonfinite > 0) result.nonfinite[c][f] = nonfinite;
+  });
   check(bccsplat_writer_finish(writer.get(), &result.report), scope.output);
   result.errors = measured_errors(writer, s.channels.size(), result.report.frames_measured);
   return result;
@@ -142,21 +116,14 @@ std::string filtering_text(const WriterSettings& settings) {
 ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
                           const std::vector<ChannelScan>& scans, const ImportScope& scope,
                           const CommonOptions& common) {
-  const bool missing_psnr = settings.psnr > 0 && settings.abs_error == 0 && peak_of(scans) > 0;
-  bool finer = true;
-  for (size_t attempt = 0; finer; ++attempt) {
-    try {
+  for (size_t missed = 0;; ++missed) try {
       return write_once(reader, device, settings, scans, scope, common);
     } catch (const StatusError& e) {
-      if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || !missing_psnr) throw;
-      finer = make_finer(reader.description(), scans, attempt, settings);
-      if (common.prints_text())
-        std::printf("  %s; again with %s\n", e.what(), finer ? "finer steps" : "corrections");
+      if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET) throw;
+      const char* const remedy = make_finer(reader.description(), scans, missed, settings);
+      if (!remedy) throw;
+      if (common.prints_text()) std::printf("  %s; again with %s\n", e.what(), remedy);
     }
-  }
-  settings.abs_errors.clear();
-  settings.abs_error = kCorrectedPeak * peak_of(scans) * std::pow(10, -settings.psnr / 20);
-  return write_once(reader, device, settings, scans, scope, common);
 }
 
 ImportResult append_series(FrameReader& reader, const Device& device, const WriterSettings& settings,

@@ -105,6 +105,7 @@ void test_slice(void);
 void test_renderer(void);
 void test_frame(void);
 void test_scene(void);
+void test_plan(void);
 void test_cancel_token(void);
 void test_streams(void);
 void test_hygiene(void);

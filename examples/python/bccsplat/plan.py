@@ -1,0 +1,120 @@
+"""Plan: what suits a series, chosen by looking at its frames, and the file that is written by it."""
+from __future__ import annotations
+
+import ctypes
+import os
+from ctypes import byref
+from typing import Any, Callable, Mapping, Sequence, Union
+
+import numpy as np
+
+from . import _abi
+from ._library import Error, Progress, Watch, call, decode
+from .arrays import Array
+from .cancel import CancelToken
+from .device import Child, Device
+from .writer import TYPES, Channel, Writer, writer_options
+
+# frame, channel -> an array [z, y, x]
+Source = Callable[[int, int], Array]
+
+
+class Plan(Child):
+    """The options of a writer that suit a series: lattice, distances, steps, store and levels. With psnr or abs_error
+    those of the smallest file that keeps the error; lattice, scale, store and others that are given are kept.
+
+    dims: samples along x, y, z and the number of frames. source(frame, channel) returns an array [z, y, x]; it is asked
+    for some frames, or for all, and for some more than once. types: of those arrays, by channel, as numpy has them.
+    times: of the frames, rising; None: 0, 1, 2 ... density: sites per sample to choose distances for. exact: values as
+    precise as the source's. levels: None, by the size of the frames. options: further ones of Writer.
+    """
+
+    _kind = "plan"
+
+    def __init__(self, device: Device, dims: Sequence[int], source: Source, *, channels: Sequence[Channel] = (Channel(),),
+                 types: Sequence[Any] = (np.float32,), times: Sequence[float] | None = None, density: float = 0.0,
+                 exact: bool = False, levels: int | None = None, progress: Progress | None = None,
+                 cancel: CancelToken | None = None, **options: Any) -> None:
+        super().__init__(device)
+        self._watch = Watch(progress)
+        self._wish = writer_options(dims, channels, self._watch, cancel, levels=levels or 0, **options)
+        kinds = [np.dtype(kind) for kind in types]
+        if len(kinds) != len(channels):
+            raise ValueError("types are those of all %d channels, not %d" % (len(channels), len(kinds)))
+        values = (_abi.PlanChannel * len(kinds))(*[_abi.PlanChannel(type=choose_type(kind)) for kind in kinds])
+        shape = tuple(dims[2::-1])
+
+        def give(_user: int | None, frame: int, channel: int, address: int) -> int:
+            try:
+                kind = kinds[channel]
+                size = kind.itemsize * shape[0] * shape[1] * shape[2]
+                room = np.frombuffer(memoryview((ctypes.c_char * size).from_address(address)), kind).reshape(shape)
+                room[...] = source(frame, channel)
+                return 0
+            except BaseException as error:  # ctypes would print and forget it
+                self._watch.error = error
+                return 1
+
+        o = _abi.PlanOptions(wish=ctypes.pointer(self._wish), channels=values, density=density, exact=exact,
+                             frame=_abi.bccsplat_source_fn(give))
+        if levels is not None:
+            o.set_mask |= _abi.PLAN_SET_LEVELS
+        when = None if times is None else np.ascontiguousarray(times, np.float64)
+        if when is not None:
+            if when.size != dims[3]:
+                raise ValueError("times are those of all %d frames, not %d" % (dims[3], when.size))
+            o.times = when.ctypes.data
+        self._create("plan_create", device.pointer, byref(o), watch=self._watch)
+
+    @property
+    def text(self) -> str:
+        """What was chosen and why."""
+        text = ctypes.c_char_p()
+        call("plan_get_text", self.pointer, byref(text))
+        return decode(text.value)
+
+    def writer_options(self) -> _abi.WriterOptions:
+        """The C struct of all that was chosen; it belongs to the plan, until refine."""
+        options = _abi.WriterOptions()
+        call("plan_get_writer_options", self.pointer, byref(options))
+        return options
+
+    def writer(self, target: Union[str, "os.PathLike[str]"]) -> Writer:
+        """A writer with these options, which is given all frames."""
+        return Writer.of_plan(self.device, target, self, self._watch)
+
+    def refine(self) -> None:
+        """Makes the plan finer, after a writer missed the psnr. Raises NOT_FOUND where nothing is left to try."""
+        call("plan_refine", self.pointer)
+
+
+def choose_type(kind: Any) -> int:
+    """The constant of a numpy type."""
+    if kind.str[1:] not in TYPES:
+        raise ValueError("values are numbers of 1 to 8 bytes, not %r" % (kind,))
+    return TYPES[kind.str[1:]]
+
+
+def save_planned(device: Device, path: Union[str, "os.PathLike[str]"], frames: Source, dims: Sequence[int],
+                 times: Sequence[float], attributes: Mapping[str, str], **options: Any) -> _abi.WriterReport:
+    """Writes a series by a plan of it; where a PSNR is missed once more, by a finer one."""
+    with Plan(device, dims, frames, times=times, **options) as plan:
+        while True:
+            try:
+                return write_once(plan, path, frames, times, attributes)
+            except Error as error:
+                if error.status != _abi.ERROR_BOUND_NOT_MET:
+                    raise
+            plan.refine()
+
+
+def write_once(plan: Plan, path: Union[str, "os.PathLike[str]"], frames: Source, times: Sequence[float],
+               attributes: Mapping[str, str]) -> _abi.WriterReport:
+    """Writes all frames by a plan as it is."""
+    with plan.writer(path) as writer:
+        for key, value in attributes.items():
+            writer.set_attribute(key, value)
+        for t, time in enumerate(times):
+            for channel in range(plan.writer_options().channel_count):
+                writer.add_frame(frames(t, channel), time, channel)
+        return writer.finish()

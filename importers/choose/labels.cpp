@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "choose/labels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "choose/series_writer.h"
+#include "readers/error.h"
+
+namespace bcc4 {
+namespace {
+
+constexpr size_t kMostLabels = 64; // smooth fields of bytes have more values
+// Of neighbours that are not both air, so many are alike: noise has fewer. Of those that are not, so many
+// differ by more than a value in between: gradations hardly ever do, those of few values least of all.
+constexpr double kAlike = 0.5, kJumps = 0.125, kJumpsOfFew = 0.03;
+constexpr size_t kFew = 16;
+// Classes may lie in each other like shells; a gradation of few values would be in even steps then.
+constexpr float kUneven = 1.5;
+
+// The values of a channel, rising; empty: too many.
+std::vector<float> values_of(const SeriesSample& sample, size_t channel) {
+  std::set<float> values;
+  for (const SampleStretch& s : sample.stretches)
+    for (const float v : s.values[channel]) {
+      if (std::isfinite(v)) values.insert(v);
+      if (values.size() > kMostLabels) return {};
+    }
+  return {values.begin(), values.end()};
+}
+
+bool in_even_steps(const std::vector<float>& values) {
+  float least = INFINITY, most = 0;
+  for (size_t i = 1; i < values.size(); ++i) {
+    least = std::min(least, values[i] - values[i - 1]);
+    most = std::max(most, values[i] - values[i - 1]);
+  }
+  return most < kUneven * least;
+}
+
+// Neighbours along x.
+struct Neighbours {
+  double all = 0, alike = 0, jumps = 0;
+};
+
+Neighbours compare_neighbours(const SampleStretch& s, size_t channel, const std::vector<float>& values,
+                              double air) {
+  const auto rank = [&](float v) { return std::lower_bound(values.begin(), values.end(), v); };
+  const std::vector<float>& v = s.values[channel];
+  Neighbours n;
+  for (size_t row = 0; row < v.size(); row += s.box.dims[0]) {
+    for (size_t i = row + 1; i < row + s.box.dims[0]; ++i) {
+      const float a = v[i - 1], b = v[i];
+      if (!std::isfinite(a) || !std::isfinite(b) || (a == b && a == air)) continue;
+      ++n.all;
+      if (a == b)
+        ++n.alike;
+      else if (std::abs(rank(a) - rank(b)) > 1)
+        ++n.jumps;
+    }
+  }
+  return n;
+}
+
+// has_steps: a source of integers, scaled or not.
+bool is_labels(const SeriesSample& sample, size_t channel, double air, bool has_steps, Watch& watch) {
+  const std::vector<float> values = values_of(sample, channel);
+  const bool whole =
+      std::all_of(values.begin(), values.end(), [](float v) { return v == std::nearbyint(v); });
+  if (values.size() < 2 || !(has_steps || whole || values.size() == 2)) return false;
+  Neighbours n;
+  for (const SampleStretch& s : sample.stretches) {
+    watch.go_on();
+    const Neighbours of_box = compare_neighbours(s, channel, values, air);
+    n.all += of_box.all, n.alike += of_box.alike, n.jumps += of_box.jumps;
+  }
+  if (n.alike < kAlike * n.all || n.alike == n.all) return false;
+  if (values.size() == 2) return true; // there is nothing in between
+  const bool few = values.size() <= kFew;
+  return (few && !in_even_steps(values)) || n.jumps > (few ? kJumpsOfFew : kJumps) * (n.all - n.alike);
+}
+
+} // namespace
+
+std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSample& sample,
+                              const std::vector<double>& air, Watch& watch) {
+  std::vector<bool> labels;
+  for (size_t c = 0; c < series.channels.size(); ++c)
+    labels.push_back(is_labels(sample, c, air[c], source_step(series.channels[c]) > 0, watch));
+  return labels;
+}
+
+bool has_wide_integers(const Channel& channel) {
+  return !channel.scaled() && !is_float(channel.precision) && type_size(channel.precision) > 2;
+}
+
+double bound_of_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
+                       const std::vector<double>& air) {
+  constexpr double kept = 1 << 16;  // the field of their grid is off by a 500000th of the largest one
+  constexpr double exact = 1 << 24; // whole numbers up to this are, as floats
+  double largest = 0;
+  for (size_t c = 0; c < ranges.size(); ++c) {
+    if (ranges[c].empty() || !has_wide_integers(series.channels[c])) continue;
+    const auto reach = [&](double v) { return std::max(std::abs(v), std::abs(v - air[c])); };
+    const double most = std::max(reach(ranges[c].min), reach(ranges[c].max));
+    if (most > exact)
+      fail_input(
+          series.files.front().path, ": channel '", series.channels[c].name, "' has labels, ", ranges[c].min,
+          " to ", ranges[c].max,
+          ", and whole numbers come back exactly up to 16777216: number the labels anew, such as 0, 1, "
+          "2 ..., or store them as values that may be off, on a Cartesian lattice (cc)");
+    largest = std::max(largest, most);
+  }
+  return largest > kept ? kWholeBound : 0;
+}
+
+} // namespace bcc4

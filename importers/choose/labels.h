@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Labels: numbers of categories, between which there is nothing. A lattice that blends them makes up others.
+#pragma once
+
+#include <vector>
+
+#include "choose/sample.h"
+
+namespace bcc4 {
+
+// Returns by channel whether it has labels: integers, or floats that are whole numbers or only two, of few
+// values, most of them as their neighbours, that change by jumps rather than from one value to the next, or
+// are very few and unevenly apart.
+[[nodiscard]] std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSample& sample,
+                                            const std::vector<double>& air, Watch& watch);
+
+// Returns whether a channel has integers of more than 16 bits, which are stored as floats.
+[[nodiscard]] bool has_wide_integers(const Channel& channel);
+
+// An error that leaves whole numbers theirs when they are rounded.
+inline constexpr double kWholeBound = 0.25;
+
+// Returns the bound that labels on their own grid need to come back whole, 0 where they do by themselves.
+// Throws for those that floats cannot tell apart. ranges: of all frames, by channel.
+[[nodiscard]] double bound_of_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
+                                     const std::vector<double>& air);
+
+} // namespace bcc4

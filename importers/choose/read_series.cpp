@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "choose/read_series.h"
+
+#include "readers/read_ahead.h"
+#include "readers/text.h"
+
+namespace bcc4 {
+
+void read_series(FrameReader& reader, const FrameSpan& span, const char* label, Watch& watch,
+                 const TakeFrame& take) {
+  const SeriesDescription& s = reader.description();
+  const uint64_t total = source_bytes(s) / s.dims[3] * (span.end - span.first);
+  ReadAhead frames(reader, span.first, span.end);
+  uint64_t done = 0;
+  for (uint64_t f = span.first; f < span.end; ++f)
+    for (uint32_t c = 0; c < s.channels.size(); ++c) {
+      watch.go_on();
+      take(f, c, frames.next());
+      done += frame_bytes(s, c);
+      watch.show({label, done, total, concat("frame ", f + 1, "/", s.dims[3])});
+    }
+}
+
+} // namespace bcc4

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an import has to find out about a series before it can write it.
+#pragma once
+
+#include "choose/plan.h"
+#include "choose/search.h"
+#include "choose/series_writer.h"
+#include "readers/frame_reader.h"
+
+namespace bcc4 {
+
+struct Unsettled {
+  ErrorBound bound;             // to be kept by the smallest file that does
+  bool open_store = false;      // may the store be one that was not asked for?
+  bool auto_time_scale = false; // --time-scale auto
+  bool auto_lattice = false;    // the lattice, or its distances
+  double density = 0;        // sites per source sample; 0: half of them, or as the lattice has at distance 1
+  bool exact = false;        // values as precise as the source's
+  bool everything = false;   // whatever a plan can show
+  Watch* progress = nullptr; // whoever waits; never null
+};
+
+// Scans and samples the series as far as something is left to find out, and completes the settings and the
+// plan.
+void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
+                   WriterSettings& settings, ImportPlan& plan);
+
+} // namespace bcc4

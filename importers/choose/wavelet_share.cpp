@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "choose/wavelet_share.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "choose/sample.h"
+#include "choose/trial.h"
+
+namespace bcc4 {
+namespace {
+
+constexpr double kShares[] = {.42, .25, .15, .09};
+
+// Boxes of one tile through one slab: an eighth of the series, so that all trials cost less than its import.
+SampleSize size_of_trials(const std::array<uint64_t, 4>& dims) {
+  constexpr uint64_t tile = 64, slab = 16, part = 8, least = uint64_t{1} << 17, most = uint64_t{1} << 22;
+  return {std::clamp(dims[0] * dims[1] * dims[2] * dims[3] / part, least, most), tile, slab};
+}
+
+// Returns the bytes of all boxes, each for what it stands for.
+double bytes_of(const Device& device, const SeriesDescription& series, const SeriesSample& sample,
+                const WriterSettings& settings, const std::vector<ChannelScan>& scans, Watch& watch) {
+  double bytes = 0;
+  for (const SampleStretch& stretch : sample.stretches) {
+    const SeriesDescription part = describe_stretch(series, stretch);
+    const Writer writer = create_writer(device, "", part, settings, scans, stretch.frames);
+    auto report = sized<bccsplat_writer_report>();
+    if (!write_stretch(writer, part, stretch, watch, &report)) return std::numeric_limits<double>::infinity();
+    bytes += stretch.weight * static_cast<double>(report.bytes_values + report.bytes_corrections);
+  }
+  return bytes;
+}
+
+} // namespace
+
+double choose_wavelet_share(FrameReader& reader, const Device& device, const WriterSettings& settings,
+                            const std::vector<ChannelScan>& scans, const std::vector<double>& air,
+                            Watch& watch) {
+  const SeriesDescription& s = reader.description();
+  const SeriesSample sample = sample_series(reader, air, size_of_trials(s.dims), watch);
+  WriterSettings tried = settings;
+  tried.levels = 0, tried.psnr = 0, tried.ends = BCCSPLAT_ENDS_MIRROR, tried.periodic = 0;
+  double best = kShares[0], fewest = std::numeric_limits<double>::infinity();
+  for (const double share : kShares) {
+    tried.wavelet_errors.assign(s.channels.size(), share * settings.abs_error);
+    const double bytes = bytes_of(device, s, sample, tried, scans, watch);
+    if (bytes > fewest) break;
+    fewest = bytes, best = share;
+  }
+  return best;
+}
+
+} // namespace bcc4
