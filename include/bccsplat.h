@@ -1461,7 +1461,7 @@ enum {
  *              weighted by its distance and splatted as a 3D Gaussian exp(-2 r^2), the sum divided
  *              by that of a lattice without ends. Series of samples, on D4* or Cartesian, without
  *              thickness, interval, spacing and lattice. No trails; the kernel is "paper". Beyond
- *              the ends of the domain are no points, so that values fall off within 2 T of them.
+ *              the ends of the domain stand mirror images of the points inside, as for every slice.
  */
 typedef int32_t bccsplat_method;
 enum {

@@ -13,25 +13,51 @@
 namespace bccsplat {
 namespace {
 
-// The sites of one layer that are kept, in lattice units from source sample 0, which are handed to
-// body(position, value) brick by brick.
+// Where a plane of sites and its mirror images beyond the ends of the lattice stand along an axis, in lattice
+// units from source sample 0.
+using Places = std::vector<double>;
+
+// Returns the plane inside that stands for one beyond the ends.
+size_t folded(int32_t plane, int32_t last) {
+  const int32_t period = 2 * last, turned = (plane % period + period) % period;
+  return static_cast<size_t>(std::min(turned, period - turned));
+}
+
+// Returns them by plane; images that no point of the domain sees are left out.
+std::vector<Places> places_along(const Lattice4& lattice, size_t axis) {
+  const double d = lattice.space.plane_distance(), reach = paper_reach / d;
+  const int32_t last = lattice.space.last[axis], before = lattice.before[axis];
+  const int32_t begin = std::min(0, static_cast<int32_t>(std::floor(before - reach)) + 1);
+  const int32_t end =
+      std::max(last, static_cast<int32_t>(std::ceil(before + lattice.inner_planes(axis) + reach)) - 1);
+  std::vector<Places> places(lattice.space.planes(axis));
+  for (int32_t plane = begin; plane <= end; ++plane)
+    places[folded(plane, last)].push_back(d * (plane - before));
+  return places;
+}
+
+// The sites of one layer that are kept and their mirror images, in lattice units from source sample 0, which
+// are handed to body(position, value) brick by brick.
 struct LayerSites {
-  const Lattice4& lattice;
+  const std::array<std::vector<Places>, 3>& places;
   const BrickLayer& layer;
   double time; // of the layer
 
   template<class Body> void each(size_t slot, const Body& body) const {
     const Brick* brick = layer.brick(slot);
     if (!brick) return;
-    const double d = lattice.space.plane_distance();
     const Int3 b = layer.slot_position(slot);
-    const auto at = [&](size_t a, int site) {
-      return d * (lattice.space.plane(layer.coset(), b[a] * brick_edge + site) - lattice.before[a]);
+    const auto of = [&](size_t a, int site) -> const Places& {
+      return places[a][layer.lattice().plane(layer.coset(), b[a] * brick_edge + site)];
     };
-    for (int s = 0; s < brick_sites; ++s)
-      if (brick->kept[s / brick_edge] >> s % brick_edge & 1)
-        body(Vec4{at(0, s % brick_edge), at(1, s / brick_edge % brick_edge), at(2, s / brick_rows), time},
-             brick->value[s]);
+    for (int s = 0; s < brick_sites; ++s) {
+      if (!(brick->kept[s / brick_edge] >> s % brick_edge & 1)) continue;
+      const Places &x = of(0, s % brick_edge), &y = of(1, s / brick_edge % brick_edge),
+                   &z = of(2, s / brick_rows);
+      for (const double at_z : z)
+        for (const double at_y : y)
+          for (const double at_x : x) body(Vec4{at_x, at_y, at_z, time}, brick->value[s]);
+    }
   }
 };
 
@@ -74,14 +100,18 @@ Extraction::Found Extraction::collect(const SampleSource& source, int channel, c
   TouchReach touch;
   for (size_t a = 0; a < 4; ++a) touch.samples[a] = paper_reach / scale_[a];
   const TouchedSamples touched(source, h, touch);
-  // The layers beyond the ends of a periodic series are those at its other end.
-  const auto beyond =
-      lattice.periodic ? static_cast<int32_t>(std::ceil(paper_reach / lattice.layer_distance())) : 0;
+  // Layers beyond the ends are mirror images, of a periodic series those at its other end.
+  const double reach = paper_reach / lattice.layer_distance(), end = lattice.last_frame() / lattice.time_step;
+  const int32_t first_layer = std::min(0, static_cast<int32_t>(std::floor(lattice.lead - reach)) + 1);
+  const int32_t last_layer =
+      std::max(lattice.last_layer, static_cast<int32_t>(std::ceil(lattice.lead + end + reach)) - 1);
+  const std::array<std::vector<Places>, 3> places{places_along(lattice, 0), places_along(lattice, 1),
+                                                  places_along(lattice, 2)};
   Found found;
-  for (int32_t m = -beyond; m < lattice.layers() + beyond; ++m) {
-    context.progress.advance(m + beyond, lattice.layers() + 2 * beyond);
+  for (int32_t m = first_layer; m <= last_layer; ++m) {
+    context.progress.advance(m - first_layer, last_layer + 1 - first_layer);
     const BrickLayer layer = touched.read_layer(channel, lattice.mirror_layer(m), {}, context);
-    const LayerSites sites{lattice, layer, (m - lattice.lead) * lattice.layer_distance()};
+    const LayerSites sites{places, layer, (m - lattice.lead) * lattice.layer_distance()};
     std::vector<uint64_t> first(layer.brick_slots() + 1); // of each brick's points
     context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
       sites.each(slot, [&](const Vec4& p, float) {

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "tests/support/fields.h"
 #include "tests/unit/slice/hyperplanes.h"
+#include "view/view.h"
 
 namespace bccsplat {
 namespace {
@@ -40,7 +41,8 @@ class ExtractionTest : public testing::Test {
   }
 };
 
-// Values are the sum over the 4D Gaussian, on either lattice, and gradients are their differences.
+// Values are the sum over the 4D Gaussian, on either lattice, with mirror images beyond the ends, and
+// gradients are their differences.
 class ExtractionSum : public ExtractionTest, public testing::WithParamInterface<LatticeKind> {};
 
 INSTANTIATE_TEST_SUITE_P(Lattices, ExtractionSum, testing::Values(LatticeKind::d4star, LatticeKind::cc));
@@ -55,7 +57,7 @@ TEST_P(ExtractionSum, IsTheSumOverThe4DGaussian) {
     const Hyperplane h = through(normal, {9, 8.6, 9.2, 8});
     const PlaneAxes axes = plane_axes(h);
     const Extraction extraction(samples, 0, h, axes, context.get());
-    const auto points = points_of(axes, 3.2, 60);
+    const auto points = points_of(axes, 0.03, 90);
     std::vector<float> values(points.size()), moved(points.size());
     std::vector<std::array<float, 3>> gradients(points.size());
     EXPECT_EQ(extraction.sample(points, values, gradients, context.get()), 0u);
@@ -76,19 +78,24 @@ TEST_P(ExtractionSum, IsTheSumOverThe4DGaussian) {
       for (size_t i = 0; i < 4; ++i)
         for (size_t k = 0; k < 3; ++k) q[i] += points[n][k] * axes.basis[k][i];
       double sum = 0, weights = 0;
-      for (int32_t m = 0; m < lattice.layers(); ++m) {
-        const int c = lattice.coset(m);
+      constexpr int beyond = 3; // sites of which images are in reach
+      for (int32_t m = -beyond; m < lattice.layers() + beyond; ++m) {
+        const int c = lattice.coset(m + 2 * beyond);
         const Int3 sites = lattice.space.dims(c);
-        for (int z = 0; z < sites[2]; ++z)
-          for (int y = 0; y < sites[1]; ++y)
-            for (int x = 0; x < sites[0]; ++x) {
+        for (int z = -beyond; z < sites[2] + beyond; ++z)
+          for (int y = -beyond; y < sites[1] + beyond; ++y)
+            for (int x = -beyond; x < sites[0] + beyond; ++x) {
               const Vec3 s = lattice.site_position(c, {x, y, z});
               const double t = (q[3] - lattice.layer_frame(m)) * time_unit;
               double r2 = t * t;
               for (size_t a = 0; a < 3; ++a) r2 += std::pow((q[a] - s[a]) / unit[a], 2);
               if (!(r2 < 4)) continue;
+              const Vec3 own =
+                  lattice.site_position(c, {lattice.space.mirror(0, c, x), lattice.space.mirror(1, c, y),
+                                            lattice.space.mirror(2, c, z)});
               weights += std::exp(-2 * r2);
-              sum += std::exp(-2 * r2) * f({s[0], s[1], s[2], lattice.layer_frame(m)});
+              sum += std::exp(-2 * r2) *
+                     f({own[0], own[1], own[2], lattice.layer_frame(lattice.mirror_layer(m))});
             }
       }
       ASSERT_NEAR(values[n], 5 + sum / weights, 0.01 * std::fabs(sum / weights) + 1e-3);
@@ -104,21 +111,28 @@ TEST_F(ExtractionTest, ListsThePointsInReach) {
   std::vector<float> uvw(3 * extraction.points()), weighted(extraction.points());
   ASSERT_EQ(extraction.list(extraction.points(), uvw.data(), weighted.data(), context.get().progress),
             extraction.points());
-  // All sites that are within 2 T of the hyperplane.
+  // All sites that are within 2 T of the hyperplane, and their mirror images that are no further beyond the
+  // ends.
   const Vec3 unit = lattice.lattice_unit();
   const Vec4 unit4{unit[0], unit[1], unit[2], lattice.time_step / lattice.layer_distance()};
   double across = 0;
   for (size_t i = 0; i < 4; ++i) across += std::pow(h[i] * unit4[i], 2);
+  const auto in_reach = [&](const Vec4& s) {
+    for (size_t a = 0; a < 4; ++a)
+      if (s[a] <= -2 * unit4[a] || s[a] >= lattice.domain_end(a) + 2 * unit4[a]) return false;
+    const double d = h[0] * s[0] + h[1] * s[1] + h[2] * s[2] + h[3] * s[3] + h[4];
+    return d * d < 4 * across;
+  };
   size_t count = 0;
-  for (int32_t m = 0; m < lattice.layers(); ++m) {
-    const int c = lattice.coset(m);
+  constexpr int beyond = 3;
+  for (int32_t m = -beyond; m < lattice.layers() + beyond; ++m) {
+    const int c = lattice.coset(m + 2 * beyond);
     const Int3 sites = lattice.space.dims(c);
-    for (int z = 0; z < sites[2]; ++z)
-      for (int y = 0; y < sites[1]; ++y)
-        for (int x = 0; x < sites[0]; ++x) {
+    for (int z = -beyond; z < sites[2] + beyond; ++z)
+      for (int y = -beyond; y < sites[1] + beyond; ++y)
+        for (int x = -beyond; x < sites[0] + beyond; ++x) {
           const Vec3 s = lattice.site_position(c, {x, y, z});
-          const double d = h[0] * s[0] + h[1] * s[1] + h[2] * s[2] + h[3] * lattice.layer_frame(m) + h[4];
-          count += d * d < 4 * across ? 1 : 0;
+          count += in_reach({s[0], s[1], s[2], lattice.layer_frame(m)}) ? 1 : 0;
         }
   }
   EXPECT_EQ(extraction.points(), count);
@@ -128,14 +142,32 @@ TEST_F(ExtractionTest, ListsThePointsInReach) {
     for (size_t i = 0; i < 4; ++i) { // in the domain, but for the projection along the normal
       double p = axes.origin[i];
       for (size_t k = 0; k < 3; ++k) p += uvw[3 * n + k] * axes.basis[k][i];
-      ASSERT_GE(p, -2);
-      ASSERT_LE(p, lattice.dims[i] + 1.0);
+      ASSERT_GE(p, -4);
+      ASSERT_LE(p, lattice.dims[i] + 3.0);
     }
   }
   EXPECT_LE(high, 3.0001);
   EXPECT_GE(low, 3 * std::exp(-8.0) * 0.999);
   EXPECT_GT(high, 2.9);
   EXPECT_LT(low, 0.01);
+}
+
+// A constant is one up to the ends of the domain: in the corners too nothing falls off, nor where images of
+// images are in reach.
+TEST_P(ExtractionSum, ConstantsReachTheEnds) {
+  for (const std::array<uint32_t, 4>& dims : {std::array<uint32_t, 4>{20, 18, 19, 17}, {2, 18, 1, 17}}) {
+    lattice = Lattice4::fit(GetParam(), dims);
+    const auto samples = sample_field(lattice, [](const Vec4&) { return 3.0; });
+    for (const double t : {0.0, 7.3, 16.0}) {
+      const Hyperplane h{0, 0, 0, 1, -t};
+      const Extraction extraction(samples, 0, h, plane_axes(h), context.get());
+      const auto box = box_corners({0, 0, 0}, {dims[0] - 1.0, dims[1] - 1.0, dims[2] - 1.0});
+      const std::vector<Vec3> corners(box.begin(), box.end());
+      std::vector<float> values(corners.size());
+      EXPECT_EQ(extraction.sample(corners, values, {}, context.get()), 0u);
+      for (const float v : values) EXPECT_NEAR(v, 3, 0.02) << t;
+    }
+  }
 }
 
 TEST_F(ExtractionTest, OutsideAndUnsupported) {
