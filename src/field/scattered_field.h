@@ -3,6 +3,7 @@
 // place of coefficients.
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "base/vec.h"
@@ -29,6 +30,9 @@ class ScatteredField {
   // Splats all points within reach of a sheet onto samples that are 0, relative to the base. Returns whether
   // there were any. A sample's value does not depend on which others are asked for.
   [[nodiscard]] virtual bool splat(const ScatterSheet& sheet) const = 0;
+  // Hands every point to body(place, value, share): lattice units of the slice, the sample relative to the
+  // base, and the part of it that counts there.
+  virtual void each_point(const std::function<void(const Vec3&, float, float)>& body) const = 0;
 };
 
 } // namespace bccsplat

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A coefficient stands for the value at its site. Opacities are added up by planes of the lattice, along each
-// axis, and the outermost planes that hold next to nothing of all are left out.
+// A coefficient stands for the value at its site, a scattered point for its sample. Opacities are added up by
+// planes of the lattice, along each axis, and the outermost planes that hold next to nothing of all are left
+// out.
 #include "scene/seen_box.h"
 
 #include <algorithm>
@@ -27,6 +28,9 @@ class SeenPlanes {
     for (int c = 0; c < slice.lattice.cosets(); ++c)
       for (size_t s = 0; s < slice.coset[c].brick_slots(); ++s)
         if (const Brick* b = slice.coset[c].brick(s)) add(c, slice.coset[c].slot_position(s), *b);
+    if (slice.scattered)
+      slice.scattered->each_point(
+          [&](const Vec3& at, float value, float share) { add(at, share * opacity(value)); });
   }
 
   [[nodiscard]] bool any() const { return total_ > 0; }
@@ -43,6 +47,15 @@ class SeenPlanes {
   [[nodiscard]] double opacity(float coefficient) const {
     const double at = (slice_.base + static_cast<double>(coefficient) - low_) * per_value_;
     return opacity_[static_cast<size_t>(std::clamp(at + 0.5, 0.0, opacity_entries - 1.0))];
+  }
+  // Of a point that stands on no plane, on those next to it.
+  void add(const Vec3& at, double seen) {
+    for (size_t a = 0; a < 3; ++a) {
+      const double last = static_cast<double>(seen_[a].size()) - 1;
+      seen_[a][static_cast<size_t>(
+          std::clamp(std::round(at[a] / slice_.lattice.plane_distance()), 0.0, last))] += seen;
+    }
+    total_ += seen;
   }
   void add(int coset, const Int3& place, const Brick& brick) {
     const Int3 dims = slice_.coset[coset].dims();

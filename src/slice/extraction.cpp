@@ -104,6 +104,14 @@ void Extraction::at(std::span<const Vec3> points, std::span<float> values, std::
   }
 }
 
+void Extraction::each_point(const std::function<void(const Vec3&, float, float)>& body) const {
+  const Affine3 back = of_lattice_.inverse();
+  for (const Point& p : points_) {
+    const float share = std::exp(-static_cast<float>(paper_gaussian) * p.d2);
+    body(back.point({p.at[0], p.at[1], p.at[2]}), p.weighted / share, share);
+  }
+}
+
 // A sheet as the points see it, and what adds one of them to its samples.
 struct Extraction::Splats {
   const ScatterSheet& sheet;

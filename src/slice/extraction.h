@@ -51,6 +51,7 @@ class Extraction final : public ScatteredField {
 
   void at(std::span<const Vec3> points, std::span<float> values, std::span<Vec3> gradients) const override;
   [[nodiscard]] bool splat(const ScatterSheet& sheet) const override;
+  void each_point(const std::function<void(const Vec3&, float, float)>& body) const override;
 
  private:
   using Found = std::vector<std::vector<Point>>; // by layer

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -60,6 +62,31 @@ TEST(SeenBox, IsInTheWorld) {
       },
       "default", world);
   expect_box(seen_box(slice, shows_from(0.5)), {50, 21, 4}, {70, 51, 14}, 7);
+}
+
+// Points on no lattice: every sample of a slice as one, and next to nothing of a second row of them far away.
+class Scattered final : public ScatteredField {
+ public:
+  void at(std::span<const Vec3>, std::span<float>, std::span<Vec3>) const override {}
+  [[nodiscard]] bool splat(const ScatterSheet&) const override { return false; }
+  void each_point(const std::function<void(const Vec3&, float, float)>& body) const override {
+    for (int z = 0; z < 24; ++z)
+      for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < 40; ++x) {
+          const double d = std::hypot(x - 12, y - 20, z - 9);
+          body({x * 1.0, y * 1.0, z * 1.0}, d < 5.5 ? 1 : 0, 1);
+        }
+    for (int x = 0; x < 40; ++x) body({x * 1.0, 31, 23}, 1, 1e-4f);
+  }
+};
+
+TEST(SeenBox, IsAroundScatteredPoints) {
+  Slice slice = make_slice({40, 32, 24}, [](double, double, double) { return 0.0; });
+  slice.scattered = std::make_shared<Scattered>();
+  slice.bounds = {0, 1};
+  slice.lattice_to_slice = {};
+  expect_box(seen_box(slice, shows_from(0.5)), {7, 15, 4}, {17, 25, 14}, 2.5);
+  expect_box(seen_box(slice, shows_from(2)), {0, 0, 0}, {39, 31, 23}, 0.1);
 }
 
 } // namespace
