@@ -14,10 +14,11 @@
 #include "kernel/cc_kernel.h"
 #include "kernel/kernel_time.h"
 #include "points/sample_source.h"
+#include "slice/coarser_plane.h"
 #include "slice/even_slice.h"
 #include "slice/gaussian_mean.h"
-#include "slice/lowpass_slice.h"
 #include "slice/occupancy.h"
+#include "slice/plane_spacing.h"
 #include "slice/thick_field.h"
 #include "slice/touched_samples.h"
 
@@ -35,33 +36,6 @@ constexpr int planes_outside = 2;
 // Samples that are read at once may take one part in so many of the coefficient cache; the rest is for the
 // coefficients made of them.
 constexpr uint64_t held_part = 4;
-
-// Returns how much finer a lattice has to be along a direction of slice space that runs along uneven axes.
-double refinement(const UnevenAxes& axes, const Vec4& direction) {
-  double most = 1;
-  for (size_t a = 0; a < 3; ++a)
-    if (axes.uneven(a)) most = std::max(most, std::fabs(direction[a]) * wanted_refinement(axes, a));
-  return most;
-}
-
-// Returns the distances of the target lattice along its axes.
-Vec3 spacings(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes) {
-  Vec3 spacing;
-  for (size_t k = 0; k < 3; ++k) {
-    const double density = lattice_density(lattice, axes.basis[k]);
-    spacing[k] = options.spacing > 0 ? options.spacing : 1 / std::max(density, 1.0);
-    if (options.even && options.spacing == 0)
-      spacing[k] /= std::min(refinement(*options.even, axes.basis[k]), most_refined);
-  }
-  return spacing;
-}
-
-// Returns how far beyond the ends of the domain, in index units, sites are filled in, for the slice's filter
-// and kernel.
-double margin_of(const Slice& slice, double unit) {
-  return unit * (slice.kernel.space.radius +
-                 (prefilter_reach(slice.kernel.prefilter3).space + 2) * slice.lattice.plane_distance());
-}
 
 // Returns the reach of the volume's kernel in index units and frames.
 Vec4 kernel_reach(const Coefficients& coefficients) {
@@ -129,9 +103,9 @@ struct PlaneReads {
 PlaneReads reads_of(const Coefficients& coefficients, const Slice& slice, const PlaneExtent& extent,
                     const PlaneOptions& options) {
   const Lattice4& lattice = coefficients.source().lattice();
-  const Vec3 spacing = spacings(lattice, options, {slice.origin, slice.basis});
+  const Vec3 spacing = plane_spacings(lattice, options, {slice.origin, slice.basis});
   PlaneReads r;
-  r.margin = margin_of(slice, *std::max_element(spacing.begin(), spacing.end()));
+  r.margin = slice_margin(slice, *std::max_element(spacing.begin(), spacing.end()));
   r.reach = touch_reach(coefficients, r.margin, options.thickness.length);
   const Vec4 around = value_reach(coefficients, options);
   for (size_t a = 0; a < 4; ++a) r.reach.samples[a] = std::max(r.reach.samples[a], around[a]);
@@ -284,7 +258,7 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
 // beyond its ends.
 Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes,
                         const PlaneExtent& extent) {
-  const Vec3 spacing = spacings(lattice, options, axes);
+  const Vec3 spacing = plane_spacings(lattice, options, axes);
   Lattice4 target;
   target.kind = options.target;
   target.space.bcc = options.target == LatticeKind::bcc;
@@ -338,49 +312,13 @@ void fill_evenly(Slice& slice, const Coefficients& coefficients, const PlaneOpti
   slice.base = field.base(), slice.air = field.air();
   const Lattice4& lattice = coefficients.source().lattice();
   const PlaneAxes axes{slice.origin, slice.basis};
-  const Vec3 spacing = spacings(lattice, options, axes);
-  const double margin = margin_of(slice, *std::max_element(spacing.begin(), spacing.end()));
+  const Vec3 spacing = plane_spacings(lattice, options, axes);
+  const double margin = slice_margin(slice, *std::max_element(spacing.begin(), spacing.end()));
   const Wanted wanted{lattice, nullptr, margin, {}, options.even.get()};
   for (const Vec4& b : slice.basis)
-    slice.lacking = std::max(slice.lacking, refinement(*options.even, b) / most_refined);
+    slice.lacking = std::max(slice.lacking, plane_refinement(*options.even, b) / most_refined);
   filter_samples(slice, target, sample_sites(slice, field, target, wanted, 0, context), coefficients.prune(),
                  context);
-}
-
-// A spacing this much larger than the volume's own asks for a low pass.
-constexpr double coarser_by = 1.02;
-
-// Returns whether the slice's lattice holds less than what it is cut from.
-bool is_coarser(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes) {
-  if (options.spacing == 0 || options.bandwidth) return false;
-  PlaneOptions own = options;
-  own.spacing = 0;
-  const Vec3 finest = spacings(lattice, own, axes);
-  return std::any_of(finest.begin(), finest.end(),
-                     [&](double s) { return options.spacing > coarser_by * s; });
-}
-
-// Returns the samples of a slice that is coarser than the volume: those of `fine`, a slice at the volume's
-// own spacing, low-passed.
-std::vector<BrickLayer> coarser_samples(Slice& slice, const Slice& fine, const Lattice4& lattice,
-                                        const PlaneOptions& options, const Context& context) {
-  const PlaneAxes axes{slice.origin, slice.basis};
-  PlaneOptions own = options;
-  own.spacing = 0;
-  const Vec3 coarse = spacings(lattice, options, axes), finest = spacings(lattice, own, axes);
-  Vec3 unit;
-  for (size_t a = 0; a < 3; ++a) unit[a] = std::max(coarse[a], finest[a]);
-  const double margin = margin_of(slice, *std::max_element(unit.begin(), unit.end()));
-  const auto near = [&](const Vec3& uvw) {
-    for (size_t i = 0; i < 4; ++i) {
-      double p = slice.origin[i];
-      for (size_t k = 0; k < 3; ++k) p += uvw[k] * slice.basis[k][i];
-      if (p < -margin || p > lattice.domain_end(i) + margin) return false;
-    }
-    return true;
-  };
-  slice.base = fine.base, slice.air = fine.air, slice.has_holes = fine.has_holes;
-  return lowpassed_samples(fine, slice, unit, near, context);
 }
 
 // Sets base and air of a slice to those of the volume's field and returns its samples.
@@ -439,7 +377,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const Lattice4 target = target_lattice(lattice, options, axes, extent);
   if (options.even) {
     fill_evenly(slice, coefficients, options, target, context);
-  } else if (is_coarser(lattice, options, axes)) {
+  } else if (coarser_plane(lattice, options, axes)) {
     PlaneOptions own = options;
     own.spacing = 0;
     Slice fine = bare_plane(coefficients, h, own, index_to_world);
@@ -447,7 +385,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
         plane_samples(fine, coefficients, own, target_lattice(lattice, own, axes, extent), extent, context);
     for (size_t c = 0; c < samples.size(); ++c) fine.coset[c] = std::move(samples[c]);
     const Reservation held(context.memory, fine.bytes(), "slice: samples to be low-passed");
-    filter_samples(slice, target, coarser_samples(slice, fine, lattice, options, context),
+    filter_samples(slice, target, lowpassed_plane(slice, fine, lattice, options, context),
                    coefficients.prune(), context);
   } else {
     filter_samples(slice, target, plane_samples(slice, coefficients, options, target, extent, context),
