@@ -53,6 +53,8 @@ double distance_to(const HalfSpace& plane, const Vec3& p) {
 Vec3 meeting_point(const HalfSpace& a, const HalfSpace& b, const HalfSpace& c) {
   const Vec3 bc = cross(b.normal, c.normal);
   const double volume = dot(a.normal, bc);
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  if (volume == 0) return {nan, nan, nan};
   const Vec3 sum =
       a.offset * bc + (b.offset * cross(c.normal, a.normal) + c.offset * cross(a.normal, b.normal));
   return (-1 / volume) * sum;
