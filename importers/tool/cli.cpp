@@ -12,6 +12,16 @@ Option Option::type_name(const std::string& name) const { return Option(option_-
 Option Option::group(const std::string& heading) const { return Option(option_->group(heading)); }
 Option Option::expected(int least, int most) const { return Option(option_->expected(least, most)); }
 
+Command Command::under(const std::string& heading) const {
+  Command same = *this;
+  same.heading_ = heading;
+  return same;
+}
+
+Option Command::added(CLI::Option* option) const {
+  return Option(heading_.empty() ? option : option->group(heading_));
+}
+
 std::string Command::name() const { return app_->get_name(); }
 std::string Command::help() const { return app_->get_description(); }
 
@@ -30,6 +40,7 @@ std::vector<OptionText> Command::options() const {
     for (const std::string& name : option->get_lnames()) text.names.push_back("--" + name);
     if (text.names.empty()) text.names = {option->get_name(true)};
     if (option->get_type_size() != 0) text.value = option->get_type_name();
+    text.heading = option->get_group();
     text.help = option->get_description();
     text.given = option->count() > 0;
   }
@@ -54,12 +65,12 @@ Command Command::add_command(const std::string& name, const std::string& help) c
 }
 
 Option Command::add_flag(const std::string& names, bool& target, const std::string& help) const {
-  return Option(app_->add_flag(names, target, help));
+  return added(app_->add_flag(names, target, help));
 }
 
 template<class Value>
 Option Command::add_option(const std::string& names, Value& target, const std::string& help) const {
-  return Option(app_->add_option(names, target, help));
+  return added(app_->add_option(names, target, help));
 }
 template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
 template Option Command::add_option(const std::string&, std::vector<std::string>&, const std::string&) const;
@@ -70,7 +81,7 @@ template Option Command::add_option(const std::string&, double&, const std::stri
 
 Option Command::add_text(const std::string& names, const std::string& type, const std::string& help,
                          const Read& read) const {
-  return Option(app_->add_option_function<std::string>(names, read, help)->type_name(type));
+  return added(app_->add_option_function<std::string>(names, read, help)->type_name(type));
 }
 
 Option Command::add_texts(const std::string& names, const std::string& type, const std::string& help,
@@ -78,9 +89,9 @@ Option Command::add_texts(const std::string& names, const std::string& type, con
   const auto read_all = [read](const std::vector<std::string>& texts) {
     for (const std::string& text : texts) read(text);
   };
-  return Option(app_->add_option_function<std::vector<std::string>>(names, read_all, help)
-                    ->type_name(type)
-                    ->allow_extra_args(false));
+  return added(app_->add_option_function<std::vector<std::string>>(names, read_all, help)
+                   ->type_name(type)
+                   ->allow_extra_args(false));
 }
 
 namespace {

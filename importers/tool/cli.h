@@ -37,6 +37,7 @@ class Option {
 // An option as help and the manual have it.
 struct OptionText {
   std::vector<std::string> names; // "-o", "--output"; of what is told by its place "FILE"
+  std::string heading;            // of help, that it stands under
   std::string value;              // "FILE", "a|b|c"; "" for a flag
   std::string help;
   bool given = false;
@@ -47,6 +48,8 @@ struct OptionText {
 class Command {
  public:
   explicit Command(CLI::App* app) : app_(app) {}
+  // The same command; what is added through it stands under this heading of its help.
+  [[nodiscard]] Command under(const std::string& heading) const;
   [[nodiscard]] std::string name() const;
   [[nodiscard]] std::string help() const;
   [[nodiscard]] std::vector<Command> commands() const;
@@ -70,7 +73,9 @@ class Command {
                    const Read& read) const;
 
  private:
+  [[nodiscard]] Option added(CLI::Option* option) const;
   CLI::App* app_;
+  std::string heading_; // "": options have no other than that of all
 };
 
 class CommandLine {

@@ -56,6 +56,20 @@ class Help(ToolTest):
             for line in printed('help', command).splitlines():
                 self.assertLessEqual(len(line), WIDTH, (command, line))
 
+    def test_options_of_render_stand_under_headings(self):
+        """Each heading once, in this order, with the options that belong there; the manual has them as well."""
+        page = printed('help', 'render')
+        wanted = {'The moment or plane': '--plane', 'Pictures and films': '--seconds', 'The view': '--zoom',
+                  'Colours and surfaces': '--iso', 'Trails: what moved': '--trail-mode',
+                  'Background and annotation': '--annotate', 'Quality and light': '--step',
+                  "With other programs' pictures": '--deep', 'The work': '--threads'}
+        found = re.findall(r'^(\S.*):$', page.split('Options:\n')[1], re.M)
+        self.assertEqual(found, list(wanted))
+        for heading, option in wanted.items():
+            section = re.split(r'^\S.*:$', page.split(f'\n{heading}:\n')[1], maxsplit=1, flags=re.M)[0]
+            self.assertIn(f'  {option} ', section, heading)
+            self.assertIn(f'\n{heading}:\n', printed('manual').replace('\\-', '-'))
+
     def test_unknown_commands_are_named(self):
         for words in (('help', 'slic'), ('slic',)):
             _, said = self.bcc4(*words, expect=2)

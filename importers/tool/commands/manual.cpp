@@ -79,9 +79,13 @@ std::string manual(Command tool, const std::string& version) {
   for (const CommandText& c : commands) {
     out += ".SS " + roff(c.name) + "\n" + roff(c.help) + "\n";
     if (!c.examples.empty()) out += ".PP\n.nf\n" + roff(c.examples) + "\n.fi\n";
-    for (const Named& o : c.options)
+    const std::string* heading = nullptr;
+    for (const Named& o : c.options) {
+      if (heading && *heading != o.heading) out += ".PP\n" + roff(o.heading) + ":\n";
+      heading = &o.heading;
       out += ".TP\n\\fB" + roff(joined(o.names, ", ")) + "\\fR" +
              (o.value.empty() ? "" : " \\fI" + roff(o.value) + "\\fR") + "\n" + roff(o.help) + "\n";
+    }
   }
   return out + ".SH EXIT STATUS\n.TP\n0\nsuccess\n.TP\n1\na check found damage or a "
                "difference\n.TP\n2\nwrong use\n.TP\n3\n"

@@ -327,7 +327,7 @@ void add_trail(Command command, RenderArguments& a) {
                       "How trail and slice meet (default physical)");
 }
 
-// What is laid under pictures and over them, and how fast they follow each other.
+// What is laid under pictures and over them.
 void add_decoration(Command command, RenderArguments& a) {
   command.add_text(
       "--background", "R,G,B",
@@ -349,6 +349,10 @@ void add_decoration(Command command, RenderArguments& a) {
   command.add_text("--title", "TEXT",
                    "The title of --annotate (default: the file's name); alone: only a title",
                    [&a](const std::string& t) { a.title = t; });
+}
+
+// How fast pictures follow each other.
+void add_films(Command command, RenderArguments& a) {
   command.add_text("--fps", "N[/D]",
                    "EXR and films: rate at which the pictures are to be shown (default 24 for sequences)",
                    [&a](const std::string& t) { a.fps = parse_rate(t); });
@@ -395,18 +399,20 @@ void add_render_options(Command command, RenderArguments& a) {
           "The .png or .exr to write; a pattern such as p.%04d.png for several; or a film of them, .mp4, "
           ".webm or .webp, encoded by ffmpeg")
       .type_name("OUT");
-  add_slice_choice(command, a.which);
-  add_sweep(command, a.which);
-  add_pictures(command, a);
-  add_camera(command, a);
-  add_host(command, a);
-  add_colours(command, a);
-  add_mode(command, a);
-  add_sampling(command, a);
-  add_trail(command, a);
-  add_decoration(command, a);
-  add_deep(command, a);
-  add_work(command, a);
+  const Command which = command.under("The moment or plane"), colours = command.under("Colours and surfaces");
+  add_slice_choice(which, a.which);
+  add_sweep(which, a.which);
+  add_pictures(command.under("Pictures and films"), a);
+  add_films(command.under("Pictures and films"), a);
+  add_camera(command.under("The view"), a);
+  add_mode(colours, a);
+  add_colours(colours, a);
+  add_trail(command.under("Trails: what moved"), a);
+  add_decoration(command.under("Background and annotation"), a);
+  add_sampling(command.under("Quality and light"), a);
+  add_host(command.under("With other programs' pictures"), a);
+  add_deep(command.under("With other programs' pictures"), a);
+  add_work(command.under("The work"), a);
 }
 
 } // namespace bcc4
