@@ -19,9 +19,9 @@
  *   (bccsplat_axis). They run from 0 to n-1 like indices, in proportion to the coordinates of the
  *   samples, monotone cubic between these (formats/bcc4.md, record 0x8009). The affine takes them
  *   to the world; of indices it holds at the corners of the domain alone, as older files and hosts
- *   have it, whose spatial unit is therefore "". Along other axes they are the indices. All that
- *   says index space means indices, the errors and bounds of a file too, but what asks for
- *   BCCSPLAT_SPACE_EVEN.
+ *   have it, whose spatial unit is therefore "". Along other axes they are the indices. Where this
+ *   header says index space it means indices, also for the errors and bounds of a file;
+ *   BCCSPLAT_SPACE_EVEN alone asks for even positions.
  * - time: in the volume's time unit. Frames may be unevenly spaced; times rise strictly.
  * - T: the lattice distance, that of the source samples unless a scale says otherwise; lengths of
  *   kernels and sheet steps are in T. Sites of D4* and BCC stand in two shifted grids, each sparser
@@ -34,34 +34,34 @@
  *   samples in its reach, and blurs instead.
  *
  * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes. A
- * count whose elements no memory could hold (2^57 bytes) is INVALID_ARGUMENT; a capacity may be
- * any, UINT64_MAX too. Arrays and structs are aligned as C aligns their type (a float at a multiple
- * of 4 bytes, a double or uint64_t of 8); what is given as void* (samples of a bccsplat_box, the
- * bytes of a file) may begin anywhere, with strides of any number of bytes.
+ * count of more than 2^57 bytes is INVALID_ARGUMENT. A capacity may be any number, UINT64_MAX
+ * included. Arrays and structs are aligned as C aligns their type (a float at a multiple of 4
+ * bytes, a double or uint64_t of 8); data passed as void* (samples of a bccsplat_box, the bytes of
+ * a file) may begin at any address, with strides of any number of bytes.
  *
  * NUMBERS that a host hands in are finite, and unless their text says otherwise at most 1e30 in
  * magnitude; values of fields (air, ranges, steps, bounds, those of transfer functions and
  * isosurfaces) are those of a float, up to 3.4e38; colours and what multiplies them 0 to 1e9.
  * Others are INVALID_ARGUMENT, at the call that takes them, with the name of the field in the text.
- * The samples of a source are checked as writer_options.nonfinite says; a point or time that is
- * asked for is OUT_OF_DOMAIN where there is none, NaN too.
+ * The samples of a source are checked as writer_options.nonfinite says; a requested point or time
+ * outside the domain, or NaN, is OUT_OF_DOMAIN.
  *
  * IMAGES: origin top left, row 0 is the top. Colour is linear, premultiplied by opacity. Opacity of
  * a transfer function is the fraction absorbed per unit_distance of world length.
  *
- * STRINGS: UTF-8, zero-terminated; what is written into a file and is none is INVALID_ARGUMENT.
- * Paths are the bytes that the system's own calls take. Strings that come from an object live as
- * long as the object.
+ * STRINGS: UTF-8, zero-terminated; a string to be written into a file that is not UTF-8 is
+ * INVALID_ARGUMENT. Paths are the bytes that the system's own calls take. Strings that come from an
+ * object live as long as the object.
  *
- * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), for output structs too:
- * BCCSPLAT_INIT in C, sized() of bccsplat.hpp in C++.
- * A cleared struct (all zero apart from struct_size) asks for the defaults; what has none (a box, a
- * stream, a camera, a transfer function, dims) the caller must fill in. A field whose zero is a
+ * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), also in output structs:
+ * BCCSPLAT_INIT in C, sized() of bccsplat.hpp in C++. A cleared struct (all zero apart from
+ * struct_size) asks for the defaults; structs and fields without defaults (a box, a stream, a
+ * camera, a transfer function, dims) must be filled in by the caller. A field whose zero is a
  * meaningful choice counts only if its bit stands in set_mask. Structs grow only at the end: a
  * caller built against an older header gets the older behaviour; a non-zero tail this library does
- * not know is INVALID_STRUCT_SIZE, and so is a size below 8 and one of an input above 65536. Of an
- * output struct at most struct_size bytes are written, and at most those that this library knows:
- * what a larger one has behind them stays as it was. struct_size stays.
+ * not know is INVALID_STRUCT_SIZE, and so is a size below 8 and one of an input above 65536. The
+ * library writes at most struct_size bytes of an output struct, and at most those that it knows:
+ * the rest of a larger struct stays as it was. struct_size stays.
  *
  * STATUS: every call that can fail returns a bccsplat_status. On failure output handles are NULL
  * (what the variable held before is overwritten in any case, not released) and other outputs are
@@ -111,8 +111,8 @@
  * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps the
  * locale as it is, and has no state outside its objects but the error text of each thread. It may
  * be unloaded when the last object is released. It computes in a floating-point environment of its
- * own (round to nearest, no traps, gradual underflow), in which it calls back, too: a host's
- * rounding mode, traps and flags neither matter nor change.
+ * own (round to nearest, no traps, gradual underflow), also while it calls back: a host's rounding
+ * mode, traps and flags neither matter nor change.
  */
 #ifndef BCCSPLAT_H
 #define BCCSPLAT_H
@@ -173,7 +173,7 @@ enum {
   BCCSPLAT_ERROR_PERMISSION_DENIED = 36,
   BCCSPLAT_ERROR_FILE_EXISTS = 37,
   BCCSPLAT_ERROR_MEMORY_BUDGET = 38,
-  /* Built without it; bccsplat_build_info() tells what is in. */
+  /* The library was built without it; bccsplat_build_info() lists the parts that are in. */
   BCCSPLAT_ERROR_MISSING_FEATURE = 39,
   /* Bytes of a stream are not there yet: bccsplat_last_lacking. */
   BCCSPLAT_ERROR_WOULD_BLOCK = 40,
@@ -230,7 +230,7 @@ typedef struct bccsplat_cancel_token bccsplat_cancel_token;
 BCCSPLAT_API bccsplat_status bccsplat_cancel_token_create(bccsplat_cancel_token** token);
 BCCSPLAT_API void bccsplat_cancel_token_retain(bccsplat_cancel_token* token);
 BCCSPLAT_API void bccsplat_cancel_token_release(bccsplat_cancel_token* token);
-/* Stays until reset. May be called from a signal handler, too. */
+/* Cancels the token until it is reset. May also be called from a signal handler. */
 BCCSPLAT_API bccsplat_status bccsplat_cancel_token_cancel(bccsplat_cancel_token* token);
 /* For calls that begin from now on; those that were under way when it was cancelled end all the
  * same. */
@@ -260,11 +260,11 @@ typedef void (*bccsplat_log_fn)(void* user, bccsplat_log_level level, const char
 typedef void (*bccsplat_task_fn)(void* task, uint64_t index);
 typedef void (*bccsplat_runner_fn)(void* user, uint64_t count, bccsplat_task_fn body, void* task);
 
-/* What draws pictures. The GPU's are those of the CPU to 45 dB and more; some it does not draw
- * (bccsplat_gpu_info). */
+/* The device that draws pictures. The GPU's pictures agree with the CPU's to 45 dB or better;
+ * bccsplat_gpu_info lists those that it does not draw. */
 typedef int32_t bccsplat_backend;
 enum {
-  /* Of render options the device's, of a device AUTO. */
+  /* In render options: the device's backend. In device options: AUTO. */
   BCCSPLAT_BACKEND_DEFAULT = 0,
   /* A graphics card where there is one and it draws the picture, else the CPU; the same for all
    * pictures of a kind, so that none jumps while a camera moves. If the GPU fails, the log says so
@@ -298,7 +298,7 @@ typedef struct bccsplat_device_options {
   uint32_t max_reads;
   /* 0 */
   uint32_t reserved;
-  /* Of all pictures whose render options do not say otherwise. */
+  /* For all pictures whose render options do not choose another one. */
   bccsplat_backend backend;
   /* 0 */
   uint32_t reserved2;
@@ -347,14 +347,14 @@ typedef struct bccsplat_gpu_info {
   const char* version;
 } bccsplat_gpu_info;
 
-/* Opens the GPU, if no picture has. Also: MISSING_FEATURE where there is none, or the library was
- * built without; the last error says what is missing. */
+/* Opens the GPU unless a picture has already done so. Also: MISSING_FEATURE when there is no GPU or
+ * the library was built without; the last error names the missing part. */
 BCCSPLAT_API bccsplat_status bccsplat_device_get_gpu_info(
     bccsplat_device* device, bccsplat_gpu_info* info);
 
 /* ---- Streams of the host ---- */
 
-/* What a bccsplat_read_at_fn returns instead of a number of bytes. */
+/* Value that a bccsplat_read_at_fn may return instead of a number of bytes. */
 enum {
   BCCSPLAT_READ_WOULD_BLOCK = -65536 /* not there yet; `buffer` may hold anything */
 };
@@ -362,13 +362,13 @@ enum {
 /* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure, as
  * more than `size` is; fewer mean that the stream ends there (TRUNCATED). Called from any thread,
  * several at once. A stream whose bytes are on their way answers READ_WOULD_BLOCK. The call that
- * needs them then tries what else it is about to read, as far as it knows where that stands, so
- * that its host hears of that, too, and ends with WOULD_BLOCK; bccsplat_last_lacking lists what it
- * did not get. Where things stand is read first: a time slice asks for tables (index pages, those
- * of corrections), then for chunks, masks and corrections together, a trail for those of all its
- * stills; a slice off the time axis hears of corrections when its chunks are there. Nothing is
- * harmed: what was read stays in the caches, volumes, slices and frames are as before, with
- * salvage, too, and no damage is reported. Made again when the bytes are there the call gives what
+ * needs them then asks for everything else that it is about to read and knows the place of, so that
+ * the host learns of all of it, and ends with WOULD_BLOCK; bccsplat_last_lacking lists the ranges
+ * it did not get. Tables are read first: a time slice asks for index pages and tables of
+ * corrections, then for chunks, masks and corrections together, a trail for those of all its
+ * stills; a slice off the time axis asks for corrections when its chunks are there. Nothing is
+ * harmed: bytes that were read stay in the caches, volumes, slices and frames are as before, also
+ * with salvage, and no damage is reported. Made again when the bytes are there the call gives what
  * it would have given at once, bit for bit. Opening may end so as well, and is begun anew; a join
  * or recoding starts its output over. */
 typedef int64_t (*bccsplat_read_at_fn)(void* user, uint64_t offset, void* buffer, uint64_t size);
@@ -388,7 +388,7 @@ typedef struct bccsplat_read_stream {
   bccsplat_read_at_fn read_at;
   void* user;
   /* Bytes that nobody wants and that are read along where they lie between two wanted ones, to have
-   * one read of both: large where a read costs time, as over a network; 0: 4096. Of chunks a read
+   * one read of both: large where a read costs time, as over a network; 0: 4096. A read of chunks
    * takes at most 262144 bytes, or 16 such gaps where that is more. */
   uint64_t merge_gap;
 } bccsplat_read_stream;
@@ -398,23 +398,23 @@ typedef struct bccsplat_write_stream {
   uint32_t reserved; /* 0 */
   bccsplat_write_at_fn write_at;
   void* user;
-  /* Called before what makes the bytes so far a file, and behind it: at the end, and where
-   * bccsplat_writer_options.live shows a file under way. NULL: nothing to do. */
+  /* Called before and after the bytes that turn those written so far into a file: at the end, and
+   * where bccsplat_writer_options.live shows a file under way. NULL: nothing to do. */
   bccsplat_flush_fn flush;
 } bccsplat_write_stream;
 
 /* ---- Writer: frames or lattice samples in, .bcc4 out ---- */
 
-/* Failures. What is refused for its arguments (INVALID_ARGUMENT, INVALID_STRUCT_SIZE, NOT_FOUND,
- * UNSUPPORTED), for its place in the order of calls (WRONG_STATE: a frame too many, a layer out of
- * turn, finish too early) or for its values (NONFINITE_VALUE, LIMIT_EXCEEDED) leaves the writer as
- * it was: the host goes on as if the call had not been made, and the file is the same byte for
- * byte. A writer ends with what fails while it works: files and streams, memory (OUT_OF_MEMORY,
- * MEMORY_BUDGET), a bound that is missed (BOUND_NOT_MET), a callback that gives up (CANCELLED), a
- * field function that gives a value that is refused, and a file or journal to go on with that turns
- * out not to fit. It can then only be released; every other call is WRONG_STATE and says that an
- * earlier one failed. A cancel token ends a writer in the midst of a call; one that was cancelled
- * before refuses the call, and the writer stays as it was. */
+/* Failures. A call that is refused for its arguments (INVALID_ARGUMENT, INVALID_STRUCT_SIZE,
+ * NOT_FOUND, UNSUPPORTED), for its place in the order of calls (WRONG_STATE: a frame too many, a
+ * layer out of turn, finish too early) or for its values (NONFINITE_VALUE, LIMIT_EXCEEDED) leaves
+ * the writer as it was: the host goes on as if the call had not been made, and the file is the same
+ * byte for byte. A writer ends when something fails while it works: files and streams, memory
+ * (OUT_OF_MEMORY, MEMORY_BUDGET), a bound that is missed (BOUND_NOT_MET), a callback that gives up
+ * (CANCELLED), a field function that gives a value that is refused, and a file or journal to go on
+ * with that turns out not to fit. It can then only be released; every other call is WRONG_STATE and
+ * says that an earlier one failed. A cancel token ends a writer in the midst of a call; one that
+ * was cancelled before refuses the call, and the writer stays as it was. */
 typedef struct bccsplat_writer bccsplat_writer;
 
 /* Types of source values and of stored samples. */
@@ -464,18 +464,18 @@ enum {
   BCCSPLAT_STORE_WAVELETS = 3
 };
 
-/* What a NaN or infinity in the source does; doubles that are too large for a float (3.4e38) are
+/* Treatment of NaN and infinity in the source. Doubles above the range of a float (3.4e38) count as
  * infinities. */
 typedef int32_t bccsplat_nonfinite;
 enum {
   BCCSPLAT_NONFINITE_DEFAULT = 0,
   /* NONFINITE_VALUE, with frame and voxel in the text. */
   BCCSPLAT_NONFINITE_ERROR = 1,
-  /* Missing data: never drawn, HOLE when evaluated: of frames at the resolution of the source, a
-   * point is missing when the source sample nearest to it is (along each axis, and in time, the
-   * later one of two at equal distance), and the file needs readers of version 3 of the format; of
-   * layers at that of the lattice, where the nearest site is. What is missing is filled smoothly
-   * before it is filtered. */
+  /* Missing data: never drawn, HOLE when evaluated. Frames keep it at the resolution of the source:
+   * a point is missing when the source sample nearest to it is (along each axis, and in time, the
+   * later one of two at equal distance), and the file needs readers of version 3 of the format.
+   * Layers keep it at the resolution of the lattice: a point is missing when the nearest site is.
+   * Missing samples are filled smoothly before the filters run. */
   BCCSPLAT_NONFINITE_HOLE = 2,
   /* NaN becomes air, infinities the largest finite value of the channel's range. */
   BCCSPLAT_NONFINITE_CLAMP = 3
@@ -487,9 +487,9 @@ typedef int32_t bccsplat_measure;
 enum {
   /* All with a bound, else none. */
   BCCSPLAT_MEASURE_DEFAULT = 0,
-  /* At most 3, evenly spread, where dims[3] is known; of large frames some boxes that stand for
-   * them: counts and the largest difference are those of the boxes. None when the memory budget is
-   * short of it. */
+  /* At most 3, evenly spread, where dims[3] is known. Large frames are represented by some boxes:
+   * counts and the largest difference are those of the boxes. None when the memory budget does not
+   * allow it. */
   BCCSPLAT_MEASURE_SOME = 1,
   BCCSPLAT_MEASURE_ALL = 2
 };
@@ -500,18 +500,18 @@ typedef int32_t bccsplat_ends;
 enum {
   BCCSPLAT_ENDS_DEFAULT = 0,
   /* As the frames next to the end predict, no bolder than these bear out: what moves is nearly as
-   * accurate there as elsewhere. Two more layers stand at each end of the file. Of layers and
-   * fields that are given four stand there, and hold what the host knows: frames below 0 and beyond
-   * the last are asked for. dims[3] may be unknown. Readers need version 2. */
+   * accurate there as elsewhere. The file has two more layers at each end. Layers and fields given
+   * by the host have four there, with the host's own values: it is asked for frames below 0 and
+   * beyond the last. dims[3] may be unknown. Readers need version 2. */
   BCCSPLAT_ENDS_PREDICT = 1,
   /* As its mirror image: no more layers; the first and last three or four frames are less accurate
    * where anything moves. */
   BCCSPLAT_ENDS_MIRROR = 2,
   /* The last frame leads to the first, as of heart beats and climatologies: the frame behind the
-   * last one is frame 0 again, and no frame is less accurate than others. It comes as long after
-   * the last as frames are apart in the mean, however uneven they are. Of layers and fields as
-   * well. Needs dims[3] of at least 2; UNSUPPORTED in parts, live, short or with PARTIAL_APPEND.
-   * Readers need version 3. */
+   * last one is frame 0 again, and no frame is less accurate than others. It follows the last after
+   * the mean distance of frames, however uneven they are. Also for layers and fields. Needs dims[3]
+   * of at least 2; UNSUPPORTED in parts, live, short or with PARTIAL_APPEND. Readers need version
+   * 3. */
   BCCSPLAT_ENDS_PERIODIC = 3
 };
 
@@ -520,9 +520,9 @@ enum {
 typedef int32_t bccsplat_faces;
 enum {
   BCCSPLAT_FACES_DEFAULT = 0,
-  /* As the samples next to the face predict: two more planes of the lattice stand outside each
-   * face of the file, but along axes of which they would be more than a fifth. Of layers and fields
-   * that are given four stand there, and hold what the host knows: bccsplat_layer_geometry begins
+  /* As the samples next to the face predict: the file has two more planes of the lattice outside
+   * each face, except along axes of which they would be more than a fifth. Layers and fields given
+   * by the host have four there, with the host's own values: bccsplat_layer_geometry begins
    * outside. Readers need version 3. */
   BCCSPLAT_FACES_PREDICT = 1,
   /* As its mirror image: no more planes; within three samples of a face the field is less accurate
@@ -538,41 +538,41 @@ enum {
 /* Axes of space that are periodic, as longitude is: the sum for two or three. Behind the last
  * sample comes the first one again, as far from it as samples are from each other; there are no
  * faces, nothing is predicted or mirrored, and the volume reaches to index dims[axis], which is
- * sample 0. Of layers and fields as well. Needs two samples at least. Readers need version 3, and
- * of other versions of the library than those that know it they refuse the file. */
+ * sample 0. Also for layers and fields. Needs two samples at least. Readers need version 3;
+ * versions of the library that do not know periodic axes refuse the file. */
 enum { BCCSPLAT_PERIODIC_X = 1, BCCSPLAT_PERIODIC_Y = 2, BCCSPLAT_PERIODIC_Z = 4 };
 
 /* Bits of bccsplat_channel_options.set_mask. */
 enum { BCCSPLAT_CHANNEL_SET_AIR = 1, BCCSPLAT_CHANNEL_SET_RANGE = 2 };
 
-/* What becomes of a file that is not finished: `path`.partial and its journal, `path`.journal. */
+/* Fate of a file that is not finished: `path`.partial and its journal, `path`.journal. */
 typedef int32_t bccsplat_partial;
 enum {
   /* Removed at the last release; a crash may leave the first of them. */
   BCCSPLAT_PARTIAL_DEFAULT = 0,
   /* Both stay after a failure, a release without finish, or a crash (which may cost the last second
-   * of work). Only RESUME goes on with such a pair: every other writer of `path` begins anew, and
-   * what was kept is gone. */
+   * of work). Only RESUME continues such a pair: every other writer of `path` begins anew and
+   * removes it. */
   BCCSPLAT_PARTIAL_KEEP = 1,
-  /* As KEEP, and what such a pair has is not coded again. The host adds everything from the start,
-   * with the same options, attributes and sources (WRONG_STATE otherwise, and the pair stays as it
-   * is: for options at create, with the name of the first that differs, for attributes, sources and
-   * types that follow from the first boxes when the first slab is there) and the same samples.
-   * These are not compared, but placeholders will not do: the last slabs are made of them, and
-   * where what is written comes to lie elsewhere the call ends with WRONG_STATE and the pair stays
-   * as it is. The file is the same byte for byte as one written undisturbed. What the two files
-   * have of each other is checked: from where they do not fit, or nothing is there, all is written
-   * anew. */
+  /* As KEEP, and continues such a pair without coding its contents again. The host adds everything
+   * from the start, with the same options, attributes and sources (WRONG_STATE otherwise, and the
+   * pair stays as it is: for options at create, with the name of the first that differs, for
+   * attributes, sources and types that follow from the first boxes when the first slab is there)
+   * and the same samples. These are not compared, but placeholders will not do: the last slabs are
+   * made of them, and where bytes come to lie elsewhere the call ends with WRONG_STATE and the pair
+   * stays as it is. The file is the same byte for byte as one written undisturbed. The two files
+   * are checked against each other: from the first place where they do not fit, or end, everything
+   * is written anew. */
   BCCSPLAT_PARTIAL_RESUME = 2,
   /* `path` is a finished file whose series goes on; it is replaced at finish, and stays as it is
    * until then. WRONG_STATE at create, with the file and what differs, when it is a part or
    * unfinished, or lattice, store, kernel of coefficients or channels (number, names, air,
    * air_threshold, coding) are others; the coding of a channel without source_type is compared when
-   * the first slab is there. What the new frames do not touch is copied, not coded again. Without
-   * options->part the host adds all frames, the old ones first. With it (first: the number of
-   * frames of the file, end: dims[3]) it adds those of get_part_frames, the new ones and up to some
-   * twenty before them (with coefficients thirty), and what the report says of non-finite values
-   * and coding errors is of these; not for bounds, MEASURE_ALL, files of layers, or coefficients of
+   * the first slab is there. Slabs that the new frames do not touch are copied, not coded again.
+   * Without options->part the host adds all frames, the old ones first. With it (first: the number
+   * of frames of the file, end: dims[3]) it adds those of get_part_frames, the new ones and up to
+   * some twenty before them (with coefficients thirty), and non-finite values and coding errors are
+   * reported for these alone; not for bounds, MEASURE_ALL, files of layers, or coefficients of
    * bccsplat_volume_recode (WRONG_STATE). Either way the file is the same byte for byte as one
    * written in one go with the same ENDS, but that channels may only be rounded as they were, and
    * that with part the errors of levels (relative_rmse) stay those measured at frames of the file
@@ -601,12 +601,12 @@ typedef struct bccsplat_channel_options {
    * about a large constant air is that constant there. A file with abs_error tells such a base, and
    * readers that do not know of it refuse it. Floats, and integers of 32 bits, are stored as floats
    * relative to air, far from it in coarse steps. The file has the nearest float of air; samples
-   * that equal air as it is given are air, 273.15 of doubles, too. finish warns (the device's log)
-   * of the share in such parts where the distance is more than 8 times the range of the values, and
-   * of steps that are more than 1/256 of it. */
+   * that equal air as it was given count as air, also doubles of 273.15. finish warns (the device's
+   * log) of the share in such parts where the distance is more than 8 times the range of the
+   * values, and of steps that are more than 1/256 of it. */
   double air;
   /* A site within this of air is not stored; 0: sites that equal air in the stored type, and for
-   * floats the filter's ringing beside air, up to 1/512 of what is near, are not. */
+   * floats the filter's ringing beside air, up to 1/512 of the values nearby, are not stored. */
   double air_threshold;
   /* SET_RANGE: smallest and largest value, spread over the codes of U8 or U16; needed when floats
    * are stored as U8 or U16; values outside are clamped and counted. */
@@ -648,7 +648,7 @@ typedef struct bccsplat_axis {
   uint64_t count;
   /* `count` of them, finite, rising throughout or falling throughout; NULL where there is none. */
   const double* coordinates;
-  /* Of the coordinates; NULL or "": unknown. */
+  /* Unit of the coordinates; NULL or "": unknown. */
   const char* unit;
 } bccsplat_axis;
 
@@ -698,7 +698,7 @@ typedef struct bccsplat_writer_options {
   double psnr;
   /* Which frames to compare with the source. */
   bccsplat_measure measure;
-  /* What becomes of unfinished work; files only. */
+  /* Fate of unfinished work; files only. */
   bccsplat_partial partial;
   /* Non-zero: frames lose what D4* (one frame: BCC) cannot hold before they are resampled: the
    * frequencies with |f_i| + |f_j| > sqrt2 for some pair of axes, f in units of the Nyquist
@@ -717,10 +717,10 @@ typedef struct bccsplat_writer_options {
    * series, and those of bccsplat_writer_get_part_frames are added. */
   const bccsplat_series_part* part;
   /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 20 layers, to which the ends add a
-   * fifth at most (14 frames at time_scale 1; dims[3] known), else MIRROR; of layers and fields
+   * fifth at most (14 frames at time_scale 1; dims[3] known), else MIRROR; for layers and fields
    * MIRROR. */
   bccsplat_ends ends;
-  /* BCCSPLAT_FACES_...; DEFAULT: of frames PREDICT along axes of which the planes outside are a
+  /* BCCSPLAT_FACES_...; DEFAULT: for frames PREDICT along axes of which the planes outside are a
    * sixteenth at most (43 samples at scale 1), unless the sites are the source samples in space (CC
    * at distance 1); else, and for layers and fields, MIRROR. */
   bccsplat_faces faces;
@@ -736,30 +736,30 @@ typedef struct bccsplat_writer_options {
    * at the end) it is NOT_BCC4. Its frames are those of which all layers are there that the kernel
    * of the file reaches: at the same moments they are what the finished file has (where air is far
    * from a field without air, but for the last digits). With other kernels the last ones are as
-   * accurate as those of ENDS_MIRROR. What becomes of the file without finish is as `partial` says:
-   * KEEP lets it stay. The finished file has a few more bytes, which nothing refers to. UNSUPPORTED
-   * with part; 0: it can be opened when it is finished. */
+   * accurate as those of ENDS_MIRROR. Without finish the file is removed or kept as `partial` says.
+   * The finished file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it
+   * can be opened when it is finished. */
   uint32_t live;
   /* BCCSPLAT_PERIODIC_..., the sum; 0: none. */
   uint32_t periodic_axes;
-  /* NULL: none; looked at by create, too. */
+  /* NULL: none; create looks at it as well. */
   bccsplat_cancel_token* cancel_token;
   /* NULL: all axes of space are evenly spaced. Else three, x y z, copied. Where one has coordinates
-   * the volume's spatial_unit is "", and the one given here is that of axes that name none. What is
-   * written and bounded is the same as without them: samples are those of the source, and nothing
-   * is resampled. INVALID_ARGUMENT: another count than dims, not monotone; UNSUPPORTED: of a
-   * periodic axis. PARTIAL_APPEND refuses others than the file's. Readers that know nothing of
-   * coordinates see an evenly spaced volume of the same corners. */
+   * the volume's spatial_unit is "", and the one given here is that of axes that name none. Samples
+   * and bounds are the same as without them: nothing is resampled. INVALID_ARGUMENT: another count
+   * than dims, not monotone; UNSUPPORTED: of a periodic axis. PARTIAL_APPEND refuses others than
+   * the file's. Readers that know nothing of coordinates see an evenly spaced volume of the same
+   * corners. */
   const bccsplat_axis* axes;
-  /* Of STORE_WAVELETS: for each channel the root mean square error that the sites of every slab may
-   * have, air among them, in units of its values; NULL, or 0 of a channel: what psnr asks for, or
-   * 0.42 of the largest error, whose corrections do the rest: the smaller one where both are set. */
+  /* STORE_WAVELETS: for each channel the root mean square error that the sites of every slab may
+   * have, air included, in units of its values; NULL, or 0 for a channel: the smaller of the error
+   * that psnr allows and 0.42 of the largest error, whose corrections do the rest. */
   const double* wavelet_errors;
   /* For each channel its own abs_error, in units of its values; NULL, or 0 of a channel: abs_error. */
   const double* abs_errors;
 } bccsplat_writer_options;
 
-/* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap
+/* A dense box of one frame; samples that no box covers are air. Boxes of a frame must not overlap
  * (INVALID_ARGUMENT, with the numbers of two that do). */
 typedef struct bccsplat_box {
   uint32_t struct_size;
@@ -779,8 +779,8 @@ typedef struct bccsplat_box {
 /* Where the sites of a layer stand, for producers that sample the lattice themselves. Site (i, j,
  * k) of the layer has index-space position origin + step * (i, j, k) and frame number `frame`. In
  * space no site lies outside the samples but on planes asked for (FACES_PREDICT); in time the last
- * layer may lie up to one layer behind the last frame (of 24 frames at 23.33): a producer gives
- * what its field is there, or else that of its end. */
+ * layer may lie up to one layer behind the last frame (of 24 frames at 23.33): a producer gives the
+ * value of its field there, or else the value at its end. */
 typedef struct bccsplat_layer_geometry {
   uint32_t struct_size;
   int32_t coset;       /* 0 or 1 */
@@ -856,9 +856,9 @@ typedef struct bccsplat_error_report {
   double non_air_psnr;
   /* Place of the largest difference, in `frame`. */
   uint64_t voxel[3];
-  /* What the source has there. */
+  /* Value of the source there. */
   double expected;
-  /* What the file gives there. */
+  /* Value of the file there. */
   double got;
   /* Largest difference before corrections. */
   double uncorrected_max_abs;
@@ -881,8 +881,8 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_create(bccsplat_device* device, con
     const bccsplat_writer_options* options, bccsplat_writer** writer);
 /* The same into a host's stream (copied; its user pointer is borrowed until release): the bytes
  * that a file gets, report.bytes_file of them from offset 0 on. A stream has no name to take over
- * and none to give: `overwrite` says nothing, PARTIAL_... is UNSUPPORTED, and what a writer without
- * finish has written is the host's to throw away. The writer ends with a write that fails. Also: as
+ * and none to give: `overwrite` has no effect, PARTIAL_... is UNSUPPORTED, and the host discards
+ * the bytes of a writer that was not finished. The writer ends with a write that fails. Also: as
  * bccsplat_writer_create. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device,
     const bccsplat_write_stream* stream, const bccsplat_writer_options* options,
@@ -899,7 +899,7 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, 
  * (0: any number). The progress of a part counts these frames. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_part_frames(
     const bccsplat_writer* writer, uint64_t* begin, uint64_t* end);
-/* Geometry of a layer, 0 .. layer_count-1, as bccsplat_writer_add_layer takes them; of a part: of
+/* Geometry of a layer, 0 .. layer_count-1, as bccsplat_writer_add_layer takes them; for a part: of
  * all layers of the series, those beyond its ends included. Needs dims[3] > 0. Also: WRONG_STATE
  * (without that), NOT_FOUND (layer). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_layer_geometry(
@@ -919,8 +919,8 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_add_layer(
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_field(
     bccsplat_writer* writer, uint32_t channel, bccsplat_field_fn field, void* user);
 /* Times of a file written by layers or a field: frame i is at first + i * step, step > 0, of at
- * least 1e-30. Default 0 and 1. Frames have their own: WRONG_STATE once some were added; called
- * before, it says nothing of them. Also: WRONG_STATE. */
+ * least 1e-30. Default 0 and 1. Frames have times of their own: WRONG_STATE once some were added;
+ * called before, it has no effect on them. Also: WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(
     bccsplat_writer* writer, double first, double step);
 /* A free attribute of the file; a key given twice keeps the last value. Also: WRONG_STATE
@@ -931,7 +931,7 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(
  * as above. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(
     bccsplat_writer* writer, const char* name, uint64_t bytes, uint32_t crc32);
-/* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames
+/* Writes all pending data and gives the file its name. report may be NULL. WRONG_STATE while frames
  * or layers are missing, or fewer came than the file of PARTIAL_APPEND has: they may still come, or
  * finish_short ends without new ones. The writer can only be released afterwards. Also:
  * WRONG_STATE, BOUND_NOT_MET, NONFINITE_VALUE, LIMIT_EXCEEDED, writing. */
@@ -951,9 +951,9 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_finish(
  * series, and for parts that lack frames of theirs. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish_short(
     bccsplat_writer* writer, bccsplat_writer_report* report);
-/* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for
- * one frame. Also: WRONG_STATE before finish, NOT_FOUND (channel; nothing was measured, or past the
- * last). */
+/* Returns a measured error, after finish: measured = -1 for the series, else 0 .. frames_measured-1
+ * for one frame. Also: WRONG_STATE before finish, NOT_FOUND (channel; nothing was measured, or past
+ * the last). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer,
     uint32_t channel, int64_t measured, bccsplat_error_report* error);
 BCCSPLAT_API void bccsplat_writer_retain(bccsplat_writer* writer);
@@ -1081,28 +1081,28 @@ typedef struct bccsplat_volume_options {
   uint32_t struct_size;
   /* Non-zero: damaged parts of the file read as holes instead of failing; a damaged mask of missing
    * samples is that of the nearest frame whose mask is whole, or where there is none nothing counts
-   * as missing; nothing else of it is lost but what their kernel's reach around is, and of samples
-   * what stands within a few sites of that is less accurate (the prefilter reaches there), beyond a
-   * bound, too. The preamble, the metadata and the list of index pages must be whole: these are the
-   * last bytes of a file, so that one that was cut is TRUNCATED at opening. Bytes that are gone
-   * later, of a file cut while it is open or behind a read_at that gives fewer than asked for, are
-   * damage like others. What cannot be read now is not: calls that need it end with IO, and made
-   * again they try again. 2: what cannot be read is taken for damaged as well (a disk with bad
-   * sectors), and may stay so while the volume is open. */
+   * as missing; otherwise only points within the kernel's reach of the damage are lost. In files of
+   * samples, points a few sites further are less accurate, and may miss a bound, because the
+   * prefilter reaches there. The preamble, the metadata and the list of index pages must be whole:
+   * these are the last bytes of a file, so that one that was cut is TRUNCATED at opening. Bytes
+   * that are gone later, of a file cut while it is open or behind a read_at that gives fewer than
+   * asked for, are damage like others. Bytes that cannot be read now are not: calls that need them
+   * end with IO, and try again when they are made again. 2: bytes that cannot be read count as
+   * damaged as well (a disk with bad sectors), and may do so for as long as the volume is open. */
   int32_t salvage;
   /* Reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC), paper,
    * gauss09 or SPACE+TIME such as "radial18+b3". */
   const char* kernel;
-  /* For decoded chunks, samples and coefficients; 0: what the series needs to play forward by up to
+  /* For decoded chunks, samples and coefficients; 0: enough to play the series forward by up to
    * half a frame at a time with nothing decoded or prefiltered twice, but not more than a quarter
    * of the budget and half of the machine's memory; at least a quarter of the budget, up to 1
    * GiB. */
   uint64_t cache_bytes;
-  /* NULL: none; looked at by open, too. */
+  /* NULL: none; open looks at it as well. */
   bccsplat_cancel_token* cancel_token;
-  /* Factors on x, y and z of the world, 1e-30 to 1e30, as for axes in different units, whose
-   * proportions nothing tells. All that is told of the world and taken has that shape: affines,
-   * points, slices, gradients, pictures. 0 0 0: as stored. */
+  /* Factors on x, y and z of the world, 1e-30 to 1e30, for example for axes in different units,
+   * whose proportions are not known. Everything in the world, returned or passed in, has that
+   * shape: affines, points, slices, gradients, pictures. 0 0 0: as stored. */
   double shape[3];
 } bccsplat_volume_options;
 
@@ -1189,7 +1189,7 @@ typedef struct bccsplat_volume_info {
   bccsplat_series_state series_state;
 } bccsplat_volume_info;
 
-/* A level of a volume; level 0 is the one that all of the volume's information is about. */
+/* A level of a volume. All other information of a volume is about level 0. */
 typedef struct bccsplat_level_info {
   uint32_t struct_size;
   uint32_t reserved;
@@ -1202,9 +1202,9 @@ typedef struct bccsplat_level_info {
   uint64_t sites_kept;
   /* Bytes of its samples in the file, without the index. */
   uint64_t bytes;
-  /* Error of what the level gives at source samples, measured at some of them while the file was
-   * written: the largest of any channel, in units of its source's range; 0: not measured. Level 0
-   * has one where the file has levels or a bound. */
+  /* Error of the level at source samples, measured at some of them while the file was written: the
+   * largest of any channel, in units of its source's range; 0: not measured. Level 0 has one where
+   * the file has levels or a bound. */
   double relative_rmse;
 } bccsplat_level_info;
 
@@ -1251,7 +1251,7 @@ typedef struct bccsplat_channel_info {
   double wavelet_error;
 } bccsplat_channel_info;
 
-/* What a full check of the checksums found, damage and what could not be read kept apart. */
+/* Result of a full check of the checksums. Damage and unreadable places are counted separately. */
 typedef struct bccsplat_verify_report {
   uint32_t struct_size;
   uint32_t reserved;
@@ -1260,7 +1260,7 @@ typedef struct bccsplat_verify_report {
   uint64_t bytes_checked;
   /* File offset; 0 when none. */
   uint64_t first_damaged_offset;
-  /* Places that do not check out: chunks, index pages, records; 0: what was read is sound. */
+  /* Damaged places: chunks, index pages, records; 0: everything that was read is sound. */
   uint64_t damages;
   /* Places that a disk or stream failed to read, which are in none of the numbers above but
    * `chunks`; 0: all was read. */
@@ -1269,8 +1269,8 @@ typedef struct bccsplat_verify_report {
   uint64_t first_unreadable_offset;
 } bccsplat_verify_report;
 
-/* Opens a file; reads its index roots only, and tells no progress of that. options may be NULL.
- * Also: opening, NOT_FOUND (kernel). */
+/* Opens a file. Reads its index roots only, and reports no progress. options may be NULL. Also:
+ * opening, NOT_FOUND (kernel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_file(bccsplat_device* device, const char* path,
     const bccsplat_volume_options* options, bccsplat_volume** volume);
 /* `bytes` is borrowed until the last release of the volume and its slices. Also: as above. */
@@ -1283,13 +1283,14 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device
     bccsplat_volume** volume);
 /* Opens the file of a volume again, under the options that it was opened with, to see the frames
  * that were added since: live viewing of a series that is being written. The new handle begins with
- * what the other one's caches hold and more frames leave as it is: decoded chunks, and coefficients
- * that do not depend on layers beyond the old end, all at once and without being read or made
- * again. They are the same bytes of memory as long as both handles keep them. Slices and scenes
- * keep the old handle, which is still what it was. stream NULL: what the volume was opened from, as
- * it is now, a file also under the name that finish gave it; a stream that has grown is given anew.
- * What turns out to be another series is opened all the same, with empty caches, and so is a volume
- * that salvages. The volume's cancel token is that of the new handle. Also: opening. */
+ * the contents of the other one's caches that more frames do not change: decoded chunks, and
+ * coefficients that do not depend on layers beyond the old end, all at once and without being read
+ * or made again. They are the same bytes of memory as long as both handles keep them. Slices and
+ * scenes keep the old handle, which is still what it was. stream NULL: the file or memory that the
+ * volume was opened from, as it is now, a file also under the name that finish gave it. A stream
+ * that has grown is passed anew. A file that turns out to hold another series is opened with empty
+ * caches, and so is a volume that salvages. The volume's cancel token is that of the new handle.
+ * Also: opening. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_reopen(
     const bccsplat_volume* volume, const bccsplat_read_stream* stream, bccsplat_volume** newer);
 BCCSPLAT_API void bccsplat_volume_retain(bccsplat_volume* volume);
@@ -1324,7 +1325,7 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_world_to_index(
     const bccsplat_volume* volume, uint64_t n, const double* from, double* to);
 /* Smallest and largest finite value that the source had in each frame, 0 twice in one without any:
  * writes the first min(capacity, count) pairs; ranges: 2 x capacity doubles, may be NULL when
- * capacity is 0. count (may be NULL) gets dims[3], or 0 where the file does not tell: of layers,
+ * capacity is 0. count (may be NULL) gets dims[3], or 0 where the file has none: files of layers,
  * fields and parts. Reads nothing. Also: NOT_FOUND past the last channel. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume,
     uint32_t channel, double* ranges, uint64_t capacity, uint64_t* count);
@@ -1369,10 +1370,10 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volum
     uint64_t* missing);
 /* Reads the whole file and checks every checksum and structural rule. OK even when damage is found:
  * see the report. The device's log gets a line for each damage, which says where it is and which
- * samples and frames are lost, and one for what is whole. What a disk or stream fails to read is no
- * damage: the rest is checked all the same, `unreadable` counts such places, the log says where and
- * why, and the call ends with IO, but with the report filled. progress may be NULL. Also: IO,
- * WOULD_BLOCK. */
+ * samples and frames are lost, and one that lists the frames that are whole. A place that a disk or
+ * stream fails to read is no damage: the rest is checked all the same, `unreadable` counts such
+ * places, the log says where and why, and the call ends with IO, but with the report filled.
+ * progress may be NULL. Also: IO, WOULD_BLOCK. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
     bccsplat_progress_fn progress, void* progress_user, bccsplat_verify_report* report);
 
@@ -1389,7 +1390,7 @@ typedef struct bccsplat_recode_options {
   /* Kernel of the coefficients, and recommended; NULL: the file's. */
   const char* kernel;
   /* Highest version of the format that the new file may need, 1 to 3; 0: any. Up to 2 the planes
-   * outside the faces are left out, as of FACES_MIRROR. */
+   * outside the faces are left out, as with FACES_MIRROR. */
   int32_t format;
   /* 0 */
   int32_t reserved;
@@ -1403,7 +1404,7 @@ typedef struct bccsplat_recode_options {
 /* Writes an open file anew at `path`, without its source: samples become coefficients or the
  * reverse, another kernel, another step, a file that older readers know. Samples become
  * coefficients as they would at import; coefficients become samples by the value of their kernel at
- * the sites. What the file says of its source stays; corrections and the bound they kept belong to
+ * the sites. Attributes and the list of sources stay; corrections and the bound they kept belong to
  * the old numbers and are left out. UNSUPPORTED for a part of a series, for kernels whose
  * coefficients cannot be stored, and where the format would have to be newer than asked for;
  * INVALID_ARGUMENT where a type cannot hold the range. Also: NOT_FOUND (kernel), reading, writing.
@@ -1444,11 +1445,11 @@ enum {
 };
 
 /* Corrections of a file (bccsplat_writer_options.abs_error) are part of the field under the kernel
- * they were made for: of values and gradients, slices, pictures, trails. Time slices have them
+ * they were made for: values and gradients, slices, pictures, trails. Time slices have them
  * exactly. Other slices are mended at points 1 index unit apart, from the first corner of their box
- * on, to within a 32nd of the bound of what the volume's field is there: x, y and z slices through
- * source samples err by at most 33/32 of the bound there. EXTRACTED slices, other kernels and the
- * coarser slices that small pictures are drawn from (SKIP_FINE_DETAIL) have none.
+ * on, to within a 32nd of the bound of the volume's field there: x, y and z slices through source
+ * samples err by at most 33/32 of the bound there. EXTRACTED slices, other kernels and the coarser
+ * slices that small pictures are drawn from (SKIP_FINE_DETAIL) have none.
  *
  * How a slice is made. DEFAULT is MERGED where that can be, else RESAMPLED.
  *   MERGED     t, x, y or z = constant: the layers or planes of sites in reach, weighted; the slice
@@ -1472,8 +1473,8 @@ enum {
 };
 
 /* Coordinates of a slice of a volume with unevenly spaced axes; with even axes both are the same.
- *   INDEX  indices: what is sampled and exported is the source's grid. Such a slice is not drawn:
- *          its affine holds at the corners of the domain alone (set_slice takes it, render answers
+ *   INDEX  indices: samples and exports are on the source's grid. Such a slice is not drawn: its
+ *          affine holds at the corners of the domain alone (set_slice takes it, render answers
  *          UNSUPPORTED).
  *   EVEN   even positions: hyperplane, box, slice space, origin, basis and extent are of these,
  *          which the affine takes to the world; pictures are made of such slices. They are
@@ -1496,18 +1497,18 @@ typedef struct bccsplat_slice_options {
    * instant. Time slices only. */
   double interval[2];
   /* Target lattice's distance in index units, up to the largest of dims; 0: 1, and less along axes
-   * where the volume's lattice is finer. Any other (for time slices but 1) resamples, and what is
-   * coarser is low-passed to what its own lattice holds: at half of that Nyquist rate 98 % are
-   * kept, at the rate itself 24 %, from 1.3 times it on less than 1 %. LIMIT_EXCEEDED where it
+   * where the volume's lattice is finer. Any other value (for time slices except 1) resamples. A
+   * coarser slice is low-passed to the band of its own lattice: at half of that Nyquist rate 98 %
+   * are kept, at the rate itself 24 %, from 1.3 times it on less than 1 %. LIMIT_EXCEEDED where it
    * makes more than 1e6 planes along an axis. */
   double spacing;
   /* World units that one frame is drawn as off the time axis, at least 1e-30; 0: one mean voxel. */
   double time_length;
   /* Target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC. */
   bccsplat_lattice lattice;
-  /* Level of the volume: 0 all of it; l of 1 .. level_count what its coarser lattice l holds, with
-   * an eighth of the points and work for each, without the file's corrections; NOT_FOUND beyond. A
-   * slice that is resampled has the same spacing at every level. */
+  /* Level of the volume: 0: all of it; l in 1 .. level_count: its coarser lattice l, with an eighth
+   * of the points and work for each, without the file's corrections; NOT_FOUND beyond. A slice that
+   * is resampled has the same spacing at every level. */
   uint32_t level;
   /* NULL: none; about the share of the work done, 1 at success. */
   bccsplat_progress_fn progress;
@@ -1540,11 +1541,11 @@ typedef struct bccsplat_slice_options {
   bccsplat_space space;
   /* 0 */
   uint32_t reserved2;
-  /* Of resampled slices under the kernel "paper": the bandwidths (wx, wy, wz, wt) of the 4D filter
-   * of equation (6), in distances of the volume's lattice, 1 .. 64: a site is the mean of the
-   * samples around it, weighted by exp(-2 sum ((p - s) / w)^2) within 2 w. Takes the place of the
-   * low pass of spacing. All 0: none. UNSUPPORTED: another kernel, MERGED, EXTRACTED, EVEN, a
-   * thickness or interval. */
+  /* Resampled slices under the kernel "paper": the bandwidths (wx, wy, wz, wt) of the 4D filter of
+   * equation (6), in distances of the volume's lattice, 1 .. 64: a site is the mean of the samples
+   * around it, weighted by exp(-2 sum ((p - s) / w)^2) within 2 w. Takes the place of the low pass
+   * of spacing. All 0: none. UNSUPPORTED: another kernel, MERGED, EXTRACTED, EVEN, a thickness or
+   * interval. */
   double bandwidth[4];
 } bccsplat_slice_options;
 
@@ -1571,15 +1572,15 @@ typedef struct bccsplat_slice_info {
    * planes over time are no mirror images of time slices, and where the volume's affine is along
    * the axes x = constant stands at its (y, z, t). */
   double affine[16];
-  /* No value of the slice lies outside. Of a moment of a series on a device whose pictures are a
-   * GPU's: nor of any moment between the same layers. */
+  /* No value of the slice lies outside. For a moment of a series on a device that draws on a GPU:
+   * nor does any value of a moment between the same layers. */
   double bounds[2];
   double air;
   /* Lattice points that take part. */
   uint64_t points;
   /* Bytes read from the file to make this slice. */
   uint64_t bytes_read;
-  /* Time to make the slice. */
+  /* Time to make the slice, in milliseconds. */
   double milliseconds;
   const char* kernel;
   /* Level of the volume that it is made of. */
@@ -1604,15 +1605,15 @@ typedef struct bccsplat_grid {
 BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume,
     const bccsplat_hyperplane* hyperplane, const bccsplat_slice_options* options,
     bccsplat_slice** slice);
-/* Cuts the volume at a time in its own unit: bccsplat_slice_create of t = time_to_index(time). Of a
- * volume without time any time is fine. options may be NULL; point and basis are INVALID_ARGUMENT.
+/* Cuts the volume at a time in its own unit: bccsplat_slice_create of t = time_to_index(time). A
+ * volume without time takes any time. options may be NULL; point and basis are INVALID_ARGUMENT.
  * Also: as bccsplat_slice_create. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_slice_at(const bccsplat_volume* volume, double time,
     const bccsplat_slice_options* options, bccsplat_slice** slice);
-/* Reads and makes what bccsplat_slice_create would with the same arguments, and leaves it in the
- * volume's cache, as far as that holds it: for an idle thread of the host's, ahead of a moment that
- * will be asked for. Returns when that is done. Also: as there; UNSUPPORTED: what is no merged time
- * slice. */
+/* Reads and makes everything that bccsplat_slice_create would with the same arguments, and leaves
+ * it in the volume's cache, as far as that has room: for an idle thread of the host's, ahead of a
+ * moment that it will ask for. Returns when that is done. Also: as there; UNSUPPORTED: slices other
+ * than merged time slices. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume,
     const bccsplat_hyperplane* hyperplane, const bccsplat_slice_options* options);
 
@@ -1624,16 +1625,17 @@ enum {
 /* The byte ranges of the file that bccsplat_slice_create (or bccsplat_volume_prefetch) with the
  * same arguments reads on a volume whose caches are empty: for a host that fetches them in one go.
  * A time slice with an interval stands for all moments in it, of a level and a box;
- * bccsplat_volume_evaluate at moments of it, and what draws trails over it, may reach a layer
- * further (at most scales[3] frames). Ranges are sorted, and merged where no more than the stream's
- * merge_gap (of files and memory 4096 bytes) lies between them; they cover each read, and index
- * pages, corrections and masks. Of slices off the time axis of files with corrections they hold
- * those of whole frames, of which less may be read. Writes the first min(capacity, count) pairs of
- * offset and size; ranges: 2 x capacity integers, may be NULL when capacity is 0; count (may be
- * NULL) gets their number. flags: BCCSPLAT_RANGES_... What opening reads is not among them. Reads
- * the index pages that it needs, and of corrections the tables, so that it may end with WOULD_BLOCK
- * itself; makes nothing and leaves the caches of chunks and coefficients as they are.
- * options->progress is called at the end. Also: as bccsplat_slice_create. */
+ * bccsplat_volume_evaluate at moments of it, and trails over it, may reach a layer further (at most
+ * scales[3] frames). Ranges are sorted, and merged where no more than the stream's merge_gap (of
+ * files and memory 4096 bytes) lies between them; they cover each read, and index pages,
+ * corrections and masks. For slices off the time axis of files with corrections they hold the
+ * corrections of whole frames, of which less may be read. Writes the first min(capacity, count)
+ * pairs of offset and size; ranges: 2 x capacity integers, may be NULL when capacity is 0; count
+ * (may be NULL) gets their number. flags: BCCSPLAT_RANGES_... The bytes that opening reads are not
+ * among them. The call reads the index pages that it needs and the tables of corrections, so that
+ * it may end with WOULD_BLOCK itself; it makes nothing and leaves the caches of chunks and
+ * coefficients as they are. options->progress is called at the end. Also: as
+ * bccsplat_slice_create. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_ranges(const bccsplat_volume* volume,
     const bccsplat_hyperplane* hyperplane, const bccsplat_slice_options* options, uint32_t flags,
     uint64_t* ranges, uint64_t capacity, uint64_t* count);
@@ -1653,7 +1655,8 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_sample_grid(
     const bccsplat_slice* slice, const bccsplat_grid* grid, float* values);
 /* The lattice points: writes min(capacity, points) positions (uvw, 3 floats each, slice space) and
  * coefficients relative to air; either array may be NULL. count (may be NULL) gets the number of
- * points. Corrections are in none of them. */
+ * points. Corrections are in none of them. An EXTRACTED slice lists its 4D points at their places
+ * in it, mirror images included, with samples weighted by their distance. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice,
     uint64_t capacity, float* uvw, float* coefficients, uint64_t* count);
 
@@ -1669,10 +1672,10 @@ enum {
   BCCSPLAT_PROJECTION_PERSPECTIVE = 2
 };
 
-/* World space. An orthographic camera draws all of the slice along its direction, what lies behind
- * its position as well, at negative depths; a perspective one what is in front of it. The image
- * plane's height is ortho_height (world units) or spans fovy_degrees; its width follows from the
- * frame's aspect ratio (square pixels). */
+/* World space. An orthographic camera draws all of the slice along its direction, also the part
+ * behind its position, at negative depths; a perspective one draws the part in front of it. The
+ * image plane's height is ortho_height (world units) or spans fovy_degrees; its width follows from
+ * the frame's aspect ratio (square pixels). */
 typedef struct bccsplat_camera {
   uint32_t struct_size;
   /* DEFAULT: orthographic. */
@@ -1682,10 +1685,10 @@ typedef struct bccsplat_camera {
   double target[3];
   /* All coordinates up to 1e36. */
   double up[3];
-  /* Perspective: 0.001 to 170 (INVALID_ARGUMENT beyond: what is narrower is an orthographic view,
-   * of wider ones little would be drawn). Up to 2.1 it may be meant in radians: the log gets a
-   * warning once per device. From within a volume what is nearer than about a sheet's distance is
-   * not drawn: at more than some 150 degrees much of the picture. */
+  /* Perspective: 0.001 to 170 (INVALID_ARGUMENT beyond: a narrower view is an orthographic one, and
+   * little of a wider one would be drawn). Up to 2.1 it may be meant in radians: the log gets a
+   * warning once per device. From within a volume, matter nearer than about a sheet's distance is
+   * not drawn: at more than some 150 degrees that is much of the picture. */
   double fovy_degrees;
   /* Orthographic: 1e-36 to 1e36. */
   double ortho_height;
@@ -1701,8 +1704,8 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* sli
     int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
     uint32_t height, bccsplat_camera* camera);
 
-/* The side of the world that a fitted view shows before it is turned: what is to the right and what
- * is up in its picture. */
+/* The side of the world that a fitted view shows before it is turned: the axes that point to the
+ * right and up in its picture. */
 typedef int32_t bccsplat_side;
 enum {
   BCCSPLAT_SIDE_DEFAULT = 0, /* FRONT */
@@ -1715,7 +1718,7 @@ enum {
   BCCSPLAT_SIDE_ANTERIOR_LPS = 4
 };
 
-/* What a fitted view is to show. */
+/* Request for a fitted view. */
 typedef struct bccsplat_fit {
   uint32_t struct_size;
   /* DEFAULT: orthographic. */
@@ -1743,7 +1746,7 @@ BCCSPLAT_API bccsplat_status bccsplat_fit_camera(
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_side(
     const bccsplat_volume* volume, bccsplat_side* side);
 
-/* ---- View: a host's camera, its opaque things, what is cut open ---- */
+/* ---- View: a host's camera, its opaque things, clips ---- */
 
 /* How device depth runs between the near and the far plane. */
 typedef int32_t bccsplat_depth_range;
@@ -1754,7 +1757,7 @@ enum {
   BCCSPLAT_DEPTH_RANGE_REVERSED = 3       /* 1 .. 0 */
 };
 
-/* What the numbers of a depth plane are. */
+/* Meaning of the numbers of a depth plane. */
 typedef int32_t bccsplat_depth_kind;
 enum {
   /* DEVICE where the view has matrices, else PLANAR. */
@@ -1763,20 +1766,21 @@ enum {
   BCCSPLAT_DEPTH_PLANAR = 1,
   /* World distance along the pixel's ray; in orthographic views the same as PLANAR. */
   BCCSPLAT_DEPTH_RAY = 2,
-  /* What a depth buffer holds, 0 .. 1, by the view's matrices and depth_range. */
+  /* Contents of a depth buffer, 0 .. 1, by the view's matrices and depth_range. */
   BCCSPLAT_DEPTH_DEVICE = 3
 };
 
-/* Where a picture is seen from, and the host's own opaque scene around it. A cleared struct is
- * the default view. A view that has matrices or a camera may be used for any volume in that
- * world. What lies behind the eye is not drawn, but by an orthographic camera, whose position is
- * any point along the rays; near and far plane say what device depth means and clip nothing.
- * Pixel (i, j), counted from the top left one, has its centre at (i + 0.5, j + 0.5). */
+/* Where a picture is seen from, and the host's own opaque scene around it. A cleared struct is the
+ * default view. A view that has matrices or a camera may be used for any volume in that world.
+ * Matter behind the eye is not drawn, except by an orthographic camera, whose position is any point
+ * along the rays. Near and far plane define device depth and clip nothing. Pixel (i, j), counted
+ * from the top left one, has its centre at (i + 0.5, j + 0.5). */
 typedef struct bccsplat_view {
   uint32_t struct_size;
   /* Non-zero: the two matrices count; 0: camera. */
   uint32_t use_matrices;
-  /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted to what is drawn). */
+  /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted to the slice or
+   * scene). */
   const bccsplat_camera* camera;
   /* For columns: clip = projection (world_to_view (x, y, z, 1)); row-major, entry [4 row + column],
    * unless column_major. In perspective the last row of projection gives the distance in front of
@@ -1786,11 +1790,11 @@ typedef struct bccsplat_view {
   double projection[16];
   /* Non-zero: both are stored column by column, as OpenGL does. */
   uint32_t column_major;
-  /* Of matrices. DEFAULT: ZERO_ONE. */
+  /* Depth range of the matrices. DEFAULT: ZERO_ONE. */
   bccsplat_depth_range depth_range;
   /* Non-zero: y = +1 after projection is the bottom of the picture (Vulkan), not its top. */
   uint32_t y_down;
-  /* What `depth` is. */
+  /* Meaning of `depth`. */
   bccsplat_depth_kind depth_kind;
   /* The frame is a part of a picture of picture_size pixels, its top left pixel at region_begin;
    * both sizes 0: it is the whole picture. A picture drawn in parts is the picture. */
@@ -1818,7 +1822,7 @@ enum {
   BCCSPLAT_CLIP_SPACE_VOLUME = 2 /* the volume's own world, before an instance's placement */
 };
 typedef struct bccsplat_clip {
-  /* Of any length from 1e-30 on. */
+  /* Any length from 1e-30 on. */
   double normal[3];
   double offset;
   bccsplat_clip_space space;
@@ -1868,14 +1872,14 @@ typedef struct bccsplat_transfer_function {
   double unit_distance;
 } bccsplat_transfer_function;
 
-/* The box of the world (x0 y0 z0 x1 y1 z1) around what a transfer function shows of a slice, but
- * for specks that are a thousandth of it; that of the whole slice where it shows nothing, or air.
- * A coarser level will do. NULL: the function of bccsplat_volume_get_look. Also: WRONG_STATE (a
- * slice that misses the volume). */
+/* The box of the world (x0 y0 z0 x1 y1 z1) around the part of a slice that a transfer function
+ * shows, without specks of a thousandth of it; the box of the whole slice where the function shows
+ * nothing, or air. A slice of a coarser level will do. NULL: the function of
+ * bccsplat_volume_get_look. Also: WRONG_STATE (a slice that misses the volume). */
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_seen_bounds(const bccsplat_slice* slice,
     const bccsplat_transfer_function* transfer_function, double bounds[6]);
 
-/* What a picture shows along a ray. */
+/* Quantity that a picture shows along a ray. */
 typedef int32_t bccsplat_mode;
 enum {
   BCCSPLAT_MODE_DEFAULT = 0,
@@ -1902,7 +1906,7 @@ enum {
   BCCSPLAT_LOOK_LABELS = 7  /* a colour for every whole number */
 };
 
-/* What the stored histogram says of a channel's values. */
+/* Kind of a channel's values, by its stored histogram. */
 typedef int32_t bccsplat_data_kind;
 enum {
   BCCSPLAT_KIND_EMPTY = 0,     /* nothing but air */
@@ -1916,7 +1920,7 @@ enum {
 };
 
 /* A transfer function made from a channel's stored histogram: air and noise transparent, the rest
- * as opaque as the number of voxels that a ray crosses of it asks for. The same for all frames of a
+ * with an opacity by the number of voxels that a ray crosses of it. The same for all frames of a
  * series. */
 typedef struct bccsplat_look {
   uint32_t struct_size;
@@ -2029,7 +2033,7 @@ enum { BCCSPLAT_RENDER_SET_ISO = 1, BCCSPLAT_RENDER_SET_GRADIENT_NOISE = 2 };
 /* One of several surfaces of mode isosurface. */
 typedef struct bccsplat_iso_surface {
   double value;
-  /* What it absorbs of the light that passes it once, 0 to 1; 0: it is not there. */
+  /* Fraction that it absorbs of the light that passes it once, 0 to 1; 0: it is not there. */
   double opacity;
   /* Linear RGB, where use_color is not 0; else the transfer function's at the value. */
   double color[3];
@@ -2042,9 +2046,9 @@ enum { BCCSPLAT_MAX_ISO_SURFACES = 16 };
 /* Hears of each rectangle of the frame that is final: its pixels in all planes, the host's
  * background included, are those of the finished picture. x, y: its top left pixel. Called from any
  * thread, never two at once; a non-zero return cancels. Pixels within it may be read by pointer or
- * copied by bccsplat_frame_copy_part; what else may be called is said at PROGRESS. The rectangles
- * cover the picture without overlaps. Isosurfaces with smooth edges come in rows, when their edges
- * are smoothed; those of several instances, and what the reference draws, come whole.
+ * copied by bccsplat_frame_copy_part; PROGRESS lists the other calls that may be made. The
+ * rectangles cover the picture without overlaps. Isosurfaces with smooth edges come in rows, when
+ * their edges are smoothed; those of several instances, and pictures of the reference, come whole.
  * bccsplat_scene_render with a budget_ms hands over the whole frame first, as coarse as earlier
  * calls or this one have it, then each part that this call finishes. */
 typedef int32_t (*bccsplat_tile_fn)(
@@ -2066,10 +2070,10 @@ typedef struct bccsplat_render_options {
   double sheet_step;
   /* RENDER_SET_ISO; without it and `surfaces` set_options refuses mode isosurface. */
   double iso_value;
-  /* A pixel this opaque is finished: what lies behind it, which could show by at most the rest, is
-   * left out; 0.001 to 1; 0: 0.995; 1: never, and deep pictures then hold what lies behind dense
-   * matter as exactly as what lies in front, and up to 64 surfaces of an isosurface along each ray,
-   * without a trail. */
+  /* A pixel this opaque is finished: matter behind it, which could add at most the rest, is left
+   * out; 0.001 to 1; 0: 0.995; 1: never, and deep pictures then hold the matter behind dense parts
+   * as exactly as that in front, and up to 64 surfaces of an isosurface along each ray, without a
+   * trail. */
   double opacity_stop;
   /* Non-zero: slow double-precision integration of the same field in fine steps. */
   int32_t reference;
@@ -2086,14 +2090,15 @@ typedef struct bccsplat_render_options {
   bccsplat_preintegrate preintegrate;
   /* DEFAULT: on, but with quality draft. */
   bccsplat_smooth_edges smooth_edges;
-  /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a gradient has no
-   * surface and is lit as if it faced every light, without highlight; three times as much is a
-   * surface as any, and what lies between is lit by a mean of the two. 0: every gradient is a
-   * surface's. Not set: what the kernel's ripple leaves in gradients, of a value's distance from
-   * air (of surfaces and maxima a tenth of it, of composites what differences between samples see
-   * of it; 0.002 to 0.004 by default, at every level alike), and what the file tells: three
-   * standard deviations of its steps, of its air_threshold and of the values that most of a solid
-   * object has, but no more than lights an edge of three voxels fully. */
+  /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel. A gradient below this is treated as
+   * noise: the sample is lit as if it faced every light, without highlight. A gradient three times
+   * as large is that of a surface, and those between are lit by a mean of the two. 0: every
+   * gradient is that of a surface. Not set: the part of a value's distance from air that the
+   * kernel's ripple leaves in gradients (a tenth of it for surfaces and maxima, for composites the
+   * part that differences between samples see; 0.002 to 0.004 by default, at every level alike),
+   * and the noise that the file records: three standard deviations of its steps, of its
+   * air_threshold and of the values of a solid object, but no more than lets an edge of three
+   * voxels be lit fully. */
   double gradient_noise;
   /* NULL: none. */
   bccsplat_cancel_token* cancel_token;
@@ -2101,7 +2106,7 @@ typedef struct bccsplat_render_options {
    * follow there, until opacity_stop. Depth is that of the first hit; value and time are means
    * weighted by opacity; deep pictures have a sample for each hit. A trail goes with opaque ones
    * only (render answers UNSUPPORTED). With surface_count 0 there is one, opaque, at iso_value;
-   * else iso_value says nothing and needs no bit. Other modes ignore surfaces, and the log gets a
+   * else iso_value has no effect and needs no bit. Other modes ignore surfaces, and the log gets a
    * warning of that once per device. */
   const bccsplat_iso_surface* surfaces;
   /* At most BCCSPLAT_MAX_ISO_SURFACES. */
@@ -2121,42 +2126,43 @@ typedef struct bccsplat_render_options {
   uint32_t reserved2;
 } bccsplat_render_options;
 
-/* What of the volume a picture of a time slice needs. */
+/* The part of the volume that a picture of a time slice needs. */
 typedef struct bccsplat_picture_needs {
   uint32_t struct_size;
-  /* The coarsest that draws it as well as its quality asks: of draft and normal pictures one of
-   * which a pixel covers a lattice distance or more, in the direction of fewest; of drafts a fifth
-   * of it and of normal pictures a third where the level's error, squared, is above that of level 0
-   * by at most that of 0.002 of the range (over what is kept) and nowhere above 0.05, for then it
-   * is below that of the quality. 0 for fine, best and reference pictures, mode MAXIMUM, and where
-   * SKIP_FINE_DETAIL is switched off. */
+  /* The coarsest level that draws it as well as its quality asks. Draft and normal pictures: a
+   * pixel covers a lattice distance of it or more, in the direction of fewest; for drafts a fifth
+   * of it and for normal pictures a third is enough where the level's error, squared, is above that
+   * of level 0 by at most that of 0.002 of the range (over what is kept) and nowhere above 0.05,
+   * for then it is below that of the quality. 0 for fine, best and reference pictures, mode
+   * MAXIMUM, and where SKIP_FINE_DETAIL is switched off. */
   uint32_t level;
-  /* What the camera sees of the slice, and three samples more, as bccsplat_slice_options.box takes
-   * it; all samples where it sees nothing. */
+  /* The part of the slice that the camera sees, and three samples more, as
+   * bccsplat_slice_options.box takes it; all samples where it sees nothing. */
   double box[6];
   /* 0: nothing of the slice is in the picture. */
   int32_t seen;
   int32_t reserved;
-  /* Of level 0: how many a pixel covers at the centre of the domain, in the direction of fewest. */
+  /* Lattice distances of level 0 that a pixel covers at the centre of the domain, in the direction
+   * of fewest. */
   double distances_per_pixel;
 } bccsplat_picture_needs;
 
-/* Tells what a picture needs before the slice for it is made. Any time slice of the volume will do,
- * of the channel that is drawn: a host cuts one of the coarsest level, which costs next to nothing,
- * fits its camera to it, may draw it at once, and cuts the one that is needed. Reads nothing.
- * options may be NULL: defaults. width, height in [1, 65536]. Also: UNSUPPORTED for slices that are
- * not in time, of extracted points, or with a basis of their own. */
+/* Returns the needs of a picture before the slice for it is made. Any time slice of the volume will
+ * do, of the channel that is drawn: a host cuts one of the coarsest level, which costs next to
+ * nothing, fits its camera to it, may draw it at once, and cuts the one that is needed. Reads
+ * nothing. options may be NULL: defaults. width, height in [1, 65536]. Also: UNSUPPORTED for slices
+ * that are not in time, of extracted points, or with a basis of their own. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice,
     const bccsplat_camera* camera, uint32_t width, uint32_t height,
     const bccsplat_render_options* options, bccsplat_picture_needs* needs);
 
-/* The same of any view (NULL: the default one) and of what clips leave (as
- * bccsplat_renderer_set_clips takes them): a box smaller by what they cut. */
+/* The same for any view (NULL: the default one) and clips as bccsplat_renderer_set_clips takes
+ * them: the box is smaller by the parts that they cut. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_view_needs(const bccsplat_slice* slice,
     const bccsplat_view* view, const bccsplat_clip* clips, uint64_t clip_count, uint32_t width,
     uint32_t height, const bccsplat_render_options* options, bccsplat_picture_needs* needs);
 
-/* What the trail holds. */
+/* Contents of the trail. */
 typedef int32_t bccsplat_trail_content;
 enum {
   BCCSPLAT_TRAIL_CONTENT_DEFAULT = 0,
@@ -2178,7 +2184,7 @@ enum {
   /* The paper's equation (8) per sheet, as printed: depends on the sheet step. An isosurface has
    * the opacity 1 on the sheet that it is hit in and on all behind it, as an object has whose
    * opacity is a threshold of the value: half of the trail there, and a half, a quarter and so on
-   * of what lies behind, show through. */
+   * of the matter behind, show through. */
   BCCSPLAT_TRAIL_INTERLEAVED = 2,
   /* Two pictures, the slice's over the trail's: no mutual occlusion. */
   BCCSPLAT_TRAIL_POST = 3,
@@ -2186,11 +2192,11 @@ enum {
   BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT = 4
 };
 
-/* 3.5D motion blur: what the volume held over an interval of time, drawn together with a time slice
- * of it; or what hyperplanes beside any other one hold, along its normal. Stills stand at the
- * midpoints of equal parts of a sub-interval (the error falls with the square of their number).
- * Means are exact over time; along other normals they are Gauss-Legendre quadratures that hold what
- * a lattice of the source's density can. */
+/* 3.5D motion blur: the volume over an interval of time, drawn together with a time slice of it; or
+ * the hyperplanes beside any other one, along its normal. Stills stand at the midpoints of equal
+ * parts of a sub-interval (the error falls with the square of their number). Means are exact over
+ * time; along other normals they are Gauss-Legendre quadratures, as fine as a lattice of the
+ * source's density. */
 typedef struct bccsplat_trail {
   uint32_t struct_size;
   /* DEFAULT: classified. */
@@ -2232,19 +2238,19 @@ typedef struct bccsplat_render_stats {
   double ms_total;
   /* Summed over threads. */
   double cpu_ms;
-  /* Of the slice, mirror images beyond the ends of the domain included. One opaque isosurface of a
-   * time slice is drawn by rays where its lattice, kernel, field and view allow (64 pixels may not
-   * span half a turn or nearly so): then these are the sites without mirror images, and all other
-   * counts of points and bricks 0. */
+  /* Points of the slice, mirror images beyond the ends of the domain included. One opaque
+   * isosurface of a time slice is drawn by rays where its lattice, kernel, field and view allow (64
+   * pixels may not span half a turn or nearly so): then these are the sites without mirror images,
+   * and all other counts of points and bricks 0. */
   uint64_t points_total;
-  /* In bricks that neither their range of values nor their place left out. */
+  /* Points in bricks that neither their range of values nor their place left out. */
   uint64_t points_after_cull;
   /* Tile visits. */
   uint64_t points_splatted;
   /* Tile visits skipped because the pixels were finished. */
   uint64_t points_occluded;
   uint64_t tiles;
-  /* Of the view volume. */
+  /* Sheets of the view volume. */
   uint64_t sheets;
   /* T. */
   double sheet_step;
@@ -2252,36 +2258,37 @@ typedef struct bccsplat_render_stats {
   int32_t coarse_level;
   /* 0 */
   uint32_t reserved;
-  /* 1: the picture was. */
+  /* 1: the picture was pre-integrated. */
   int32_t preintegrated;
   /* 0 */
   uint32_t reserved2;
   /* Sheets of tiles that were kept from an earlier picture: no point was drawn. */
   uint64_t sheets_reused;
-  /* Of points, of the slice and a trail's stills; with all sheets kept none. */
+  /* Bricks of points, of the slice and a trail's stills; 0 when all sheets were kept. */
   uint64_t bricks_total;
-  /* Left out: nothing of theirs shows under the transfer function. */
+  /* Bricks left out because nothing in them shows under the transfer function. */
   uint64_t bricks_invisible;
-  /* Left out: outside the view or the slice's box. */
+  /* Bricks left out because they are outside the view or the slice's box. */
   uint64_t bricks_outside;
-  /* Of tiles to the others. */
+  /* Visits of tiles to the other bricks. */
   uint64_t brick_visits;
-  /* Of these, skipped because the pixels of the tile around were finished. */
+  /* Visits skipped because the pixels of the tile around were finished. */
   uint64_t visits_hidden;
-  /* Of these, never come to: the whole tile was finished, or its rays had ended. */
+  /* Visits that were never reached: the whole tile was finished, or its rays had ended. */
   uint64_t visits_unread;
-  /* Left out in bricks that show in other places, some of them tile by tile. */
+  /* Points left out in bricks that show in other places, some of them tile by tile. */
   uint64_t points_invisible;
   /* Sheets of tiles that have nothing on them. */
   uint64_t sheets_skipped;
-  /* From the file, for the trail; those of other calls at the time counted. */
+  /* Bytes read from the file for the trail, including those of other calls at the time. */
   uint64_t bytes_read;
-  /* Of the volume, that the slice is made of. */
+  /* Level of the volume that the slice is made of. */
   uint32_t level;
   /* 0 */
   uint32_t reserved3;
-  /* BACKEND_CPU or BACKEND_GPU: what drew the picture. When a GPU did, the counts of points, tiles,
-   * bricks and visits but points_total are 0, and ms_shade is the time of the call that drew. */
+  /* BACKEND_CPU or BACKEND_GPU, which drew the picture. When a GPU did, the counts of points,
+   * tiles, bricks and visits but points_total are 0, and ms_shade is the time of the call that
+   * drew. */
   bccsplat_backend backend;
   /* 0 */
   uint32_t reserved4;
@@ -2294,26 +2301,30 @@ BCCSPLAT_API void bccsplat_renderer_release(bccsplat_renderer* renderer);
 /* The slice to draw; retained. NULL: none. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_slice(
     bccsplat_renderer* renderer, const bccsplat_slice* slice);
-/* NULL: no trail. Render answers UNSUPPORTED when the mode is neither composite nor isosurface, or
- * reference is asked for. */
+/* Sets the trail; NULL: none. Render answers UNSUPPORTED when the mode is neither composite nor
+ * isosurface, or reference is asked for. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(
     bccsplat_renderer* renderer, const bccsplat_trail* trail);
-/* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at render). */
+/* Sets the camera; NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at
+ * render). */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(
     bccsplat_renderer* renderer, const bccsplat_camera* camera);
-/* The same and more: a host's matrices, a part of a picture, the host's opaque scene. Takes the
- * place of set_camera's, and that of this. NULL: the default view. The view's camera is copied. */
+/* Sets a view: a camera or a host's matrices, a part of a picture, the host's opaque scene. It
+ * replaces the camera of set_camera, and set_camera replaces it. NULL: the default view. The view's
+ * camera is copied. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_view(
     bccsplat_renderer* renderer, const bccsplat_view* view);
-/* What is kept of the slice in the world, all half-spaces together; at most BCCSPLAT_MAX_CLIPS.
- * What is cut is not drawn. Copied. count 0: all is kept. */
+/* Draws only the part of the slice that lies in all of these half-spaces of the world; at most
+ * BCCSPLAT_MAX_CLIPS. They are copied. count 0: all of the slice. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_clips(
     bccsplat_renderer* renderer, const bccsplat_clip* clips, uint64_t count);
-/* NULL: that of bccsplat_volume_get_look for the mode of the picture, of several isosurfaces that
- * for mode composite, whose colours tell them apart. */
+/* Sets the transfer function, which is copied. NULL, and before the first call: each render makes
+ * the function of the slice's channel that bccsplat_volume_get_look returns for its mode
+ * (LOOK_DEFAULT); several isosurfaces get that of mode composite, whose colours tell them apart. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_transfer_function(
     bccsplat_renderer* renderer, const bccsplat_transfer_function* function);
-/* NULL: one white light from the camera, and the default material. */
+/* Sets lights and material, which are copied. NULL: one white light from the camera, and the
+ * default material. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_lights(
     bccsplat_renderer* renderer, const bccsplat_lights* lights);
 /* NULL: the defaults. */
@@ -2322,18 +2333,18 @@ BCCSPLAT_API bccsplat_status bccsplat_renderer_set_options(
 /* Draws into every channel the frame has. A picture that is refused (INVALID_ARGUMENT, WRONG_STATE,
  * UNSUPPORTED), or that fails or is cancelled before drawing begins, such as while a trail is read,
  * leaves the frame as it was, with the deep samples, camera and attributes of the picture before.
- * One that is cancelled or fails while it is drawn keeps the tiles that were finished in the
- * planes, and elsewhere what these held; the deep samples, the camera and the attributes of the
- * frame are gone then. Also: WRONG_STATE without a slice; INVALID_ARGUMENT: a camera more than 1e9
- * sheets away, more than 1e8 sheets; UNSUPPORTED: what modes, trails, deep frames and the reference
- * do not do together, such as trails and extracted points; LIMIT_EXCEEDED: more than 2^32 - 1
- * points; of trails and levels reading. */
+ * One that is cancelled or fails while it is drawn keeps the tiles that were finished, and
+ * elsewhere the pixels from before; the deep samples, the camera and the attributes of the frame
+ * are gone then. Also: WRONG_STATE without a slice; INVALID_ARGUMENT: a camera more than 1e9 sheets
+ * away, more than 1e8 sheets; UNSUPPORTED: combinations of modes, trails, deep frames and the
+ * reference that cannot be drawn, such as trails and extracted points; LIMIT_EXCEEDED: more than
+ * 2^32 - 1 points; for trails and levels reading. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_render(
     bccsplat_renderer* renderer, bccsplat_frame* frame);
 /* Makes the render under way end with CANCELLED; may be called from any thread at any time. Between
  * renders it does nothing: a cancel token stays. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_cancel(bccsplat_renderer* renderer);
-/* Of the last successful render. Also: WRONG_STATE before it. */
+/* Returns the statistics of the last successful render. Also: WRONG_STATE before it. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_get_stats(
     const bccsplat_renderer* renderer, bccsplat_render_stats* stats);
 
@@ -2345,7 +2356,7 @@ enum {
    * - air over world length in all of R, G, B; mode maximum: classified maximum. */
   BCCSPLAT_FRAME_RGBA = 1,
   /* 1 float: distance along the view direction (world) from the camera position where the opacity
-   * passes 1/2, or options->depth_opacity, of isosurfaces where the first is met; infinity where
+   * passes 1/2, or options->depth_opacity, for isosurfaces where the first is met; infinity where
    * that never happens. */
   BCCSPLAT_FRAME_DEPTH = 2,
   /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted mean value; NaN where
@@ -2360,13 +2371,13 @@ enum {
   BCCSPLAT_FRAME_DEEP = 16
 };
 
-/* What each pixel holds along its ray, as OpenEXR's deep pictures do: samples in order of depth
- * that do not overlap ("tidy") and, composited front to back, are the RGBA of the same render. A
- * sample is a part of the ray that absorbs evenly, or a surface (z = z_back). They are
- * the way to composite a volume with other things in depth: samples of both, in order, one over the
- * other, a sample that something divides cut by OpenEXR's rule (the part x of it absorbs 1 - (1 -
- * opacity)^x). To take samples away from the front and see those behind, ask for them with
- * opacity_stop 1: else a ray ends where it is finished, such as at the first opaque surface. */
+/* Samples of each pixel along its ray, as in OpenEXR's deep pictures: in order of depth that do not
+ * overlap ("tidy") and, composited front to back, are the RGBA of the same render. A sample is a
+ * part of the ray that absorbs evenly, or a surface (z = z_back). They are the way to composite a
+ * volume with other things in depth: samples of both, in order, one over the other, a sample that
+ * something divides cut by OpenEXR's rule (the part x of it absorbs 1 - (1 - opacity)^x). To take
+ * samples away from the front and see those behind, ask for them with opacity_stop 1: else a ray
+ * ends where it is finished, such as at the first opaque surface. */
 typedef struct bccsplat_deep {
   uint32_t struct_size;
   /* Floats per sample, 6: z, z_back (as FRAME_DEPTH measures; never negative with perspective
@@ -2374,7 +2385,7 @@ typedef struct bccsplat_deep {
   uint32_t components;
   uint32_t width;
   uint32_t height;
-  /* Of the picture. */
+  /* Samples of the whole picture. */
   uint64_t sample_count;
   /* width x height + 1: pixel p = y * width + x has samples first[p] .. first[p+1]-1. */
   const uint64_t* first;
@@ -2416,7 +2427,7 @@ typedef struct bccsplat_image_options {
   bccsplat_cancel_token* cancel_token;
 } bccsplat_image_options;
 
-/* What an image is saved as. */
+/* File format of an image. */
 typedef int32_t bccsplat_image;
 enum { BCCSPLAT_IMAGE_PNG = 1, BCCSPLAT_IMAGE_EXR = 2, BCCSPLAT_IMAGE_DEEP_EXR = 3 };
 
@@ -2447,7 +2458,7 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_wrap_planes(bccsplat_device* device,
 typedef struct bccsplat_gl_target {
   uint32_t struct_size;
   /* GL_TEXTURE_2D, level 0, of a format that can be drawn into. Row 0 is the lowest row of the
-   * picture, as OpenGL has it. What is written is linear, colours premultiplied by opacity. */
+   * picture, as OpenGL has it. Pixels are written linear, colours premultiplied by opacity. */
   uint32_t texture;
   /* In pixels, from 1 to 65536, of both textures. */
   uint32_t width;
@@ -2463,11 +2474,11 @@ typedef struct bccsplat_gl_target {
  * context that is current on the calling thread (desktop OpenGL 3.3 or later), with nothing read
  * back, and refused where the GPU does not draw such a picture (bccsplat_gpu_info) or fails. It
  * keeps the last two slices in that context: all renders and the last release are made with it
- * current; where it is not, a render is refused (MISSING_FEATURE), and what is kept goes with the
- * context. A render leaves the context's state as it was but for errors, which are forgotten, and
- * the blending of single draw buffers. Edges are not smoothed, a view's background is not looked
- * at; with a budget_ms renders are refused. The frame has no plane in memory: nothing can be saved
- * or copied from it (NOT_FOUND, or UNSUPPORTED to save). */
+ * current; where it is not, a render is refused (MISSING_FEATURE), and the slices are freed with
+ * the context. A render leaves the context's state as it was but for errors, which are forgotten,
+ * and the blending of single draw buffers. Edges are not smoothed, a view's background is not
+ * looked at; with a budget_ms renders are refused. The frame has no plane in memory: nothing can be
+ * saved or copied from it (NOT_FOUND, or UNSUPPORTED to save). */
 BCCSPLAT_API bccsplat_status bccsplat_frame_wrap_gl(
     bccsplat_device* device, const bccsplat_gl_target* target, bccsplat_frame** frame);
 BCCSPLAT_API void bccsplat_frame_retain(bccsplat_frame* frame);
@@ -2476,7 +2487,7 @@ BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
  * bccsplat_frame_get_deep. Also: NOT_FOUND when the frame lacks it. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(
     const bccsplat_frame* frame, uint32_t channel, bccsplat_plane* plane);
-/* What pixels are copied as. */
+/* Format that pixels are copied in. */
 typedef int32_t bccsplat_pixel_format;
 enum {
   /* float, as the plane has them. */
@@ -2509,8 +2520,9 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_get_deep(
 /* OpenEXR scanline file, ZIP, float: R, G, B, A unnamed first, the others as depth.Z, value.Y,
  * time.Y. The camera of the last render into the frame is written as the standard attributes
  * worldToCamera (x right, y up, z forward: left-handed), worldToNDC ((0, 0) upper left, (1, 1)
- * lower right) and, in perspective, screenWindowWidth; what it shows as bccsplat/version,
- * /hyperplane, /kernel and /sheetStep. options may be NULL. Also: writing, MISSING_FEATURE. */
+ * lower right) and, in perspective, screenWindowWidth; version, hyperplane, kernel and sheet step
+ * as bccsplat/version, /hyperplane, /kernel and /sheetStep. options may be NULL. Also: writing,
+ * MISSING_FEATURE. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_exr(
     const bccsplat_frame* frame, const char* path, const bccsplat_image_options* options);
 /* OpenEXR deep scanline file, ZIPS, float: Z, ZBack, A, R, G, B, deepImageState tidy; attributes as
@@ -2521,14 +2533,14 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_save_deep_exr(
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_png(
     const bccsplat_frame* frame, const char* path, const bccsplat_image_options* options);
 /* The bytes of the file that save_png, save_exr or save_deep_exr would write (format:
- * BCCSPLAT_IMAGE_...), into a host's stream, which is borrowed during the call; `overwrite` says
- * nothing. Also: as they, of writing IO alone. */
+ * BCCSPLAT_IMAGE_...), into a host's stream, which is borrowed during the call; `overwrite` has no
+ * effect. Also: as they, but from writing only IO. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_stream(const bccsplat_frame* frame,
     bccsplat_image format, const bccsplat_write_stream* stream,
     const bccsplat_image_options* options);
 /* The same into the host's memory: writes the first min(capacity, size) bytes; `bytes` may be NULL
  * when capacity is 0. size (may be NULL) gets the bytes in all. The image is made anew by each
- * call: 8 bytes for each pixel and 64 KiB are more than any PNG takes. Also: as they, but nothing
+ * call: 8 bytes for each pixel and 64 KiB are more than any PNG takes. Also: as they, without those
  * of writing. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* frame,
     bccsplat_image format, const bccsplat_image_options* options, void* bytes, uint64_t capacity,
@@ -2536,12 +2548,11 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* fr
 
 /* ---- Scene: volumes in a host's world ---- */
 
-/* What a host talks to every frame: volumes placed in its world, a time, a view. The scene picks
- * the level and the part of each volume that the view shows, reads and cuts them, keeps what it
- * made, and draws. */
+/* Volumes placed in a host's world, a time and a view. The scene picks the level and the part of
+ * each volume that the view shows, reads and cuts them, keeps the slices, and draws. */
 typedef struct bccsplat_scene bccsplat_scene;
 
-/* What of an instance shows at times outside its series. */
+/* Contents of an instance at times outside its series. */
 typedef int32_t bccsplat_outside;
 enum {
   BCCSPLAT_OUTSIDE_DEFAULT = 0, /* nothing */
@@ -2566,24 +2577,23 @@ typedef struct bccsplat_instance {
   /* Copied; NULL: that of bccsplat_volume_get_look. Its unit_distance is a length of the scene's
    * world; 0: one mean voxel as it is placed. */
   const bccsplat_transfer_function* transfer_function;
-  /* What its extinction is multiplied by, up to 1e6; 0: 1. Two instances of 0.5 in one place are
-   * the volume. */
+  /* Factor on its extinction, up to 1e6; 0: 1. Two instances of 0.5 in one place are the volume. */
   double density;
 } bccsplat_instance;
 
-/* What a picture of a scene took. */
+/* Result and cost of a picture of a scene. */
 typedef struct bccsplat_scene_status {
   uint32_t struct_size;
   /* 1: the frame holds the picture that was asked for; 0: a coarser one, or one in part, because
    * the budget ended. */
   uint32_t complete;
-  /* Of the work to the complete picture, 0 .. 1. */
+  /* Share of the work to the complete picture that is done, 0 .. 1. */
   double progress;
   /* Instances that the view shows. */
   uint32_t drawn;
   /* Slices that were cut for this picture; others were there. */
   uint32_t cut;
-  /* Of the volumes' levels the finest that was drawn. */
+  /* Finest level of any volume that was drawn. */
   uint32_t level;
   uint32_t reserved;
   uint64_t bytes_read;
@@ -2591,7 +2601,7 @@ typedef struct bccsplat_scene_status {
   double ms_cut;
   double ms_draw;
   double ms_total;
-  /* BACKEND_CPU or BACKEND_GPU: what drew. */
+  /* BACKEND_CPU or BACKEND_GPU, which drew. */
   bccsplat_backend backend;
   uint32_t reserved2;
 } bccsplat_scene_status;
@@ -2632,8 +2642,8 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* sce
  *
  * budget_ms: 0: until the picture is complete. Else about the time that the call takes: a coarse
  * picture comes first, and calls that follow with nothing changed (view, depths, options, scene) go
- * on where the last one ended, until status->complete. Cutting a slice is cut off as well: the
- * frame then keeps what it had, and progress is 0 until there is a first picture; where a slice
+ * on where the last one ended, until status->complete. Cutting a slice is interrupted as well: the
+ * frame then keeps its pixels, and progress is 0 until there is a first picture; where a slice
  * takes longer than the budget each call gives it twice the time of the one before. A complete
  * picture is that of budget 0 up to rounding. options->progress is not called, but options->tile
  * is; FRAME_DEEP is UNSUPPORTED.
@@ -2649,15 +2659,15 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* sce
 BCCSPLAT_API bccsplat_status bccsplat_scene_render(bccsplat_scene* scene, const bccsplat_view* view,
     bccsplat_frame* frame, const bccsplat_render_options* options, double budget_ms,
     bccsplat_scene_status* status);
-/* Reads what a picture of width x height pixels at that time will need, into the volumes' caches:
- * for an idle thread of the host's, ahead of the time that will be drawn. It may run while other
- * threads draw or change the scene. Also: as bccsplat_scene_render. */
+/* Reads all data that a picture of width x height pixels at that time will need into the volumes'
+ * caches: for an idle thread of the host's, ahead of the time that it will draw. It may run while
+ * other threads draw or change the scene. Also: as bccsplat_scene_render. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_prefetch(const bccsplat_scene* scene,
     const bccsplat_view* view, uint32_t width, uint32_t height,
     const bccsplat_render_options* options, double time);
 /* The byte ranges that such a prefetch reads for one instance, of the file of its volume, whose
  * caches are empty: as bccsplat_volume_get_ranges, whose flags, ranges, capacity and count these
- * are. Nothing where the instance is not seen at that time. Also: NOT_FOUND (id), as
+ * are. There are none where the instance is not seen at that time. Also: NOT_FOUND (id), as
  * bccsplat_volume_get_ranges. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_get_ranges(const bccsplat_scene* scene,
     const bccsplat_view* view, uint32_t width, uint32_t height,
