@@ -24,7 +24,7 @@ bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume, uint32_t
     made.kind = static_cast<int32_t>(survey.kind);
     made.empty[0] = survey.empty.low, made.empty[1] = survey.empty.high;
     made.range[0] = survey.colors.low, made.range[1] = survey.colors.high;
-    made.iso_value = survey.boundary;
+    made.iso_value = survey.surface;
     made.color_count = static_cast<uint32_t>(std::min(f.colors.size(), std::size(made.colors)));
     made.opacity_count = static_cast<uint32_t>(std::min(f.opacities.size(), std::size(made.opacities)));
     for (uint32_t i = 0; i < made.color_count; ++i) {

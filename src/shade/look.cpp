@@ -302,7 +302,7 @@ TransferFunction look_function(const ValueSurvey& s, Look look, RenderMode mode)
     if (f.opacities.empty()) f.opacities = {{s.background, 0}};
   }
   if (mode == RenderMode::isosurface && s.labels.empty() && look == Look::automatic)
-    f.colors = {{s.boundary, ivory}};
+    f.colors = {{s.surface, ivory}};
   return f;
 }
 

@@ -60,6 +60,10 @@ constexpr double color_tail = 0.002;
 // it.
 constexpr double narrowest_colors = 0.05;
 
+// An object has no edge of its own where the values between noise and object are never rarer than this share
+// of its commonest one, and no fewer than haze_of_all.
+constexpr double no_edge = 0.47;
+
 struct Background {
   bool found = false;
   double value = 0;
@@ -174,6 +178,17 @@ double boundary_behind_haze(const Histogram& h, double edge, const Pile& pile, d
   std::ptrdiff_t end = hump;
   while (end != behind && s[end] > rare * s[behind]) end += step;
   return (end - middle) * step > 0 ? h.value(static_cast<double>(end)) : boundary;
+}
+
+// Returns the boundary, or where a surface there would be torn the commonest value of the object. The noise
+// of the background ends at `edge`.
+double surface_of(const Histogram& h, double edge, const Pile& pile, double boundary) {
+  constexpr int reach = 3;
+  const std::vector<double> s = smoothed(h.all, reach);
+  const auto [first, last] = std::minmax(h.bin(edge), h.bin(pile.top));
+  const double least = *std::min_element(s.begin() + first, s.begin() + last + 1);
+  const bool torn = least > no_edge * s[h.bin(pile.top)] && least > haze_of_all * h.total();
+  return torn ? pile.top : boundary;
 }
 
 // The standard deviation that the narrower side of a pile has; 0 where bins are too wide to tell, and where
@@ -331,6 +346,7 @@ ValueSurvey survey_object(const Histogram& h, const ValueCounts& c, const Backgr
   if (sign * (s.boundary - edge) <= 0) s.boundary = 0.5 * (edge + s.object);
   if (!pile.found) return s;
   s.boundary = boundary_behind_haze(h, edge, pile, s.boundary);
+  s.surface = surface_of(h, edge, pile, s.boundary);
   s.noise = pile_noise(h, pile.top, s.boundary);
   // Between the peaks there is room for more of the slope.
   const auto distance = [&](double v) { return std::fabs(v - s.background); };
@@ -344,9 +360,7 @@ ValueSurvey survey_object(const Histogram& h, const ValueCounts& c, const Backgr
   return s;
 }
 
-} // namespace
-
-ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
+ValueSurvey survey_counts(const ValueCounts& c, std::optional<ValueKind> as) {
   ValueSurvey s;
   const Histogram h = working_histogram(c);
   s.background = c.air;
@@ -386,6 +400,14 @@ ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
   if (has_both_signs(h)) return survey_signs(h, c);
   const Background b = find_background(h, c);
   return b.found ? survey_object(h, c, b) : survey_dense(h, c);
+}
+
+} // namespace
+
+ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
+  ValueSurvey s = survey_counts(c, as);
+  if (std::isnan(s.surface)) s.surface = s.boundary;
+  return s;
 }
 
 } // namespace bccsplat

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import random
+import re
 import struct
 import unittest
 
@@ -338,6 +339,15 @@ class Look(ToolTest):
         mask = self.mask(v, [149, 0, 151, 1])
         surface, _ = self.picture(v, '--mode', 'iso')
         self.assertGreaterEqual(self.overlap(surface, mask), .85)
+
+    def test_the_default_surface_is_inside_what_has_no_edge(self):
+        """Tissue that is as common near the noise as at its middle: a surface between the two is torn."""
+        noise = random.Random(7)
+        v = self.made(lambda x, y, z: abs(noise.gauss(150, 100) if radius(x, y, z) < 16 else noise.gauss(0, 6)))
+        _, err = self.picture(v, '--mode', 'iso')
+        value = float(re.search(r'the surface at ([\d.]+)', err).group(1))
+        self.assertGreater(value, 115)
+        self.assertLess(value, 185)
 
     # file: (import arguments, value at which the object begins)
     REAL = {

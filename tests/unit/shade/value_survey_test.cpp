@@ -109,7 +109,12 @@ TEST(ValueSurvey, FogRisesFromAirWithoutAGap) {
   EXPECT_EQ(s.background, 0);
   EXPECT_GT(s.empty.high, 0);
   EXPECT_LT(s.empty.high, 0.5);
+  // A surface is nearer to the noise than to the value that divides the fog best, deep inside.
+  std::vector<double> bins(c.bins.begin(), c.bins.end());
+  bins[0] += static_cast<double>(c.air_sites);
+  const double best = otsu_threshold(bins, c.stored, 0);
   EXPECT_GT(s.boundary, s.empty.high);
+  EXPECT_LT(s.boundary - s.empty.high, 0.5 * (best - s.empty.high));
 }
 
 TEST(ValueSurvey, NoiseBesideExactAirIsEmptyToo) {
@@ -232,6 +237,27 @@ TEST(ValueSurvey, ABoundaryIsBehindAHumpOfHaze) {
     EXPECT_NEAR(value(with_haze(2e3, 52, upside_down)), 50, 3);
     EXPECT_NEAR(value(with_haze(2e5, 36, upside_down)), 50, 3);
   }
+}
+
+// Where values between noise and object are about as common as the object's own, a surface is inside it; an
+// object with an edge has it there, and what is composited keeps its boundary either way.
+TEST(ValueSurvey, SurfacesOfObjectsWithoutAnEdgeAreInsideThem) {
+  const auto object = [](double mean, double sigma) {
+    Counts c(0, 400);
+    c.normal(5e5, 20, 5).normal(5e5, mean, sigma);
+    return survey_values(c);
+  };
+  const ValueSurvey edge = object(200, 30), none = object(170, 95);
+  ASSERT_EQ(edge.kind, ValueKind::solid);
+  ASSERT_EQ(none.kind, ValueKind::solid);
+  EXPECT_EQ(edge.surface, edge.boundary);
+  EXPECT_NEAR(none.surface, 170, 12);
+  EXPECT_LT(none.boundary, 120);
+  // So rare values are no object that reaches down to the noise.
+  Counts few(0, 400);
+  few.normal(1e6, 20, 5).normal(5e4, 170, 95);
+  const ValueSurvey rare = survey_values(few);
+  EXPECT_EQ(rare.surface, rare.boundary);
 }
 
 TEST(ValueSurvey, OtsuDividesTwoPeaksBetweenThem) {
