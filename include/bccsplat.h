@@ -1946,6 +1946,12 @@ typedef struct bccsplat_look {
  * for maximum all but air is opaque, an isosurface has one colour. Also: NOT_FOUND (channel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume,
     uint32_t channel, bccsplat_look_kind look, bccsplat_mode mode, bccsplat_look* out);
+/* Makes a look for a slice. A time slice gets that of its volume. Off the time axis colours and
+ * opacities follow the values that the slice holds, from 0.2 to 99.8 % of those that are not air or
+ * noise: a plane through the dark part of a series is no darker than a frame. Air, noise and
+ * iso_value are those of the channel. Also: WRONG_STATE (a slice that misses the volume). */
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_look(
+    const bccsplat_slice* slice, bccsplat_look_kind look, bccsplat_mode mode, bccsplat_look* out);
 
 typedef struct bccsplat_light {
   /* Towards the light, world space, of any length from 1e-30 on; all zero: from the camera. */

@@ -16,6 +16,11 @@ namespace bccsplat {
 [[nodiscard]] TransferFunction default_function(const OpenVolume& volume, uint32_t channel,
                                                 const Slice& slice, const RenderOptions& options);
 
+// Returns the survey for a look of a slice: off the time axis by the values that the slice holds, so that a
+// plane through the dark part of a series is no darker than a frame; else that of the channel. Throws
+// invalid_argument: labels of too many values.
+[[nodiscard]] ValueSurvey survey_of_slice(const OpenVolume& volume, const OpenSlice& slice, Look look);
+
 // Returns the length that a look's opacities are meant for; 0: a mean voxel. A slice through time, or one
 // sample thick, is as opaque along its shortest axis as a frame is.
 [[nodiscard]] double distance_of_look(const OpenVolume& volume, const Slice& slice);

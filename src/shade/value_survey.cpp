@@ -410,4 +410,15 @@ ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
   return s;
 }
 
+ValueSurvey survey_part(const ValueSurvey& whole, const ValueCounts& part) {
+  if (whole.kind != ValueKind::solid && whole.kind != ValueKind::fog) return whole;
+  const Histogram h = working_histogram(part);
+  if (h.all.empty()) return whole;
+  ValueSurvey s = whole;
+  describe_rest(h, part, s);
+  s.crossing = whole.crossing;
+  const bool any = s.lower.share > 0 || s.upper.share > 0;
+  return any ? s : whole;
+}
+
 } // namespace bccsplat

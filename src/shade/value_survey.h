@@ -58,6 +58,11 @@ struct ValueSurvey {
 [[nodiscard]] ValueSurvey survey_values(const ValueCounts& counts,
                                         std::optional<ValueKind> as = std::nullopt);
 
+// Returns the survey of a part of the channel, by the counts of the part: its colours and what its means are
+// told by are the part's, air and noise those of the whole. Where nothing is seen of the part, and where
+// values are no quantities of one sign, it is the survey of the whole.
+[[nodiscard]] ValueSurvey survey_part(const ValueSurvey& whole, const ValueCounts& part);
+
 // Returns the value that divides the samples in [low, high] into two classes that differ most (Otsu 1979).
 [[nodiscard]] double otsu_threshold(const std::vector<double>& bins, const Range& range, double low);
 

@@ -323,14 +323,38 @@ class Look(ToolTest):
 
     def test_planes_over_time_are_seen(self):
         """A plane of few frames is as opaque along them as a frame is, and the same by a look that is asked for."""
-        v = self.volume((40, 40, 40, 8), lambda x, y, z, t: 100 * math.exp(-radius(x, y, z) ** 2 / 100), '--quiet', '--overwrite')
+        v = self.volume((40, 40, 40, 4), lambda x, y, z, t: 100 * math.exp(-math.dist((x, y), (CENTRE, CENTRE)) ** 2 / 60), '--quiet', '--overwrite')
         drawn = []
-        for more in (('--time', 3, '--index'), ('--plane', '0,0,1,0,-20'), ('--plane', '0,0,1,0,-20', '--look', 'auto')):
-            self.bcc4('render', v, *more, '-o', 'p.png', '--size', f'{PIXELS}x{PIXELS}', '--quiet', '--view', 'front')
+        for more in (('--time', 2, '--index'), ('--plane', '0,0,1,0,-20'), ('--plane', '0,0,1,0,-20', '--look', 'auto')):
+            self.bcc4('render', v, *more, '-o', 'p.png', '--size', f'{PIXELS}x{PIXELS}', '--quiet', '--view', 'front', '--opacity', .02)
             drawn.append(read_png(self.path('p.png')))
         frame, plane, asked = (rows[PIXELS // 2][PIXELS // 2][3] for rows in drawn)
-        self.assertGreater(plane, .8 * frame)
+        self.assertGreater(frame, 60)
+        self.assertLess(frame, 230, 'thick parts would be opaque either way')
+        self.assertAlmostEqual(plane, frame, delta=.2 * frame)
         self.assertEqual(drawn[1], drawn[2])
+        rows = self.plane(v, '--opacity', .02, '--unit-distance', 1)  # a voxel, as of frames
+        self.assertLess(rows[PIXELS // 2][PIXELS // 2][3], .3 * frame, 'there is something to make up for')
+
+    def plane(self, v, *more):
+        self.bcc4('render', v, '--plane', '0,0,1,0,-20', '-o', 'q.png', '--size', f'{PIXELS}x{PIXELS}', '--quiet', '--view', 'front', *more)
+        return read_png(self.path('q.png'))
+
+    def test_planes_over_time_have_the_scale_of_their_own_values(self):
+        """A plane through the dark part of a series is as bright as one through its bright part."""
+        def two(x, y, z, t):
+            return sum(most * math.exp(-math.dist((x, y, z), (12, 20, at)) ** 2 / 60) for most, at in ((1000, 30), (80, 8)))
+
+        v = self.volume((28, 40, 40, 8), two, '--quiet', '--overwrite')
+        light = []
+        for at in (30, 8):
+            self.bcc4('render', v, f'--plane=0,0,1,0,-{at}', '-o', 'p.png', '--size', f'{PIXELS}x{PIXELS}', '--quiet', '--view', 'front',
+                      '--background', '0,0,0', '--dump-tf', f'{at}.json')
+            light.append(max(self.luminance(p) for row in read_png(self.path('p.png')) for p in row))
+        self.assertGreater(light[1], .7 * light[0])
+        tops = [json.load(open(self.path(f'{at}.json')))[0]['RGBPoints'][-4] for at in (30, 8)]
+        self.assertGreater(tops[0], 700)
+        self.assertLess(tops[1], 120)
 
     def test_the_default_surface_of_noisy_fog_is_whole(self):
         """Tissue that varies: its surface is nearer to the noise than to its middle, so that no part is missing."""

@@ -154,10 +154,17 @@ void set_trail(const Renderer& renderer, const RenderArguments& a, const std::ar
   check(bccsplat_renderer_set_trail(renderer.get(), none ? nullptr : &trail), "--trail");
 }
 
+void write_text(const std::string& path, const std::string& text) {
+  OutputFile file(path, true);
+  file.write(std::as_bytes(std::span(text)));
+  file.finish();
+}
+
 struct Scene {
   const RenderArguments& a;
   const Device& device;
   const Volume& volume;
+  uint32_t channel;
   CameraChoice camera;
   const HostThings& host;
   PictureCutter cutter;
@@ -172,11 +179,38 @@ struct Scene {
   double least_background;              // of an X-ray
   std::optional<XrayExposure> exposure; // of the first picture
   std::optional<Annotation> annotation;
+  bccsplat_channel_info info;
+  const std::vector<Picture>& pictures;
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) {
     const bccsplat_camera view = camera.file ? turned(camera.file->cameras[picture.camera], picture.turn)
                                              : fitted->camera(slice, picture);
     return zoomed(view, a.zoom.value_or(1));
+  }
+
+  // Planes over time have the look of the first one's own values, which may be far from those of the series.
+  void look_at_plane(const Slice& slice, const Picture& picture) {
+    FunctionChoice choice = slice_function(a);
+    if (function_is_set || picture.where.is_time_slice || !by_look(choice)) return;
+    if (a.mode == BCCSPLAT_MODE_ISOSURFACE || a.mode == BCCSPLAT_MODE_XRAY) return;
+    const bccsplat_look look = make_look(slice, a.look, a.mode);
+    choice.always = true;
+    function = transfer_function(choice, info, look);
+    dump_function();
+    if (annotation) annotate(look, look.iso_value);
+  }
+
+  // Writes the function where that is asked for.
+  void dump_function() const {
+    if (function && !a.dump_tf.empty())
+      write_text(a.dump_tf, paraview_json(*function, a.colormap.empty() ? "bcc4" : a.colormap));
+  }
+
+  // Prepares what is written into pictures, in the colours that are drawn.
+  void annotate(const bccsplat_look& look, double iso_value) {
+    std::vector<std::array<double, 4>> colors = function ? function->colors : colors_of(look);
+    const bool of_labels = look.kind == BCCSPLAT_KIND_LABELS && colors == colors_of(look);
+    annotation.emplace(a, volume, channel, std::move(colors), of_labels, iso_value, pictures);
   }
 
   // A look's opacities are in proportion to what rays cross of a slice.
@@ -199,6 +233,7 @@ struct Scene {
     times.slice = cut.info;
     times.kernel = times.slice.kernel;
     check(bccsplat_renderer_set_slice(renderer.get(), cut.slice.get()), "");
+    look_at_plane(cut.slice, picture);
     set_function(cut.info);
     const bccsplat_view seen = host.view(cut.camera);
     check(bccsplat_renderer_set_view(renderer.get(), &seen),
@@ -233,12 +268,6 @@ struct Scene {
     return times;
   }
 };
-
-void write_text(const std::string& path, const std::string& text) {
-  OutputFile file(path, true);
-  file.write(std::as_bytes(std::span(text)));
-  file.finish();
-}
 
 // Before any work: whether there is a font, and room for letters.
 void prepare_annotation(RenderArguments& a, const std::array<uint32_t, 2>& size) {
@@ -306,16 +335,6 @@ Volume open_for_pictures(const Device& device, const RenderArguments& a) {
   const auto shape = picture_shape(volume, a);
   if (!smooth && !shape) return volume;
   return open_volume(device, a.file, smooth ? "default" : a.kernel, shape.value_or(std::array<double, 3>{}));
-}
-
-// Returns the colours of the function, which `look` makes where nobody chose one, and writes it where that is
-// asked for.
-std::vector<std::array<double, 4>> colors_of_function(const RenderArguments& a,
-                                                      const std::optional<TransferFunction>& f,
-                                                      const bccsplat_look& look) {
-  if (!f) return colors_of(look);
-  if (!a.dump_tf.empty()) write_text(a.dump_tf, paraview_json(*f, a.colormap.empty() ? "bcc4" : a.colormap));
-  return f->colors;
 }
 
 std::vector<RenderTimes> draw_pictures(Scene& scene, const std::vector<Picture>& pictures) {
@@ -410,6 +429,7 @@ Exit run_render(RenderArguments a) {
   Scene scene{.a = a,
               .device = device,
               .volume = volume,
+              .channel = channel,
               .camera = camera,
               .host = host,
               .cutter = {volume, channel, !a.which.level, options, {camera.size[0], camera.size[1]}, host},
@@ -423,8 +443,10 @@ Exit run_render(RenderArguments a) {
               .output = *output,
               .least_background = least_background(look, info.air),
               .exposure = std::nullopt,
-              .annotation = std::nullopt};
-  std::vector<std::array<double, 4>> colors = colors_of_function(a, scene.function, look);
+              .annotation = std::nullopt,
+              .info = info,
+              .pictures = pictures};
+  scene.dump_function();
   const TransferFunction seen = seen_function(a, scene.function, look, info.air);
   warn_of_nothing(a, seen, info);
   scene.fitted.emplace(volume, channel, a, seen, camera.projection, camera.size, pictures);
@@ -433,10 +455,7 @@ Exit run_render(RenderArguments a) {
   if (scene.trail_functions.empty())
     if (auto dense = function_of_dense_trail(slice_function(a), look))
       scene.trail_functions.push_back(std::move(*dense));
-  if (a.annotate) {
-    const bool of_labels = look.kind == BCCSPLAT_KIND_LABELS && colors == colors_of(look);
-    scene.annotation.emplace(a, volume, channel, std::move(colors), of_labels, options.iso_value, pictures);
-  }
+  if (a.annotate) scene.annotate(look, options.iso_value);
 
   const std::vector<RenderTimes> times = draw_pictures(scene, pictures);
   if (!a.stats.empty()) write_stats(scene, times);

@@ -120,6 +120,12 @@ bccsplat_look make_look(const Volume& volume, uint32_t channel, int32_t look, in
   return made;
 }
 
+bccsplat_look make_look(const Slice& slice, int32_t look, int32_t mode) {
+  auto made = sized<bccsplat_look>();
+  check(bccsplat_slice_get_look(slice.get(), look, mode, &made), "--look");
+  return made;
+}
+
 std::string look_in_words(const bccsplat_look& l) {
   switch (l.kind) {
   case BCCSPLAT_KIND_EMPTY:

@@ -34,6 +34,8 @@ struct FunctionChoice {
                                                                       const bccsplat_look& look);
 // The look that was chosen, for a mode of drawing.
 [[nodiscard]] bccsplat_look make_look(const Volume& volume, uint32_t channel, int32_t look, int32_t mode);
+// The same of a slice: off the time axis by its own values.
+[[nodiscard]] bccsplat_look make_look(const Slice& slice, int32_t look, int32_t mode);
 // Its points of value and linear colour.
 [[nodiscard]] std::vector<std::array<double, 4>> colors_of(const bccsplat_look& look);
 // Whether opacities are the look's, which are for what a frame is thick.

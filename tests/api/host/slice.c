@@ -134,6 +134,7 @@ static void fitted_boxes(const bccsplat_slice* slice) {
   const double colors[4] = {0, 1, 1, 1}, opacities[2] = {0, 1};
   SIZED(bccsplat_transfer_function, all);
   SIZED(bccsplat_fit, fit);
+  SIZED(bccsplat_look, look);
   SIZED(bccsplat_camera, camera);
   double bounds[6];
   all.color_count = all.opacity_count = 1;
@@ -145,6 +146,14 @@ static void fitted_boxes(const bccsplat_slice* slice) {
   EXPECT(fit.bounds[0] >= 0 && fit.bounds[0] < fit.bounds[3] && fit.bounds[3] <= NX - 1);
   REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_get_seen_bounds(NULL, NULL, bounds));
   REFUSED(INVALID_ARGUMENT, "bounds is NULL", bccsplat_slice_get_seen_bounds(slice, NULL, NULL));
+
+  OK(bccsplat_slice_get_look(slice, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_DEFAULT, &look));
+  EXPECT(look.color_count >= 1 && look.opacity_count >= 1 && look.range[0] <= look.range[1]);
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_get_look(NULL, 0, 0, &look));
+  REFUSED(INVALID_ARGUMENT, "out is NULL", bccsplat_slice_get_look(slice, 0, 0, NULL));
+  REFUSED(INVALID_ARGUMENT, "look is 8", bccsplat_slice_get_look(slice, 8, 0, &look));
+  REFUSED(INVALID_ARGUMENT, "mode is 5", bccsplat_slice_get_look(slice, 0, 5, &look));
+  OUTPUT_SIZES(bccsplat_look, bccsplat_slice_get_look(slice, 0, 0, out), (void)0);
 
   OK(bccsplat_fit_camera(&fit, 64, 48, &camera));
   EXPECT(camera.target[0] == (fit.bounds[0] + fit.bounds[3]) / 2 && camera.up[1] == 1);

@@ -260,6 +260,24 @@ TEST(ValueSurvey, SurfacesOfObjectsWithoutAnEdgeAreInsideThem) {
   EXPECT_EQ(rare.surface, rare.boundary);
 }
 
+// The colours of a part are those of its own values; air and noise stay those of the whole.
+TEST(ValueSurvey, APartHasColoursOfItsOwn) {
+  const Counts whole = Counts(0, 1000).normal(9e5, 20, 5).normal(1e5, 800, 30);
+  const ValueSurvey all = survey_values(whole);
+  const ValueSurvey part = survey_part(all, Counts(0, 1000).normal(1e4, 20, 5).normal(1e3, 100, 8));
+  EXPECT_EQ(part.empty.high, all.empty.high);
+  EXPECT_EQ(part.boundary, all.boundary);
+  EXPECT_EQ(part.crossing, all.crossing);
+  EXPECT_GT(all.colors.high, 850);
+  EXPECT_NEAR(part.colors.high, 120, 10);
+  EXPECT_NEAR(part.mean, 100 - all.background, 12);
+  // Nothing of it seen, and labels: as the whole.
+  EXPECT_EQ(survey_part(all, Counts(0, 1000).normal(1e4, 20, 2)).colors.high, all.colors.high);
+  ValueSurvey labels = all;
+  labels.kind = ValueKind::labels;
+  EXPECT_EQ(survey_part(labels, Counts(0, 1000).normal(1e3, 100, 8)).colors.high, all.colors.high);
+}
+
 TEST(ValueSurvey, OtsuDividesTwoPeaksBetweenThem) {
   std::vector<double> bins(100, 0.0);
   bins[20] = 5, bins[21] = 5, bins[70] = 3, bins[71] = 2;
