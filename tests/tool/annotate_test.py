@@ -210,6 +210,40 @@ class Annotate(ToolTest):
             bright = self.ink(rows, lambda r, g, b, a: max(r, g, b) > 60)
             self.assertLess(sum(p[0] for p in bright) / len(bright), 148, cut)  # the bump is right of the middle of the samples
 
+    def names_of_x(self, space):
+        """Ink and width of the names at the tip of the x arrow and at its other end, 0 where there is none: x runs to the right."""
+        with open(self.path('flow.nrrd'), 'rb') as f:
+            named = f.read().replace(b'space dimension: 3', space[0]).replace(b'space units: "mm" "mm" "mm"', b'space units: ' + space[1])
+        self.write('named.nrrd', named)
+        self.bcc4('import', 'named.nrrd', '-o', 'named.bcc4', '--quiet', '--overwrite')
+        with open(self.path('c.json'), 'w') as f:
+            f.write('{"position": [19, 17, 150], "target": [19, 17, 15], "ortho_height": 100}')
+        self.bcc4('render', 'named.bcc4', '--index', '--time', 0, '-o', 'n.png', '--size', '600x600', '--quiet', '--annotate', 'axes', '--opacity', 0,
+                  '--camera', 'c.json', *BLACK)
+        red = [(x, r - (g + b) / 2) for row in read_png(self.path('n.png')) for x, (r, g, b, _) in enumerate(row) if r - (g + b) / 2 > 20]
+        columns = sorted({x for x, _ in red})
+        parts = [[columns[0]]]
+        for x in columns[1:]:
+            parts.append([x]) if x > parts[-1][-1] + 2 else parts[-1].append(x)
+        arrow = max(parts, key=len)
+        ends = [[p for p in parts if p[0] > arrow[-1]], [p for p in parts if p[-1] < arrow[0]]]
+        return [(sum(w for x, w in red if x in set(sum(end, []))) / 180, sum(p[-1] - p[0] + 1 for p in end)) for end in ends]
+
+    def test_sides_of_patients_and_points_of_the_compass(self):
+        """R has more ink than L, W is wider than E; axes of other worlds have a letter at their tip alone."""
+        plain = (b'space dimension: 3', b'"mm" "mm" "mm"')
+        tip, other = self.names_of_x(plain)
+        self.assertGreater(tip[0], 0)
+        self.assertEqual(other[0], 0)
+        (right, _), (left, _) = self.names_of_x((b'space: right-anterior-superior', plain[1]))
+        self.assertGreater(right, 1.3 * left)
+        (left, _), (right, _) = self.names_of_x((b'space: left-posterior-superior', plain[1]))
+        self.assertGreater(right, 1.3 * left)
+        self.assertGreater(left, 0)
+        (_, east), (_, west) = self.names_of_x((plain[0], b'"degrees" "degrees" "degrees"'))
+        self.assertGreater(west, 1.3 * east)
+        self.assertGreater(east, 0)
+
     def test_the_scale_is_the_cameras(self):
         with open(self.path('c.json'), 'w') as f:
             f.write('{"position": [19, 17, -90], "target": [19, 17, 15], "ortho_height": 100}')

@@ -356,6 +356,26 @@ class Look(ToolTest):
         self.assertGreater(tops[0], 700)
         self.assertLess(tops[1], 120)
 
+    def test_trails_of_dense_fields_are_what_stands_out(self):
+        """Where nothing moved a dense field is drawn as without a trail; where the crest was the trail has its colours."""
+        v = self.volume((40, 40, 10, 9), lambda x, y, z, t: 20 + x / 4 + 60 * math.exp(-((x - 8 - 3 * t) ** 2 + (y - 20) ** 2) / 30),
+                        '--quiet', '--overwrite')
+        drawn = []
+        for more in ((), ('--trail', '7f,3')):
+            self.bcc4('render', v, '--index', '--time', 8, '-o', 'p.png', '--size', f'{PIXELS}x{PIXELS}', '--quiet', '--view', 'front',
+                      '--fit', 'domain', '--background', '0,0,0', *more)
+            drawn.append(read_png(self.path('p.png')))
+        scale = PIXELS * .92 / 40
+
+        def changes(rows):
+            at = [(round(PIXELS / 2 + (x - 19.5) * scale), y) for x in range(8, 26) for y in rows]
+            return [max(abs(a - b) for a, b in zip(drawn[0][y][x][:3], drawn[1][y][x][:3])) for x, y in at]
+        path, far = changes((PIXELS // 2,)), changes((PIXELS // 5, 4 * PIXELS // 5))
+        self.assertGreater(sorted(path)[len(path) // 2], 30)
+        self.assertLess(sorted(far)[len(far) // 2], 8)
+        hues = {max(range(3), key=lambda c: drawn[1][PIXELS // 2][round(PIXELS / 2 + (x - 19.5) * scale)][c]) for x in (10, 22)}
+        self.assertEqual(len(hues), 2, 'the first third is blue, the last orange')
+
     def test_the_default_surface_of_noisy_fog_is_whole(self):
         """Tissue that varies: its surface is nearer to the noise than to its middle, so that no part is missing."""
         noise = random.Random(6)
