@@ -15,7 +15,8 @@ while IFS='|' read -r name file arguments what; do
   # Arguments are words without spaces.
   # shellcheck disable=SC2086
   "$bcc4" import "$data/$file" $arguments -o "$work/$name.bcc4" --quiet
-  told=$("$bcc4" render "$work/$name.bcc4" --overwrite -o "$out/$name.png" --size 320x320 2>&1 >/dev/null | sed 's/^bcc4: [^:]*: //; s/; --tf.*//')
+  told=$("$bcc4" render "$work/$name.bcc4" --overwrite -o "$out/$name.png" --size 320x320 2>&1 >/dev/null | sed '/^render  /d; s/^bcc4: [^:]*: //; s/; --tf.*//' |
+    paste -sd ';' - | sed 's/; */; /g')
   rm "$work/$name.bcc4"
   drawn=$((drawn + 1))
   cat >> "$out/README.md" <<END
