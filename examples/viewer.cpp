@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// viewer FILE.bcc4 [--iso V[:OPACITY[:#RRGGBB]],...] [SCREENSHOT.bmp]: looks around in a series. It shows
-// coarse pictures while something moves and, a little at a time, a fine one at rest; the window stays
-// responsive, for pictures are made and cancelled in a thread of their own. With a screenshot the window is
-// saved there when it closes, and the counts of pictures are printed.
+// viewer FILE.bcc4 [--iso V[:OPACITY[:#RRGGBB]],...] [--gpu auto|on|off] [SCREENSHOT.bmp]: looks around in a
+// series. It shows coarse pictures while something moves and, a little at a time, a fine one at rest; the
+// window stays responsive, for pictures are made and cancelled in a thread of their own. With a screenshot
+// the window is saved there when it closes, and the counts of pictures are printed.
 #include "viewer/draw.h"
 #include "viewer/panel.h"
 #include "viewer/recorder.h"
@@ -103,16 +103,26 @@ struct Arguments {
   const char* path = nullptr;
   const char* screenshot = nullptr;
   std::vector<Surface> surfaces; // of --iso
+  bccsplat_backend backend = BCCSPLAT_BACKEND_AUTO;
 };
 
 constexpr const char* help =
-    "usage: viewer FILE.bcc4 [--iso V[:OPACITY[:#RRGGBB]],...] [SCREENSHOT.bmp]\n"
+    "usage: viewer FILE.bcc4 [--iso V[:OPACITY[:#RRGGBB]],...] [--gpu auto|on|off] [SCREENSHOT.bmp]\n"
     "  --iso   begins with isosurfaces of these values; without it there is one, of the value that the "
     "file's\n"
     "          histogram says, and i shows it\n"
+    "  --gpu   what draws: a graphics card where there is one, an OpenGL of any kind, or the CPU\n"
     "keys: space plays, r records, i switches between isosurfaces and opacities, up and down move the\n"
     "isosurfaces by a hundredth of the range, x, y and z cut open along an axis, [ and ] move the cuts,\n"
     "q quits; drag to orbit, wheel to zoom\n";
+
+// Throws what is expected.
+bccsplat_backend parse_backend(std::string_view word) {
+  if (word == "auto") return BCCSPLAT_BACKEND_AUTO;
+  if (word == "on") return BCCSPLAT_BACKEND_GPU;
+  if (word == "off") return BCCSPLAT_BACKEND_CPU;
+  throw std::runtime_error("--gpu: auto, on or off is expected");
+}
 
 // None when they make no sense.
 std::optional<Arguments> read_arguments(int argc, char** argv) {
@@ -121,6 +131,8 @@ std::optional<Arguments> read_arguments(int argc, char** argv) {
     const std::string_view word = argv[i];
     if (word == "--iso" && i + 1 < argc)
       a.surfaces = parse_surfaces(argv[++i]);
+    else if (word == "--gpu" && i + 1 < argc)
+      a.backend = parse_backend(argv[++i]);
     else if (word.starts_with("--"))
       return std::nullopt;
     else if (!a.path)
@@ -156,7 +168,9 @@ void apply_key(SDL_Keycode key, Wish& wish, Play& play, const Facts& facts) {
 int run(const Arguments& arguments) {
   const char* const screenshot = arguments.screenshot;
   bccsplat_device* d = nullptr;
-  check(bccsplat_device_create(nullptr, &d));
+  auto options = sized<bccsplat_device_options>();
+  options.backend = arguments.backend;
+  check(bccsplat_device_create(&options, &d));
   const Handle<bccsplat_device> device(d);
   bccsplat_volume* v = nullptr;
   check(bccsplat_volume_open_file(d, arguments.path, nullptr, &v));
@@ -225,11 +239,12 @@ int run(const Arguments& arguments) {
   }
   if (screenshot)
     std::printf("drafts %d fine %d cancelled %d rotate %.1f %.1f frame %.3f rounds %d iso %d value %.6g"
-                " open %d%d%d to %.2f\n",
+                " open %d%d%d to %.2f waited for %llu B by %s\n",
                 worker.counts().drafts.load(), worker.counts().fine.load(), worker.counts().cancelled.load(),
                 wish.rotate_x, wish.rotate_y, wish.frame, player.rounds(), wish.iso ? 1 : 0,
                 wish.surfaces.front().value, wish.open[0] ? 1 : 0, wish.open[1] ? 1 : 0, wish.open[2] ? 1 : 0,
-                wish.open_to[0]);
+                wish.open_to[0], static_cast<unsigned long long>(worker.counts().waited_for.load()),
+                worker.counts().by_gpu.load() ? "gpu" : "cpu");
   ImGui_ImplSDL2_Shutdown();
   ImGui::DestroyContext();
   return 0;

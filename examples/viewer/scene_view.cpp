@@ -2,7 +2,6 @@
 #include "viewer/scene_view.h"
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 
 namespace viewer {
@@ -66,16 +65,13 @@ bccsplat_scene_status SceneView::draw(const Wish& wish, const bccsplat_render_op
   return status;
 }
 
-void SceneView::look_ahead(const Wish& wish) {
-  if (ahead_.valid() && ahead_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  // What fails here is told by the picture itself.
-  ahead_ = std::async(std::launch::async, [this, wish, seen_by = camera(wish)] {
-    auto view = sized<bccsplat_view>();
-    view.camera = &seen_by;
-    const Options of(wish, BCCSPLAT_QUALITY_DRAFT, nullptr);
-    (void)bccsplat_scene_prefetch(scene_.get(), &view, wish.width, wish.height, &of.options,
-                                  time_at(wish.frame + wish.step));
-  });
+void SceneView::read(const Wish& wish) const {
+  const bccsplat_camera seen_by = camera(wish);
+  auto view = sized<bccsplat_view>();
+  view.camera = &seen_by;
+  const Options of(wish, BCCSPLAT_QUALITY_DRAFT, nullptr);
+  (void)bccsplat_scene_prefetch(scene_.get(), &view, wish.width, wish.height, &of.options,
+                                time_at(wish.frame));
 }
 
 } // namespace viewer

@@ -6,7 +6,6 @@
 #include "viewer/wish.h"
 
 #include <array>
-#include <future>
 
 namespace viewer {
 
@@ -22,8 +21,9 @@ class SceneView {
   // budget_ms 0: until it is complete.
   [[nodiscard]] bccsplat_scene_status draw(const Wish& wish, const bccsplat_render_options& options,
                                            double budget_ms, bccsplat_frame* frame) const;
-  // Reads what the next moment will need, in a thread of its own, unless that is still at work.
-  void look_ahead(const Wish& wish);
+  // Reads what the draft of a wish needs. Another thread may draw meanwhile. What fails is told by the
+  // picture.
+  void read(const Wish& wish) const;
   [[nodiscard]] const double (&box() const)[6] { return box_; }
   [[nodiscard]] bccsplat_camera camera(const Wish& wish) const;
 
@@ -39,7 +39,6 @@ class SceneView {
   uint64_t instance_ = 0;
   bool any_ = false;
   Wish applied_;
-  std::future<void> ahead_; // ends before the scene does
 };
 
 } // namespace viewer

@@ -32,6 +32,14 @@ Worker::Worker(bccsplat_device* device, const bccsplat_volume* volume, std::arra
   auto info = sized<bccsplat_volume_info>();
   check(bccsplat_volume_get_info(volume, &info));
   coarsest_ = info.level_count;
+  reader_ = std::make_unique<Reader>([this](const Wish& w) { scene_.read(w); },
+                                     [this] {
+                                       {
+                                         const std::scoped_lock lock(mutex_);
+                                         newer_ = true; // the wish that waits for it
+                                       }
+                                       changed_.notify_all();
+                                     });
   thread_ = std::thread([this] { run(); });
 }
 
@@ -43,6 +51,7 @@ Worker::~Worker() {
   }
   changed_.notify_all();
   thread_.join();
+  reader_.reset(); // before what it reads for
 }
 
 bool Worker::wish(const Wish& wish) {
@@ -159,18 +168,45 @@ void Worker::show(std::unique_ptr<Picture> picture) {
 }
 
 void Worker::draw_scene(const Wish& wish) {
-  const Options of(wish, wish.playing ? BCCSPLAT_QUALITY_DRAFT : BCCSPLAT_QUALITY_FINE, token_.get());
+  if (wish.playing) return draw_playing(wish);
+  played_.reset();
+  const Options of(wish, BCCSPLAT_QUALITY_FINE, token_.get());
   scene_.apply(wish);
-  if (wish.playing) scene_.look_ahead(wish);
   auto status = sized<bccsplat_scene_status>();
   do {
     auto picture = begin(wish, false);
-    status = scene_.draw(wish, of.options, wish.playing ? 0 : budget_ms, picture->frame.get());
+    status = scene_.draw(wish, of.options, budget_ms, picture->frame.get());
     if (status.progress == 0) continue; // nothing is there yet
-    picture->fine = status.complete && !wish.playing;
+    picture->fine = status.complete;
     picture->scene = status;
     show(std::move(picture));
   } while (!status.complete);
+}
+
+void Worker::draw_playing(const Wish& wish) {
+  if (!reader_->has(wish)) return draw_meanwhile(wish);
+  draw_draft(wish);
+  Wish next = wish;
+  next.frame += wish.step;
+  reader_->look_ahead(next);
+}
+
+void Worker::draw_meanwhile(const Wish& wish) {
+  if (!played_) return;
+  Wish still = wish;
+  still.frame = played_->frame, still.step = played_->step;
+  if (still != *played_) draw_draft(still);
+}
+
+void Worker::draw_draft(const Wish& wish) {
+  const Options of(wish, BCCSPLAT_QUALITY_DRAFT, token_.get());
+  scene_.apply(wish);
+  auto picture = begin(wish, false);
+  picture->scene = scene_.draw(wish, of.options, 0, picture->frame.get());
+  counts_.waited_for += picture->scene.bytes_read;
+  counts_.by_gpu = picture->scene.backend == BCCSPLAT_BACKEND_GPU;
+  played_ = wish;
+  show(std::move(picture));
 }
 
 void Worker::draw(const Wish& wish, bool fine) {

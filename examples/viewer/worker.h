@@ -3,6 +3,7 @@
 // when nothing moves.
 #pragma once
 
+#include "viewer/reader.h"
 #include "viewer/scene_view.h"
 
 #include <array>
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -32,6 +34,8 @@ struct Picture {
 
 struct Counts {
   std::atomic<int> drafts{0}, fine{0}, cancelled{0};
+  std::atomic<uint64_t> waited_for{0}; // bytes that a picture was kept waiting for while the series played
+  std::atomic<bool> by_gpu{false};     // the last picture
 };
 
 class Worker {
@@ -54,6 +58,11 @@ class Worker {
   [[nodiscard]] std::unique_ptr<Picture> begin(const Wish& wish, bool fine) const;
   void show(std::unique_ptr<Picture> picture);
   void draw_scene(const Wish& wish);
+  // Of a series that plays: waits for nothing, and is called again when what the moment needs was read.
+  void draw_playing(const Wish& wish);
+  // The last moment in the view of a wish, unless that is what is shown.
+  void draw_meanwhile(const Wish& wish);
+  void draw_draft(const Wish& wish);
   // Other planes, and trails.
   void draw(const Wish& wish, bool fine);
   void cut(const Wish& wish, uint32_t level);
@@ -72,6 +81,7 @@ class Worker {
   Handle<bccsplat_renderer> renderer_;
   Handle<bccsplat_slice> slice_;
   Wish drawn_;                        // what slice and renderer are set to
+  std::optional<Wish> played_;        // what a draft was drawn of while the series played
   uint32_t coarsest_ = 0, level_ = 0; // levels of the file, and of the slice
   bool slice_is_made_ = false;
   Counts counts_;
@@ -81,6 +91,7 @@ class Worker {
   Wish wish_;
   std::unique_ptr<Picture> picture_;
   bool newer_ = false, stop_ = false; // a wish that was not taken up yet
+  std::unique_ptr<Reader> reader_;
   std::thread thread_;
 };
 

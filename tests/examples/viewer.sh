@@ -72,6 +72,16 @@ xdotool key --window "$window" space
 sleep 1
 at_rest
 close
+# The same by an OpenGL of any kind, where there is one.
+if [[ -x $1/texture_host ]] && "$1/texture_host" blobs.bcc4 texture.ppm; then
+  open "$1" by_gpu --gpu on
+  xdotool key --window "$window" space
+  sleep 6
+  xdotool key --window "$window" space
+  sleep 1
+  at_rest
+  close
+fi
 open "$1" pictures
 xdotool key --window "$window" r
 sleep 1
@@ -116,6 +126,12 @@ awk -v x="$rotate_x" -v y="$rotate_y" -v f="$frame" \
 # Played: drafts alone while it ran.
 read -r _ drafts _ fine _ _ _ _ _ _ _ _ rounds _ <played
 ((drafts >= 5 && fine <= 3 && rounds >= 1))
+# What moments needed was read before they were drawn, in another thread.
+grep -q ' waited for 0 B by ' played
+if [[ -e by_gpu ]]; then
+  cat by_gpu
+  grep -q ' waited for 0 B by gpu$' by_gpu
+fi
 # A film as long as it was played, of whole pictures.
 bytes=$(<viewer-1.mp4) picture=$((670 * 680 * 4))
 ((bytes % picture == 0 && bytes / picture > 150))
@@ -150,8 +166,8 @@ PYTHON
 }
 [[ $(blue_over_red palette.bmp) == "False True" && $(blue_over_red window.bmp) == "True True" ]]
 # Much of the light is cut away, and much stays.
-grep -q 'open 000 to 0.50$' pictures
-grep -q 'open 100 to 0.55$' cut
+grep -q 'open 000 to 0.50 ' pictures
+grep -q 'open 100 to 0.55 ' cut
 light() { # of the window right of the panel
   python3 - "$1" <<'PYTHON'
 import struct, sys
@@ -166,6 +182,8 @@ black=$(((1000 - 330) * 680 * 255)) # opacity is a fourth byte
 awk -v whole="$(light whole.bmp)" -v cut="$(light cut.bmp)" -v black="$black" \
   'BEGIN { part = (cut - black) / (whole - black); print "of the light", part; exit !(part > .1 && part < .9) }'
 # What makes no sense is refused before a window opens.
+if "$examples/viewer" blobs.bcc4 --gpu maybe 2>words; then exit 1; fi
+grep -q 'auto, on or off is expected' words
 for wrong in 'x' '.5:2' '.5:1:red' '.5,' ''; do
   if "$examples/viewer" blobs.bcc4 --iso "$wrong" 2>words; then exit 1; fi
   grep -q 'is expected' words
