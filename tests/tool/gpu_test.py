@@ -2,6 +2,7 @@
 rasteriser is enough of one."""
 import json
 import math
+import os
 import subprocess
 import unittest
 
@@ -34,7 +35,7 @@ class Gpu(ToolTest):
         self.assertIn(gpu['version'], words)
 
     def test_pictures_are_those_of_the_cpu(self):
-        for more in ((), ('--camera', 'persp', '--quality', 'fine'), ('--iso', .4), ('--mode', 'mip')):
+        for more in ((), ('--camera', 'persp', '--quality', 'fine'), ('--iso', .4), ('--mode', 'mip'), ('--trail', -1), ('--trail', -1, '--iso', .4)):
             (a, by_gpu), (b, by_cpu) = self.draw('on', *more), self.draw('off', *more)
             self.assertEqual((by_gpu, by_cpu), ('gpu', 'cpu'))
             squares = [(p - q) ** 2 for rows in zip(a, b) for pixels in zip(*rows) for p, q in zip(*pixels)]
@@ -46,9 +47,35 @@ class Gpu(ToolTest):
         self.assertEqual(self.draw('auto')[1], 'cpu' if software else 'gpu')
 
     def test_what_it_does_not_draw_is_named(self):
-        self.refused(2, 'the GPU does not draw a trail', 'render', 'v.bcc4', '--time', 2, '--trail', -2, '--gpu', 'on', '-o', 't.png', output='t.png')
-        self.assertEqual(self.draw('auto', '--trail', -1)[1], 'cpu')
+        through = ('--trail', -1, '--iso', .4, '--combine', 'interleaved')
+        self.refused(2, 'the GPU does not draw a trail behind a surface that rays go through', 'render', 'v.bcc4', '--time', 2, *through, '--gpu', 'on',
+                     '-o', 't.png', output='t.png')
+        self.assertEqual(self.draw('auto', *through)[1], 'cpu')
         self.refused(2, '--gpu', 'render', 'v.bcc4', '--time', 2, '--gpu', 'maybe', '-o', 't.png', output='t.png')
+
+
+class WithoutOpenGl(ToolTest):
+    """Where no library of OpenGL can be loaded, which the environment says here, the tool says so, and the CPU draws."""
+
+    def setUp(self):
+        super().setUp()
+        self.volume((24, 22, 20, 4), bump, '--quiet')
+        os.environ['BCCSPLAT_MISSING_LIBRARIES'] = 'libEGL.so.1'
+        self.addCleanup(os.environ.pop, 'BCCSPLAT_MISSING_LIBRARIES')
+
+    def test_it_is_said(self):
+        for words in (('info', '--gpu'), ('render', 'v.bcc4', '--time', 1.5, '--gpu', 'on', '-o', 'p.png')):
+            run = subprocess.run([BCC4, *map(str, words)], capture_output=True, text=True, cwd=self.path('.'))
+            self.assertNotEqual(run.returncode, 0)
+            self.assertIn('the system has no EGL or no OpenGL', run.stderr)
+
+    def test_the_cpu_draws(self):
+        picture = ('render', 'v.bcc4', '--time', 1.5, '--size', '64x64', '--quiet', '--stats', 's.json')
+        self.bcc4(*picture, '-o', 'auto.png', '--gpu', 'auto')
+        with open(self.path('s.json')) as f:
+            self.assertEqual(json.load(f)['backend'], 'cpu')
+        self.bcc4(*picture, '-o', 'off.png', '--gpu', 'off')
+        self.assertEqual(read_png(self.path('auto.png')), read_png(self.path('off.png')))
 
 
 if __name__ == '__main__':
