@@ -326,9 +326,12 @@ BCCSPLAT_API bccsplat_status bccsplat_device_get_info(
 /* The GPU that a device's pictures may be drawn by, through OpenGL 3.3 or later and EGL, without a
  * window, on a thread of the device's own: whatever OpenGL context a host's threads have stays as
  * it is. It draws pictures of slices in every mode, with all planes of a frame, clips, a host's
- * depths and any view, corrections and missing data included. It does not draw trails, deep frames,
- * several instances together, smooth edges of several or transparent surfaces, and missing data in
- * oblique slices or along unevenly spaced axes. */
+ * depths and any view, corrections and missing data included; trails, and several instances
+ * together in MODE_COMPOSITE. It does not draw deep frames, smooth edges of several or transparent
+ * surfaces, missing data in oblique slices or along unevenly spaced axes; trails and instances with
+ * corrections or missing data, of more than 96 moments or volumes, and instances of unlike kernels
+ * or lattices; a trail behind an isosurface by TRAIL_INTERLEAVED, or, into a host's texture, behind
+ * any isosurface or by TRAIL_POST. */
 typedef struct bccsplat_gpu_info {
   uint32_t struct_size;
   /* 1: a rasteriser on the CPU, which AUTO does not take. */

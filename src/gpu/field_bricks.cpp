@@ -276,6 +276,7 @@ FieldBricks moment_bricks(const Slice& slice, int border, std::span<const Moment
   uint32_t count = 1;
   for (uint32_t& brick : b.brick_at)
     if (brick != 0) brick = count++;
+  b.fixes = make_field_fixes(slice);
   finish_ranges(slice, b);
   return b;
 }

@@ -67,7 +67,8 @@ struct MomentLayer {
   const LayerBricks* layer = nullptr;
 };
 // Returns the bricks, without values, that all moments between these layers have, and bounds of their fields.
-// most: the most that the weights of a coset add up to. The slice has no corrections and misses nothing.
+// most: the most that the weights of a coset add up to. The slice misses nothing; its corrections are there,
+// with their values.
 [[nodiscard]] FieldBricks moment_bricks(const Slice& slice, int border, std::span<const MomentLayer> layers,
                                         float most);
 // Where bricks stand of such a slice; none is there.

@@ -27,7 +27,7 @@ class GlState {
     GLint buffer = 0;
     GLint64 start = 0, size = 0;
   };
-  static constexpr size_t units = 9, bindings = 3;
+  static constexpr size_t units = 10, bindings = 3;
   void read_buffers();
   void set_buffers() const;
   [[nodiscard]] GLuint was(GLenum name) const;

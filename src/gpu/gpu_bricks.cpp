@@ -40,9 +40,21 @@ void GpuBricks::make_texture_of(const float* values) {
   const GLint side = static_cast<GLint>(along_) * edge_;
   texture_ =
       make_texture({.width = side, .height = side, .depth = static_cast<GLint>(layers()) * edge_}, nullptr);
+  if (values) set(0, values, count_);
+}
+
+void GpuBricks::set(size_t first, const float* values, size_t count) const {
   const size_t size = static_cast<size_t>(edge_) * edge_ * edge_;
-  for (size_t n = 0; values && n < count_; ++n) {
-    const auto [x, y, z] = position(n);
+  if (in_buffer()) {
+    const auto bytes = static_cast<GLsizeiptr>(sizeof(float) * size);
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer_.get());
+    glBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(first) * bytes,
+                    static_cast<GLsizeiptr>(count) * bytes, values);
+    return;
+  }
+  glBindTexture(GL_TEXTURE_3D, texture_.get());
+  for (size_t n = 0; n < count; ++n) {
+    const auto [x, y, z] = position(first + n);
     glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(x) * edge_, static_cast<GLint>(y) * edge_,
                     static_cast<GLint>(z) * edge_, edge_, edge_, edge_, GL_RED, GL_FLOAT, values + n * size);
   }

@@ -20,6 +20,8 @@ class GpuBricks {
   GpuBricks(const float* values, size_t count, int edge, bool in_buffer);
   // What a shader of another gather looks at.
   explicit GpuBricks(GlTexture&& texture) : texture_(std::move(texture)) {}
+  // Sets bricks from `first` on.
+  void set(size_t first, const float* values, size_t count) const;
   // Returns whether a shader of this GPU takes so many bytes from a buffer.
   [[nodiscard]] static bool fit_buffer(uint64_t bytes, const GpuInfo& info);
 

@@ -11,30 +11,12 @@
 
 #include "base/grid.h"
 #include "draw/stage_clock.h"
+#include "gpu/gpu_kept.h"
 #include "gpu/gpu_picture.h"
+#include "gpu/gpu_rows.h"
+#include "gpu/trail_apart.h"
 
 namespace bccsplat {
-
-// What the classes of a picture are made of.
-struct GpuClassKey {
-  RenderMode mode = RenderMode::composite;
-  std::vector<Vec4f> texels;
-  float low = 0, scale = 0;
-  std::vector<IsoSurface> surfaces;
-  uint32_t disable_skips = 0;
-  double step = 0;
-  bool operator==(const GpuClassKey&) const = default;
-};
-
-// By what a slice is known again: another one may later stand at the same place.
-struct SliceMark {
-  const Slice* slice = nullptr;
-  uint64_t bricks = 0; // of their places
-  const void *corrections = nullptr, *mask = nullptr;
-  double frame = 0, milliseconds = 0;
-  std::array<double, 2> bounds{};
-  bool operator==(const SliceMark&) const = default;
-};
 
 struct GpuDrawer::Kept {
   SliceMark mark;
@@ -80,7 +62,7 @@ void GpuDrawer::forget() {
 
 void GpuDrawer::drop_all() {
   for (auto& kept : kept_) drop(kept);
-  if (device_) layers_.drop_all(*device_);
+  if (device_) objects_.drop(*device_), layers_.drop_all(*device_);
 }
 
 void GpuDrawer::drop(std::unique_ptr<Kept>& kept) {
@@ -89,23 +71,6 @@ void GpuDrawer::drop(std::unique_ptr<Kept>& kept) {
   if (kept->sites) device_->clear([&] { kept.reset(); });
   kept.reset();
 }
-
-namespace {
-
-SliceMark mark_of(const Slice& slice) {
-  uint64_t hash = 0;
-  for (const BrickLayer& layer : slice.coset)
-    for (size_t s = 0; s < layer.brick_slots(); ++s) {
-      constexpr uint64_t factor = 0x9e3779b97f4a7c15;
-      constexpr int half = 32;
-      hash = (hash ^ reinterpret_cast<uintptr_t>(layer.brick(s))) * factor;
-      hash ^= hash >> half;
-    }
-  return {&slice,      hash, slice.corrections.get(), slice.mask.get(), slice.frame, slice.milliseconds,
-          slice.bounds};
-}
-
-} // namespace
 
 GpuDrawer::Kept& GpuDrawer::keep(std::unique_ptr<Kept> fresh) {
   drop(kept_[1]);
@@ -134,31 +99,42 @@ GpuDrawer::Kept& GpuDrawer::find_merged(const Slice& slice, const Context& conte
   return keep(std::move(fresh));
 }
 
-double GpuDrawer::change_of(const Slice& slice, const MomentPlan& moment, const Context& context) {
-  if (series_ == moment.series()) return change_;
+double GpuDrawer::change_of(const Slice& slice, const Context& context) {
+  constexpr size_t most = 100;
+  const MomentPlan* const moment = slice.coset.moment();
+  if (!moment) return change_at_sites(slice);
+  const auto known = change_.find(moment->series());
+  if (known != change_.end()) return known->second;
   slice.coset.make(context);
-  change_ = change_at_sites(slice), series_ = moment.series();
-  return change_;
+  if (change_.size() >= most) change_.clear();
+  return change_[moment->series()] = change_at_sites(slice);
 }
 
 GpuDrawer::Kept& GpuDrawer::find_moment(const Slice& slice, const MomentPlan& moment, const Context& context,
                                         DrawStats& stats) {
   const int border = brick_border(slice.kernel.space, slice.lattice.bcc);
-  const auto layers = layers_.find(slice, moment, border, *device_, context, stats);
+  const auto layers = layers_.find(slice, moment, {&moment}, border, *device_, context, stats);
   std::vector<GpuLayerKey> keys;
   std::vector<MomentLayer> of;
   for (const GpuLayer* layer : layers)
     keys.push_back(layer->key), of.push_back({layer->coset, &layer->bricks});
-  if (kept_[1] && kept_[1]->layers == keys) std::swap(kept_[0], kept_[1]);
-  if (!kept_[0] || kept_[0]->layers != keys) {
+  // Corrections are a moment's own.
+  const SliceMark mark = slice.corrections ? mark_without_bricks(slice) : SliceMark{};
+  const auto same = [&](const std::unique_ptr<Kept>& kept) {
+    return kept && kept->layers == keys && kept->mark == mark;
+  };
+  if (same(kept_[1])) std::swap(kept_[0], kept_[1]);
+  if (!same(kept_[0])) {
     auto fresh = std::make_unique<Kept>();
-    fresh->layers = keys;
+    fresh->layers = keys, fresh->mark = mark;
     fresh->bricks = moment_bricks(slice, border, of, moment.largest_weight());
-    fresh->change = change_of(slice, moment, context);
+    fresh->change = change_of(slice, context);
     const auto bricks =
         uint64_t{*std::max_element(fresh->bricks.brick_at.begin(), fresh->bricks.brick_at.end())} + 1;
     const auto edge = static_cast<uint64_t>(fresh->bricks.edge);
     fresh->bytes = bricks * (sizeof(float) * edge * edge * edge + sizeof(uint32_t) * keys.size());
+    const uint64_t fixes = sizeof(float) * fresh->bricks.fixes.value.size();
+    fresh->bytes += fixes, stats.bytes_sent += fixes;
     (void)keep(std::move(fresh));
   }
   kept_[0]->now = layers, kept_[0]->weights.clear();
@@ -168,8 +144,7 @@ GpuDrawer::Kept& GpuDrawer::find_moment(const Slice& slice, const MomentPlan& mo
 
 GpuDrawer::Kept& GpuDrawer::find(const Slice& slice, const Context& context, DrawStats& stats) {
   const MomentPlan* const moment = slice.coset.moment();
-  if (!moment || slice.corrections || slice.has_holes || moment->series() == too_large_)
-    return find_merged(slice, context, stats);
+  if (!moment || slice.has_holes || moment->series() == too_large_) return find_merged(slice, context, stats);
   try {
     return find_moment(slice, *moment, context, stats);
   } catch (const GpuFailure& e) {
@@ -225,30 +200,6 @@ void emit_bands(const Shot& shot, const GpuPixels& pixels, const Context& contex
   });
 }
 
-// The host's depths of a picture, packed.
-std::vector<float> packed_ends(const SheetView& view) {
-  std::vector<float> out;
-  if (!view.ends.distance) return out;
-  constexpr float far = 1e30f; // instead of infinity, of which GPUs need not know
-  for (int j = 0; j < view.height; ++j)
-    for (int i = 0; i < view.width; ++i) out.push_back(std::clamp(view.ends.at(i, j), -far, far));
-  return out;
-}
-
-// Takes a picture off the GPU, on the thread that its objects belong to.
-struct EndOnGpu {
-  GpuDevice& device;
-  std::optional<GpuPicture>& picture;
-  ~EndOnGpu() {
-    if (picture) device.clear([this] { picture.reset(); });
-  }
-};
-
-GpuClassKey key_of(const Shot& shot, const ClassTable& table, const std::vector<Vec4f>& texels) {
-  return {shot.options.mode,          texels,         table.low, table.scale, shot.options.surfaces,
-          shot.options.disable_skips, shot.view->step};
-}
-
 } // namespace
 
 // Jobs on the GPU's thread: those of a call, between which others may come.
@@ -259,9 +210,7 @@ GpuPixels GpuDrawer::draw_pixels(const Shot& shot, const ClassTable& table, Kept
   const bool other = !kept.classes || !(kept.key == key);
   const std::vector<uint8_t> unseen = other ? unseen_by(shot, table, kept.bricks) : std::vector<uint8_t>();
   const std::vector<float> ends = packed_ends(*shot.view);
-  const Reservation memory(
-      context.memory, (2 * sizeof(Vec4f) + sizeof(float)) * plane_size(shot.view->width, shot.view->height),
-      "a picture by the GPU");
+  const Reservation memory(context.memory, picture_bytes(shot), "a picture by the GPU");
   std::optional<GpuPicture> picture;
   const EndOnGpu end{*device_, picture};
   device_->run([&] {
@@ -272,38 +221,87 @@ GpuPixels GpuDrawer::draw_pixels(const Shot& shot, const ClassTable& table, Kept
                     *kept.sites, *kept.classes, ends, shot.target ? shot.target->depth_texture : 0);
   });
   kept.bricks.drop_values();
-  const int height = shot.view->height, rows = picture->rows_at_once();
-  for (int row = 0; row < height; row += rows) {
-    context.progress.report(static_cast<double>(row) / height);
-    device_->run([&] { picture->draw_rows(row, std::min(rows, height - row)); });
-  }
-  GpuPixels pixels;
-  const ShotOptions& o = shot.options;
-  device_->run([&] {
-    if (shot.target)
-      picture->lay_over(device_->programs(), *shot.target);
-    else
-      pixels = picture->read(o.with_depth || o.with_value || o.with_time);
-  });
+  return draw_all_rows(*device_, *picture, shot, context);
+}
+
+GpuPixels GpuDrawer::draw_slice(const Shot& shot, const Context& context, DrawStats& stats) {
+  Kept& kept = find(*shot.slice, context, stats);
+  const ClassTable table = gpu_table(shot, kept.change);
+  GpuPixels pixels = draw_pixels(shot, table, kept, context);
+  stats.preintegrated = !table.integrals.empty();
   return pixels;
 }
+
+GpuPixels GpuDrawer::draw_objects(std::span<const GpuObject> objects, const Shot& shot, TrailCombine combine,
+                                  const std::vector<float>& ends, const Context& context, DrawStats& stats) {
+  std::vector<double> change;
+  for (const GpuObject& o : objects)
+    change.push_back(shot.trail ? change_of(*shot.slice, context) : change_of(*o.shot.slice, context));
+  return objects_.draw(objects, shot, combine, ends, change, *device_, layers_, context, stats);
+}
+
+GpuPixels GpuDrawer::draw_trail(const Shot& shot, const Context& context, DrawStats& stats) {
+  if (!drawn_apart(shot)) {
+    for (auto& kept : kept_) drop(kept);
+    return draw_objects(trail_objects(shot, true), shot, shot.trail->combine, packed_ends(*shot.view),
+                        context, stats);
+  }
+  Shot apart = shot;
+  apart.trail = nullptr, apart.options.with_depth = true;
+  const GpuPixels front = draw_slice(apart, context, stats);
+  const bool post = shot.trail->combine == TrailCombine::post;
+  const std::vector<float> ends = packed_ends(*shot.view);
+  GpuPixels behind = draw_objects(trail_objects(shot, false), shot, TrailCombine::physical,
+                                  post ? ends : ends_at(front, *shot.view, ends), context, stats);
+  if (post)
+    lay_over(front, behind);
+  else
+    add_surface(front, shot.options, behind);
+  return behind;
+}
+
+namespace {
+
+void count_sites(const Slice& slice, DrawStats& stats) {
+  // To count the points of a moment takes as long as to merge it.
+  stats.points_total += static_cast<uint64_t>(slice.coset.moment() ? slice.sites() : slice.points());
+}
+
+uint64_t sheets_of(const Shot& shot) {
+  const auto [first, last] = sheet_range(*shot.slice, *shot.view);
+  return static_cast<uint64_t>(std::max(last - first + 1, int64_t{0}));
+}
+
+} // namespace
 
 DrawStats GpuDrawer::draw(const Shot& shot, const Context& context,
                           const std::function<void(const TilePixels&)>& emit) {
   const auto start = std::chrono::steady_clock::now();
   (void)device_->info(); // fails before anything is made
   DrawStats stats;
-  Kept& kept = find(*shot.slice, context, stats);
-  const ClassTable table = gpu_table(shot, kept.change);
-  const GpuPixels pixels = draw_pixels(shot, table, kept, context);
+  if (!shot.trail) objects_.drop(*device_);
+  const GpuPixels pixels = shot.trail ? draw_trail(shot, context, stats) : draw_slice(shot, context, stats);
   if (!shot.target) emit_bands(shot, pixels, context, emit);
-  // To count the points of a moment takes as long as to merge it.
-  const bool merged = kept.layers.empty();
-  stats.points_total = static_cast<uint64_t>(merged ? shot.slice->points() : shot.slice->sites());
-  stats.preintegrated = !table.integrals.empty();
+  count_sites(*shot.slice, stats);
   stats.ms_shade = ms_since(start);
-  const auto [first, last] = sheet_range(*shot.slice, *shot.view);
-  stats.sheets = static_cast<uint64_t>(std::max(last - first + 1, int64_t{0}));
+  stats.sheets = sheets_of(shot);
+  return stats;
+}
+
+DrawStats GpuDrawer::draw_together(std::span<const Shot* const> shots, const Context& context,
+                                   const std::function<void(const TilePixels&)>& emit) {
+  const auto start = std::chrono::steady_clock::now();
+  (void)device_->info();
+  DrawStats stats;
+  for (auto& kept : kept_) drop(kept);
+  const Shot& first = *shots.front();
+  const std::vector<GpuObject> objects = instance_objects(shots);
+  const GpuPixels pixels =
+      draw_objects(objects, first, TrailCombine::physical, packed_ends(*first.view), context, stats);
+  if (!first.target) emit_bands(first, pixels, context, emit);
+  for (const Shot* shot : shots)
+    count_sites(*shot->slice, stats), stats.sheets = std::max(stats.sheets, sheets_of(*shot));
+  stats.ms_shade = ms_since(start);
   return stats;
 }
 

@@ -4,12 +4,15 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "draw/drawer.h"
 #include "gpu/gpu_device.h"
 #include "gpu/gpu_moment.h"
+#include "gpu/gpu_objects.h"
 
 namespace bccsplat {
 
@@ -29,6 +32,10 @@ class GpuDrawer : public Drawer {
   // Throws GpuFailure, too; nothing was emitted then.
   DrawStats draw(const Shot& shot, const Context& context,
                  const std::function<void(const TilePixels&)>& emit) override;
+  // Draws several shots of mode composite, without trails, into one picture, as draw_together()
+  // (scene/drawers.h). The first says what of it is asked for. Throws as draw() does.
+  DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
+                          const std::function<void(const TilePixels&)>& emit);
   void forget() override;
 
  private:
@@ -37,18 +44,22 @@ class GpuDrawer : public Drawer {
   Kept& find_merged(const Slice& slice, const Context& context, DrawStats& stats);
   // Of a moment whose layers are merged on the GPU.
   Kept& find_moment(const Slice& slice, const MomentPlan& moment, const Context& context, DrawStats& stats);
-  double change_of(const Slice& slice, const MomentPlan& moment, const Context& context);
+  double change_of(const Slice& slice, const Context& context);
   Kept& keep(std::unique_ptr<Kept> fresh);
   void drop(std::unique_ptr<Kept>& kept);
   void drop_all();
   GpuPixels draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept, const Context& context);
+  GpuPixels draw_slice(const Shot& shot, const Context& context, DrawStats& stats);
+  GpuPixels draw_trail(const Shot& shot, const Context& context, DrawStats& stats);
+  GpuPixels draw_objects(std::span<const GpuObject> objects, const Shot& shot, TrailCombine combine,
+                         const std::vector<float>& ends, const Context& context, DrawStats& stats);
 
   std::shared_ptr<GpuDevice> device_;
   std::array<std::unique_ptr<Kept>, 2> kept_; // the latest first
   GpuLayers layers_;
-  // How fast the field of the last series changes (change_at_sites()), as its first moment said.
-  uint64_t series_ = 0;
-  double change_ = 0;
+  GpuObjects objects_;
+  // How fast the fields of series change (change_at_sites()), as the first moment of each said.
+  std::map<uint64_t, double> change_;
   uint64_t too_large_ = 0; // a series whose layers find no room
 };
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "gpu/object_look.h"
 #include "kernel/cc_kernel.h"
 #include "kernel/drawn_kernel.h"
 #include "shade/preintegrate.h"
@@ -20,12 +21,6 @@ namespace {
 constexpr int64_t most_sheet = 1 << 20;
 constexpr int most_entries = 1 << 16;
 
-// The form of the kernel: to a GPU the shorter ones save nothing, but light shows the ripple that the flat
-// one is without.
-KernelForm form_of(const Shot& shot) {
-  return sample_form(shot) == KernelForm::flat_form ? KernelForm::flat_form : KernelForm::exact;
-}
-
 bool too_many_sheets(const Shot& shot) {
   const auto [first, last] = sheet_range(*shot.slice, *shot.view);
   return first < -most_sheet || last > most_sheet;
@@ -33,10 +28,15 @@ bool too_many_sheets(const Shot& shot) {
 
 } // namespace
 
+// To a GPU the shorter forms save nothing, but light shows the ripple that the flat one is without.
+KernelForm gpu_form(const Shot& shot) {
+  return sample_form(shot) == KernelForm::flat_form ? KernelForm::flat_form : KernelForm::exact;
+}
+
 const char* not_on_gpu(const Shot& shot) {
   const Slice& slice = *shot.slice;
   constexpr size_t sides_of_a_box = 6;
-  if (shot.trail) return "a trail";
+  if (shot.trail) return not_with_trail(shot);
   if (shot.options.with_deep) return "a deep picture";
   if (shot.options.with_hits) return "smooth edges of several surfaces or transparent ones";
   if (slice.empty()) return "an empty slice";
@@ -103,7 +103,7 @@ std::vector<Vec4f> table_texels(const ClassTable& table) {
   return out;
 }
 
-ShaderKind shader_kind(const Shot& shot, const ClassTable& table) {
+ShaderKind shader_kind(const Shot& shot, const ClassTable& table, KernelForm form) {
   ShaderKind kind;
   const ShotOptions& o = shot.options;
   const Kernel& kernel = shot.slice->kernel;
@@ -123,7 +123,7 @@ ShaderKind shader_kind(const Shot& shot, const ClassTable& table) {
     kind.first_wave =
         kind.bcc ? std::exp(-std::numbers::pi * std::numbers::pi / kernel.time.gaussian) : cc_first_wave();
   kind.surfaces = std::max(1, static_cast<int>(o.surfaces.size()));
-  kind.kernel = drawn_kernel(kernel.space, form_of(shot));
+  kind.kernel = drawn_kernel(kernel.space, form);
   return kind;
 }
 
@@ -199,9 +199,9 @@ void set_rays(const Shot& shot, PictureBlock& b) {
 // A power of two that brings x near 1.
 double near_one(double x) { return std::isnormal(x) ? std::ldexp(1.0, -std::ilogb(x)) : 1; }
 
-void set_light(const Shot& shot, const ShaderKind& kind, PictureBlock& b) {
+void set_light(const Shot& shot, const ShaderKind& kind, KernelForm form, PictureBlock& b) {
   const Slice& slice = *shot.slice;
-  const Lights lights = lights_of(shot, form_of(shot));
+  const Lights lights = lights_of(shot, form);
   const Affine3 to_lattice = shot.view->lattice_to_world.inverse();
   std::array<Vec3, 3> columns;
   double longest = 0;
@@ -253,12 +253,13 @@ void set_marks(const FieldBricks& bricks, PictureBlock& b) {
 
 } // namespace
 
-PictureBlock picture_block(const Shot& shot, const ClassTable& table, const FieldBricks& bricks) {
+PictureBlock picture_block(const Shot& shot, const ClassTable& table, const FieldBricks& bricks,
+                           KernelForm form) {
   PictureBlock b;
   const Slice& slice = *shot.slice;
-  const ShaderKind kind = shader_kind(shot, table);
+  const ShaderKind kind = shader_kind(shot, table, form);
   set_rays(shot, b);
-  set_light(shot, kind, b);
+  set_light(shot, kind, form, b);
   set_surfaces(shot, table, b);
   const double radius = kind.kernel.radius, pitch = coset_pitch(kind.bcc);
   b.field = {slice.base, slice.base - slice.air, static_cast<float>(1 / pitch),
@@ -281,8 +282,7 @@ std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table, const 
     for (const double j : {0.0, view.height - 1.0}) step = std::max(step, length(view.ray(i, j)));
   const double cell = 2 * coset_pitch(slice.lattice.bcc); // of 2^3 sites
   const int steps = static_cast<int>(std::ceil(step / cell));
-  const bool base_seen =
-      shot.options.disable_skips & skip_transfer_function || shot.options.mode == RenderMode::maximum;
+  const bool base_seen = (shot.options.disable_skips & skip_transfer_function) != 0;
   const double base = slice.base;
   switch (shot.options.mode) {
   case RenderMode::composite:
@@ -296,10 +296,10 @@ std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table, const 
                                         return s.value >= base + low && s.value <= base + high;
                                       });
     });
-  default:
-    return unseen_cells(bricks, 0, [&](float low, float high) {
-      return base_seen || slice.base != slice.air || low < 0 || high > 0;
-    });
+  default: // of a maximum cells of the base alone count by their first sample
+    const bool adds_up = shot.options.mode == RenderMode::xray && slice.base != slice.air;
+    return unseen_cells(bricks, 0,
+                        [&](float low, float high) { return base_seen || adds_up || low < 0 || high > 0; });
   }
 }
 

@@ -41,9 +41,18 @@ inline constexpr int table_row = 1024;
 // How much values change along a lattice unit where they change fast, of some hundred sites.
 [[nodiscard]] double change_at_sites(const Slice& slice);
 
-[[nodiscard]] ShaderKind shader_kind(const Shot& shot, const ClassTable& table);
-[[nodiscard]] PictureBlock picture_block(const Shot& shot, const ClassTable& table,
-                                         const FieldBricks& bricks);
+// The form of the kernel that a shot is drawn with.
+[[nodiscard]] KernelForm gpu_form(const Shot& shot);
+[[nodiscard]] ShaderKind shader_kind(const Shot& shot, const ClassTable& table, KernelForm form);
+[[nodiscard]] PictureBlock picture_block(const Shot& shot, const ClassTable& table, const FieldBricks& bricks,
+                                         KernelForm form);
+[[nodiscard]] inline ShaderKind shader_kind(const Shot& shot, const ClassTable& table) {
+  return shader_kind(shot, table, gpu_form(shot));
+}
+[[nodiscard]] inline PictureBlock picture_block(const Shot& shot, const ClassTable& table,
+                                                const FieldBricks& bricks) {
+  return picture_block(shot, table, bricks, gpu_form(shot));
+}
 
 // The cells of the bricks that a shot sees nothing of, as unseen_cells().
 [[nodiscard]] std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <string>
 
 #include "gpu/gl_state.h"
@@ -22,6 +23,17 @@ bool needs(const MomentPlan& moment, const GpuLayerKey& key) {
                      [&](const MomentPlan::Part& p) { return p.layer == key.second; });
 }
 
+bool needs(const NeededMoments& moments, const GpuLayerKey& key) {
+  return std::any_of(moments.begin(), moments.end(), [&](const MomentPlan* m) { return needs(*m, key); });
+}
+
+size_t count_layers(const NeededMoments& moments) {
+  std::set<GpuLayerKey> keys;
+  for (const MomentPlan* m : moments)
+    for (const MomentPlan::Part& p : m->parts()) keys.emplace(m->series(), p.layer);
+  return keys.size();
+}
+
 // Whether sites of a series are in buffers: those of a moment with every brick fit one.
 bool in_buffers(const FieldBricks& like, const GpuInfo& info) {
   const uint64_t size = static_cast<uint64_t>(like.edge) * like.edge * like.edge;
@@ -31,8 +43,8 @@ bool in_buffers(const FieldBricks& like, const GpuInfo& info) {
 } // namespace
 
 std::unique_ptr<GpuLayer> GpuLayers::make(const Slice& slice, const MomentPlan& moment,
-                                          const MomentPlan::Part& part, int border, GpuDevice& device,
-                                          const Context& context) {
+                                          const NeededMoments& needed, const MomentPlan::Part& part,
+                                          int border, GpuDevice& device, const Context& context) {
   auto layer = std::make_unique<GpuLayer>();
   layer->key = {moment.series(), part.layer}, layer->coset = static_cast<size_t>(part.coset);
   const FieldBricks like = no_bricks(slice, border);
@@ -40,7 +52,7 @@ std::unique_ptr<GpuLayer> GpuLayers::make(const Slice& slice, const MomentPlan& 
                                  : make_layer_bricks(part.of.compact->as_values(), like, context);
   const size_t size = static_cast<size_t>(like.edge) * like.edge * like.edge;
   const uint64_t bytes = layer->bricks.value.size() * sizeof(float);
-  make_room(moment, bytes, device);
+  make_room(needed, bytes, device);
   device.reserve(bytes);
   layer->bytes = bytes;
   try {
@@ -56,24 +68,25 @@ std::unique_ptr<GpuLayer> GpuLayers::make(const Slice& slice, const MomentPlan& 
   return layer;
 }
 
-void GpuLayers::make_room(const MomentPlan& moment, uint64_t bytes, GpuDevice& device) {
-  const size_t most = std::max(most_layers, moment.parts().size());
+void GpuLayers::make_room(const NeededMoments& needed, uint64_t bytes, GpuDevice& device) {
+  const size_t most = std::max(most_layers, count_layers(needed));
   for (size_t n = layers_.size(); n-- > 0 && (!device.has_room(bytes) || layers_.size() >= most);) {
-    if (needs(moment, layers_[n]->key)) continue;
+    if (needs(needed, layers_[n]->key)) continue;
     device.release(layers_[n]->bytes);
     device.clear([&] { layers_[n].reset(); });
     layers_.erase(layers_.begin() + static_cast<std::ptrdiff_t>(n));
   }
 }
 
-std::vector<const GpuLayer*> GpuLayers::find(const Slice& slice, const MomentPlan& moment, int border,
-                                             GpuDevice& device, const Context& context, DrawStats& stats) {
+std::vector<const GpuLayer*> GpuLayers::find(const Slice& slice, const MomentPlan& moment,
+                                             const NeededMoments& needed, int border, GpuDevice& device,
+                                             const Context& context, DrawStats& stats) {
   std::vector<const GpuLayer*> out;
   for (const MomentPlan::Part& part : moment.parts()) {
     const GpuLayerKey key{moment.series(), part.layer};
     auto found = std::find_if(layers_.begin(), layers_.end(), [&](const auto& l) { return l->key == key; });
     if (found == layers_.end()) {
-      auto made = make(slice, moment, part, border, device, context); // which may drop others
+      auto made = make(slice, moment, needed, part, border, device, context); // which may drop others
       layers_.insert(layers_.begin(), std::move(made));
       ++stats.layers_sent, stats.bytes_sent += layers_.front()->bytes;
     } else {
@@ -118,9 +131,9 @@ GpuMoment::GpuMoment(const FieldBricks& bricks, const std::vector<const GpuLayer
 }
 
 bool GpuMoment::merge(GpuPrograms& programs, const std::vector<const GpuLayer*>& layers,
-                      const std::vector<float>& weights, const GpuBricks& sites) {
-  if (weights == weights_) return false;
-  weights_ = weights;
+                      const std::vector<float>& weights, const GpuBricks& sites, size_t first) {
+  if (weights == weights_ && first == first_) return false;
+  weights_ = weights, first_ = first;
   if (sites.in_buffer())
     merge_buffers(programs, layers, sites);
   else
@@ -145,7 +158,7 @@ void GpuMoment::merge_buffers(GpuPrograms& programs, const std::vector<const Gpu
     glUniform1f(glGetUniformLocation(program, "weight"), weights_[k]);
     set("adds", k > 0 ? 1 : 0);
     for (size_t first = 0; first < count_; first += most_groups) {
-      set("first", first), set("table", k * count_ + first);
+      set("first", first_ + first), set("table", k * count_ + first);
       glDispatchCompute((size + merge_threads - 1) / merge_threads,
                         static_cast<GLuint>(std::min(most_groups, count_ - first)), 1);
     }
@@ -163,8 +176,8 @@ void GpuMoment::merge_textures(GpuPrograms& programs, const std::vector<const Gp
   glBindVertexArray(vertices.get());
   glUseProgram(program);
   prepare_for_raster(side, side);
-  glUniform2i(glGetUniformLocation(program, "atlas"), static_cast<GLint>(sites.along()),
-              static_cast<GLint>(count_));
+  glUniform3i(glGetUniformLocation(program, "atlas"), static_cast<GLint>(sites.along()),
+              static_cast<GLint>(count_), static_cast<GLint>(first_));
   for (size_t first = 0; first < layers.size(); first += layers_at_once) {
     if (first > 0) glEnable(GL_BLEND), glBlendEquation(GL_FUNC_ADD), glBlendFunc(GL_ONE, GL_ONE);
     draw_textures(program, layers, first, sites);
@@ -172,7 +185,7 @@ void GpuMoment::merge_textures(GpuPrograms& programs, const std::vector<const Gp
   glDisable(GL_BLEND);
 }
 
-void GpuMoment::draw_textures(GLuint program, const std::vector<const GpuLayer*>& layers, size_t first,
+void GpuMoment::draw_textures(GLuint program, const std::vector<const GpuLayer*>& layers, size_t from,
                               const GpuBricks& sites) const {
   const auto bind = [&](size_t unit, GLenum target, GLuint texture, const std::string& name) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
@@ -182,16 +195,19 @@ void GpuMoment::draw_textures(GLuint program, const std::vector<const GpuLayer*>
   bind(0, GL_TEXTURE_2D, from_texture_.get(), "from");
   std::array<GLfloat, layers_at_once> weights{};
   for (size_t k = 0; k < layers_at_once; ++k) {
-    const size_t n = std::min(first + k, layers.size() - 1); // others have weight 0
+    const size_t n = std::min(from + k, layers.size() - 1); // others have weight 0
     bind(1 + k, GL_TEXTURE_3D, layers[n]->sites->texture().get(), "layer" + std::to_string(k));
-    if (first + k < layers.size()) weights[k] = weights_[first + k];
+    if (from + k < layers.size()) weights[k] = weights_[from + k];
   }
   glUniform1fv(glGetUniformLocation(program, "weights"), layers_at_once, weights.data());
-  glUniform2i(glGetUniformLocation(program, "table"), static_cast<GLint>(first * count_),
-              static_cast<GLint>(std::min<size_t>(layers_at_once, layers.size() - first)));
-  for (GLint z = 0; z < static_cast<GLint>(sites.layers()) * sites.edge(); ++z) {
+  glUniform2i(glGetUniformLocation(program, "table"), static_cast<GLint>(from * count_),
+              static_cast<GLint>(std::min<size_t>(layers_at_once, layers.size() - from)));
+  const size_t per_layer = sites.along() * sites.along();
+  const auto begin = static_cast<GLint>(first_ / per_layer) * sites.edge(),
+             end = static_cast<GLint>((first_ + count_ - 1) / per_layer + 1) * sites.edge();
+  for (GLint z = begin; z < end; ++z) {
     glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, sites.texture().get(), 0, z);
-    if (z == 0 && glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    if (z == begin && glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
       fail_this_time("it does not draw into a texture of floats, so that moments are merged by the CPU");
     glUniform1i(glGetUniformLocation(program, "plane"), z);
     glDrawArrays(GL_TRIANGLES, 0, 3);

@@ -30,21 +30,24 @@ struct GpuLayer {
   std::optional<GpuBricks> sites;
 };
 
+using NeededMoments = std::vector<const MomentPlan*>;
+
 // The layers that were used last.
 class GpuLayers {
  public:
   // Returns those of a moment, in the order of its parts; what is not there is made and sent, and stats told.
-  // Throws GpuFailure, memory_budget, cancelled.
-  std::vector<const GpuLayer*> find(const Slice& slice, const MomentPlan& moment, int border,
-                                    GpuDevice& device, const Context& context, DrawStats& stats);
+  // needed: all moments of the picture, whose layers stay. Throws GpuFailure, memory_budget, cancelled.
+  std::vector<const GpuLayer*> find(const Slice& slice, const MomentPlan& moment, const NeededMoments& needed,
+                                    int border, GpuDevice& device, const Context& context, DrawStats& stats);
   void drop_all(GpuDevice& device);
 
  private:
-  std::unique_ptr<GpuLayer> make(const Slice& slice, const MomentPlan& moment, const MomentPlan::Part& part,
-                                 int border, GpuDevice& device, const Context& context);
-  // Drops layers that a moment does not need, the latest used last, until so many bytes fit and not too many
-  // are there.
-  void make_room(const MomentPlan& moment, uint64_t bytes, GpuDevice& device);
+  std::unique_ptr<GpuLayer> make(const Slice& slice, const MomentPlan& moment, const NeededMoments& needed,
+                                 const MomentPlan::Part& part, int border, GpuDevice& device,
+                                 const Context& context);
+  // Drops layers that are not needed, the latest used last, until so many bytes fit and not too many are
+  // there.
+  void make_room(const NeededMoments& needed, uint64_t bytes, GpuDevice& device);
 
   std::vector<std::unique_ptr<GpuLayer>> layers_; // the latest used first
 };
@@ -55,20 +58,22 @@ class GpuMoment {
   // bricks: as moment_bricks() makes them.
   GpuMoment(const FieldBricks& bricks, const std::vector<const GpuLayer*>& layers);
   [[nodiscard]] size_t bricks() const { return count_; }
-  // Sets sites to the sum of the layers, unless they are that already. Returns whether it did anything.
+  // Sets the sites of bricks from `first` on to the sum of the layers, unless they are that already. Returns
+  // whether it did anything.
   bool merge(GpuPrograms& programs, const std::vector<const GpuLayer*>& layers,
-             const std::vector<float>& weights, const GpuBricks& sites);
+             const std::vector<float>& weights, const GpuBricks& sites, size_t first = 0);
 
  private:
   void merge_buffers(GpuPrograms& programs, const std::vector<const GpuLayer*>& layers,
                      const GpuBricks& sites);
   void merge_textures(GpuPrograms& programs, const std::vector<const GpuLayer*>& layers,
                       const GpuBricks& sites);
-  // Adds the layers from `first` on, as many as a shader looks at.
-  void draw_textures(GLuint program, const std::vector<const GpuLayer*>& layers, size_t first,
+  // Adds the layers from number `from` on, as many as a shader looks at.
+  void draw_textures(GLuint program, const std::vector<const GpuLayer*>& layers, size_t from,
                      const GpuBricks& sites) const;
 
   size_t count_;               // bricks
+  size_t first_ = 0;           // of them, in the sites
   std::vector<uint32_t> from_; // by layer and brick: its place in the layer
   GlBuffer from_buffer_;
   GlTexture from_texture_;

@@ -66,7 +66,7 @@ GpuClasses::GpuClasses(const std::vector<Vec4f>& texels, const FieldBricks& bric
 
 GpuPicture::GpuPicture(GpuPrograms& programs, const ShaderKind& kind, const PictureBlock& block,
                        const GpuSites& sites, const GpuClasses& classes, const std::vector<float>& ends,
-                       GLuint depth_texture)
+                       GLuint depth_texture, const std::vector<Vec4f>& objects)
     : sites_(sites), classes_(classes), kind_(kind), block_(block), software_(programs.info().software),
       width_(block.picture[0]), height_(block.picture[1]), depth_texture_(depth_texture) {
   kind_.entry = programs.info().entry;
@@ -78,6 +78,12 @@ GpuPicture::GpuPicture(GpuPrograms& programs, const ShaderKind& kind, const Pict
   else
     make_framebuffer_of_pixels();
   if (!ends.empty()) ends_ = make_texture({.width = width_, .height = height_}, ends.data());
+  if (!objects.empty())
+    objects_ = make_texture({.width = object_texels,
+                             .height = static_cast<GLint>(objects.size() / object_texels),
+                             .internal = GL_RGBA32F,
+                             .format = GL_RGBA},
+                            objects.data());
   check_gl("a picture");
 }
 
@@ -123,6 +129,7 @@ void GpuPicture::bind() {
   bind_texture(unit_sites, volume, sites_.sites.texture());
   bind_texture(unit_fix_at, volume, sites_.fix_at), bind_texture(unit_fixes, volume, sites_.fixes.texture());
   bind_texture(unit_missing, volume, sites_.missing), bind_texture(unit_holes, volume, sites_.holes);
+  bind_texture(unit_objects, plane, objects_);
   if (kind_.sites_in_buffer) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding_sites, sites_.sites.buffer());
 }
 

@@ -20,6 +20,7 @@ struct GpuSites {
   GpuBricks sites, fixes;
   GlTexture brick_at, fix_at, missing, holes;
 
+  GpuSites() = default;
   // Throws GpuFailure where they find no room.
   GpuSites(const FieldBricks& bricks, const GpuInfo& info);
   // of: the bricks' values.
@@ -41,10 +42,11 @@ struct GpuPixels {
 // A picture under way, by calls that may each be a job of their own.
 class GpuPicture {
  public:
-  // ends: planar distances, row by row; empty: none, or those of a target's texture. Sites and classes
-  // outlive it. Throws GpuFailure.
+  // ends: planar distances, row by row; empty: none, or those of a target's texture. objects: their rows
+  // (object_row()), of a kind that has several. Sites and classes outlive it. Throws GpuFailure.
   GpuPicture(GpuPrograms& programs, const ShaderKind& kind, const PictureBlock& block, const GpuSites& sites,
-             const GpuClasses& classes, const std::vector<float>& ends, GLuint depth_texture = 0);
+             const GpuClasses& classes, const std::vector<float>& ends, GLuint depth_texture = 0,
+             const std::vector<Vec4f>& objects = {});
   // How many rows are drawn at a time, so that between them a call can be cancelled.
   [[nodiscard]] int rows_at_once() const;
   void draw_rows(int first, int count);
@@ -69,7 +71,7 @@ class GpuPicture {
   GlFramebuffer framebuffer_;
   GlVertexArray vertices_;
   std::array<GlTexture, 2> planes_;
-  GlTexture ends_;
+  GlTexture ends_, objects_;
   GLuint depth_texture_; // of the host; 0: none
 };
 

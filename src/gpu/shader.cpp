@@ -110,7 +110,7 @@ void main() {
 const char* const merge_textures = R"(
 uniform highp usampler2D from; // by layer and brick, in rows of 1024
 uniform float weights[LAYERS];
-uniform ivec2 atlas; // bricks along x and y; of all
+uniform ivec3 atlas; // bricks along x and y; of this moment; the first of them
 uniform ivec2 table; // entry of the first layer; how many
 uniform int plane;
 layout(location = 0) out highp float site;
@@ -121,16 +121,16 @@ ivec3 place_in(int n, int brick, ivec3 at) {
 }
 void main() {
   ivec3 at = ivec3(ivec2(gl_FragCoord.xy), plane), of = at / EDGE;
-  int brick = (of.z * atlas.x + of.y) * atlas.x + of.x;
+  int brick = (of.z * atlas.x + of.y) * atlas.x + of.x - atlas.z;
   at -= of * EDGE;
-  if (brick >= atlas.y) discard;
+  if (brick < 0 || brick >= atlas.y) discard;
 )";
 const char* const compute_main = R"(
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, picture.z);
   if (pixel.x >= picture.x || pixel.y >= picture.y) return;
   vec4 color, more;
-  draw_ray(ray_of(pixel), color, more);
+  draw_pixel(pixel, color, more);
   int n = pixel.y * picture.x + pixel.x;
   pixels[n] = color, pixels[picture.x * picture.y + n] = more;
 }
@@ -138,7 +138,7 @@ void main() {
 const char* const fragment_main = R"(
 layout(location = 0) out highp vec4 pixel_color;
 layout(location = 1) out highp vec4 pixel_more;
-void main() { draw_ray(ray_of(ivec2(gl_FragCoord.xy)), pixel_color, pixel_more); }
+void main() { draw_pixel(ivec2(gl_FragCoord.xy), pixel_color, pixel_more); }
 )";
 
 // What of a field there is beside coefficients on BCC.
@@ -154,8 +154,10 @@ std::string kind_text(const ShaderKind& k) {
          define("HALVES", k.halves) + define("INTEGRALS", k.integrals) + define("SPLIT", k.split) +
          define("RIPPLE", k.ripple) + define("NORMALISED", k.normalised) +
          define("FIRST_WAVE", number(k.first_wave)) + define("AROUND", around) +
-         define("SURFACES", k.surfaces) + define("CUTS", most_cuts) + define("LIGHTS", most_gpu_lights) +
-         define("MOST_SURFACES", most_gpu_surfaces) + define("BORDER", brick_border(k.kernel, k.bcc)) +
+         define("SURFACES", k.surfaces) + define("OBJECTS", k.objects) +
+         define("COMBINE", static_cast<int>(k.combine)) + define("CUTS", most_cuts) +
+         define("LIGHTS", most_gpu_lights) + define("MOST_SURFACES", most_gpu_surfaces) +
+         define("BORDER", brick_border(k.kernel, k.bcc)) +
          define("EDGE", brick_edge + 2 * brick_border(k.kernel, k.bcc)) + field_text(k);
 }
 

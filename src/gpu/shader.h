@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "draw/shot.h"
 #include "gpu/gpu_info.h"
 #include "kernel/kernel.h"
 #include "points/correction_source.h"
@@ -18,6 +19,10 @@ namespace bccsplat {
 
 // What of a picture's description has room in the shader's uniform block.
 inline constexpr int most_cuts = 48, most_gpu_lights = 16, most_gpu_surfaces = 16;
+// Fields that one picture is of; the shader keeps what it knows of each beside the others.
+inline constexpr int most_gpu_objects = 96;
+// Texels that an object is known by: 18, and two for each half-space.
+inline constexpr int object_texels = 18 + 2 * most_cuts;
 
 struct ShaderKind {
   GpuEntry entry = GpuEntry::fragment;
@@ -32,7 +37,9 @@ struct ShaderKind {
   bool normalised = false; // the paper's kernel
   double first_wave = 0;   // of its lattice sum
   int surfaces = 1;
-  RadialKernel kernel; // as it is drawn
+  int objects = 0;                               // room for so many in one picture; 0: it is of one slice
+  TrailCombine combine = TrailCombine::physical; // of objects
+  RadialKernel kernel;                           // as it is drawn
   // Corrections of the field, none or by the polynomial that they fall off by.
   std::optional<CorrectionShape> corrections;
   bool masked = false, holes = false; // samples are missing, or sites
@@ -66,6 +73,7 @@ enum ShaderUnit {
   unit_fixes,
   unit_missing,
   unit_holes,
+  unit_objects,
   units_used
 };
 inline constexpr std::array<std::pair<const char*, int>, units_used> shader_samplers{
@@ -77,7 +85,8 @@ inline constexpr std::array<std::pair<const char*, int>, units_used> shader_samp
      {"fix_at", unit_fix_at},
      {"fixes", unit_fixes},
      {"missing", unit_missing},
-     {"holes", unit_holes}}};
+     {"holes", unit_holes},
+     {"objects", unit_objects}}};
 // Bindings of buffers of the compute entry, and its square of pixels.
 inline constexpr int binding_sites = 0, binding_pixels = 1, compute_edge = 8;
 // Of the shader that merges.

@@ -9,6 +9,7 @@
 #if BCCSPLAT_WITH_GPU
 #include "gpu/gpu_drawer.h"
 #include "gpu/gpu_look.h"
+#include "gpu/object_look.h"
 #endif
 #if BCCSPLAT_WITH_SPLAT
 #include "rays/rays.h"
@@ -42,20 +43,56 @@ Drawers::Drawers() : gpu_(std::make_unique<GpuDrawer>()) {}
 Drawers::~Drawers() = default;
 
 #if BCCSPLAT_WITH_GPU
-Drawer* Drawers::gpu_drawer_of(const Shot& shot, const DrawerChoice& choice) {
-  if (choice.backend == Backend::cpu || !choice.gpu) return nullptr;
-  const bool asked = choice.backend == Backend::gpu || !has_cpu_drawers;
-  if (!asked && !choice.gpu->preferred()) return nullptr;
+namespace {
+
+bool is_asked(const DrawerChoice& choice) { return choice.backend == Backend::gpu || !has_cpu_drawers; }
+
+void refuse(const char* what) {
+  fail(Code::unsupported, "render: the GPU does not draw ", what,
+       has_cpu_drawers ? "; let the CPU draw it" : ", and this build has no drawers of the CPU's");
+}
+
+} // namespace
+
+bool Drawers::wants_gpu(const DrawerChoice& choice) {
+  if (choice.backend == Backend::cpu || !choice.gpu) return false;
+  if (!is_asked(choice) && !choice.gpu->preferred()) return false;
   gpu_->use(choice.gpu);
-  if (const char* const what = not_on_gpu(shot); what && asked)
-    fail(Code::unsupported, "render: the GPU does not draw ", what,
-         has_cpu_drawers ? "; let the CPU draw it" : ", and this build has no drawers of the CPU's");
+  return true;
+}
+
+Drawer* Drawers::gpu_drawer_of(const Shot& shot, const DrawerChoice& choice) {
+  if (!wants_gpu(choice)) return nullptr;
+  const bool asked = is_asked(choice);
+  if (const char* const what = not_on_gpu(shot); what && asked) refuse(what);
   return asked || gpu_->covers(shot) ? gpu_.get() : nullptr;
+}
+
+bool Drawers::gpu_draws_together(std::span<const Shot* const> shots, const DrawerChoice& choice) {
+  if (!wants_gpu(choice)) return false;
+  const char* const what = not_as_objects(instance_objects(shots));
+  if (what && is_asked(choice)) refuse(what);
+  return !what;
+}
+
+DrawStats Drawers::draw_together_by_gpu(std::span<const Shot* const> shots, const Context& context,
+                                        const std::function<void(const TilePixels&)>& emit) {
+  return gpu_->draw_together(shots, context, emit);
 }
 #else
 Drawer* Drawers::gpu_drawer_of(const Shot& /*shot*/, const DrawerChoice& choice) {
   if (choice.backend == Backend::gpu) (void)gpu_info(nullptr);
   return nullptr;
+}
+
+bool Drawers::gpu_draws_together(std::span<const Shot* const> /*shots*/, const DrawerChoice& choice) {
+  if (choice.backend == Backend::gpu) (void)gpu_info(nullptr);
+  return false;
+}
+
+DrawStats Drawers::draw_together_by_gpu(std::span<const Shot* const> /*shots*/, const Context& /*context*/,
+                                        const std::function<void(const TilePixels&)>& /*emit*/) {
+  return {};
 }
 #endif
 

@@ -42,10 +42,18 @@ class Drawers {
   KeptLatticeSums sums;
   // What rays keep.
   [[nodiscard]] KeptSurfaceCells& surface_cells();
+  // Returns whether a GPU draws these together (draw_together_by_gpu()). Throws as drawer_of() does where one
+  // is asked for and does not.
+  [[nodiscard]] bool gpu_draws_together(std::span<const Shot* const> shots, const DrawerChoice& choice);
+  // As draw_together(). Throws GpuFailure, too; nothing was emitted then.
+  DrawStats draw_together_by_gpu(std::span<const Shot* const> shots, const Context& context,
+                                 const std::function<void(const TilePixels&)>& emit);
   // Drops what was kept of earlier slices, which may then go.
   void forget();
 
  private:
+  // Whether a GPU is asked for, or preferred; it is what gpu_ draws by then.
+  [[nodiscard]] bool wants_gpu(const DrawerChoice& choice);
   // Null where the CPU draws.
   [[nodiscard]] Drawer* gpu_drawer_of(const Shot& shot, const DrawerChoice& choice);
 

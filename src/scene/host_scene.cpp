@@ -267,7 +267,7 @@ void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, C
       scenes.push_back(scene_of(need));
       scenes.back().sight->sheets_meet = shown.front().sight.sheets_meet;
     }
-    render_together(scenes, picture.options, context, image);
+    stats.picture = render_together(scenes, picture.options, context, image);
   }
   stats.ms_draw += ms_since(start);
 }

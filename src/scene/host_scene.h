@@ -53,7 +53,7 @@ struct SceneStats {
   uint32_t drawn = 0, cut = 0, level = 0;
   uint64_t bytes_read = 0;
   double ms_cut = 0, ms_draw = 0, ms_total = 0;
-  RenderStats picture; // of the instance, where there is one; of a budget the last part
+  RenderStats picture; // of the instances, of several but what drew them; of a budget the last part
 };
 
 struct SceneCut; // host_scene_parts.h

@@ -150,18 +150,22 @@ void SettledPicture::settle_look() {
 }
 
 void SettledPicture::settle_trail() {
-  if (!scene_.trail || scene_.trail->moments.empty()) return;
+  if (scene_.trail && !scene_.trail->moments.empty()) settle_trail(*scene_.trail);
+}
+
+void SettledPicture::settle_trail(const Trail& trail) {
+  settled_trail_ = &trail, trail_ = {}, moved_.clear();
   trail_.combine = scene_.combine;
   trail_.functions = scene_.trail_functions;
   for (const TransferFunction& f : scene_.trail_functions)
-    trail_.tables.push_back(table_of(scene_, options_, f, scene_.trail->bounds, scene_.slice->base));
-  for (const TrailSource& source : scene_.trail->sources) {
+    trail_.tables.push_back(table_of(scene_, options_, f, trail.bounds, scene_.slice->base));
+  for (const TrailSource& source : trail.sources) {
     const SheetView* of_source = &view_;
     if (!same_place(*scene_.slice, source.slice))
       of_source = &moved_.emplace_back(move_view(view_, *scene_.slice, source.slice));
     trail_.sources.push_back({&source.slice, &source.points, of_source});
   }
-  for (const TrailMoment& m : scene_.trail->moments)
+  for (const TrailMoment& m : trail.moments)
     trail_.stills.push_back({m.shares, std::min(static_cast<size_t>(m.interval), trail_.functions.size() - 1),
                              static_cast<float>(m.weight), m.frame});
   shot_.trail = &trail_;
@@ -171,7 +175,9 @@ Drawer& SettledPicture::choose_drawer(Backend backend) {
   Drawers& drawers = scene_.drawers ? *scene_.drawers : of_picture_;
   shot_.sums = &drawers.sums;
   Drawer& drawer = drawers.drawer_of(shot_, {!options_.rays || scene_.trail, backend, options_.gpu});
-  if (!drawer.merges()) shot_.slice->coset.make(context_);
+  if (drawer.merges()) return drawer;
+  shot_.slice->coset.make(context_);
+  if (settled_trail_ && settled_trail_->by_cpu) settle_trail(settled_trail_->by_cpu->get(context_));
   return drawer;
 }
 

@@ -29,6 +29,7 @@ class SettledPicture {
   void settle_view(std::optional<double> sheets_apart = std::nullopt);
   void settle_look();
   void settle_trail();
+  void settle_trail(const Trail& trail);
   void settle_drawer();
 
   // World lengths, once the level is settled: how far sheets are from each other, and the nearest that they
@@ -62,6 +63,7 @@ class SettledPicture {
   DrawStats draw_tiles(RenderStats& stats, const std::function<void(const TilePixels&)>& emit);
 
   ClassTable table_;
+  const Trail* settled_trail_ = nullptr; // that the shot's is of
   ShotTrail trail_;
   std::deque<SheetView> moved_; // of the trail's sources with a domain of their own
   Shot shot_;

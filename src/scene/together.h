@@ -13,7 +13,8 @@ namespace bccsplat {
 // through (Sight::sheets_meet). Of isosurfaces, and of slices so much finer than others that these would have
 // too many sheets, deep pictures are made and merged. Throws what render() does, and unsupported for planes
 // of values and times, for modes xray and maximum, and for a deep picture of what does not share its sheets.
-void render_together(std::span<const Scene> scenes, const RenderOptions& options, const Context& context,
-                     Image& image);
+// Returns what drew it, and why a GPU did not.
+RenderStats render_together(std::span<const Scene> scenes, const RenderOptions& options,
+                            const Context& context, Image& image);
 
 } // namespace bccsplat

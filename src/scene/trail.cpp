@@ -23,14 +23,38 @@ constexpr int fewest_stills = 4, most_stills = 64;
 // What a caller may ask for: more are taken for a mistake.
 constexpr int most_samples = 4096, most_intervals = 256;
 
-// Adds a moment that is a slice of its own.
-void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& context) {
+void widen_bounds(Trail& trail, const Slice& slice) {
   trail.bounds = trail.moments.empty() ? slice.bounds
                                        : std::array{std::min(trail.bounds[0], slice.bounds[0]),
                                                     std::max(trail.bounds[1], slice.bounds[1])};
+}
+
+// Adds a moment that is a slice of its own.
+void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& context) {
+  widen_bounds(trail, slice);
   trail.moments.push_back(
       {{{static_cast<uint32_t>(trail.sources.size()), 1.0f}}, slice.frame, m.weight, m.interval});
   add_source(trail, std::move(slice), context);
+}
+
+// Adds an instant, or a mean around one, that a GPU merges of layers; it has no points.
+void add_later(Trail& trail, const Coefficients& coefficients, const Slice& slice, const Moment& m,
+               double around, const HypersliceOptions& like, const Context& context) {
+  Slice made = thick_time_slice(coefficients, m.at, {-around, around}, ThicknessKind::mean,
+                                slice.slice_to_world, context, true);
+  if (like.box) cut_to_box(made, *like.box);
+  widen_bounds(trail, made);
+  trail.moments.push_back(
+      {{{static_cast<uint32_t>(trail.sources.size()), 1.0f}}, made.frame, m.weight, m.interval});
+  trail.sources.push_back({std::move(made), {}, {}});
+}
+
+// Returns whether the moments of a trail in time are left to a GPU.
+bool leaves_moments(const Coefficients& coefficients, const TrailOptions& options,
+                    const HypersliceOptions& like) {
+  const Corrections* const fix = coefficients.corrections();
+  return like.merge_later && !like.even && options.content != TrailContent::maximum && !(fix && fix->any()) &&
+         !coefficients.masks();
 }
 
 // Returns stills at the midpoints of `count` equal parts of the sub-intervals of [begin, end].
@@ -61,6 +85,13 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
     return time_slice(coefficients, frame, {0, 0}, slice.slice_to_world, context);
   };
   Attempts attempts; // a host hears at once of all that the moments lack
+  if (leaves_moments(coefficients, options, like)) {
+    const bool mean = options.content == TrailContent::mean;
+    for (const Moment& m : midpoints(from, to, options.intervals, mean ? 1 : samples))
+      attempts.attempt([&] { add_later(trail, coefficients, slice, m, mean ? part / 2 : 0, like, context); });
+    attempts.throw_if_waiting();
+    return;
+  }
   if (options.content == TrailContent::classified) {
     const auto moments = midpoints(from, to, options.intervals, samples);
     if (!like.even && add_layers(trail, coefficients, slice, moments, context)) return;
@@ -144,10 +175,18 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
   Trail trail;
   const bool own_lattice =
       like.spacing == 0 && !like.bandwidth && !like.target && !like.axes && like.thickness.length == 0;
-  if (slice.is_time_slice() && own_lattice)
-    add_times(trail, coefficients, slice, options, like, context);
-  else
+  if (!slice.is_time_slice() || !own_lattice) {
     add_planes(trail, coefficients, slice, options, like, index_to_world, context);
+    return trail;
+  }
+  add_times(trail, coefficients, slice, options, like, context);
+  if (!leaves_moments(coefficients, options, like) || trail.moments.empty()) return trail;
+  HypersliceOptions now = like;
+  now.merge_later = false;
+  trail.by_cpu = std::make_shared<const TrailByCpu>(
+      [&coefficients, slice, options, now, index_to_world](const Context& with) {
+        return make_trail(coefficients, slice, options, now, index_to_world, with);
+      });
   return trail;
 }
 
@@ -157,7 +196,9 @@ Trail make_trail(const OpenVolume& volume, const OpenSlice& slice, const TrailOp
   if (options.content == TrailContent::maximum) reads.thickness = {1, ThicknessKind::maximum};
   const auto coefficients = volume.coefficients(slice.channel, slice.slice.kernel.name.c_str(), slice.level,
                                                 reads.reads(volume.lattice(slice.level)));
-  return make_trail(*coefficients, slice.slice, options, slice.cut, volume.info().affine, context);
+  Trail trail = make_trail(*coefficients, slice.slice, options, slice.cut, volume.info().affine, context);
+  if (trail.by_cpu) trail.coefficients = coefficients;
+  return trail;
 }
 
 TransferFunction tinted(const TransferFunction& function, const Vec3& color) {

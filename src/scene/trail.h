@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "base/context.h"
@@ -42,17 +44,42 @@ struct TrailMoment {
   int interval = 0;  // sub-interval it belongs to
 };
 
+class TrailByCpu;
+
 struct Trail {
   std::vector<TrailSource> sources;
   std::vector<TrailMoment> moments;   // none: an interval that clips to nothing
   std::array<double, 2> bounds{0, 0}; // no value of any moment lies outside
+  // Where its sources are moments of a series that a GPU merges (field/moment.h), without points: what the
+  // CPU draws instead. Null: this.
+  std::shared_ptr<const TrailByCpu> by_cpu;
+  std::shared_ptr<const Coefficients> coefficients; // that it is made of; null: they outlive the trail
+};
+
+// A trail that is made when somebody asks for it. Any thread may ask.
+class TrailByCpu {
+ public:
+  using Make = std::function<Trail(const Context&)>;
+  explicit TrailByCpu(Make make) : make_(std::move(make)) {}
+  [[nodiscard]] const Trail& get(const Context& context) const {
+    const std::scoped_lock lock(mutex_);
+    if (!made_) made_ = std::make_unique<const Trail>(make_(context));
+    return *made_;
+  }
+
+ private:
+  Make make_;
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<const Trail> made_;
 };
 
 // Content `classified` is made of stills at the midpoints of equal parts, each with its share (midpoint rule:
 // second order in the parts). Where it is cheaper the sources are the lattice's layers, of which stills are
 // mixed sheet by sheet: many stills then cost little more than few. Contents `mean` and `maximum` are one
 // slice per sub-interval; over time the mean is exact, along other normals it is a Gauss-Legendre quadrature
-// (slice/thickness.h). `slice` was cut with `like`, out of a volume of this spatial affine.
+// (slice/thickness.h). `slice` was cut with `like`, out of a volume of this spatial affine. Where `like`
+// merges later, moments in time are left to a GPU, unless there are corrections or masks; the coefficients
+// outlive the trail.
 [[nodiscard]] Trail make_trail(const Coefficients& coefficients, const Slice& slice,
                                const TrailOptions& options, const HypersliceOptions& like,
                                const Affine3& index_to_world, const Context& context);

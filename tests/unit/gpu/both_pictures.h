@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same picture by the CPU and by either entry of the GPU, and how near they are.
+// The same picture by the CPU and by either entry of the GPU, how near they are, and what they are of.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "base/error.h"
+#include "slice/time_slice.h"
 #include "tests/support/gpu.h"
 #include "tests/support/splat_scene.h"
 
@@ -18,6 +21,18 @@ namespace bccsplat::test {
 
 inline constexpr double least_db = 45;
 inline constexpr int pixels = 64;
+
+// Corrections of both signs at every third sample of a corner, and one at each end of the grid.
+inline std::shared_ptr<const SliceCorrections> make_corrections(CorrectionShape shape, float size,
+                                                                const Int3& dims) {
+  std::vector<GridValue> values{{{0, 0, 0}, size}, {{dims[0] - 1, dims[1] - 1, dims[2] - 1}, size}};
+  for (int z = 4; z < dims[2] - 4; z += 3)
+    for (int y = 4; y < dims[1] / 2; y += 3)
+      for (int x = 4; x < dims[0] / 2; x += 3)
+        values.push_back({{x, y, z}, (x + y + z) % 2 == 0 ? size : -size});
+  return std::make_shared<const SliceCorrections>(
+      SliceCorrections{{}, shape, SparseGrid(std::move(values)), {}});
+}
 
 inline Field3 ball() {
   return [](double x, double y, double z) {
@@ -34,6 +49,29 @@ inline Field3 smoke() {
     return std::max(0.0, 1 - r * r) * std::max(0.0, 1 - r * r) * waves;
   };
 }
+
+// A cloud that moves through a box.
+inline double moving(const Vec4& p) {
+  const double r = std::hypot(p[0] - 10 - p[3], p[1] - 14, p[2] - 12 + 0.3 * p[3]) / 9;
+  return std::max(0.0, 1 - r * r) * (1 + 0.3 * std::sin(0.8 * p[0] + 0.2 * p[3]));
+}
+
+// A series in memory, cut at any moment.
+struct MovingCloud {
+  Lattice4 lattice;
+  MemorySamples samples;
+  Coefficients coefficients;
+  TestContext context;
+
+  explicit MovingCloud(LatticeKind kind, const char* kernel = "default", bool periodic = false)
+      : lattice(Lattice4::fit(kind, {30, 28, 26, 12}, {1, 1, 1, 1}, 0, {}, periodic)),
+        samples(sample_field(lattice, moving, 0)),
+        coefficients(samples, 0, make_kernel(kernel), 0, uint64_t{1} << 30), context(2) {}
+  [[nodiscard]] Slice cut(double frame, bool later, double around = 0) {
+    return thick_time_slice(coefficients, frame, {-around, around}, ThicknessKind::mean, {}, context.get(),
+                            later);
+  }
+};
 
 class BothPictures : public testing::TestWithParam<GpuEntry> {
  protected:
@@ -81,6 +119,17 @@ class BothPictures : public testing::TestWithParam<GpuEntry> {
     const double mean =
         std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
     return -10 * std::log10(mean);
+  }
+
+  // What a picture is refused with.
+  static std::string refusal(const std::function<void()>& picture, Code code) {
+    try {
+      picture();
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), code);
+      return e.message();
+    }
+    return "";
   }
 
   std::shared_ptr<GpuDevice> gpu_;

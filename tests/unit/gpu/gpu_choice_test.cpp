@@ -2,12 +2,10 @@
 // What draws: the GPU where it is asked for, with reasons where it does not; the CPU where it fails.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <string>
 #include <utility>
 
 #include "base/error.h"
-#include "scene/together.h"
 #include "tests/support/gpu.h"
 #include "tests/support/splat_scene.h"
 
@@ -56,15 +54,6 @@ TEST_F(GpuChoice, WhatItDoesNotDrawIsNamed) {
   options_ = {}, options_.backend = Backend::gpu, options_.gpu = gpu_;
   slice_.kernel.space.radius = 3, scene_.slice = &slice_;
   EXPECT_NE(refusal(Code::unsupported).find("a kernel that wide"), std::string::npos);
-}
-
-TEST_F(GpuChoice, SeveralSlicesAreTheCpus) {
-  TestContext context(2);
-  ImageStorage image(size, size);
-  const std::array<Scene, 2> scenes{scene_, scene_};
-  EXPECT_THROW(render_together(scenes, options_, context.get(), image.image), Error);
-  options_.backend = Backend::automatic;
-  render_together(scenes, options_, context.get(), image.image);
 }
 
 // A rasteriser on the CPU is none that anybody wants unasked.

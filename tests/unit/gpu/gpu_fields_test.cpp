@@ -14,18 +14,6 @@ using namespace test;
 
 class GpuFields : public BothPictures {};
 
-// Corrections of both signs at every third sample of a corner, and one at each end of the grid.
-std::shared_ptr<const SliceCorrections> make_corrections(CorrectionShape shape, float size,
-                                                         const Int3& dims) {
-  std::vector<GridValue> values{{{0, 0, 0}, size}, {{dims[0] - 1, dims[1] - 1, dims[2] - 1}, size}};
-  for (int z = 4; z < dims[2] - 4; z += 3)
-    for (int y = 4; y < dims[1] / 2; y += 3)
-      for (int x = 4; x < dims[0] / 2; x += 3)
-        values.push_back({{x, y, z}, (x + y + z) % 2 == 0 ? size : -size});
-  return std::make_shared<const SliceCorrections>(
-      SliceCorrections{{}, shape, SparseGrid(std::move(values)), {}});
-}
-
 Slice corrected_slice(CorrectionShape shape, float size, LatticeKind kind = LatticeKind::bcc) {
   Slice s = make_slice({40, 36, 33}, ball(), "default", {}, 0, kind);
   s.corrections = make_corrections(shape, size, {40, 36, 33});

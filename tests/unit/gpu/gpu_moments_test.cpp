@@ -10,29 +10,6 @@ namespace {
 
 using namespace test;
 
-// A cloud that moves through a box.
-double moving(const Vec4& p) {
-  const double r = std::hypot(p[0] - 10 - p[3], p[1] - 14, p[2] - 12 + 0.3 * p[3]) / 9;
-  return std::max(0.0, 1 - r * r) * (1 + 0.3 * std::sin(0.8 * p[0] + 0.2 * p[3]));
-}
-
-// A series in memory, cut at any moment.
-struct Series {
-  Lattice4 lattice;
-  MemorySamples samples;
-  Coefficients coefficients;
-  TestContext context;
-
-  explicit Series(LatticeKind kind, const char* kernel = "default", bool periodic = false)
-      : lattice(Lattice4::fit(kind, {30, 28, 26, 12}, {1, 1, 1, 1}, 0, {}, periodic)),
-        samples(sample_field(lattice, moving, 0)),
-        coefficients(samples, 0, make_kernel(kernel), 0, uint64_t{1} << 30), context(2) {}
-  [[nodiscard]] Slice cut(double frame, bool later, double around = 0) {
-    return thick_time_slice(coefficients, frame, {-around, around}, ThicknessKind::mean, {}, context.get(),
-                            later);
-  }
-};
-
 class GpuMoments : public BothPictures {
  protected:
   Scene scene_of(const Slice& s) {
@@ -54,7 +31,7 @@ TEST_P(GpuMoments, AreThoseOfTheCpu) {
        {std::tuple{LatticeKind::d4star, "default", false}, std::tuple{LatticeKind::d4star, "paper", false},
         std::tuple{LatticeKind::d4star, "fine", true}, std::tuple{LatticeKind::d4star, "fast", false},
         std::tuple{LatticeKind::cc, "exact", false}}) {
-    Series series(kind, kernel, periodic);
+    MovingCloud series(kind, kernel, periodic);
     for (const double frame : {0.0, 3.25, 11.0}) {
       const Slice now = series.cut(frame, false), later = series.cut(frame, true);
       ASSERT_TRUE(later.coset.moment()) << kernel;
@@ -74,7 +51,7 @@ TEST_P(GpuMoments, AreThoseOfTheCpu) {
 
 // Of the mean over an interval as many layers take part as it is long.
 TEST_P(GpuMoments, MeansOverTime) {
-  Series series(LatticeKind::d4star);
+  MovingCloud series(LatticeKind::d4star);
   const Slice now = series.cut(5.5, false, 4.5), later = series.cut(5.5, true, 4.5);
   ASSERT_GT(later.coset.moment()->parts().size(), 9u); // more than a shader adds at a time
   ImageStorage merged(pixels, pixels), together(pixels, pixels);
@@ -84,7 +61,7 @@ TEST_P(GpuMoments, MeansOverTime) {
 }
 
 TEST_P(GpuMoments, LayersAreSentOnce) {
-  Series series(LatticeKind::d4star);
+  MovingCloud series(LatticeKind::d4star);
   ImageStorage image(pixels, pixels);
   const Slice first = series.cut(4, true);
   const RenderStats begin = draw_on_gpu(first, image);
@@ -109,9 +86,31 @@ TEST_P(GpuMoments, LayersAreSentOnce) {
   EXPECT_EQ(draw_on_gpu(back, image).drawn.layers_sent, back.coset.moment()->parts().size());
 }
 
+// Corrections are a moment's own; its layers are merged where they are all the same.
+TEST_P(GpuMoments, WithCorrections) {
+  MovingCloud series(LatticeKind::d4star);
+  ImageStorage merged(pixels, pixels), together(pixels, pixels), without(pixels, pixels);
+  for (const float size : {0.25f, -0.2f}) { // the same moment, corrected in another way
+    Slice now = series.cut(4, false), later = series.cut(4, true);
+    (void)draw_on_gpu(later, without);
+    for (Slice* s : {&now, &later}) {
+      s->corrections = make_corrections(CorrectionShape::tent, size, {30, 28, 26});
+      s->bounds[0] -= 0.25, s->bounds[1] += 0.25;
+    }
+    (void)draw_on_gpu(now, merged);
+    const RenderStats stats = draw_on_gpu(later, together);
+    EXPECT_FALSE(later.coset.moment()->is_merged());
+    EXPECT_EQ(stats.drawn.layers_sent, 0u);
+    EXPECT_GT(stats.drawn.bytes_sent, 0u);
+    EXPECT_GT(compare(merged, together).db(), 90);
+    EXPECT_LT(compare(without, together).db(), least_db);
+    EXPECT_EQ(draw_on_gpu(later, together).drawn.bytes_sent, 0u); // nothing twice
+  }
+}
+
 // Where the layers find no room the moment alone may.
 TEST_P(GpuMoments, WithoutRoomForLayers) {
-  Series series(LatticeKind::d4star);
+  MovingCloud series(LatticeKind::d4star);
   const Slice later = series.cut(3.25, true), now = series.cut(3.25, false);
   ImageStorage image(pixels, pixels), merged(pixels, pixels);
   (void)draw_on_gpu(now, merged);

@@ -160,7 +160,8 @@ TEST_P(GpuPictures, WorldsUnitsAndLights) {
 // Passing over what is not seen changes nothing.
 TEST_P(GpuPictures, SkippingChangesNothing) {
   const Slice s = make_slice({60, 48, 40}, smoke());
-  for (const RenderMode mode : {RenderMode::composite, RenderMode::isosurface, RenderMode::xray}) {
+  for (const RenderMode mode :
+       {RenderMode::composite, RenderMode::isosurface, RenderMode::xray, RenderMode::maximum}) {
     const Scene scene =
         make_scene(s, ramp_function(0.3, 1, 0.3), fit_camera(s, true, 25, 40, pixels, pixels));
     RenderOptions o;

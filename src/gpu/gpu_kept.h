@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// By what that which is on a GPU is known again.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "draw/shot.h"
+#include "gpu/gpu_look.h"
+
+namespace bccsplat {
+
+// Of a slice: another one may later stand at the same place.
+struct SliceMark {
+  const Slice* slice = nullptr;
+  uint64_t bricks = 0; // of their places
+  const void *corrections = nullptr, *mask = nullptr;
+  double frame = 0, milliseconds = 0;
+  std::array<double, 2> bounds{};
+  bool operator==(const SliceMark&) const = default;
+};
+[[nodiscard]] SliceMark mark_of(const Slice& slice);
+[[nodiscard]] SliceMark mark_without_bricks(const Slice& slice);
+
+// What the classes of a picture are made of.
+struct GpuClassKey {
+  RenderMode mode = RenderMode::composite;
+  std::vector<Vec4f> texels;
+  float low = 0, scale = 0;
+  std::vector<IsoSurface> surfaces;
+  uint32_t disable_skips = 0;
+  double step = 0;
+  bool operator==(const GpuClassKey&) const = default;
+};
+[[nodiscard]] GpuClassKey key_of(const Shot& shot, const ClassTable& table, const std::vector<Vec4f>& texels);
+
+} // namespace bccsplat
