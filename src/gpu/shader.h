@@ -21,8 +21,8 @@ namespace bccsplat {
 inline constexpr int most_cuts = 48, most_gpu_lights = 16, most_gpu_surfaces = 16;
 // Fields that one picture is of; the shader keeps what it knows of each beside the others.
 inline constexpr int most_gpu_objects = 96;
-// Texels that an object is known by: 18, and two for each half-space.
-inline constexpr int object_texels = 18 + 2 * most_cuts;
+// Texels that an object is known by: its numbers, and two for each half-space.
+inline constexpr int object_numbers = 18, object_texels = object_numbers + 2 * most_cuts;
 
 struct ShaderKind {
   GpuEntry entry = GpuEntry::fragment;
