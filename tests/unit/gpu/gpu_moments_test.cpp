@@ -90,6 +90,8 @@ TEST_P(GpuMoments, LayersAreSentOnce) {
 TEST_P(GpuMoments, WithCorrections) {
   MovingCloud series(LatticeKind::d4star);
   ImageStorage merged(pixels, pixels), together(pixels, pixels), without(pixels, pixels);
+  (void)draw_on_gpu(series.cut(4.1, true),
+                    without);               // of the first one the CPU sees how fast the field changes
   for (const float size : {0.25f, -0.2f}) { // the same moment, corrected in another way
     Slice now = series.cut(4, false), later = series.cut(4, true);
     (void)draw_on_gpu(later, without);
@@ -103,7 +105,7 @@ TEST_P(GpuMoments, WithCorrections) {
     EXPECT_EQ(stats.drawn.layers_sent, 0u);
     EXPECT_GT(stats.drawn.bytes_sent, 0u);
     EXPECT_GT(compare(merged, together).db(), 90);
-    EXPECT_LT(compare(without, together).db(), least_db);
+    EXPECT_LT(compare(without, together).db(), 60);
     EXPECT_EQ(draw_on_gpu(later, together).drawn.bytes_sent, 0u); // nothing twice
   }
 }

@@ -34,7 +34,7 @@ class GpuTrails : public BothPictures {
 
   MovingCloud series_{LatticeKind::d4star};
   Drawers drawers_;
-  const TrailOptions stills_{.interval = {-4, 0}, .samples = 7};
+  const TrailOptions stills_{.interval = {-4, 0}, .samples = 20}; // enough for the CPU to mix layers
 };
 
 TEST_P(GpuTrails, StillsByEveryRule) {
