@@ -17,6 +17,9 @@ inline constexpr GLenum GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE;
 inline constexpr GLbitfield GL_BUFFER_UPDATE_BARRIER_BIT = 0x00000200;
 inline constexpr GLbitfield GL_SHADER_STORAGE_BARRIER_BIT = 0x00002000;
 
+// What glGetError() of WebGL answers once its context is lost.
+inline constexpr GLenum GL_CONTEXT_LOST = 0x9242;
+
 inline void glDispatchCompute(GLuint /*x*/, GLuint /*y*/, GLuint /*z*/) {}
 inline void glMemoryBarrier(GLbitfield /*barriers*/) {}
 inline void glGetBufferSubData(GLenum /*target*/, GLintptr /*offset*/, GLsizeiptr /*size*/, void* /*out*/) {}
