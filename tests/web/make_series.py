@@ -1,11 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes three drops that move, swell and fade: 24 frames of 48 x 40 x 32 floats."""
+"""Writes series that the viewer is tried with: make_series.py FOLDER. drops.raw: three drops that move, swell and fade, 24 frames
+of 48 x 40 x 32 floats. large.raw: shells that grow, 12 frames of 128^3 bytes."""
 import sys
 
 import numpy
 
-x, y, z = numpy.meshgrid(numpy.arange(48), numpy.arange(40), numpy.arange(32), indexing="ij", sparse=True)
-with open(sys.argv[1], "wb") as out:
+folder = sys.argv[1]
+
+
+def axes(*dims):
+    return numpy.meshgrid(*(numpy.arange(n, dtype="f4") for n in dims), indexing="ij", sparse=True)
+
+
+x, y, z = axes(48, 40, 32)
+with open(f"{folder}/drops.raw", "wb") as out:
     for frame in range(24):
         turn = 2 * numpy.pi * frame / 40
         field = numpy.zeros((48, 40, 32))
@@ -15,3 +23,10 @@ with open(sys.argv[1], "wb") as out:
             r2 = (x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2
             field += (0.6 + 0.3 * numpy.sin(phase)) * numpy.exp(-r2 / (2 * (4.0 + drop) ** 2))
         out.write(field.transpose(2, 1, 0).astype("<f4").tobytes())
+
+x, y, z = axes(128, 128, 128)
+r = numpy.sqrt((x - 63) ** 2 + (y - 60) ** 2 + (z - 66) ** 2)
+with open(f"{folder}/large.raw", "wb") as out:
+    for frame in range(12):
+        shell = numpy.exp(-(((r - 20 - 2.5 * frame) / 7) ** 2)) * (1 + 0.3 * numpy.cos(x / 9 + frame / 3) * numpy.cos(y / 11))
+        out.write((190 * shell.transpose(2, 1, 0)).astype("u1").tobytes())

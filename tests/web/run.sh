@@ -22,15 +22,26 @@ fi
 
 data=$(mktemp -d)
 trap 'rm -rf "$data"' EXIT
-/usr/bin/python3 "$top/tests/web/make_series.py" "$data/drops.raw"
-"$bcc4" import "$data/drops.raw" --dims 48,40,32,24 --dtype f32 --dt 0.5 --air-threshold 0.004 -o "$data/drops.bcc4" --quiet
-render() { "$bcc4" render "$data/drops.bcc4" --gpu off --time 4.3 --fit domain --size 200x200 --background 0,0,0 --quiet "$@"; }
-render -o "$data/composite.png"
-render --mode iso --iso 0.4 --smooth-edges off -o "$data/surface.png"
-render --mode mip -o "$data/maximum.png"
-render --mode xray -o "$data/xray.png"
-render --camera persp --rotate-x 35 --rotate-y -50 --zoom 1.5 -o "$data/turned.png"
+/usr/bin/python3 "$top/tests/web/make_series.py" "$data"
+drops() { "$bcc4" import "$data/drops.raw" --dims 48,40,32,24 --dtype f32 --dt 0.5 --air-threshold 0.004 --quiet "$@"; }
+drops -o "$data/drops.bcc4"
+drops -o "$data/waves.bcc4" --store wavelets # of version 4 of the container
+"$bcc4" import "$data/large.raw" --dims 128,128,128,12 --dtype u8 --dt 0.5 --air-threshold 2 --quiet -o "$data/large.bcc4"
+render() { # NAME CASE OPTIONS...
+  "$bcc4" render "$data/$1.bcc4" --gpu off --time 4.3 --fit domain --size 200x200 --background 0,0,0 --quiet "${@:3}" -o "$data/$1-$2.png"
+}
+render drops composite
+render drops surface --mode iso --iso 0.4 --smooth-edges off
+render drops maximum --mode mip
+render drops xray --mode xray
+render drops turned --camera persp --rotate-x 35 --rotate-y -50 --zoom 1.5
+render waves composite
 head -c 20000 "$data/drops.bcc4" >"$data/cut.bcc4"
+# Zeros from 8 KiB on: up to the end, which tells what the file holds, or in the values alone.
+size=$(stat -c %s "$data/drops.bcc4")
+zeros() { head -c 8192 "$data/drops.bcc4" && head -c "$1" /dev/zero && tail -c +$((8192 + $1 + 1)) "$data/drops.bcc4"; }
+zeros $((size - 8192)) >"$data/damaged.bcc4"
+zeros $((size * 4 / 5)) >"$data/torn.bcc4"
 
 status=0
 BCCSPLAT_PUPPETEER=$npm/node_modules/puppeteer-core node "$top/tests/web/browsers.mjs" chromium "$site" "$data" || status=1

@@ -92,5 +92,7 @@ export type FromEngine =
   | { kind: 'traffic'; traffic: Traffic }
   | { kind: 'snapshot'; id: number; image: ImageBitmap }
   | { kind: 'waiting'; time: number }
+  | { kind: 'lost' } // the context of the canvas, and with it the picture
+  | { kind: 'restored' }
   | { kind: 'failed'; text: string; fatal: boolean }
   | { kind: 'no-webgl2' };

@@ -152,6 +152,10 @@ export class Core {
     return this.call('value', ...at);
   }
 
+  // True from the loss on, of which the event may tell later.
+  get isLost(): boolean {
+    return this.context.isContextLost();
+  }
   loseContext(): void {
     this.call('lose_context');
   }

@@ -78,14 +78,16 @@ export class Engine {
   private watchContext(): void {
     const canvas = this.canvas as HTMLCanvasElement;
     canvas.addEventListener('webglcontextlost', (e) => {
-      e.preventDefault();
+      e.preventDefault(); // or it does not come back
       this.lost = true;
+      this.core.loseContext();
+      this.tell({ kind: 'lost' });
     });
     canvas.addEventListener('webglcontextrestored', () => {
-      this.core.loseContext();
       this.core.context.getExtension('EXT_color_buffer_float');
-      this.core.renew();
+      if (this.reader) this.core.renew();
       this.lost = false;
+      this.tell({ kind: 'restored' });
       this.redraw();
     });
   }
@@ -137,13 +139,13 @@ export class Engine {
 
   private async run(): Promise<void> {
     this.running = true;
-    while (this.dirty && this.wanted && !this.lost) {
+    while (this.dirty && this.wanted && !this.lost && !this.core.isLost) {
       this.dirty = false;
       try {
         await this.picture(this.wanted);
       } catch (e) {
-        if ((e as Error).name !== 'AbortError') this.fail(e);
-        else this.dirty = true;
+        if (this.core.isLost || (e as Error).name === 'AbortError') this.dirty = true;
+        else this.fail(e);
       }
       await new Promise((go) => setTimeout(go, 0)); // messages that came meanwhile
     }

@@ -18,7 +18,20 @@ type Vector = [number, number, number];
 const font = '12px system-ui, sans-serif';
 const axisColors = ['--axis-x', '--axis-y', '--axis-z'];
 const barWidth = 12;
+const narrow = 480; // pixels of a picture on which there is less room
+const hidden = 0.35; // of the ink of edges behind the volume
 const margin = 10; // around names of axes
+
+// The corner of the domain that is farthest from the eye.
+function farthest(info: VolumeInfo, camera: Camera): Vector {
+  const ahead = camera.target.map((x, a) => x - camera.position[a]);
+  const [start, ...ends] = [0, 1, 2, 3].map((n) => {
+    const corner: Vector = [0, 0, 0];
+    if (n > 0) corner[n - 1] = 1;
+    return toWorld(info, corner).reduce((sum, x, a) => sum + x * ahead[a], 0);
+  });
+  return ends.map((end) => (end > start ? 1 : 0)) as Vector;
+}
 
 export class Overlay {
   constructor(readonly canvas: HTMLCanvasElement) {}
@@ -46,8 +59,10 @@ export class Overlay {
     c.stroke();
   }
 
-  // The edges from the first corner in the colours of their axes, named at their ends.
-  private box(c: CanvasRenderingContext2D, { info }: Seen, project: Projection, faint: string): void {
+  // The edges from the first corner in the colours of their axes, named at their ends; those that meet at the
+  // corner farthest away are behind the volume, and fainter.
+  private box(c: CanvasRenderingContext2D, { info, camera }: Seen, project: Projection, faint: string): void {
+    const far = farthest(info, camera);
     for (let axis = 0; axis < 3; ++axis)
       for (let n = 0; n < 4; ++n) {
         const from: Vector = [0, 0, 0];
@@ -55,18 +70,25 @@ export class Overlay {
         from[(axis + 2) % 3] = n >> 1;
         const to = [...from] as Vector;
         to[axis] = 1;
+        const behind = from.every((x, a) => a === axis || x === far[a]);
+        c.globalAlpha = behind ? hidden : 1;
         c.strokeStyle = n === 0 ? themed(axisColors[axis], this.canvas) : faint;
         this.line(c, project, info, from, to);
-        if (n > 0) continue;
-        to[axis] = 1.06;
-        const at = project.at(toWorld(info, to));
-        if (!at) continue;
-        c.fillStyle = c.strokeStyle;
-        c.textAlign = 'center';
-        c.textBaseline = 'middle';
-        const inside = (x: number, size: number) => Math.max(margin, Math.min(size - margin, x));
-        c.fillText('xyz'[axis], inside(at[0], this.canvas.clientWidth), inside(at[1], this.canvas.clientHeight));
+        c.globalAlpha = 1;
+        if (n === 0) this.axisName(c, info, project, axis);
       }
+  }
+
+  private axisName(c: CanvasRenderingContext2D, info: VolumeInfo, project: Projection, axis: number): void {
+    const end: Vector = [0, 0, 0];
+    end[axis] = 1.06;
+    const at = project.at(toWorld(info, end));
+    if (!at) return;
+    c.fillStyle = themed(axisColors[axis], this.canvas);
+    c.textAlign = 'center';
+    c.textBaseline = 'middle';
+    const inside = (x: number, size: number) => Math.max(margin, Math.min(size - margin, x));
+    c.fillText('xyz'[axis], inside(at[0], this.canvas.clientWidth), inside(at[1], this.canvas.clientHeight));
   }
 
   private cross(c: CanvasRenderingContext2D, { info, view }: Seen, project: Projection): void {
@@ -101,7 +123,7 @@ export class Overlay {
   private colorBar(c: CanvasRenderingContext2D, seen: Seen, ink: string, width: number, height: number): void {
     const shades = seen.shades!;
     const [from, to] = shades.range;
-    const tall = Math.min(180, height * 0.35);
+    const tall = Math.min(180, height * (width < narrow ? 0.22 : 0.35));
     const x = width - 16 - barWidth, y = height - 18 - tall;
     for (let n = 0; n < tall; ++n) {
       c.fillStyle = `rgb(${shades.color(to + ((from - to) * n) / (tall - 1)).join()})`;

@@ -121,6 +121,7 @@ export class Planes {
     const x = cross[u] * canvas.clientWidth, y = (1 - cross[v]) * canvas.clientHeight;
     const stroke = (color: string, x0: number, y0: number, x1: number, y1: number) => {
       c.strokeStyle = themed(color, canvas);
+      c.lineWidth = 1;
       c.beginPath();
       c.moveTo(x0, y0);
       c.lineTo(x1, y1);
@@ -130,6 +131,10 @@ export class Planes {
     stroke(axisColors[v], x, 0, x, canvas.clientHeight);
     c.fillStyle = themed(axisColors[axis], canvas);
     c.font = '600 12px system-ui, sans-serif';
-    c.fillText(names[axis], 6, 15);
+    c.strokeStyle = themed('--stage', canvas);
+    c.lineWidth = 3;
+    c.lineJoin = 'round';
+    c.strokeText(names[axis], 7, 16);
+    c.fillText(names[axis], 7, 16);
   }
 }

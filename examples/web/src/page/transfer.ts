@@ -87,12 +87,18 @@ export class Transfer {
     this.drawHandles(c, height);
   }
 
+  // One shape, smoothed over neighbours: values of whole numbers leave a comb.
   private drawHistogram(c: CanvasRenderingContext2D, width: number, height: number): void {
-    const counts = this.channel!.histogram.map((n) => Math.log1p(n));
-    const most = Math.max(...counts, 1);
+    const counts = this.channel!.histogram;
+    const near = (n: number) => counts[Math.max(0, Math.min(counts.length - 1, n))];
+    const heights = counts.map((count, n) => Math.log1p((near(n - 1) + 2 * count + near(n + 1)) / 4));
+    const most = Math.max(...heights, 1);
     c.fillStyle = themed('--bars', this.canvas);
-    const bar = width / counts.length;
-    counts.forEach((n, i) => c.fillRect(i * bar, height - (n / most) * (height - 12), bar + 0.5, (n / most) * (height - 12)));
+    c.beginPath();
+    c.moveTo(0, height);
+    heights.forEach((h, n) => c.lineTo(((n + 0.5) / counts.length) * width, height - (h / most) * (height - 12)));
+    c.lineTo(width, height);
+    c.fill();
   }
   private drawColors(c: CanvasRenderingContext2D, width: number, height: number): void {
     const [from, to] = this.span;

@@ -29,7 +29,7 @@ const filmPictures = 96;
 const millisecondsPerPicture = 1000 / 24;
 
 export class Viewer {
-  readonly root = element('div', { class: 'bccsplat' });
+  readonly root = element('div', { class: 'bccsplat empty' });
   view: View;
   info: VolumeInfo | undefined;
   traffic: Traffic = { bytes: 0, requests: 0, pending: 0 };
@@ -142,14 +142,17 @@ export class Viewer {
     else if (message.kind === 'drawn') this.drawn(message);
     else if (message.kind === 'planes') this.gotPlanes(message.planes, message.value);
     else if (message.kind === 'traffic') this.showTraffic(message.traffic);
-    else if (message.kind === 'waiting') this.waiting = true;
+    else if (message.kind === 'waiting') this.waits(true);
     else if (message.kind === 'snapshot') this.gotSnapshot(message.id, message.image);
+    else if (message.kind === 'lost') this.lost();
+    else if (message.kind === 'restored') this.say('');
     else if (message.kind === 'failed') this.failed(message.text);
     else if (message.kind === 'no-webgl2') this.failed(noWebgl2);
   }
 
   private opened(info: VolumeInfo): void {
     this.info = info;
+    this.root.classList.remove('empty');
     this.say('');
     const end = Math.max(info.timeEnd, info.times[0]);
     this.view.time = Math.min(Math.max(this.view.time, info.times[0]), end);
@@ -160,10 +163,22 @@ export class Viewer {
   }
 
   private failed(text: string): void {
-    this.waiting = false;
+    this.waits(false);
     this.behind = 0;
     this.timeline.stop();
     this.say(text, true);
+  }
+
+  private lost(): void {
+    this.timeline.stop();
+    this.camera = undefined; // nothing is drawn until it is back
+    delete this.root.dataset.drawn;
+    this.say(lostContext, true);
+  }
+
+  private waits(on: boolean): void {
+    this.waiting = on;
+    this.stage.setAttribute('aria-busy', String(on));
   }
 
   private gotLook(look: Look): void {
@@ -182,11 +197,11 @@ export class Viewer {
   private drawn(message: Extract<FromEngine, { kind: 'drawn' }>): void {
     if (!this.info) return;
     this.behind = 0;
-    this.waiting = message.preview;
+    this.waits(message.preview);
     this.camera = message.camera;
     this.drawnTime = message.time;
     this.root.dataset.drawn = String(message.time);
-    if (!this.notice.classList.contains('failed')) this.say('');
+    this.say('');
     this.drawOverlay();
   }
   private drawOverlay(): void {
@@ -319,6 +334,10 @@ function composedSize(image: ImageBitmap): HTMLCanvasElement {
 const noWebgl2 =
   'This browser gives no WebGL2 with float textures, which the picture needs. Update it or its graphics driver, ' +
   'switch hardware acceleration on, or try another browser.';
+
+const lostContext =
+  'The browser has lost its graphics context, as when a driver restarts. The picture comes back with a new one; if it ' +
+  'does not, reload the page.';
 
 // Puts a viewer into an element of a page.
 export function createViewer(into: HTMLElement, options: Options = {}): Viewer {
