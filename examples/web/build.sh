@@ -42,9 +42,9 @@ zlib() {
 mkdir -p "$work/include"
 ln -sfn /usr/include/hwy "$work/include/hwy"
 emcmake cmake -S "$top" -B "$work/core" -G Ninja "${launchers[@]}" -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON \
-  -DCMAKE_CXX_FLAGS_RELEASE="-Os -DNDEBUG" -DCMAKE_CXX_FLAGS="${CXXFLAGS:--w}" \
-  -DBCCSPLAT_WITH_WRITER=OFF -DBCCSPLAT_WITH_SPLAT=OFF -DBCCSPLAT_WITH_IMAGE=OFF -DBCCSPLAT_BUILD_TESTS=OFF \
-  -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_TOOL=OFF -DBCCSPLAT_HWY_INCLUDE="$work/include" \
+  -DCMAKE_CXX_FLAGS_RELEASE="-Oz -DNDEBUG" -DCMAKE_CXX_FLAGS="${CXXFLAGS:--w}" \
+  -DBCCSPLAT_WITH_WRITER=OFF -DBCCSPLAT_WITH_SPLAT=OFF -DBCCSPLAT_WITH_CUTS=OFF -DBCCSPLAT_WITH_IMAGE=OFF \
+  -DBCCSPLAT_BUILD_TESTS=OFF -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_TOOL=OFF -DBCCSPLAT_HWY_INCLUDE="$work/include" \
   -DBCCSPLAT_BUILD_EXAMPLES=OFF -DZLIB_INCLUDE_DIR="$work/zlib" -DZLIB_LIBRARY="$work/zlib/libz.a" >"$work/configure.log" 2>&1 ||
   { cat "$work/configure.log"; exit 1; }
 cmake --build "$work/core" --target bccsplat_web

@@ -21,10 +21,18 @@ requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std:
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   out.append(buffer, end);
 }
+#if defined(__EMSCRIPTEN__)
+// Writes the shortest form, of the double or, where `single`, of the float that it is: a browser has that,
+// and a module is smaller without.
+extern "C" void bccsplat_write_number(double value, int single, char* text);
+#endif
 // Appends the shortest form, by trial where the standard library has none that reads back as the same number.
 template<std::floating_point F> void append_text(std::string& out, F value) {
   char buffer[64];
-#if defined(__cpp_lib_to_chars)
+#if defined(__EMSCRIPTEN__)
+  bccsplat_write_number(static_cast<double>(value), std::same_as<F, float> ? 1 : 0, buffer);
+  out += buffer;
+#elif defined(__cpp_lib_to_chars)
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   out.append(buffer, end);
 #else

@@ -2,6 +2,7 @@
 # the GPU's alone. What a part that is left out would have defined, without_PART.cpp of a room answers for.
 option(BCCSPLAT_WITH_WRITER "Write, join and code .bcc4 files anew" ON)
 option(BCCSPLAT_WITH_SPLAT "Pictures by the CPU: sheets, rays and the reference" ON)
+option(BCCSPLAT_WITH_CUTS "Slices other than moments of time: planes, thick ones, the paper's points" ON)
 
 set(core_rooms base lattice kernel points field slice view shade volume draw scene)
 if(BCCSPLAT_WITH_WRITER)
@@ -19,17 +20,20 @@ list(TRANSFORM writing_formats PREPEND ${PROJECT_SOURCE_DIR}/formats/bcc4/)
 # Of the scene and the C ABI what a part alone needs, and what stands for it.
 set(writer_files api/recode.cpp api/writer.cpp api/writer_options.cpp)
 set(splat_files scene/trail.cpp scene/trail_layers.cpp)
-# What a system has, and what stands for it in a browser: contexts by EGL, threads.
+set(cuts_files slice/axis_slice.cpp slice/corrected_cut.cpp slice/extraction.cpp slice/extraction_points.cpp
+  slice/gaussian_mean.cpp slice/lowpass_slice.cpp slice/occupancy.cpp slice/plane_slice.cpp slice/thick_field.cpp
+  slice/touched_samples.cpp slice/turned_samples.cpp)
+# What a system has, and what stands for it in a browser: contexts by EGL, threads, numbers as text.
 set(system_files gpu/gl_context.cpp base/tasks.cpp base/worker.cpp)
-set(browser_files gpu/web_context.cpp base/without_threads.cpp)
+set(browser_files gpu/web_context.cpp base/number_text.cpp base/without_threads.cpp)
 
 # Takes from a list of sources those that the options leave out.
 function(bccsplat_leave_out sources)
   set(out)
-  foreach(part WRITER SPLAT)
+  foreach(part WRITER SPLAT CUTS)
     string(TOLOWER ${part} name)
     if(BCCSPLAT_WITH_${part})
-      list(APPEND out scene/without_${name}.cpp api/without_${name}.cpp)
+      list(APPEND out scene/without_${name}.cpp api/without_${name}.cpp slice/without_${name}.cpp)
     else()
       list(APPEND out ${${name}_files})
     endif()

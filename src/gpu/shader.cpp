@@ -3,10 +3,10 @@
 #include "gpu/shader.h"
 
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <vector>
 
+#include "base/text.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
 
@@ -25,9 +25,7 @@ constexpr const char* march_body =
     ;
 
 std::string number(double x) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", x);
-  std::string out = text.data();
+  std::string out = concat(static_cast<float>(x));
   return out.find_first_of(".en") == std::string::npos ? out + ".0" : out;
 }
 

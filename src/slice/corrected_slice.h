@@ -9,6 +9,12 @@
 
 namespace bccsplat {
 
+// Index units: a point this far beyond an end of the domain is on it.
+inline constexpr double touches_end = 1e-6;
+
+// Gives a slice corrections, and bounds that hold them.
+void set_corrections(Slice& slice, SliceCorrections&& made);
+
 // Corrects a time slice, merged from layers, by the corrections of the frames around it, as exactly as the
 // slice itself is. Where t0 < t1 they are taken in the mean, or the sum, over these frames.
 void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t0, double t1,

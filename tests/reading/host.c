@@ -35,6 +35,16 @@ static bccsplat_slice* read_middle(bccsplat_volume* volume) {
   return slice;
 }
 
+/* A plane x = 0 of time is no moment. */
+static void ask_for_a_cut(bccsplat_volume* volume) {
+  bccsplat_hyperplane plane = BCCSPLAT_INIT(bccsplat_hyperplane);
+  bccsplat_slice* slice = NULL;
+  plane.a = 1;
+  expect(bccsplat_slice_create(volume, &plane, NULL, &slice) == BCCSPLAT_ERROR_MISSING_FEATURE,
+         "a cut is missing");
+  expect(strstr(bccsplat_last_error(), "BCCSPLAT_WITH_CUTS") != NULL, "the text names the option");
+}
+
 /* What is not in this build says so, and how it comes in. */
 static void ask_for_the_rest(bccsplat_device* device, bccsplat_slice* slice) {
   bccsplat_writer_options options = BCCSPLAT_INIT(bccsplat_writer_options);
@@ -62,6 +72,7 @@ int main(int argc, char** argv) {
   expect(bccsplat_volume_open_file(device, argv[1], NULL, &volume) == BCCSPLAT_OK, "the file");
   if (volume) {
     bccsplat_slice* slice = read_middle(volume);
+    ask_for_a_cut(volume);
     ask_for_the_rest(device, slice);
     bccsplat_slice_release(slice);
   }

@@ -3,18 +3,21 @@
 #pragma once
 
 #include <cmath>
-#include <cstdio>
 #include <span>
 #include <string>
 #include <string_view>
+
+// Writes the shortest form: the browser does.
+extern "C" void web_write_number(double value, char* text);
 
 namespace web {
 
 // Returns a number as JSON has it; what is not finite is null.
 inline std::string json(double x) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", x);
-  return std::isfinite(x) ? text : "null";
+  char text[64];
+  if (!std::isfinite(x)) return "null";
+  web_write_number(x, text);
+  return text;
 }
 
 inline std::string json(std::string_view s) {

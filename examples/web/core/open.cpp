@@ -11,6 +11,8 @@
 EM_JS(double, host_read, (double offset, void* buffer, double size),
       { return Module["readAt"](offset, buffer, size); });
 
+EM_JS(void, web_write_number, (double value, char* text), { stringToUTF8(String(value), text, 64); })
+
 namespace web {
 
 Viewer viewer;
