@@ -18,17 +18,12 @@ const limits = {
 };
 
 const session = await new Session(...process.argv.slice(2)).start();
-const page = await firstPicture(session);
-await scrub(session, page);
-await page.close();
-await pictures(session, 'drops', 4.3);
-await pictures(session, 'waves', 4.3, ['composite']);
-await play(session);
-await dropFile(session);
-await onAPhone(session);
-await lostContext(session);
-await lostServer(session);
-await errors(session);
+const page = await session.part(firstPicture);
+if (page) await session.part(scrub, page);
+await page?.close();
+await session.part(pictures, 'drops', 4.3);
+await session.part(pictures, 'waves', 4.3, ['composite']);
+for (const part of [play, dropFile, onAPhone, lostContext, lostServer, errors]) await session.part(part);
 await session.end();
 session.table(limits);
 process.exit(session.failures ? 1 : 0);

@@ -7,7 +7,7 @@ import { CountingServer } from './server.mjs';
 const library = `${process.env.BCCSPLAT_PUPPETEER}/lib/esm/puppeteer/puppeteer-core.js`;
 const puppeteer = (await import(pathToFileURL(library).href)).default;
 
-export const patience = 240000; // milliseconds that a condition may take to hold
+export const patience = 120000; // milliseconds that a condition may take to hold
 const chromium = {
   executablePath: '/usr/bin/chromium',
   args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--force-color-profile=srgb'],
@@ -57,6 +57,15 @@ export class Session {
   expect(good, what, detail = '') {
     console.log(`${good ? 'ok    ' : 'FAILED'} ${this.which}: ${what}${detail ? ` (${detail})` : ''}`);
     if (!good) ++this.failures;
+  }
+
+  // A part that cannot go on is a failure, and the next one begins.
+  async part(what, ...given) {
+    try {
+      return await what(this, ...given);
+    } catch (e) {
+      this.expect(false, what.name, e.stack);
+    }
   }
 
   // prepare: awaited with the page before it loads anything.

@@ -112,7 +112,8 @@ export class Timeline {
 
   private tick(now: number): void {
     if (!this.playing) return;
-    const passed = Math.min((now - this.last) / 1000, 0.25);
+    // A frame's time may be before the moment that play was asked for.
+    const passed = Math.max(0, Math.min((now - this.last) / 1000, 0.25));
     this.last = now;
     if (!this.host.waits()) this.advance(passed * this.rate);
     requestAnimationFrame((then) => this.tick(then));
