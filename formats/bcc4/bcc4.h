@@ -131,6 +131,7 @@ struct Bcc4Limits {
 class Attempts;       // would_block.h
 class UnchangedSlabs; // unchanged_slabs.h
 struct ChunkData;     // a decoded chunk, chunk.h
+class OpenTile;       // open_tile.h
 struct ChunkRest;     // what of one is still to be decoded
 struct ChunkScratch;
 
@@ -201,7 +202,8 @@ class Bcc4Reader {
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context) const;
   // Does the same; those whose bytes are not there yet are null, and `attempts` knows. Of each chunk the
-  // first `layers` are wanted: it may have a rest. Chunks that are salvaged are decoded whole.
+  // first `layers` are wanted: it may have a rest. Chunks that are salvaged are decoded whole. Of tiles there
+  // is what their bricks are made of.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context,
               Attempts& attempts, int layers = INT_MAX) const;
@@ -231,6 +233,9 @@ class Bcc4Reader {
   // The same in the form that takes least memory.
   [[nodiscard]] SampleBrick samples(const ChannelLevel& at, const ChunkData& data, int layer_of_slab,
                                     RelativeTo to = RelativeTo::air) const;
+  // The same of a brick of a tile.
+  [[nodiscard]] SampleBrick samples(const ChannelLevel& at, const OpenTile& tile, int brick,
+                                    int layer_of_slab, RelativeTo to = RelativeTo::air) const;
 
   // Reads and checks everything; damage is listed, not thrown.
   [[nodiscard]] Bcc4VerifyResult verify_all(const Context& context) const;
@@ -297,9 +302,10 @@ class Bcc4Samples final : public SampleSource {
                   const Context& context, const ChunkBody& body) const;
   void for_bricks(uint32_t slot, const HeldChunk& held, const ChunkBody& body) const;
   [[nodiscard]] uint64_t bricks_of_chunk() const;
-  // Decodes what chunks have left, those at these places.
+  // Decodes what chunks have left, those at these places; of tiles these layers.
   void finish_chunks(const ChannelLevel& at, std::span<const size_t> places,
-                     std::span<std::shared_ptr<const HeldChunk>> held, const Context& context) const;
+                     std::span<std::shared_ptr<const HeldChunk>> held, uint32_t layers,
+                     const Context& context) const;
   // Hands over layers, slab by slab; brick(held, layer of the slab) makes one of their bricks.
   template<class Layer, class MakeBrick>
   void read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,

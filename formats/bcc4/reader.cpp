@@ -10,6 +10,7 @@
 #include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/deflate.h"
 #include "formats/bcc4/coding/layer_codes.h"
+#include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/field_base.h"
 #include "formats/bcc4/reader_state.h"
 
@@ -20,6 +21,12 @@ constexpr uint64_t group_bytes = 256 << 10; // of chunks that one task reads and
 // A read takes so many gaps at most, where reads cost so much that wide gaps are read with them.
 constexpr uint64_t gaps_per_group = 16;
 constexpr size_t most_lost = 1 << 20; // chunks that one damaged page may have listed
+
+// The bytes of chunks that are read together.
+struct StoredGroup {
+  std::vector<std::byte> bytes;
+  bool is_here = false, is_read = false; // not: waited for; lost
+};
 
 } // namespace
 
@@ -84,8 +91,13 @@ void Bcc4Reader::State::require(const ChannelLevel& at) const {
 ChunkData Bcc4Reader::State::decode(const ChannelLevel& at, const Bcc4Chunk& chunk,
                                     std::span<const std::byte> stored, ChunkScratch& scratch,
                                     int layers) const {
-  if (info.tile_edge > 1)
-    return decode_tile_chunk(tile_of(chunk, at.level), coder(at).codes(), chunk, stored, scratch);
+  if (info.tile_edge > 1) {
+    ChunkData data;
+    data.coded = coder(at).codes();
+    data.tile =
+        std::make_shared<const OpenTile>(tile_of(chunk, at.level), data.coded, chunk, stored, scratch);
+    return data;
+  }
   return decode_chunk(shape_of(chunk, at.level), coder(at).codes(), chunk, stored, scratch, layers);
 }
 
@@ -225,18 +237,34 @@ std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const Chan
                                                                       Attempts& attempts, int layers) const {
   std::vector<std::shared_ptr<const ChunkData>> out(chunks.size());
   const std::vector<ChunkGroup> groups = group_chunks(chunks, merge_gap());
+  std::vector<StoredGroup> stored(groups.size());
+  const auto decode = [&](size_t g, size_t i, ChunkScratch& scratch) {
+    auto part = std::span<const std::byte>(stored[g].bytes);
+    part = stored[g].is_read ? part.subspan(chunks[i].offset - groups[g].offset, chunks[i].stored())
+                             : part.first(0);
+    out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(at, chunks[i], part, scratch, layers));
+  };
+  const bool tiles = info().tile_edge > 1;
   context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
     context.progress.check();
-    std::vector<std::byte> stored(groups[g].bytes);
-    bool read = false;
-    if (!attempts.attempt([&] { read = state_->read_or_lose(groups[g].offset, stored); })) return;
+    StoredGroup& s = stored[g];
+    s.bytes.resize(groups[g].bytes);
+    s.is_here = attempts.attempt([&] { s.is_read = state_->read_or_lose(groups[g].offset, s.bytes); });
+    if (!s.is_here || tiles) return;
     ChunkScratch scratch;
-    for (const size_t i : groups[g].members) {
-      auto part = std::span<const std::byte>(stored);
-      part = read ? part.subspan(chunks[i].offset - groups[g].offset, chunks[i].stored()) : part.first(0);
-      out[i] =
-          std::make_shared<const ChunkData>(state_->decode_or_lose(at, chunks[i], part, scratch, layers));
-    }
+    for (const size_t i : groups[g].members) decode(g, i, scratch);
+    s.bytes = {};
+  });
+  if (!tiles) return out;
+  // A tile takes as long as many chunks, so that each is a task.
+  std::vector<std::pair<size_t, size_t>> later;
+  for (size_t g = 0; g < groups.size(); ++g)
+    for (const size_t i : groups[g].members)
+      if (stored[g].is_here) later.emplace_back(g, i);
+  context.tasks.parallel_for(later.size(), [&](uint64_t n) {
+    context.progress.check();
+    ChunkScratch scratch;
+    decode(later[n].first, later[n].second, scratch);
   });
   return out;
 }
@@ -247,6 +275,9 @@ std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const Chan
   Attempts attempts;
   auto out = read_chunks(at, chunks, context, attempts);
   attempts.throw_if_waiting();
+  context.tasks.parallel_for(out.size(), [&](uint64_t i) {
+    if (out[i]->tile) out[i] = std::make_shared<const ChunkData>(whole_tile(*out[i]->tile));
+  });
   return out;
 }
 
@@ -269,6 +300,14 @@ float Bcc4Reader::absent(int channel) const {
 std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const ChunkData& data,
                                                int layer_of_slab, RelativeTo to) const {
   return brick_of_chunk(state_->coder(at, to), data, layer_of_slab);
+}
+
+SampleBrick Bcc4Reader::samples(const ChannelLevel& at, const OpenTile& tile, int brick, int layer_of_slab,
+                                RelativeTo to) const {
+  const size_t m = layer_of_slab;
+  const ChunkData& of = tile.bricks()[brick];
+  if (of.first.at(m + 1) == of.first.at(m)) return {};
+  return {nullptr, std::make_shared<const LayerCodes>(state_->coder(at, to), tile, brick, m)};
 }
 
 SampleBrick Bcc4Reader::samples(const ChannelLevel& at, const ChunkData& data, int layer_of_slab,

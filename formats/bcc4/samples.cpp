@@ -28,7 +28,7 @@ namespace bccsplat {
 namespace {
 
 constexpr size_t batch_chunks = 256; // decoded at once; fewer where the budget is short
-constexpr size_t task_chunks = 16;   // of those that have begun, whose rest one task decodes
+constexpr size_t task_chunks = 16;   // of those that have begun, whose rest one task decodes; of tiles one
 // Who plays asks for so many layers at a time, each of which follows the last one, and soon for those behind
 // them.
 constexpr size_t playing_layers = 2;
@@ -46,6 +46,19 @@ uint64_t brick_bytes(const ChannelInfo& channel, bool as_codes) {
   if (!as_codes || is_float(channel.type) || channel.type == ValueType::i32) return sizeof(Brick);
   return value_bytes(channel.type) * brick_sites + overhead;
 }
+
+// Bricks of samples, as they are held.
+struct MakeSamples {
+  const Bcc4Reader& reader;
+  ChannelLevel at;
+  RelativeTo to;
+  SampleBrick operator()(const ChunkData& data, int layer) const {
+    return reader.samples(at, data, layer, to);
+  }
+  SampleBrick operator()(const OpenTile& tile, int brick, int layer) const {
+    return reader.samples(at, tile, brick, layer, to);
+  }
+};
 
 } // namespace
 
@@ -109,14 +122,19 @@ uint64_t Bcc4Samples::chunk_layers_decoded() const {
 }
 
 void Bcc4Samples::finish_chunks(const ChannelLevel& at, std::span<const size_t> places,
-                                std::span<std::shared_ptr<const HeldChunk>> held,
+                                std::span<std::shared_ptr<const HeldChunk>> held, uint32_t layers,
                                 const Context& context) const {
-  const auto samples = [&](const ChunkData& data, int m) { return reader_->samples(at, data, m, to_); };
-  context.tasks.parallel_for((places.size() + task_chunks - 1) / task_chunks, [&](uint64_t task) {
+  const MakeSamples samples{*reader_, at, to_};
+  const size_t of_task = reader_->info().tile_edge > 1 ? 1 : task_chunks;
+  context.tasks.parallel_for((places.size() + of_task - 1) / of_task, [&](uint64_t task) {
     context.progress.check();
     ChunkScratch scratch;
-    const size_t first = task * task_chunks;
-    for (const size_t i : places.subspan(first, std::min(task_chunks, places.size() - first))) {
+    const size_t first = task * of_task;
+    for (const size_t i : places.subspan(first, std::min(of_task, places.size() - first))) {
+      if (held[i]->is_open_tile()) {
+        held[i] = std::make_shared<const HeldChunk>(*held[i], layers, samples);
+        continue;
+      }
       const ChunkData all =
           held[i]->finished([&](const ChunkRest& rest, const std::optional<LayersBefore>& before) {
             const int known = before ? rest.layers : 0;
@@ -149,7 +167,7 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
   const uint64_t chunk_bytes = reader_->info().level(level_).slab_layers * bricks_of_chunk() * sizeof(Brick);
   const uint64_t room = cache_->budget.limit() - cache_->budget.used();
   const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
-  const auto samples = [&](const ChunkData& data, int m) { return reader_->samples(at, data, m, to_); };
+  const MakeSamples samples{*reader_, at, to_};
   Attempts attempts;
   for (size_t first = 0; first < wanted.size(); first += at_once) {
     const auto batch = std::span(wanted).subspan(first, std::min(at_once, wanted.size() - first));
@@ -170,9 +188,10 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
     auto decoded = reader_->read_chunks(at, missing, context, attempts, layers.end());
     context.tasks.parallel_for(decoded.size(), [&](uint64_t i) {
       if (decoded[i])
-        held[missing_at[i]] = std::make_shared<const HeldChunk>(std::exchange(decoded[i], nullptr), samples);
+        held[missing_at[i]] =
+            std::make_shared<const HeldChunk>(std::exchange(decoded[i], nullptr), samples, layers.bits);
     });
-    finish_chunks(at, begun_at, held, context);
+    finish_chunks(at, begun_at, held, layers.bits, context);
     const auto keep = [&](size_t i) {
       const ChunkKey key{channel, slab, batch[i].slot};
       cache_->chunks.drop(key); // what was left of it

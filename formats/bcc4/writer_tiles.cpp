@@ -10,6 +10,8 @@
 #include "formats/bcc4/chunk_sites.h"
 #include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/open_tile.h"
+#include "formats/bcc4/coding/scratch.h"
 #include "formats/bcc4/coding/tile.h"
 #include "formats/bcc4/writer_state.h"
 
@@ -150,7 +152,7 @@ std::vector<BrickLayer> Bcc4Writer::State::as_read(int32_t slab, const ChannelLe
     TilePlace place = tile_place(level, slab, slot_brick(dims, chunk.entry.slot, level.tile_edge));
     place.layers = static_cast<int32_t>(layers.size());
     ChunkScratch scratch;
-    const ChunkData data = decode_tile_chunk(place, coder.codes(), chunk.entry, chunk.bytes, scratch);
+    const ChunkData data = whole_tile(OpenTile(place, coder.codes(), chunk.entry, chunk.bytes, scratch));
     for (int b = 0; b < place.bricks(); ++b)
       for (size_t m = 0; m < out.size(); ++m)
         if (auto brick = brick_of_chunk(coder, *data.bricks[b], m)) {

@@ -59,7 +59,7 @@ Coded compare(const TileSites& sites, const ChunkCodes& codes,
     for_tile_rows(sites.place, i, b.shape, [&](int m, int row, int width, int coset, size_t first) {
       for (int x = 0; x < width; ++x) {
         if (!(b.kept[m][row] >> x & 1)) continue;
-        const uint32_t code = rounded(back[coset][first + x]);
+        const uint32_t code = rounded_code(rounded, back[coset][first + x]);
         const double off = static_cast<double>(code) - *next++;
         coded.squared_error += off * off;
         coded.range = {std::min(coded.range[0], code), std::max(coded.range[1], code)};
@@ -128,7 +128,7 @@ EncodedTile encode_tile(const TileSites& sites, const ChunkCodes& codes, const T
     if (values[c].empty()) continue;
     bands[c] = analyse_tile(boxes[c], std::move(values[c]), rule.steps.step, rule.halvings_along_z);
     choose_steps(bands[c], rule);
-    back[c] = restore_tile(bands[c], rule.steps);
+    back[c] = restore_tile(bands[c], rule.steps).frames();
   }
   const Coded coded = compare(sites, codes, back);
   EncodedTile tile;

@@ -10,6 +10,7 @@
 #include <hwy/cache_control.h>
 
 #include "formats/bcc4/coding/find_codes.h"
+#include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/coding/spread.h"
 
 namespace bccsplat {
@@ -38,15 +39,26 @@ template<class Code> void append(const std::byte* from, size_t count, std::vecto
 
 } // namespace
 
-LayerCodes::LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer)
-    : coder_(coder), coded_(data.coded) {
-  const size_t bytes = coded_.bytes(), first = data.first[layer], count = data.first[layer + 1] - first;
+std::byte* LayerCodes::begin(const ChunkData& data, size_t layer) {
+  const size_t bytes = coded_.bytes(), count = data.first[layer + 1] - data.first[layer];
   codes_.resize((count + 2 * BrickCodes::beside) * bytes);
-  std::copy_n(data.codes.begin() + first * bytes, count * bytes, codes_.begin() + BrickCodes::beside * bytes);
   const BrickMask& sites = data.kept[layer];
   if (count < brick_sites) kept_ = std::make_unique<const Kept>(Kept{sites, row_index(sites)});
   if (!data.hole.empty() && data.hole[layer] != BrickMask{})
     hole_ = std::make_unique<const BrickMask>(data.hole[layer]);
+  return codes_.data() + BrickCodes::beside * bytes;
+}
+
+LayerCodes::LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer)
+    : coder_(coder), coded_(data.coded) {
+  const size_t bytes = coded_.bytes(), first = data.first[layer], count = data.first[layer + 1] - first;
+  std::copy_n(data.codes.begin() + first * bytes, count * bytes, begin(data, layer));
+}
+
+LayerCodes::LayerCodes(const SampleCoder& coder, const OpenTile& tile, int brick, size_t layer)
+    : coder_(coder), coded_(tile.bricks()[brick].coded) {
+  static_assert(beyond_sums <= BrickCodes::beside);
+  tile.make_codes(brick, static_cast<int>(layer), begin(tile.bricks()[brick], layer));
 }
 
 LayerCodes::LayerCodes(const SampleCoder& coder, const Brick& brick, std::span<const uint16_t> codes)

@@ -20,6 +20,8 @@ class LayerCodes final : public CodedBrick {
  public:
   // data: of integers, with some of them in the layer.
   LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer);
+  // Those of a brick of a tile.
+  LayerCodes(const SampleCoder& coder, const OpenTile& tile, int brick, size_t layer);
   // The codes of a brick that has kept sites; null where the type has more than two bytes or codes do not
   // give back every value.
   [[nodiscard]] static std::shared_ptr<const LayerCodes> of(const SampleCoder& coder, const Brick& brick);
@@ -43,6 +45,8 @@ class LayerCodes final : public CodedBrick {
 
  private:
   LayerCodes(const SampleCoder& coder, const Brick& brick, std::span<const uint16_t> codes);
+  // Makes room for the codes of a layer, and says which sites they are of; returns where they go.
+  std::byte* begin(const ChunkData& data, size_t layer);
   struct Kept {
     BrickMask sites;
     RowIndex first; // codes of rows

@@ -1,63 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes a tile: boxes of numbers, one for each coset, are spread over its bricks as codes. Run lists go
-// through the bricks one after the other.
+// Where the boxes of a tile are, and tiles as bricks of codes.
 #include "formats/bcc4/coding/tile.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstring>
 #include <utility>
 
-#include "base/bytes.h"
-#include "formats/bcc4/coding/chunk_parts.h"
-#include "formats/bcc4/coding/chunk_rows.h"
+#include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/coding/tile_rows.h"
 
 namespace bccsplat {
 namespace {
 
-void read_tile_runs(std::span<ChunkData> bricks, const Bcc4Chunk& entry, std::span<const std::byte> bytes,
-                    uint64_t sites) {
-  ByteReader in(bytes, "runs of the chunk", entry.offset + entry.values_bytes);
-  RunDecoder occupancy(in, sites, entry.kept);
-  for (ChunkData& b : bricks) {
-    b.kept.assign(b.shape.layers, BrickMask{});
-    for_rows(b.shape, [&](size_t m, size_t r, int width) { b.kept[m][r] = occupancy.row(width); });
-  }
-  occupancy.finish();
-  if (entry.holes > 0) {
-    RunDecoder holes(in, entry.kept, entry.holes);
-    for (ChunkData& b : bricks) {
-      b.hole.assign(b.shape.layers, BrickMask{});
-      for_rows(b.shape, [&](size_t m, size_t r, int) {
-        const uint16_t kept = b.kept[m][r];
-        b.hole[m][r] = expand_bits(holes.row(std::popcount(kept)), kept);
-      });
-    }
-    holes.finish();
-  }
-  in.expect_end();
-}
-
-void put_code(std::byte* to, uint32_t code, uint32_t bytes) { std::memcpy(to, &code, bytes); }
-
-// The codes of the kept sites of a brick.
-void read_codes(const TilePlace& place, int i, ChunkData& b, const RoundedCodes& rounded,
-                std::span<const std::vector<float>> values) {
-  const uint32_t bytes = b.coded.bytes();
-  b.codes.resize(size_t{b.first.back()} * bytes);
-  std::byte* to = b.codes.data();
-  for_tile_rows(place, i, b.shape, [&](int m, int row, int width, int coset, size_t first) {
-    for (int x = 0; x < width; ++x)
-      if (b.kept[m][row] >> x & 1) put_code(to, rounded(values[coset][first + x]), bytes), to += bytes;
-  });
-}
-
-ChunkData brick_of_tile(const TilePlace& place, int i, const ChunkCodes& codes) {
-  ChunkData b;
-  b.shape = shape_at(place, i);
-  b.coded = codes;
+// All codes of a brick.
+ChunkData whole_brick(const OpenTile& tile, int i) {
+  ChunkData b = tile.bricks()[i];
+  const size_t bytes = b.coded.bytes();
+  b.codes.resize((b.first.back() + beyond_sums) * bytes);
+  for (int m = 0; m < b.shape.layers; ++m)
+    if (b.first[m + 1] > b.first[m]) tile.make_codes(i, m, b.codes.data() + b.first[m] * bytes);
+  b.codes.resize(b.first.back() * bytes);
   return b;
 }
 
@@ -87,22 +48,11 @@ uint64_t TilePlace::sites() const {
   return n;
 }
 
-ChunkData decode_tile_chunk(const TilePlace& place, const ChunkCodes& codes, const Bcc4Chunk& entry,
-                            std::span<const std::byte> bytes, ChunkScratch& scratch) {
-  check_stored(entry, bytes);
-  std::vector<ChunkData> bricks;
-  for (int i = 0; i < place.bricks(); ++i) bricks.push_back(brick_of_tile(place, i, codes));
-  read_tile_runs(bricks, entry, open_runs(entry, bytes, scratch), place.sites());
-  const auto boxes = place.boxes();
-  const auto values = decode_tile(boxes, bytes.first(entry.values_bytes), entry.offset);
+ChunkData whole_tile(const OpenTile& tile) {
   ChunkData data;
-  data.coded = codes;
-  const RoundedCodes rounded = rounded_codes(codes, entry.min_code, entry.max_code);
-  for (int i = 0; i < place.bricks(); ++i) {
-    find_layers(bricks[i]);
-    read_codes(place, i, bricks[i], rounded, values);
-    data.bricks.push_back(std::make_shared<const ChunkData>(std::move(bricks[i])));
-  }
+  data.coded = tile.bricks().front().coded;
+  for (int i = 0; i < static_cast<int>(tile.bricks().size()); ++i)
+    data.bricks.push_back(std::make_shared<const ChunkData>(whole_brick(tile, i)));
   return data;
 }
 

@@ -55,10 +55,9 @@ struct EncodedTile {
 [[nodiscard]] EncodedTile encode_tile(const TileSites& sites, const ChunkCodes& codes, const TileRule& rule,
                                       int level);
 
-// Decodes the stored bytes of a tile, padding included: ChunkData whose `bricks` are those of the place.
-[[nodiscard]] ChunkData decode_tile_chunk(const TilePlace& place, const ChunkCodes& codes,
-                                          const Bcc4Chunk& entry, std::span<const std::byte> bytes,
-                                          ChunkScratch& scratch);
+class OpenTile; // open_tile.h
+// All codes of a tile: ChunkData whose `bricks` are those of the place.
+[[nodiscard]] ChunkData whole_tile(const OpenTile& tile);
 // A tile whose sites are all holes.
 [[nodiscard]] ChunkData tile_of_holes(const TilePlace& place, const ChunkCodes& codes);
 

@@ -34,14 +34,11 @@ void for_tile_rows(const TilePlace& place, int i, const ChunkShape& shape, const
   });
 }
 
-// The codes that a reader makes of numbers.
-struct RoundedCodes {
-  float air, low, high;
-  [[nodiscard]] uint32_t operator()(float number) const {
-    constexpr float half = .5F;
-    return static_cast<uint32_t>(std::clamp(std::floor(number + air + half), low, high));
-  }
-};
+// The code that a reader makes of a number.
+inline uint32_t rounded_code(const RoundedCodes& codes, float number) {
+  constexpr float half = .5F;
+  return static_cast<uint32_t>(std::clamp(std::floor(number + codes.air + half), codes.low, codes.high));
+}
 inline RoundedCodes rounded_codes(const ChunkCodes& codes, uint32_t low, uint32_t high) {
   return {static_cast<float>(codes.air), static_cast<float>(low), static_cast<float>(high)};
 }

@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -63,14 +64,15 @@ class BandWalk {
   BandWalk(const Halvings& shape, int layers)
       : shape_(shape), bands_(bands_of(shape)), layers_(layers), magnitudes_(bands_.size()) {}
 
-  // Calls visit.row(WalkRow, sums, width) -> bool: whether something is in it; visit.site(WalkRow, x,
-  // WalkSite) -> magnitude.
+  // Calls visit.row(WalkRow, what is expected in all of it) -> bool: whether something is in it;
+  // visit.site(WalkRow, x, WalkSite) -> magnitude.
   template<class Visit> void run(Visit& visit) {
     for (size_t b = 0; b < bands_.size(); ++b) {
       magnitudes_[b] = BandMagnitudes(bands_[b], layers_);
       if (bands_[b].empty()) continue;
       find_relatives(static_cast<int>(b));
-      outside_.resize(bands_[b].size[0]);
+      outside_.assign(bands_[b].size[0], 0);
+      outside_is_zero_ = true;
       for (int k = 0; k < layers_; ++k)
         for (int z = 0; z < bands_[b].size[2]; ++z)
           for (int y = 0; y < bands_[b].size[1]; ++y) row(static_cast<int>(b), k, z, y, visit);
@@ -109,7 +111,7 @@ class BandWalk {
     uint16_t* const here = m.row(k, z, y);
     sum_outside(m, k, z, y, box.size[0]);
     const WalkRow place{box, b, k, z, y};
-    if (!visit.row(place, outside_)) return;
+    if (!visit.row(place, expected_in_row())) return;
     m.filled(k, z, y) = 1;
     const uint16_t *north_row = m.row(k, z, y - 1), *up_row = m.row(k, z - 1, y),
                    *before_row = m.row(k - 1, z, y);
@@ -130,7 +132,8 @@ class BandWalk {
 
   // The weighted sums of what is known around a row, but for the row itself. Most rows are far from anything.
   void sum_outside(BandMagnitudes& m, int k, int z, int y, int n) {
-    std::fill_n(outside_.data(), n, 0U);
+    if (!outside_is_zero_) std::fill_n(outside_.data(), n, 0U);
+    outside_is_zero_ = true;
     if (m.filled(k, z, y - 1) | m.filled(k, z, y - 2) | m.filled(k, z - 1, y) | m.filled(k, z - 1, y - 1) |
         m.filled(k, z - 1, y + 1) | m.filled(k, z - 2, y))
       add_layer(m, k, z, y, n);
@@ -141,10 +144,14 @@ class BandWalk {
     if (parent_) add_parent(k, z >> shift_[2], y >> shift_[1], n);
     for (const int s : siblings_) add_sibling(s, k, z, y, n);
   }
+  [[nodiscard]] uint32_t expected_in_row() const {
+    return outside_is_zero_ ? 0 : std::accumulate(outside_.begin(), outside_.end(), 0U);
+  }
   void add_layer(BandMagnitudes& m, int k, int z, int y, int n) {
     const uint16_t *nn = m.row(k, z, y - 1), *n2 = m.row(k, z, y - 2), *u = m.row(k, z - 1, y),
                    *un = m.row(k, z - 1, y - 1), *us = m.row(k, z - 1, y + 1), *u2 = m.row(k, z - 2, y);
     constexpr auto& w = around_weights;
+    outside_is_zero_ = false;
     for (int x = 0; x < n; ++x)
       outside_[x] += w[Around::north] * nn[x] + w[Around::up] * u[x] + w[Around::far] * (n2[x] + u2[x]) +
                      w[Around::diagonal] * (nn[x - 1] + nn[x + 1]) +
@@ -154,6 +161,7 @@ class BandWalk {
     const uint16_t *t = m.row(k - 1, z, y), *t2 = m.row(k - 2, z, y), *tn = m.row(k - 1, z, y - 1),
                    *ts = m.row(k - 1, z, y + 1), *tu = m.row(k - 1, z - 1, y), *td = m.row(k - 1, z + 1, y);
     constexpr auto& w = around_weights;
+    outside_is_zero_ = false;
     for (int x = 0; x < n; ++x)
       outside_[x] += w[Around::before] * t[x] + w[Around::before2] * t2[x] +
                      w[Around::around_before] * (t[x - 1] + t[x + 1] + tn[x] + ts[x] + tu[x] + td[x]);
@@ -169,6 +177,7 @@ class BandWalk {
     const uint16_t *pn = m.row(k, z, y - 1), *ps = m.row(k, z, y + 1), *pu = m.row(k, z - 1, y),
                    *pd = m.row(k, z + 1, y);
     constexpr auto& w = around_weights;
+    outside_is_zero_ = false;
     for (int x = 0; x < n; ++x) {
       const int i = x >> shift_[0];
       outside_[x] += w[Around::parent] * p[i] +
@@ -180,6 +189,7 @@ class BandWalk {
     if (y >= box.size[1] || z >= box.size[2] || !magnitudes_[s].filled(k, z, y)) return;
     const uint16_t* const row = magnitudes_[s].row(k, z, y);
     const int count = std::min(n, box.size[0]);
+    outside_is_zero_ = false;
     for (int x = 0; x < count; ++x) outside_[x] += around_weights[Around::siblings] * row[x];
   }
 
@@ -188,6 +198,7 @@ class BandWalk {
   int layers_;
   std::vector<BandMagnitudes> magnitudes_;
   std::vector<uint32_t> outside_;
+  bool outside_is_zero_ = true;
   BandMagnitudes* parent_ = nullptr;
   const uint16_t* parent_row_ = nullptr;
   std::array<int, 3> shift_{};

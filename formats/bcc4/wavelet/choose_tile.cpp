@@ -14,7 +14,7 @@ namespace {
 struct Counting {
   const TileBands& bands;
   BitCosts& costs;
-  bool row(const WalkRow&, const std::vector<uint32_t>&) { return true; }
+  bool row(const WalkRow&, uint32_t) { return true; }
   uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
     const int magnitude = std::abs(bands.steps[place_of(bands.shape, r) + x]);
     costs.count(group_of(r.box), s.sum, magnitude);
@@ -25,7 +25,7 @@ struct Counting {
 struct Weighing {
   TileBands& bands;
   const TileRule& rule;
-  bool row(const WalkRow& r, const std::vector<uint32_t>&) {
+  bool row(const WalkRow& r, uint32_t) {
     constexpr float least = .5F;
     const size_t first = place_of(bands.shape, r);
     const float* const c = bands.coefficients.data() + first;

@@ -45,7 +45,4 @@ inline Halvings halved(const std::array<int, 3>& size, const std::array<int, 3>&
   return shape;
 }
 
-// Coefficients to numbers, in place.
-void to_numbers(const TileBands& bands, std::span<float> values);
-
 } // namespace bccsplat

@@ -14,19 +14,13 @@
 namespace bccsplat {
 namespace {
 
-uint32_t expected_in(const std::vector<uint32_t>& sums, int width) {
-  uint32_t all = 0;
-  for (int x = 0; x < width; ++x) all += sums[x];
-  return all;
-}
-
 struct Writing {
   const TileBands& bands;
   SymbolCoder<BinaryEncoder>& symbols;
-  bool row(const WalkRow& r, const std::vector<uint32_t>& sums) {
+  bool row(const WalkRow& r, uint32_t expected) {
     const int32_t* const s = bands.steps.data() + place_of(bands.shape, r);
     const bool any = std::any_of(s, s + r.box.size[0], [](int32_t v) { return v != 0; });
-    return symbols.row(any, r, expected_in(sums, r.box.size[0]));
+    return symbols.row(any, r, expected);
   }
   uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
     return context_of(symbols.code(bands.steps[place_of(bands.shape, r) + x], r, s));
@@ -38,12 +32,13 @@ struct Reading {
   const StepRule& rule;
   std::span<float> coefficients;
   SymbolCoder<BinaryDecoder>& symbols;
-  bool row(const WalkRow& r, const std::vector<uint32_t>& sums) {
-    return symbols.row(false, r, expected_in(sums, r.box.size[0]));
-  }
+  uint32_t filled = 0; // layers, a bit each
+  bool row(const WalkRow& r, uint32_t expected) { return symbols.row(false, r, expected); }
   uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
     const int steps = symbols.code(0, r, s);
+    if (steps == 0) return 0;
     coefficients[place_of(shape, r) + x] = value_of(steps, rule);
+    filled |= uint32_t{1} << r.k;
     return context_of(steps);
   }
 };
@@ -124,23 +119,21 @@ std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRul
   return out;
 }
 
-std::vector<std::vector<float>> decode_tile(std::span<const TileBox> boxes, std::span<const std::byte> bytes,
-                                            uint64_t offset) {
+std::vector<TileLayers> decode_tile(std::span<const TileBox> boxes, std::span<const std::byte> bytes,
+                                    uint64_t offset) {
   ByteReader in(bytes, in_words, offset);
   const Head head = read_head(in, boxes, offset);
   BinaryDecoder coder(bytes.subspan(in.position()));
   SymbolCoder<BinaryDecoder> symbols(coder, most_layers_of(head.bands));
-  std::vector<std::vector<float>> out;
+  std::vector<TileLayers> out(boxes.size());
   for (size_t c = 0; c < boxes.size(); ++c) {
-    std::vector<float> values(boxes[c].sites());
-    if (!values.empty()) {
-      const TileBands& b = head.bands[c];
-      BandWalk walk(b.shape, b.basis.frames);
-      Reading visit{b.shape, head.rule, values, symbols};
-      walk.run(visit);
-      to_numbers(b, values);
-    }
-    out.push_back(std::move(values));
+    if (boxes[c].sites() == 0) continue;
+    std::vector<float> values(boxes[c].sites() + beyond_sums);
+    const TileBands& b = head.bands[c];
+    BandWalk walk(b.shape, b.basis.frames);
+    Reading visit{b.shape, head.rule, values, symbols};
+    walk.run(visit);
+    out[c] = TileLayers(b.shape, b.basis, std::move(values), visit.filled);
   }
   return out;
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cosines, the principal components of frames by Jacobi rotations, and the change to either and back.
+// Cosines, the principal components of frames by Jacobi rotations, and the change to either.
 #include "formats/bcc4/wavelet/time_basis.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+
+#include "formats/bcc4/wavelet/layer_sums.h"
 
 namespace bccsplat {
 namespace {
@@ -46,22 +48,20 @@ void rotate(std::vector<double>& c, std::vector<double>& v, int n, int p, int q)
   for (int i = 0; i < n; ++i) turn(v[p * n + i], v[q * n + i]);
 }
 
-template<class Weight>
-void change_basis(int frames, std::span<float> slab, const std::vector<bool>& filled, const Weight& weight) {
+// Makes each layer of a slab the sum of all, in place, some samples at a time.
+void change_basis(int layers, std::span<float> slab, const std::vector<float>& weights) {
   constexpr size_t block = 256;
-  const size_t samples = slab.size() / frames;
-  std::vector<float> out(block * frames);
+  const size_t samples = slab.size() / layers;
+  std::vector<float> out(block * layers);
+  std::vector<WeighedLayer> sum;
   for (size_t first = 0; first < samples; first += block) {
     const size_t n = std::min(block, samples - first);
-    std::fill(out.begin(), out.end(), 0.0F);
-    for (int to = 0; to < frames; ++to)
-      for (int from = 0; from < frames; ++from) {
-        if (!filled[from]) continue;
-        const float w = weight(to, from);
-        const float* const in = slab.data() + from * samples + first;
-        for (size_t i = 0; i < n; ++i) out[to * block + i] += w * in[i];
-      }
-    for (int to = 0; to < frames; ++to)
+    for (int to = 0; to < layers; ++to) {
+      sum.clear();
+      for (int k = 0; k < layers; ++k) sum.push_back({slab.data() + k * samples, weights[to * layers + k]});
+      sum_layers(sum, first, n, out.data() + to * block);
+    }
+    for (int to = 0; to < layers; ++to)
       std::copy_n(out.data() + to * block, n, slab.data() + to * samples + first);
   }
 }
@@ -110,15 +110,10 @@ std::vector<double> variances_in(const TimeBasis& basis, std::span<const float> 
 }
 
 void to_layers(const TimeBasis& basis, std::span<float> slab) {
-  change_basis(basis.frames, slab, std::vector<bool>(basis.frames, true), [&](int layer, int frame) {
-    return static_cast<float>(basis.rows[layer * basis.frames + frame]) / basis_unit;
-  });
-}
-
-void to_frames(const TimeBasis& basis, std::span<float> slab, const std::vector<bool>& filled) {
-  change_basis(basis.frames, slab, filled, [&](int frame, int layer) {
-    return static_cast<float>(basis.rows[layer * basis.frames + frame]) / basis_unit;
-  });
+  std::vector<float> weights;
+  for (int layer = 0; layer < basis.frames; ++layer)
+    for (int frame = 0; frame < basis.frames; ++frame) weights.push_back(basis.weight(layer, frame));
+  change_basis(basis.frames, slab, weights);
 }
 
 } // namespace bccsplat

@@ -8,12 +8,17 @@
 
 namespace bccsplat {
 
+inline constexpr int basis_unit = 1 << 14;
+
 // Rows of an orthogonal matrix, in 1 / basis_unit.
 struct TimeBasis {
   int frames = 0;
   std::vector<int16_t> rows;
+  // What a layer has of a frame, and a frame of a layer.
+  [[nodiscard]] float weight(int layer, int frame) const {
+    return static_cast<float>(rows[layer * frames + frame]) / basis_unit;
+  }
 };
-inline constexpr int basis_unit = 1 << 14;
 
 // Cosines: for series that go on alike.
 [[nodiscard]] TimeBasis cosine_basis(int frames);
@@ -23,9 +28,7 @@ inline constexpr int basis_unit = 1 << 14;
 // The mean squares of the layers that frames make, from some of their samples.
 [[nodiscard]] std::vector<double> variances_in(const TimeBasis& basis, std::span<const float> slab);
 
-// Frames to layers, and back, in place.
+// Frames to layers, in place. The way back is that of TileLayers (wavelet_tile.h).
 void to_layers(const TimeBasis& basis, std::span<float> slab);
-// filled: whether a layer has anything but 0.
-void to_frames(const TimeBasis& basis, std::span<float> slab, const std::vector<bool>& filled);
 
 } // namespace bccsplat

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "formats/bcc4/wavelet/step_walk.h"
 
@@ -15,22 +16,44 @@ int most_halvings(int size) {
                     most_halved);
 }
 
-std::vector<float> restore_tile(const TileBands& bands, const StepRule& rule) {
-  std::vector<float> values(bands.steps.size());
-  for (size_t i = 0; i < values.size(); ++i) values[i] = value_of(bands.steps[i], rule);
-  if (!values.empty()) to_numbers(bands, values);
-  return values;
+TileLayers::TileLayers(const Halvings& shape, TimeBasis basis, std::vector<float> coefficients,
+                       uint32_t filled)
+    : samples_(shape.samples()), basis_(std::move(basis)), layers_(std::move(coefficients)) {
+  for (int k = 0; k < basis_.frames; ++k) {
+    if ((filled >> k & 1) == 0) continue;
+    const auto from = layers_.begin() + static_cast<std::ptrdiff_t>(k * samples_),
+               to = layers_.begin() + static_cast<std::ptrdiff_t>(filled_.size() * samples_);
+    if (from != to) std::copy_n(from, samples_, to);
+    synthesise(shape, std::span(&*to, samples_));
+    filled_.push_back(k);
+  }
+  layers_.resize(filled_.size() * samples_ + beyond_sums);
+  if (filled_.size() + 2 < static_cast<size_t>(basis_.frames)) layers_.shrink_to_fit();
 }
 
-void to_numbers(const TileBands& bands, std::span<float> values) {
+std::vector<WeighedLayer> TileLayers::sum_of(int frame) const {
+  std::vector<WeighedLayer> sum;
+  for (size_t i = 0; i < filled_.size(); ++i)
+    sum.push_back({layers_.data() + i * samples_, basis_.weight(filled_[i], frame)});
+  return sum;
+}
+
+std::vector<float> TileLayers::frames() const {
+  std::vector<float> out(samples_ * basis_.frames);
+  for (int t = 0; t < basis_.frames; ++t) sum_layers(sum_of(t), 0, samples_, out.data() + t * samples_);
+  return out;
+}
+
+TileLayers restore_tile(const TileBands& bands, const StepRule& rule) {
   const size_t layer = bands.shape.samples();
-  std::vector<bool> filled(bands.basis.frames);
-  for (int k = 0; k < bands.basis.frames; ++k) {
-    const auto of_layer = values.subspan(k * layer, layer);
-    filled[k] = std::any_of(of_layer.begin(), of_layer.end(), [](float v) { return v != 0; });
-    if (filled[k]) synthesise(bands.shape, of_layer);
+  std::vector<float> values;
+  values.reserve(bands.steps.size() + beyond_sums);
+  uint32_t filled = 0;
+  for (const int32_t steps : bands.steps) {
+    if (steps != 0) filled |= uint32_t{1} << values.size() / layer;
+    values.push_back(value_of(steps, rule));
   }
-  to_frames(bands.basis, values, filled);
+  return {bands.shape, bands.basis, std::move(values), filled};
 }
 
 } // namespace bccsplat

@@ -12,6 +12,7 @@
 
 #include "formats/bcc4/wavelet/bit_costs.h"
 #include "formats/bcc4/wavelet/halvings.h"
+#include "formats/bcc4/wavelet/layer_sums.h"
 #include "formats/bcc4/wavelet/time_basis.h"
 
 namespace bccsplat {
@@ -63,12 +64,31 @@ struct TileRule {
 // Chooses the steps: errors weighed against bits.
 void choose_steps(TileBands& bands, const TileRule& rule);
 
+// A box whose layers are put together in space, but not yet in time: any frame can be made of them. Layers
+// without anything in them are not there.
+class TileLayers {
+ public:
+  TileLayers() = default;
+  // coefficients: of all layers, one after the other; filled: those with any that is not 0, a bit each.
+  TileLayers(const Halvings& shape, TimeBasis basis, std::vector<float> coefficients, uint32_t filled);
+  // The layers that a frame is the sum of; beyond each lie beyond_sums values more.
+  [[nodiscard]] std::vector<WeighedLayer> sum_of(int frame) const;
+  [[nodiscard]] std::vector<float> frames() const;
+  [[nodiscard]] uint64_t bytes() const { return layers_.capacity() * sizeof(float); }
+
+ private:
+  size_t samples_ = 0; // of a layer
+  TimeBasis basis_;
+  std::vector<int> filled_;
+  std::vector<float> layers_; // the filled ones
+};
+
 // Bands with their steps to bytes, and back to numbers. The bytes say all but the boxes.
 [[nodiscard]] std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRule& rule);
 // What a reader makes of bands.
-[[nodiscard]] std::vector<float> restore_tile(const TileBands& bands, const StepRule& rule);
+[[nodiscard]] TileLayers restore_tile(const TileBands& bands, const StepRule& rule);
 // Throws Code::corrupt, Code::truncated. `offset` is told in error texts.
-[[nodiscard]] std::vector<std::vector<float>> decode_tile(std::span<const TileBox> boxes,
-                                                          std::span<const std::byte> bytes, uint64_t offset);
+[[nodiscard]] std::vector<TileLayers> decode_tile(std::span<const TileBox> boxes,
+                                                  std::span<const std::byte> bytes, uint64_t offset);
 
 } // namespace bccsplat

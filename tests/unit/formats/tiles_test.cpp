@@ -104,6 +104,32 @@ TEST(TilesAlone, LayersOneByOneDecodeATileOnce) {
   EXPECT_EQ(samples.chunks_decoded(), 2u); // along x
 }
 
+// A series that stands still has one layer of coefficients: the frames are made of it when they are asked
+// for.
+TEST(TilesAlone, LayersThatNobodyAskedForTakeNoMemory) {
+  const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .2, 4);
+  const Bytes file = write_file(info, make_volume(info, [](int c, double x, double y, double z, double) {
+                                  return dense(c, x, y, z, 0);
+                                }));
+  const Layers whole = read_all(file);
+  Bench bench;
+  const Bcc4Samples samples(Bcc4Reader::open(open_memory_source(file)), bench.memory);
+  std::vector<uint64_t> held;
+  for (const int32_t m : {3, 5, 0, 1, 4, 2, 3}) {
+    const BrickLayer layer = samples.read_layer(0, m, {}, bench.context);
+    for (size_t s = 0; s < layer.brick_slots(); ++s) {
+      SiteDifference d;
+      compare_bricks(whole[0][m].brick(s), layer.brick(s), d);
+      EXPECT_EQ(d.squares, 0);
+      EXPECT_EQ(d.air_lost, 0);
+    }
+    held.push_back(bench.memory.used());
+  }
+  EXPECT_EQ(samples.chunks_decoded(), 2u); // along x
+  EXPECT_LT(held[0], held.back() * 7 / 10);
+  EXPECT_LT(held[0], held[1]);
+}
+
 TEST(TilesAlone, WhatAReaderGetsIsToldToTheWriter) {
   const VolumeInfo info = tiled(LatticeKind::d4star, ValueType::u16, .2, 4);
   const Layers layers = make_volume(info, ball);

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Run lists go through the bricks of a tile one after the other; codes are made of its boxes when they are
+// asked for.
+#include "formats/bcc4/coding/open_tile.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "base/bytes.h"
+#include "formats/bcc4/coding/chunk_parts.h"
+#include "formats/bcc4/coding/chunk_rows.h"
+#include "formats/bcc4/coding/tile_rows.h"
+
+namespace bccsplat {
+namespace {
+
+void read_kept(RunDecoder& occupancy, ChunkData& b) {
+  b.kept.assign(b.shape.layers, BrickMask{});
+  for (int m = 0; m < b.shape.layers; ++m) {
+    const Int3& n = b.shape.box[m];
+    if (n == Int3{brick_edge, brick_edge, brick_edge}) {
+      occupancy.fill(b.kept[m]);
+      continue;
+    }
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y) b.kept[m][z * brick_edge + y] = occupancy.row(n[0]);
+  }
+}
+
+void read_holes(RunDecoder& holes, ChunkData& b) {
+  b.hole.assign(b.shape.layers, BrickMask{});
+  for_rows(b.shape, [&](size_t m, size_t r, int) {
+    const uint16_t kept = b.kept[m][r];
+    b.hole[m][r] = expand_bits(holes.row(std::popcount(kept)), kept);
+  });
+}
+
+} // namespace
+
+OpenTile::OpenTile(const TilePlace& place, const ChunkCodes& codes, const Bcc4Chunk& entry,
+                   std::span<const std::byte> bytes, ChunkScratch& scratch)
+    : edge_(place.edge), boxes_(place.boxes()),
+      rounded_(rounded_codes(codes, entry.min_code, entry.max_code)) {
+  check_stored(entry, bytes);
+  bricks_.resize(place.bricks());
+  for (int i = 0; i < place.bricks(); ++i) bricks_[i].shape = shape_at(place, i), bricks_[i].coded = codes;
+  read_runs(entry, open_runs(entry, bytes, scratch));
+  layers_ = decode_tile(boxes_, bytes.first(entry.values_bytes), entry.offset);
+}
+
+void OpenTile::read_runs(const Bcc4Chunk& entry, std::span<const std::byte> bytes) {
+  ByteReader in(bytes, "runs of the chunk", entry.offset + entry.values_bytes);
+  RunDecoder occupancy(in, boxes_[0].sites() + boxes_[1].sites(), entry.kept);
+  for (ChunkData& b : bricks_) {
+    if (b.shape.sites() > 0) read_kept(occupancy, b);
+    find_layers(b);
+    b.first.resize(b.shape.layers + 1, 0); // also of a brick outside
+  }
+  occupancy.finish();
+  if (entry.holes > 0) {
+    RunDecoder holes(in, entry.kept, entry.holes);
+    for (ChunkData& b : bricks_)
+      if (b.shape.sites() > 0) read_holes(holes, b);
+    holes.finish();
+  }
+  in.expect_end();
+}
+
+void OpenTile::make_codes(int brick, int layer, std::byte* to) const {
+  const ChunkShape& shape = bricks_[brick].shape;
+  const int coset = shape.coset(layer);
+  const auto& n = boxes_[coset].size;
+  const size_t x = brick % edge_, y = brick / edge_ % edge_, z = brick / edge_ / edge_;
+  BrickRows rows{0, static_cast<size_t>(n[0]), static_cast<size_t>(n[0]) * n[1]};
+  rows.first = brick_edge * (x + y * rows.row + z * rows.plane);
+  const std::vector<WeighedLayer> sum = layers_[coset].sum_of(layer / shape.period);
+  const BrickMask& kept = bricks_[brick].kept[layer];
+  if (bricks_[brick].coded.bytes() == 1)
+    sum_to_codes(sum, rows, rounded_, kept, reinterpret_cast<uint8_t*>(to));
+  else
+    sum_to_codes(sum, rows, rounded_, kept, reinterpret_cast<uint16_t*>(to));
+}
+
+uint64_t OpenTile::bytes() const {
+  uint64_t sum = sizeof *this;
+  for (const ChunkData& b : bricks_) sum += b.bytes();
+  for (const TileLayers& l : layers_) sum += l.bytes();
+  return sum;
+}
+
+uint64_t OpenTile::code_bytes(uint32_t layers) const {
+  uint64_t codes = 0;
+  for (const ChunkData& b : bricks_)
+    for (int m = 0; m < b.shape.layers; ++m)
+      if (layers >> m & 1) codes += b.first[m + 1] - b.first[m];
+  return codes * bricks_.front().coded.bytes();
+}
+
+} // namespace bccsplat
