@@ -457,8 +457,8 @@ enum {
  * value from air; where floats, floats. Files with such steps need readers of version 3 of the
  * format. WAVELETS: samples as wavelet coefficients, rounded as far as an error allows: a fraction
  * of the bytes, and a moment reads and decodes all layers of a slab. Stored as U8 or U16; needs
- * abs_error, or psnr and SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). PARTIAL_APPEND takes all
- * frames. Needs readers of version 4. */
+ * abs_error, or psnr and SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). PARTIAL_APPEND keeps
+ * the errors of the file, and refuses smaller ones. Needs readers of version 4. */
 typedef int32_t bccsplat_store;
 enum {
   BCCSPLAT_STORE_DEFAULT = 0,
@@ -570,12 +570,13 @@ enum {
   /* `path` is a finished file whose series goes on; it is replaced at finish, and stays as it is
    * until then. WRONG_STATE at create, with the file and what differs, when it is a part or
    * unfinished, or lattice, store, kernel of coefficients or channels (number, names, air,
-   * air_threshold, coding) are others; the coding of a channel without source_type is compared when
-   * the first slab is there. Slabs that the new frames do not touch are copied, not coded again.
-   * Without options->part the host adds all frames, the old ones first. With it (first: the number
-   * of frames of the file, end: dims[3]) it adds those of get_part_frames, the new ones and up to
-   * some twenty before them (with coefficients thirty), and non-finite values and coding errors are
-   * reported for these alone; not for bounds, MEASURE_ALL, files of layers, or coefficients of
+   * air_threshold, coding, error of wavelets) are others; the coding of a channel without
+   * source_type is compared when the first slab is there. What the new frames do not touch is
+   * copied, not coded again. Without options->part the host adds all frames, the old ones first.
+   * With it (first: the number of frames of the file, end: dims[3]) it adds those of
+   * get_part_frames, the new ones and up to some twenty before them (with coefficients thirty), and
+   * non-finite values and coding errors are reported for these alone; not for bounds, MEASURE_ALL,
+   * files of layers, or coefficients of
    * bccsplat_volume_recode (WRONG_STATE). Either way the file is the same byte for byte as one
    * written in one go with the same ENDS, but that channels may only be rounded as they were, and
    * that with part the errors of levels (relative_rmse) stay those measured at frames of the file

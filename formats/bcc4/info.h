@@ -119,8 +119,8 @@ struct TailInfo {
   bool operator==(const TailInfo&) const = default;
 };
 
-// What a writer that continues a series of coefficients cannot see in the file: counts of the samples they
-// were made of.
+// What a writer that continues a series of coefficients, or of wavelets, cannot see in the file: counts of
+// the samples they were made of.
 struct CountsInfo {
   int32_t slabs = 0;             // as in TailInfo
   std::vector<std::byte> counts; // of the layers in them; private to one version of the library

@@ -233,6 +233,7 @@ void require_same_channel(const VolumeInfo& was, const VolumeInfo& now, size_t c
   if (x.type != y.type) differs("type on disk", static_cast<int>(x.type), static_cast<int>(y.type));
   if (x.scale != y.scale) differs("step from code to code", x.scale, y.scale);
   if (x.offset != y.offset) differs("value of code 0", x.offset, y.offset);
+  if (x.wavelet_error != y.wavelet_error) differs("error of wavelets", x.wavelet_error, y.wavelet_error);
 }
 
 } // namespace
@@ -274,8 +275,6 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
   if (was.lattice.is_static()) refuse("a single frame is not continued");
   if (settings.bounds_samples() || settings.psnr > 0 || settings.measure == Measure::all)
     refuse("a bound is checked on every frame");
-  if (was.tile_edge > 1)
-    refuse("its samples are rounded as they are coded to wavelets, so that they cannot be counted again");
   for (const ChannelInfo& channel : was.channels)
     if (channel.frames.size() != done)
       refuse("it was made of layers");
@@ -286,10 +285,11 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
   options.lead = was.lattice.lead, options.margins = was.lattice.before;
   lattice_ = lattice_of(options, options.dims[3]);
   rest_ = rest_of_series(lattice_, options, use, done);
-  if (was.coefficient_kernel.empty() && !use.coefficients && any_clamped(was) &&
+  const bool wavelets = was.tile_edge > 1;
+  if (was.coefficient_kernel.empty() && !wavelets && !use.coefficients && any_clamped(was) &&
       !(was.tail && was.tail->slabs == slabs()))
     refuse("it does not tell where samples were clamped, as newer files do");
-  if (!was.coefficient_kernel.empty() && use.coefficients && slabs() > 0 &&
+  if (((!was.coefficient_kernel.empty() && use.coefficients) || wavelets) && slabs() > 0 &&
       !(told_ = told_counts(was, slabs())))
     refuse("it does not tell of the samples that its coefficients were made of, as files of this version do");
   begin_earlier(part.early_frames, rest_.fit);

@@ -56,7 +56,7 @@ class Continuation {
   std::shared_ptr<const Bcc4Reader> old_;
   Lattice4 lattice_;
   SeriesPart rest_;
-  std::optional<std::vector<LayerCounts>> told_; // of coefficients
+  std::optional<std::vector<LayerCounts>> told_; // of coefficients and wavelets
   // Something that is copied, by where the old file has it. A mask that an earlier one shares has its place.
   struct Place {
     uint64_t offset;

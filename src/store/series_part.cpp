@@ -157,7 +157,7 @@ std::vector<std::byte> lasting_counts(int32_t lasting, std::span<const FitChanne
 
 void describe_tail(int32_t lasting, std::span<const FitChannelReport> channels, VolumeInfo& info) {
   info.tail.reset(), info.counts.reset();
-  if (!info.coefficient_kernel.empty()) {
+  if (!info.coefficient_kernel.empty() || info.tile_edge > 1) {
     if (lasting > 0) info.counts = {lasting, lasting_counts(lasting, channels)};
     return;
   }

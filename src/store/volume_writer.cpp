@@ -33,9 +33,9 @@ int32_t slab_layers_of(const WriterSettings& s) {
   return slab_layers_for(s.coefficients);
 }
 
-// The root mean square error that a channel's wavelets may have. Of a bound the rest is left to corrections,
-// and something to the rounding of codes.
-double wavelet_error_of(const WriterSettings& s, const ChannelSettings& channel) {
+// The root mean square error that is asked for; 0: none. Of a bound the rest is left to corrections, and
+// something to the rounding of codes.
+double asked_wavelet_error(const WriterSettings& s, const ChannelSettings& channel) {
   constexpr double of_bound = .42, of_psnr = .995, decibels = 20;
   if (channel.wavelet_error > 0) return channel.wavelet_error;
   double error = std::numeric_limits<double>::infinity();
@@ -43,8 +43,24 @@ double wavelet_error_of(const WriterSettings& s, const ChannelSettings& channel)
   if (s.psnr > 0 && channel.range)
     error = std::min(error, of_psnr * (channel.range->high - channel.range->low) /
                                 std::pow(10.0, s.psnr / decibels));
-  if (std::isfinite(error)) return error;
-  fail(Code::invalid_argument, "channel ", channel.name,
+  return std::isfinite(error) ? error : 0;
+}
+
+// That of a file to be appended to; 0: there is none.
+double stored_wavelet_error(const WriterSettings& s, size_t channel) {
+  if (s.continuity != Continuity::append || !file_exists(s.path)) return 0;
+  const auto file = Bcc4Reader::open(open_file_source(s.path));
+  const auto& channels = file->info().channels;
+  return channel < channels.size() ? channels[channel].wavelet_error : 0;
+}
+
+// The root mean square error that a channel's wavelets may have. A series that is appended to keeps its own,
+// unless less is asked for, which is refused later.
+double wavelet_error_of(const WriterSettings& s, size_t channel) {
+  const double asked = asked_wavelet_error(s, s.channels[channel]), stored = stored_wavelet_error(s, channel);
+  if (stored > 0 && (asked == 0 || stored <= asked)) return stored;
+  if (asked > 0) return asked;
+  fail(Code::invalid_argument, "channel ", s.channels[channel].name,
        ": wavelets need an error to keep: wavelet_errors, abs_error, or psnr and the range of the values");
 }
 
@@ -212,11 +228,12 @@ void VolumeWriter::begin_info() {
     initial_.coefficient_parameters = kernel_parameters(kernel);
     initial_.coefficient_kernel = kernel.name;
   }
-  for (const ChannelSettings& channel : s.channels) {
+  for (size_t c = 0; c < s.channels.size(); ++c) {
+    const ChannelSettings& channel = s.channels[c];
     ChannelInfo& info = initial_.channels.emplace_back();
     info.name = channel.name, info.unit = channel.unit;
     info.air = static_cast<float>(channel.air), info.threshold = channel.threshold;
-    if (s.wavelets) info.wavelet_error = wavelet_error_of(s, channel);
+    if (s.wavelets) info.wavelet_error = wavelet_error_of(s, c);
   }
 }
 

@@ -168,8 +168,7 @@ void VolumeWriter::complete_info(const FitReport& result) {
     const int32_t lasting = lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]);
     describe_tail(lasting, result.channels, info);
     // A series that ended sooner than was said has counted other slabs by themselves.
-    if (settings_.coefficients && lasting * info.slab_layers != fit_options_.lasting_layers)
-      info.counts.reset();
+    if (info.counts && lasting * info.slab_layers != fit_options_.lasting_layers) info.counts.reset();
   }
 }
 

@@ -216,7 +216,7 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
   if (settings_.wavelets) require_wavelet_types();
   if (input == Input::frames && !continued_)
     fit_options_.lead = predicted_layers(), fit_options_.margins = outside_planes(frame_planes);
-  if (input == Input::frames && settings_.coefficients)
+  if (input == Input::frames && (settings_.coefficients || settings_.wavelets))
     fit_options_.lasting_layers =
         fit_options_.slab_layers * lasting_slabs(lattice_of(fit_options_, settings_.dims[3]), fit_options_,
                                                  layer_use(), settings_.dims[3]);

@@ -18,6 +18,7 @@ struct Variant {
   bool holes = false, uneven = false;
   void (*change)(bccsplat_writer_options&) = [](bccsplat_writer_options&) {};
   uint32_t from = 30, frames = 44; // frames of the first file and of all
+  double wavelet_error = 8;        // 0: none is asked for
 };
 
 constexpr uint32_t nx = 21, ny = 19, nz = 17;
@@ -78,8 +79,8 @@ class Append : public testing::Test {
     static const char* const names[] = {"density", "heat"};
     std::vector<bccsplat_channel_options> channels(v.channels, sized<bccsplat_channel_options>());
     for (uint32_t c = 0; c < v.channels; ++c) channels[c].name = names[c], channels[c].source_type = v.source;
-    static constexpr double errors[] = {8, 8};
-    if (stores_as(v, BCCSPLAT_STORE_WAVELETS)) o.wavelet_errors = errors;
+    const double errors[] = {v.wavelet_error, v.wavelet_error};
+    if (stores_as(v, BCCSPLAT_STORE_WAVELETS) && v.wavelet_error > 0) o.wavelet_errors = errors;
     o.dims[0] = nx, o.dims[1] = ny, o.dims[2] = nz;
     o.channel_count = v.channels, o.channels = channels.data();
     if (v.holes) o.nonfinite = BCCSPLAT_NONFINITE_HOLE;
@@ -123,13 +124,24 @@ class Append : public testing::Test {
   std::string path = folder.file("x.bcc4"), whole = folder.file("whole.bcc4");
 };
 
-// Rounded samples cannot be counted again: all frames are to be given, of which those of finished slabs are
-// not coded anew.
-TEST_F(Append, WaveletsTakeAllFrames) {
-  const Variant v{"wavelets", BCCSPLAT_TYPE_U8, 1, false, false, store_wavelets};
+// New frames of wavelets keep the error of the file, which nobody has to tell again.
+TEST_F(Append, WaveletsKeepTheirError) {
+  Variant v{"wavelets", BCCSPLAT_TYPE_U8, 1, false, false, store_wavelets};
+  v.from = 40, v.frames = 55;
+  ASSERT_OK(write(v, whole, first_of(v.frames)));
   ASSERT_OK(write(v, path, first_of(v.from)));
+  const auto as_it_was = bytes_of(path);
+  v.wavelet_error = 5;
   EXPECT_EQ(continue_file(v, path, v.from, v.frames), BCCSPLAT_ERROR_WRONG_STATE);
-  EXPECT_NE(std::string(bccsplat_last_error()).find("counted"), std::string::npos);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("error of wavelets is 8"), std::string::npos);
+  EXPECT_EQ(bytes_of(path), as_it_was);
+  for (const double no_less : {0.0, 20.0}) {
+    v.wavelet_error = 8;
+    ASSERT_OK(write(v, path, first_of(v.from)));
+    v.wavelet_error = no_less;
+    ASSERT_OK(continue_file(v, path, v.from, v.frames));
+    EXPECT_EQ(bytes_of(path), bytes_of(whole));
+  }
 }
 
 TEST_F(Append, MakesTheFileOfAllFrames) {
@@ -168,6 +180,11 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
       {"Cartesian coefficients", BCCSPLAT_TYPE_U8, 1, false, false,
        [](bccsplat_writer_options& o) { store_coefficients(o), o.lattice = BCCSPLAT_LATTICE_CC; }},
       {"coefficients of few frames", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients, 4, 9},
+      {"wavelets", BCCSPLAT_TYPE_U8, 1, false, false, store_wavelets, 40, 55},
+      {"wavelets of two channels", BCCSPLAT_TYPE_U8, 2, false, true, store_wavelets, 31, 64},
+      {"wavelets of few frames", BCCSPLAT_TYPE_U8, 1, false, false, store_wavelets, 4, 9},
+      {"wavelets on D4*", BCCSPLAT_TYPE_U8, 1, false, false,
+       [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_WAVELETS; }, 40, 55},
   };
   for (const Variant& v : variants) {
     SCOPED_TRACE(v.name);
