@@ -10,6 +10,7 @@
 #include "field/footprint/dense_sites.h"
 #include "field/footprint/hole.h"
 #include "points/sample_source.h"
+#include "slice/largest_magnitude.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {
@@ -118,14 +119,6 @@ std::unique_ptr<BrickMask> find_holes(const Slice& slice, const Lattice3& coarse
     any = true;
   }
   return any ? std::move(mask) : nullptr;
-}
-
-float largest_magnitude(const BrickLayer& layer) {
-  float most = 0;
-  for (size_t s = 0; s < layer.brick_slots(); ++s)
-    if (const Brick* b = layer.brick(s))
-      for (const float v : b->value) most = std::max(most, std::fabs(v));
-  return most;
 }
 
 } // namespace

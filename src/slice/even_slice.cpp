@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "field/coefficients/coefficients.h"
 #include "points/sample_source.h"
+#include "slice/largest_magnitude.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {
@@ -169,14 +170,6 @@ std::shared_ptr<Brick> sample_brick(const Slice& field, const Slice& to, const E
   return brick->keep_above(0) > 0 || brick->hole ? brick : nullptr;
 }
 
-float largest_sample(const BrickLayer& layer) {
-  float most = 0;
-  for (size_t s = 0; s < layer.brick_slots(); ++s)
-    if (const Brick* b = layer.brick(s))
-      for (const float v : b->value) most = std::max(most, std::fabs(v));
-  return most;
-}
-
 } // namespace
 
 double wanted_refinement(const UnevenAxes& axes, size_t axis) {
@@ -204,7 +197,7 @@ Slice even_slice(const Slice& slice, const std::shared_ptr<const UnevenAxes>& ax
       made[slot] = sample_brick(field, to, way, layer, slot);
     });
     for (size_t slot = 0; slot < made.size(); ++slot) layer.set(slot, std::move(made[slot]));
-    most = std::max(most, largest_sample(layer));
+    most = std::max(most, largest_magnitude(layer));
     layers.push_back(std::move(layer));
   }
   std::vector<std::vector<BrickLayer>> channels;
