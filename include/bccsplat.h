@@ -1410,7 +1410,8 @@ typedef struct bccsplat_recode_options {
  * coefficients as they would at import; coefficients become samples by the value of their kernel at
  * the sites. Attributes and the list of sources stay; corrections and the bound they kept belong to
  * the old numbers and are left out. UNSUPPORTED for a part of a series, for kernels whose
- * coefficients cannot be stored, and where the format would have to be newer than asked for;
+ * coefficients cannot be stored, for WAVELETS, whose error is measured at the frames of a source,
+ * and where the format would have to be newer than asked for;
  * INVALID_ARGUMENT where a type cannot hold the range. Also: NOT_FOUND (kernel), reading, writing.
  * options and report may be NULL. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,

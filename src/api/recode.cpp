@@ -18,6 +18,11 @@ RecodeSettings read_recode_settings(const bccsplat_recode_options& o) {
   require_zero(o.reserved, "bccsplat_recode_options.reserved");
   RecodeSettings s;
   s.overwrite = o.overwrite != 0;
+  if (o.store == BCCSPLAT_STORE_WAVELETS)
+    fail(Code::unsupported,
+         "a file is not coded anew as wavelets: their error is measured at the frames of the ",
+         "source, which it does not hold; write the source with BCCSPLAT_STORE_WAVELETS (bcc4 import --store "
+         "wavelets), or its exported frames where there is none");
   require_choice(o.store, BCCSPLAT_STORE_COEFFICIENTS, "bccsplat_recode_options.store");
   if (o.store != BCCSPLAT_STORE_DEFAULT) s.coefficients = o.store == BCCSPLAT_STORE_COEFFICIENTS;
   if (o.value_type < 0 || o.value_type > BCCSPLAT_TYPE_F32)

@@ -109,6 +109,12 @@ class Wavelets(ToolTest):
         self.assertEqual(self.json('info', 's.bcc4')['store'], 'samples')
         self.assertAlmostEqual(self.psnr('s.bcc4', args), self.psnr('w.bcc4', args), delta=.01)
 
+    def test_none_are_made_without_a_source(self):
+        args = self.source()
+        self.bcc4('import', *args, '-o', 's.bcc4', '--quiet')
+        self.refused(2, 'bcc4 import --store wavelets', 'recode', 's.bcc4', '--store', 'wavelets', '-o', 'w2.bcc4',
+                     output='w2.bcc4')
+
     def test_a_real_series(self):
         source = os.path.join(DATA, SERIES)
         if not os.path.exists(source):

@@ -94,8 +94,10 @@ Run add_recode(Command tool) {
   recode.set_examples({"bcc4 recode smoke.bcc4 --store coefficients -o play.bcc4"});
   recode.add_option("FILE", a->file, "A .bcc4 file");
   recode.add_option("-o,--output,--out", a->output, "The .bcc4 file to write").type_name("OUT.bcc4");
-  add_choice<int32_t>(recode, "--store", a->store, kRecodedStoreChoices,
-                      "Store samples or the kernel's coefficients (default: as in FILE)");
+  add_choice<int32_t>(
+      recode, "--store", a->store, kStoreChoices,
+      "Store samples or the kernel's coefficients (default: as in FILE; wavelets are made of a "
+      "source, by bcc4 import, and become samples)");
   recode.add_option("--kernel", a->kernel, "Kernel of the coefficients (default: as in FILE)")
       .type_name("NAME");
   add_choice<int32_t>(recode, "--quantize", a->value_type, kTypeChoices,

@@ -45,9 +45,6 @@ inline const Choices<int32_t> kPeriodicChoices{
 inline const Choices<int32_t> kEndsChoices{{"predict", BCCSPLAT_ENDS_PREDICT},
                                            {"mirror", BCCSPLAT_ENDS_MIRROR},
                                            {"periodic", BCCSPLAT_ENDS_PERIODIC}};
-// Of files that are coded anew.
-inline const Choices<int32_t> kRecodedStoreChoices{{"samples", BCCSPLAT_STORE_SAMPLES},
-                                                   {"coefficients", BCCSPLAT_STORE_COEFFICIENTS}};
 inline const Choices<int32_t> kStoreChoices{{"samples", BCCSPLAT_STORE_SAMPLES},
                                             {"coefficients", BCCSPLAT_STORE_COEFFICIENTS},
                                             {"wavelets", BCCSPLAT_STORE_WAVELETS}};
