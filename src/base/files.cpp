@@ -3,73 +3,17 @@
 // final name, locked against other writers, until commit() renames it.
 #include "base/files.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <utility>
 
 #include "base/error.h"
+#include "base/os/file.h"
 #include "base/sizes.h"
 #include "base/would_block.h"
 
 namespace bccsplat {
 namespace {
-
-// What strerror_r gives: a text of its own, or as POSIX has it a status, the text in the buffer.
-[[maybe_unused]] const char* error_text(const char* text, const char* /*buffer*/) { return text; }
-[[maybe_unused]] const char* error_text(int /*status*/, const char* buffer) { return buffer; }
-
-[[noreturn]] void fail_errno(const std::string& path, const char* doing, int error) {
-  Code code = Code::io_error;
-  const char* hint = "";
-  switch (error) {
-  case ENOENT:
-    code = Code::file_not_found;
-    break;
-  case EACCES:
-  case EPERM:
-  case EROFS:
-    code = Code::permission_denied;
-    break;
-  case EEXIST:
-    code = Code::file_exists;
-    break;
-  case ENOSPC:
-  case EDQUOT:
-  case EFBIG:
-    code = Code::no_space;
-    hint = "; free some space or write elsewhere";
-    break;
-  case ENOMEM:
-    code = Code::out_of_memory;
-    break;
-  default:
-    break;
-  }
-  char buffer[256] = {};
-  fail(code, path, ": cannot ", doing, ": ", error_text(strerror_r(error, buffer, sizeof buffer), buffer),
-       hint);
-}
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 [[noreturn]] void fail_range(const std::string& name, uint64_t offset, uint64_t count, uint64_t size) {
   fail(Code::truncated, name, ": ", count, " bytes wanted at offset ", offset, ", the file ends at ", size);
@@ -77,36 +21,18 @@ class Descriptor {
 
 class FileSource final : public ByteSource {
  public:
-  explicit FileSource(const std::string& path)
-      : name_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-    if (file_.get() < 0) fail_errno(path, "open", errno);
-    if (!S_ISREG(look().st_mode)) fail(Code::io_error, path, ": not a regular file");
-  }
+  explicit FileSource(const std::string& path) : name_(path), file_(OsFile::open_to_read(path)) {}
   // Returns the size of the moment: a file that is being written grows.
-  uint64_t size() const override { return look().st_size; }
+  uint64_t size() const override { return file_.size(); }
   const std::string& name() const override { return name_; }
   void read_at(uint64_t offset, std::span<std::byte> out) const override {
-    if (offset > INT64_MAX || out.size() > INT64_MAX - offset) fail_range(name_, offset, out.size(), size());
-    size_t done = 0;
-    while (done < out.size()) {
-      const auto n =
-          ::pread(file_.get(), out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) fail_errno(name_, "read", errno);
-      if (n == 0) fail_range(name_, offset, out.size(), size());
-      done += n;
-    }
+    if (offset > INT64_MAX || out.size() > INT64_MAX - offset || file_.read_at(offset, out) != out.size())
+      fail_range(name_, offset, out.size(), size());
   }
 
  private:
-  [[nodiscard]] struct stat look() const {
-    struct stat info {};
-    if (::fstat(file_.get(), &info) != 0) fail_errno(name_, "read", errno);
-    return info;
-  }
-
   std::string name_;
-  Descriptor file_;
+  OsFile file_;
 };
 
 class MemorySource final : public ByteSource {
@@ -150,81 +76,48 @@ class StreamSource final : public ByteSource {
   std::string name_;
 };
 
-// Writes all bytes at an offset, however many calls it takes. `path` is for error texts.
-void write_all(int fd, const std::string& path, uint64_t offset, std::span<const std::byte> bytes) {
-  size_t done = 0;
-  while (done < bytes.size()) {
-    const auto n = ::pwrite(fd, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail_errno(path, "write", errno);
-    done += n;
-  }
-}
-
 class FileSink final : public ByteSink {
  public:
   FileSink(std::string path, bool overwrite, Partial mode)
       : path_(std::move(path)), partial_(path_ + ".partial"), overwrite_(overwrite), mode_(mode) {
     if (path_.empty()) fail(Code::invalid_argument, "the path of the file to write is empty");
-    struct stat info {};
-    if (!overwrite && ::lstat(path_.c_str(), &info) == 0)
+    if (!overwrite && name_is_taken(path_))
       fail(Code::file_exists, path_, ": exists already; choose another name or allow overwriting");
     // A rename would take the name of a device or a pipe away, too.
-    if (::stat(path_.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
-      fail(Code::io_error, path_, S_ISDIR(info.st_mode) ? ": is a folder" : ": is no regular file");
+    if (const PathKind kind = path_kind(path_); kind != PathKind::nothing && kind != PathKind::file)
+      fail(Code::io_error, path_, kind == PathKind::folder ? ": is a folder" : ": is no regular file");
     for (int attempt = 0; !open_alone(); ++attempt)
       if (attempt == 100) fail(Code::io_error, partial_, ": is taken away again and again");
-    if (mode_ != Partial::taken_over && ::ftruncate(fd_, 0) != 0) {
-      const int error = errno;
-      ::close(std::exchange(fd_, -1));
-      fail_errno(path_, "create", error);
-    }
+    if (mode_ != Partial::taken_over) file_.resize(0, "create");
   }
   ~FileSink() override {
-    if (fd_ < 0) return;
-    if (mode_ == Partial::removed) ::unlink(partial_.c_str());
-    ::close(fd_);
+    if (file_.is_open() && mode_ == Partial::removed) remove_file(partial_);
   }
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
 
   void write_at(uint64_t offset, std::span<const std::byte> bytes) override {
-    write_all(fd_, path_, offset, bytes);
+    file_.write_at(offset, bytes);
     end_ = std::max(end_, offset + bytes.size());
   }
-  void flush() override {
-    if (::fdatasync(fd_) != 0) fail_errno(path_, "write", errno);
-  }
+  void flush() override { file_.make_durable(); }
   void commit() override {
     // An old file that was taken over may have been longer.
-    if (mode_ == Partial::taken_over && ::ftruncate(fd_, static_cast<off_t>(end_)) != 0)
-      fail_errno(path_, "write", errno);
+    if (mode_ == Partial::taken_over) file_.resize(end_, "write");
     flush();
-    if (overwrite_) {
-      if (::rename(partial_.c_str(), path_.c_str()) != 0) fail_errno(path_, "rename to", errno);
-    } else {
-      // link() refuses a name that appeared meanwhile; file systems without links fall back to rename.
-      if (::link(partial_.c_str(), path_.c_str()) == 0)
-        ::unlink(partial_.c_str());
-      else if (errno == EEXIST || ::rename(partial_.c_str(), path_.c_str()) != 0)
-        fail_errno(path_, "rename to", errno);
-    }
-    ::close(std::exchange(fd_, -1));
+    rename_file(partial_, path_, overwrite_ ? OldFile::replaced : OldFile::refused);
+    file_.close();
   }
 
  private:
   // Opens and locks the unfinished file; returns false when another writer finished or removed the one that
   // was opened.
   bool open_alone() {
-    fd_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (fd_ < 0) fail_errno(path_, "create", errno);
-    const bool taken = ::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-    struct stat opened {
-    }, named{};
-    const bool same = ::fstat(fd_, &opened) == 0 && ::stat(partial_.c_str(), &named) == 0 &&
-                      opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+    file_ = OsFile::open_to_write(partial_, path_);
+    const bool taken = !file_.lock();
+    const bool same = file_.is_at(partial_);
     if (same && !taken) return true;
-    ::close(std::exchange(fd_, -1));
+    file_.close();
     if (same) fail(Code::wrong_state, partial_, ": another writer is at work on it");
     return false;
   }
@@ -232,28 +125,23 @@ class FileSink final : public ByteSink {
   std::string path_, partial_;
   bool overwrite_;
   Partial mode_;
-  int fd_ = -1;
+  OsFile file_;
   uint64_t end_ = 0; // of what was written
 };
 
 class JournalSink final : public ByteSink {
  public:
   JournalSink(std::string path, uint64_t keep)
-      : path_(std::move(path)), file_(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-    if (file_.get() < 0) fail_errno(path_, "create", errno);
-    if (::ftruncate(file_.get(), static_cast<off_t>(keep)) != 0) fail_errno(path_, "write", errno);
+      : path_(std::move(path)), file_(OsFile::open_to_write(path_, path_)) {
+    file_.resize(keep, "write");
   }
-  void write_at(uint64_t offset, std::span<const std::byte> bytes) override {
-    write_all(file_.get(), path_, offset, bytes);
-  }
-  void flush() override {
-    if (::fdatasync(file_.get()) != 0) fail_errno(path_, "write", errno);
-  }
-  void commit() override { ::unlink(path_.c_str()); }
+  void write_at(uint64_t offset, std::span<const std::byte> bytes) override { file_.write_at(offset, bytes); }
+  void flush() override { file_.make_durable(); }
+  void commit() override { remove_file(path_); }
 
  private:
   std::string path_;
-  Descriptor file_;
+  OsFile file_;
 };
 
 class StreamSink final : public ByteSink {
@@ -301,10 +189,7 @@ std::unique_ptr<ByteSink> create_journal_sink(const std::string& path, uint64_t 
   return std::make_unique<JournalSink>(path, keep);
 }
 
-bool file_exists(const std::string& path) {
-  struct stat info {};
-  return ::lstat(path.c_str(), &info) == 0;
-}
+bool file_exists(const std::string& path) { return name_is_taken(path); }
 
 std::unique_ptr<ByteSink> create_stream_sink(WriteAt write, Flush flush) {
   return std::make_unique<StreamSink>(std::move(write), std::move(flush));

@@ -9,9 +9,8 @@
 #include <system_error>
 #include <utility>
 
-#include <pthread.h>
-
 #include "base/error.h"
+#include "base/os/thread_name.h"
 #include "base/usual_floats.h"
 
 namespace bccsplat {
@@ -92,7 +91,7 @@ struct Tasks::Pool {
 
   void work() {
     const UsualFloats floats; // a thread begins with those of the one that started it
-    pthread_setname_np(pthread_self(), "bccsplat");
+    name_this_thread("bccsplat");
     std::unique_lock lock(mutex);
     for (;;) {
       Job* job = nullptr;

@@ -24,8 +24,15 @@ set(cuts_files slice/axis_slice.cpp slice/corrected_cut.cpp slice/extraction.cpp
   slice/gaussian_mean.cpp slice/lowpass_slice.cpp slice/occupancy.cpp slice/plane_slice.cpp slice/thick_field.cpp
   slice/touched_samples.cpp slice/turned_samples.cpp)
 # What a system has, and what stands for it in a browser: contexts by EGL, threads, numbers as text.
-set(system_files gpu/gl_context.cpp base/tasks.cpp base/worker.cpp)
+set(system_files gpu/gl_context.cpp base/tasks.cpp base/worker.cpp base/os/posix/thread_name.cpp)
 set(browser_files gpu/web_context.cpp base/number_text.cpp base/without_threads.cpp)
+# Calls of the operating system, in two forms.
+set(posix_files file machine thread_name)
+set(windows_files file machine thread_name wide)
+foreach(system posix windows)
+  list(TRANSFORM ${system}_files PREPEND base/os/${system}/)
+  list(TRANSFORM ${system}_files APPEND .cpp)
+endforeach()
 
 # Takes from a list of sources those that the options leave out.
 function(bccsplat_leave_out sources)
@@ -42,6 +49,11 @@ function(bccsplat_leave_out sources)
     list(APPEND out ${system_files})
   else()
     list(APPEND out ${browser_files})
+  endif()
+  if(WIN32)
+    list(APPEND out ${posix_files})
+  else()
+    list(APPEND out ${windows_files})
   endif()
   list(TRANSFORM out PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
   if(NOT BCCSPLAT_WITH_WRITER)

@@ -94,7 +94,7 @@ function leads(place, from, to, steps, e, p) {
       for (place in order) check_ladder(place)
     }
     else if (target ~ /^(openvdb|nanovdb|CLI|nlohmann|tbb|netcdf|nifti)/) wrong("belongs to importers/, not to the library")
-    else if (home != "base" && target ~ /^(unistd\.h|fcntl\.h|dlfcn\.h|pthread\.h|sys\/.*|thread|fstream|filesystem)$/)
+    else if (home != "base" && target ~ /^(windows\.h|unistd\.h|fcntl\.h|dlfcn\.h|pthread\.h|sys\/.*|thread|fstream|filesystem)$/)
       wrong("the operating system is called in src/base only")
     else if (target ~ /^(epoxy|EGL|GL|GLES[23])\// && home != "gpu") wrong("OpenGL is called in src/gpu only")
     else if (target ~ /^(OpenEXR|Imf|Imath|ImathV|png\.h|libpng)/ && home != "formats") wrong("image files are written in formats/ only")

@@ -7,6 +7,12 @@
 #include <cstdlib>
 #include <string>
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
+#include "base/paged_vector.h"
+
 namespace bccsplat {
 
 uint64_t machine_memory() {
@@ -25,5 +31,12 @@ bool machine_has_library(const char* name) {
 }
 
 void* machine_symbol(const char* name) { return dlsym(RTLD_DEFAULT, name); }
+
+void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
+#ifdef MADV_HUGEPAGE
+  // If refused, the memory is as it would have been. The rest of a page at the end stays in small ones.
+  (void)madvise(memory, bytes / large_page * large_page, MADV_HUGEPAGE);
+#endif
+}
 
 } // namespace bccsplat
