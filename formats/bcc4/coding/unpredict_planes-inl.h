@@ -57,11 +57,11 @@ class FullPlanes {
       for (int y = 0; y < height_; y += 4)
         for (int x = 0; x < block_steps; x += 4) body(Step(2 * y + x) + y, Cell(x, y));
     };
-    for_blocks([](int32_t* steps, int32_t* cells)
-                   HWY_ATTR { Transpose4(cells, pitch - 2, steps, brick_edge); });
+    for_blocks([](int32_t* in_steps, int32_t* cells)
+                   HWY_ATTR { Transpose4(cells, pitch - 2, in_steps, brick_edge); });
     for (int y = 0; y < height_; y += static_cast<int>(hn::Lanes(D()))) DecodeRows(row.own, taps, repeats, y);
-    for_blocks([](int32_t* steps, int32_t* cells)
-                   HWY_ATTR { Transpose4(steps, brick_edge, cells, pitch - 2); });
+    for_blocks([](int32_t* in_steps, int32_t* cells)
+                   HWY_ATTR { Transpose4(in_steps, brick_edge, cells, pitch - 2); });
     Write(row.own, repeats, reinterpret_cast<uint8_t*>(rows.packed) + rows.at);
     rows.at += static_cast<std::ptrdiff_t>(width_) * height_;
   }
