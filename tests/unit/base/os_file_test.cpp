@@ -18,10 +18,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Paths are made of UTF-8, whatever the system makes of texts without a type.
+fs::path named(const std::string& text) { return {std::u8string(text.begin(), text.end())}; }
+
 // A folder of its own that goes with it, with a space and an umlaut in its name.
 class Folder {
  public:
-  Folder() : path_(fs::temp_directory_path() / concat("bccsplat \xc3\xb6s ", machine_process())) {
+  Folder() : path_(fs::temp_directory_path() / named(concat("bccsplat \xc3\xb6s ", machine_process()))) {
     fs::create_directories(path_);
   }
   ~Folder() {
@@ -32,7 +35,7 @@ class Folder {
   Folder& operator=(const Folder&) = delete;
   // Returns the path of a file in it, in UTF-8.
   [[nodiscard]] std::string file(const char* name) const {
-    const std::u8string text = (path_ / name).u8string();
+    const std::u8string text = (path_ / named(name)).u8string();
     return {text.begin(), text.end()};
   }
 
@@ -133,11 +136,19 @@ TEST(OsFiles, AReaderKeepsTheFileThatIsReplacedOrRemoved) {
   make_file(from, 3);
   make_file(to, 1);
   const OsFile reader = OsFile::open_to_read(to);
-  rename_file(from, to, OldFile::replaced);
+  try {
+    rename_file(from, to, OldFile::replaced);
+    EXPECT_EQ(OsFile::open_to_read(to).size(), 3u);
+  } catch (const Error& e) { // Windows before 10, and Wine; both files are as they were
+    EXPECT_EQ(e.code(), Code::permission_denied);
+    EXPECT_EQ(OsFile::open_to_read(from).size(), 3u);
+#ifndef _WIN32
+    ADD_FAILURE() << e.what();
+#endif
+  }
   EXPECT_EQ(reader.size(), 1u);
-  const OsFile next = OsFile::open_to_read(to);
   remove_file(to);
-  EXPECT_EQ(next.size(), 3u);
+  EXPECT_EQ(reader.size(), 1u);
 }
 
 TEST(OsFiles, KindsOfPaths) {
