@@ -11,23 +11,24 @@
 
 #include "readers/decoders.h"
 #include "readers/error.h"
+#include "readers/system.h"
 
 namespace bcc4 {
 namespace fs = std::filesystem;
 
 uint64_t file_size(const std::string& path) {
   std::error_code error;
-  const fs::file_status status = fs::status(path, error);
+  const fs::file_status status = fs::status(to_path(path), error);
   if (!fs::exists(status)) fail_input(path, ": no such file");
   if (!fs::is_regular_file(status)) fail_input(path, ": not a regular file");
-  const uint64_t size = fs::file_size(path, error);
+  const uint64_t size = fs::file_size(to_path(path), error);
   if (error) fail_input(path, ": ", error.message());
   return size;
 }
 
 InputFile::InputFile(std::string path) : path_(std::move(path)), size_(file_size(path_)) {
   errno = 0;
-  stream_.open(path_, std::ios::binary);
+  stream_.open(to_path(path_), std::ios::binary);
   if (!stream_) fail_input(path_, ": cannot be read (", std::strerror(errno), ")");
 }
 

@@ -4,20 +4,21 @@
 #include <filesystem>
 
 #include "readers/error.h"
+#include "readers/system.h"
 
 namespace bcc4 {
 
 std::optional<std::string> path_below(const std::string& header, std::string_view name) {
   namespace fs = std::filesystem;
-  const fs::path folder = fs::path(header).parent_path();
-  fs::path relative{std::string(name)};
+  const fs::path folder = to_path(header).parent_path();
+  fs::path relative = to_path(std::string(name));
   if (relative.is_absolute())
     relative = relative.lexically_normal().lexically_relative(
         fs::absolute(folder.empty() ? fs::path(".") : folder).lexically_normal());
   bool outside = relative.empty();
   for (const fs::path& part : relative) outside |= part == "..";
   if (outside) return std::nullopt;
-  return (folder / relative).string();
+  return to_text(folder / relative);
 }
 
 std::string confined_path(const std::string& header, std::string_view name) {

@@ -15,6 +15,7 @@
 #include "readers/nrrd/nrrd_reader.h"
 #include "readers/raw/raw_reader.h"
 #include "readers/sequence.h"
+#include "readers/system.h"
 #include "readers/unpacked.h"
 #include "readers/vti/vti_reader.h"
 #if BCCSPLAT_WITH_NETCDF
@@ -144,7 +145,7 @@ void check_raw(const std::string& path, std::string_view start) {
 void refuse_image_of_pair(const std::string& path) {
   if (!lower(path).ends_with(".img")) return;
   const std::string header = path.substr(0, path.size() - 3) + "hdr";
-  if (std::filesystem::exists(header))
+  if (std::filesystem::exists(to_path(header)))
     fail_input(path, ": the values of a pair of files: give its header, ", header);
 }
 

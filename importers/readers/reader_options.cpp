@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "readers/reader_options.h"
 
-#include <unistd.h>
-
 #include "readers/error.h"
+#include "readers/system.h"
 
 namespace bcc4 {
 
@@ -34,8 +33,8 @@ FrameSelection parse_frame_selection(std::string_view text) {
 
 uint64_t memory_limit(const ReaderOptions& options) {
   if (options.max_memory > 0) return options.max_memory;
-  const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-  return pages > 0 && page > 0 ? static_cast<uint64_t>(pages) * page / 2 : uint64_t{1} << 32;
+  const uint64_t all = machine_memory();
+  return all > 0 ? all / 2 : uint64_t{1} << 32;
 }
 
 void refuse_raw_options(const ReaderOptions& options, const std::string& path, const char* format,

@@ -2,8 +2,6 @@
 // Finds the files that inputs name, by pattern, glob or list, and the gaps between their numbers.
 #include "readers/sequence.h"
 
-#include <fnmatch.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
@@ -11,6 +9,7 @@
 
 #include "readers/byte_stream.h"
 #include "readers/error.h"
+#include "readers/system.h"
 
 namespace bcc4 {
 namespace fs = std::filesystem;
@@ -48,8 +47,9 @@ template<class Accept> std::vector<std::string> list_folder(const std::string& i
   const std::string prefix = slash == std::string::npos ? "" : input.substr(0, slash + 1);
   std::error_code error;
   std::vector<std::string> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(prefix.empty() ? "." : prefix, error)) {
-    const std::string name = entry.path().filename().string();
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(to_path(prefix.empty() ? "." : prefix), error)) {
+    const std::string name = to_text(entry.path().filename());
     if (accept(name) && entry.is_regular_file()) found.push_back(prefix + name);
   }
   if (error) fail_input(input, ": the folder cannot be listed (", error.message(), ")");
@@ -138,7 +138,7 @@ void find_gaps(Sequence& s, const FrameSelection& selection) {
 // Returns the files of a single input that is a pattern, numbered by it; none when it is something else.
 std::vector<SequenceFile> find_by_pattern(const std::vector<std::string>& inputs) {
   const auto pattern = inputs.size() == 1 ? find_pattern(inputs[0]) : std::nullopt;
-  if (!pattern || fs::exists(inputs[0])) return {};
+  if (!pattern || fs::exists(to_path(inputs[0]))) return {};
   return match_pattern(inputs[0], *pattern);
 }
 
@@ -154,15 +154,14 @@ ListedFiles list_files(const std::vector<std::string>& inputs) {
     std::error_code ignored;
     if (input.size() > 1 && input[0] == '@') {
       for (const std::string& path : read_list(input.substr(1))) files.paths.push_back(path);
-    } else if (has_wildcard(input) && !fs::exists(input, ignored)) {
+    } else if (has_wildcard(input) && !fs::exists(to_path(input), ignored)) {
       const std::string glob = input.substr(input.find_last_of('/') + 1);
-      const auto found = list_folder(
-          input, [&](const std::string& n) { return fnmatch(glob.c_str(), n.c_str(), FNM_PERIOD) == 0; });
+      const auto found = list_folder(input, [&](const std::string& n) { return fits_wildcards(glob, n); });
       if (found.empty()) fail_input(input, ": no file has such a name");
       files.paths.insert(files.paths.end(), found.begin(), found.end());
       files.from_glob = true;
     } else {
-      if (find_pattern(input) && !fs::exists(input, ignored))
+      if (find_pattern(input) && !fs::exists(to_path(input), ignored))
         fail_usage(input, ": a frame pattern stands alone, without other inputs");
       files.paths.push_back(input);
     }

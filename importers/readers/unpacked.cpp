@@ -3,13 +3,12 @@
 // all that is told of them.
 #include "readers/unpacked.h"
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 
 #include "readers/decoders.h"
 #include "readers/error.h"
+#include "readers/system.h"
 
 namespace bcc4 {
 namespace fs = std::filesystem;
@@ -18,18 +17,15 @@ namespace {
 // A folder of its own that goes with it.
 class TemporaryFolder {
  public:
-  TemporaryFolder() {
-    std::error_code error;
-    std::string name = (fs::temp_directory_path(error) / "bcc4-XXXXXX").string();
-    if (error || !mkdtemp(name.data()))
+  TemporaryFolder() : path_(make_temporary_folder()) {
+    if (path_.empty())
       fail(Exit::no_resources, "no folder for temporary files: set TMPDIR to one that can be written");
-    path_ = name;
   }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   ~TemporaryFolder() {
     std::error_code ignored;
-    fs::remove_all(path_, ignored);
+    fs::remove_all(to_path(path_), ignored);
   }
   [[nodiscard]] const std::string& path() const { return path_; }
 
@@ -38,7 +34,7 @@ class TemporaryFolder {
 };
 
 std::string name_unpacked(const std::string& path) {
-  const std::string name = fs::path(path).filename().string();
+  const std::string name = to_text(to_path(path).filename());
   return lower(name).ends_with(".gz") ? name.substr(0, name.size() - std::string_view(".gz").size()) : name;
 }
 
@@ -53,7 +49,7 @@ void refuse_header(const std::string& path) {
 void unpack(const std::string& from, const std::string& to) {
   constexpr size_t piece = size_t{1} << 20;
   const auto stream = open_gzip(std::make_unique<InputFile>(from), 0);
-  std::ofstream out(to, std::ios::binary);
+  std::ofstream out(to_path(to), std::ios::binary);
   Bytes bytes(piece);
   for (size_t got = piece; got == piece && out;) {
     got = stream->read(bytes);
@@ -90,9 +86,9 @@ class UnpackedReader : public FrameReader {
       const std::string& packed = sequence.files[i].path;
       refuse_header(packed);
       if (!read_start(packed, 2).gzip) continue;
-      const fs::path folder = fs::path(folder_.path()) / concat(i); // names may be those of several folders
+      const fs::path folder = to_path(folder_.path()) / concat(i); // names may be those of several folders
       fs::create_directory(folder);
-      unpacked.files[i].path = (folder / name_unpacked(packed)).string();
+      unpacked.files[i].path = to_text(folder / to_path(name_unpacked(packed)));
       names_.emplace_back(unpacked.files[i].path, packed);
       unpack(packed, unpacked.files[i].path);
     }

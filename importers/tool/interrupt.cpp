@@ -22,7 +22,12 @@ void catch_interrupts() {
   (void)bccsplat_cancel_token_create(&g_token); // without memory for it calls are waited for
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+#ifdef SIGXFSZ
   std::signal(SIGXFSZ, SIG_IGN); // writing past a limit on file sizes fails like a full disk
+#endif
+#ifdef SIGBREAK
+  std::signal(SIGBREAK, on_signal); // Ctrl-Break of Windows
+#endif
 }
 
 bccsplat_cancel_token* interrupt_token() { return g_token; }

@@ -9,6 +9,7 @@
 #include "tool/commands/commands.h"
 #include "tool/handles.h"
 #include "tool/interrupt.h"
+#include "tool/system.h"
 
 namespace bcc4 {
 namespace {
@@ -82,7 +83,11 @@ int main(int argc, char** argv) {
   using bcc4::Exit;
   bcc4::catch_interrupts();
   try {
-    const Exit exit = bcc4::run(argc, argv);
+    std::vector<std::string> words = bcc4::command_line_words(argc, argv);
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    const Exit exit = bcc4::run(static_cast<int>(words.size()), pointers.data());
     if (std::fflush(stdout) != 0)
       return bcc4::report(Exit::no_resources, "standard output cannot be written");
     return static_cast<int>(exit);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tool/progress.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "readers/text.h"
+#include "tool/system.h"
 
 namespace bcc4 {
 namespace {
@@ -22,8 +21,8 @@ std::string clock_text(double seconds) {
 } // namespace
 
 Progress::Progress(std::string label, uint64_t total, bool in_bytes, bool quiet)
-    : label_(std::move(label)), total_(total), in_bytes_(in_bytes), quiet_(quiet), terminal_(isatty(2) != 0) {
-}
+    : label_(std::move(label)), total_(total), in_bytes_(in_bytes), quiet_(quiet),
+      terminal_(stderr_is_terminal()) {}
 
 Progress::~Progress() { clear(); }
 

@@ -16,6 +16,7 @@
 #include "readers/nifti/nifti_place.h"
 #include "readers/nifti/nifti_values.h"
 #include "readers/same_place.h"
+#include "readers/system.h"
 #include "readers/utf8.h"
 
 namespace bcc4 {
@@ -51,7 +52,7 @@ std::string image_of(const std::string& header) {
     fail_input(header, ": header and image are two files, but its name does not end in .hdr: rename it");
   const std::string image = concat(name.substr(0, name.size() - 3), name.ends_with('R') ? "IMG" : "img");
   for (const std::string& path : {image + (packed ? ".gz" : ""), image + ".gz", image})
-    if (std::filesystem::exists(path)) return path;
+    if (std::filesystem::exists(to_path(path))) return path;
   fail_input(header, ": header and image are two files, and ", image,
              " is missing: put it beside the header");
 }

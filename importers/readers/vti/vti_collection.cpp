@@ -7,13 +7,14 @@
 #include "readers/byte_stream.h"
 #include "readers/data_files.h"
 #include "readers/error.h"
+#include "readers/system.h"
 #include "readers/vti/xml.h"
 
 namespace bcc4 {
 namespace {
 
 std::string file_of(const std::string& collection, std::string name) {
-  if (auto path = path_below(collection, name); path && std::filesystem::exists(*path)) return *path;
+  if (auto path = path_below(collection, name); path && std::filesystem::exists(to_path(*path))) return *path;
   std::replace(name.begin(), name.end(), '\\', '/'); // as Windows writes it
   if (auto path = path_below(collection, name)) return *path;
   fail_input(collection, ": names the file ", name,

@@ -2,6 +2,7 @@
 // Where the parts stand: title and moment top left, the colour bar on the right, the axes and the scale in
 // the lower corners. All sizes go with the smaller side of the picture.
 #include "tool/annotate/annotation.h"
+#include "readers/system.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -95,7 +96,7 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
     if (!a.iso.empty() && a.iso.front().use_color) std::copy_n(a.iso.front().color, 3, only.begin() + 1);
     colors_ = {only};
   }
-  if (title_.empty()) title_ = std::filesystem::path(a.file).stem().string();
+  if (title_.empty()) title_ = to_text(to_path(a.file).stem());
   std::string written = heading_ + spatial_unit_;
   if (parts_.title) written += title_;
   for (const std::string& moment : moments_) written += moment;

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "readers/sequence.h"
+#include "readers/system.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/interrupt.h"
@@ -37,12 +38,12 @@ bool names_collection(const std::string& output) { return lower(output).ends_wit
 std::string output_pattern(const ExportArguments& a, const std::string& suffix) {
   std::error_code ignored;
   if (has_frame_pattern(a.output)) return a.output;
-  const std::filesystem::path out(a.output);
+  const std::filesystem::path out = to_path(a.output);
   const bool folder =
       a.output.ends_with('/') || std::filesystem::is_directory(out, ignored) || out.extension().empty();
   if (!folder) return "";
   std::filesystem::create_directories(out, ignored);
-  return (out / concat(std::filesystem::path(a.file).stem().string(), ".%04d", suffix)).string();
+  return to_text(out / to_path(concat(to_text(to_path(a.file).stem()), ".%04d", suffix)));
 }
 
 ExportFormat format_of(const ExportArguments& a) {
@@ -89,7 +90,7 @@ void write_collection(const Volume& volume, const std::string& path, const std::
   check(bccsplat_volume_get_times(volume.get(), times.data(), times.size(), nullptr), "");
   std::vector<std::pair<std::string, double>> files;
   for (size_t f = 0; f < times.size(); ++f)
-    files.emplace_back(std::filesystem::path(apply_frame_pattern(pattern, f)).filename().string(), times[f]);
+    files.emplace_back(to_text(to_path(apply_frame_pattern(pattern, f)).filename()), times[f]);
   OutputFile file(path, overwrite);
   const std::string text = collection_text(files);
   file.write(std::as_bytes(std::span(text)));

@@ -7,6 +7,7 @@
 #include "choose/air.h"
 #include "choose/precision.h"
 #include "readers/open_series.h"
+#include "readers/system.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/import/air_in_file.h"
@@ -72,7 +73,7 @@ void refuse_sources_as_output(const ImportArguments& a, const SeriesDescription&
 
 bool appends_to_file(const ImportArguments& a) {
   std::error_code ignored;
-  return a.resume.append && std::filesystem::exists(a.output, ignored);
+  return a.resume.append && std::filesystem::exists(to_path(a.output), ignored);
 }
 
 void report_nothing_new(const ImportArguments& a, uint64_t frames) {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // bcc4 view: the viewer of examples/web and a file, served to the browser on this machine.
-#include <unistd.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -11,6 +9,7 @@
 #include "tool/handles.h"
 #include "tool/interrupt.h"
 #include "tool/serve/http_server.h"
+#include "tool/system.h"
 
 namespace bcc4 {
 namespace {
@@ -27,7 +26,7 @@ constexpr const char* served_as = "/file.bcc4";
 
 // The folder of the page: as given, installed with the tool, or built beside it.
 fs::path find_page(const std::string& given) {
-  const fs::path tool = fs::read_symlink("/proc/self/exe").parent_path();
+  const fs::path tool = program_folder();
   for (const fs::path& folder :
        given.empty() ? std::vector<fs::path>{tool / "../share/bccsplat/web", tool / "../../build-web/site"}
                      : std::vector<fs::path>{given})

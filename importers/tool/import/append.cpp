@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an appended series must have in common with its file, and what it takes from it.
 #include "tool/import/append.h"
+#include "readers/system.h"
 
 #include <algorithm>
 #include <array>
@@ -21,7 +22,7 @@ namespace {
 void warn_of_other_files(const std::string& path, const AppendedFile& old, const SeriesDescription& series) {
   if (old.sources.size() != old.frames || series.files.size() != series.dims[3]) return;
   for (size_t f = 0; f < old.frames; ++f) {
-    const std::string name = std::filesystem::path(series.files[f].path).filename().string();
+    const std::string name = to_text(to_path(series.files[f].path).filename());
     if (name == old.sources[f].name && series.files[f].bytes == old.sources[f].bytes) continue;
     std::fprintf(
         stderr,

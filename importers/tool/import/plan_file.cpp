@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "readers/byte_stream.h"
+#include "readers/system.h"
 #include "tool/import/writer_choices.h"
 #include "tool/json.h"
 #include "tool/output/output_file.h"
@@ -120,7 +121,7 @@ PlanFile read_plan(const Json& j) {
 
 std::string absolute(const std::string& path) {
   if (path.starts_with("@")) return "@" + absolute(path.substr(1));
-  return std::filesystem::absolute(path).string();
+  return to_text(std::filesystem::absolute(to_path(path)));
 }
 
 } // namespace
@@ -129,7 +130,7 @@ void make_absolute(PlanFile& plan) {
   for (std::string& input : plan.inputs) input = absolute(input);
   std::error_code ignored;
   for (auto& [key, text] : plan.options)
-    if (key == "times" && std::filesystem::exists(text, ignored)) text = absolute(text);
+    if (key == "times" && std::filesystem::exists(to_path(text), ignored)) text = absolute(text);
 }
 
 void write_plan_file(const std::string& path, const PlanFile& plan, bool overwrite) {
@@ -186,7 +187,7 @@ void check_planned(const PlanFile& plan, const std::string& path, const SeriesDe
   if (s.files.size() != plan.sources.size())
     differs(s.files.size(), " files instead of ", plan.sources.size());
   for (size_t i = 0; i < s.files.size(); ++i) {
-    const std::string name = std::filesystem::path(s.files[i].path).filename().string();
+    const std::string name = to_text(to_path(s.files[i].path).filename());
     if (name != plan.sources[i].name) differs(name, " in the place of ", plan.sources[i].name);
     if (s.files[i].bytes != plan.sources[i].bytes)
       differs(name, " has ", s.files[i].bytes, " bytes instead of ", plan.sources[i].bytes);

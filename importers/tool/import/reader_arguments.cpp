@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "readers/byte_stream.h"
+#include "readers/system.h"
 #include "tool/cli.h"
 
 namespace bcc4 {
@@ -42,7 +43,7 @@ Type parse_type(const std::string& text) {
 
 std::vector<double> parse_times(const std::string& text) {
   std::error_code ignored;
-  if (!std::filesystem::exists(text, ignored)) return option_numbers("--times", text, 0);
+  if (!std::filesystem::exists(to_path(text), ignored)) return option_numbers("--times", text, 0);
   std::vector<double> times;
   const std::string content = read_text_file(text, 256 << 20);
   for (const std::string_view line : split(content, "\r\n")) {

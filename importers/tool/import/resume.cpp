@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "readers/error.h"
+#include "readers/system.h"
 #include "tool/cli.h"
 
 namespace bcc4 {
@@ -41,9 +42,9 @@ int32_t partial_mode(const ResumeArguments& arguments) {
 std::string unfinished_work(const Device& device, const std::string& output) {
   std::error_code error;
   const std::string partial = output + ".partial";
-  const uintmax_t journal = fs::file_size(output + ".journal", error);
+  const uintmax_t journal = fs::file_size(to_path(output + ".journal"), error);
   if (error || journal <= empty_journal) return "";
-  const uintmax_t bytes = fs::file_size(partial, error);
+  const uintmax_t bytes = fs::file_size(to_path(partial), error);
   if (error) return "";
   std::string how_far = byte_text(static_cast<double>(bytes));
   bccsplat_volume* opened = nullptr; // with --live
@@ -58,7 +59,7 @@ std::string unfinished_work(const Device& device, const std::string& output) {
 UnfinishedImport::~UnfinishedImport() {
   if (finished_) return;
   std::error_code error;
-  const fs::path journal = output_ + ".journal", partial = output_ + ".partial";
+  const fs::path journal = to_path(output_ + ".journal"), partial = to_path(output_ + ".partial");
   const uintmax_t size = fs::file_size(journal, error);
   if (error || worthless_ || size <= empty_journal) { // none, or without a slab: nothing to go on from
     fs::remove(journal, error);
@@ -66,7 +67,7 @@ UnfinishedImport::~UnfinishedImport() {
   } else if (!quiet_) {
     std::fprintf(stderr,
                  "bcc4: what is done stays in %s; the same command with --resume goes on from there\n",
-                 partial.c_str());
+                 to_text(partial).c_str());
   }
 }
 

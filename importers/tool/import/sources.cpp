@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "readers/byte_stream.h"
+#include "readers/system.h"
 #include "tool/interrupt.h"
 
 namespace bcc4 {
@@ -35,7 +36,7 @@ std::vector<PlannedSource> sources_of(const SeriesDescription& s, std::span<cons
   for (const SourceFile& f : s.files) total += f.bytes;
   std::vector<PlannedSource> sources;
   for (const SourceFile& f : s.files) {
-    PlannedSource source{std::filesystem::path(f.path).filename().string(), f.bytes, 0};
+    PlannedSource source{to_text(to_path(f.path).filename()), f.bytes, 0};
     const auto same = std::find_if(known.begin(), known.end(), [&](const PlannedSource& k) {
       return k.name == source.name && k.bytes == source.bytes && k.crc32 != 0;
     });

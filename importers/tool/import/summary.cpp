@@ -3,29 +3,14 @@
 // errors by channel, time and peak memory.
 #include "tool/import/summary.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 
 #include "tool/json.h"
+#include "tool/system.h"
 
 namespace bcc4 {
 namespace {
-
-// Returns the memory of this program alone. On Linux ru_maxrss starts from the memory of the process that
-// started this one, and will not do.
-uint64_t peak_memory() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);) {
-    const auto words = split(line);
-    if (words.size() > 1 && words[0] == "VmHWM:") return parse_number<uint64_t>(words[1]).value_or(0) * 1024;
-  }
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
-}
 
 // Returns the bytes of the values in their files: the library counts scaled integers as floats.
 uint64_t value_bytes(const SeriesDescription& s, const bccsplat_writer_report& r) {

@@ -6,6 +6,7 @@
 
 #include "readers/error.h"
 #include "tool/modules/module.h"
+#include "tool/system.h"
 #if BCCSPLAT_WITH_NETCDF
 #include "readers/netcdf/netcdf_reader.h"
 #include "tool/output/netcdf_output.h"
@@ -24,7 +25,7 @@ namespace {
 
 // Modules are beside the program, as in the build folder, or where they are installed. They stay open.
 const Module& open_module(const std::string& file, const char* library) {
-  const auto folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const auto folder = program_folder();
   auto path = folder / file;
   if (!std::filesystem::exists(path)) path = (folder / BCC4_MODULE_FOLDER / file).lexically_normal();
   void* const module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);

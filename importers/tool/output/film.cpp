@@ -108,10 +108,6 @@ struct SpawnSettings {
 
 } // namespace
 
-bool is_film(const std::string& path) {
-  return lower(path).ends_with(".mp4") || is_webm(path) || is_webp(path);
-}
-
 Film::Film(std::string path, const FilmFormat& format)
     : path_(std::move(path)), partial_(partial_path(path_)), words_(std::tmpfile(), std::fclose),
       former_sigpipe_(std::signal(SIGPIPE, SIG_IGN)) { // an encoder that dies is an error of a write

@@ -12,10 +12,15 @@
 #include <string>
 #include <vector>
 
+#include "readers/text.h"
+
 namespace bcc4 {
 
 // Returns whether a file of that name is a film: .mp4, .webm or .webp.
-[[nodiscard]] bool is_film(const std::string& path);
+[[nodiscard]] inline bool is_film(const std::string& path) {
+  const std::string name = lower(path);
+  return name.ends_with(".mp4") || name.ends_with(".webm") || name.ends_with(".webp");
+}
 
 struct FilmFormat {
   uint32_t width = 0, height = 0;    // even

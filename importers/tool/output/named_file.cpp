@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tool/output/named_file.h"
+#include "readers/system.h"
 
 #include <filesystem>
 
@@ -35,7 +36,7 @@ class NamedFile : public VolumeFile {
  private:
   void remove_partial() const {
     std::error_code ignored;
-    std::filesystem::remove(partial_, ignored);
+    std::filesystem::remove(to_path(partial_), ignored);
   }
 
   std::string path_, partial_;

@@ -1,48 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tool/output/output_file.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 
 #include "readers/error.h"
+#include "readers/system.h"
+#include "tool/system.h"
 
 namespace bcc4 {
 namespace fs = std::filesystem;
 
 void refuse_existing(const std::string& path, bool overwrite) {
   std::error_code ignored;
-  if (!overwrite && fs::exists(path, ignored)) fail_usage(path, ": exists already; --overwrite replaces it");
-  if (fs::is_directory(path, ignored)) fail_usage(path, ": is a folder");
+  const fs::path file = to_path(path);
+  if (!overwrite && fs::exists(file, ignored)) fail_usage(path, ": exists already; --overwrite replaces it");
+  if (fs::is_directory(file, ignored)) fail_usage(path, ": is a folder");
   // Its name would be taken away by the rename.
-  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored))
+  if (fs::exists(file, ignored) && !fs::is_regular_file(file, ignored))
     fail_usage(path, ": is no regular file");
 }
 
 void require_writable_folder(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
-  if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
+  if (!folder_is_writable(to_path(path).parent_path()))
     fail_input(path, ": cannot be written (", std::strerror(errno), ")");
 }
 
 void refuse_source_as_output(const std::string& output, const std::string& source) {
   std::error_code error;
-  if (fs::equivalent(output, source, error)) fail_usage(output, ": is an input; write to another file");
+  if (fs::equivalent(to_path(output), to_path(source), error))
+    fail_usage(output, ": is an input; write to another file");
 }
 
 std::string partial_path(const std::string& path) {
-  const fs::path p(path);
-  return (p.parent_path() / concat(".", p.filename().string(), ".", getpid(), ".partial")).string();
+  const fs::path p = to_path(path);
+  const std::string name = concat(".", to_text(p.filename()), ".", process_number(), ".partial");
+  return to_text(p.parent_path() / to_path(name));
 }
 
 void rename_finished(const std::string& partial, const std::string& path) {
   std::error_code error;
-  fs::rename(partial, path, error);
+  fs::rename(to_path(partial), to_path(path), error);
   if (!error) return;
   std::error_code ignored;
-  fs::remove(partial, ignored);
+  fs::remove(to_path(partial), ignored);
   fail_input(path, ": cannot take its name (", error.message(), ")");
 }
 
@@ -50,7 +52,7 @@ OutputFile::OutputFile(std::string path, bool overwrite)
     : path_(std::move(path)), partial_(partial_path(path_)) {
   refuse_existing(path_, overwrite);
   errno = 0;
-  stream_.open(partial_, std::ios::binary | std::ios::trunc);
+  stream_.open(to_path(partial_), std::ios::binary | std::ios::trunc);
   if (!stream_) fail_writing();
 }
 
@@ -58,13 +60,13 @@ OutputFile::~OutputFile() {
   if (partial_.empty()) return;
   stream_.close();
   std::error_code ignored;
-  fs::remove(partial_, ignored);
+  fs::remove(to_path(partial_), ignored);
 }
 
 void OutputFile::fail_writing() const {
   const int reason = errno;
-  fail(reason == ENOSPC || reason == EDQUOT || reason == EFBIG ? Exit::no_resources : Exit::bad_input, path_,
-       ": cannot be written (", reason ? std::strerror(reason) : "unknown reason", ")");
+  fail(is_disk_full(reason) ? Exit::no_resources : Exit::bad_input, path_, ": cannot be written (",
+       reason ? std::strerror(reason) : "unknown reason", ")");
 }
 
 void OutputFile::write(std::span<const std::byte> bytes) {

@@ -2,6 +2,7 @@
 // Refuses arguments of `bcc4 render` that exclude each other or that the kind of file has no place for.
 // Nothing here needs a volume.
 #include "tool/view/render_arguments.h"
+#include "readers/system.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +47,7 @@ std::optional<size_t> pictures_of_film(const RenderArguments& a) {
 
 std::vector<std::string> trail_tf_files(const RenderArguments& a) {
   if (a.trail_tf.empty()) return {};
-  if (std::filesystem::exists(a.trail_tf)) return {a.trail_tf}; // whatever its name holds
+  if (std::filesystem::exists(to_path(a.trail_tf))) return {a.trail_tf}; // whatever its name holds
   std::vector<std::string> files;
   for (const std::string_view file : split(a.trail_tf, ",")) files.emplace_back(file);
   return files;
