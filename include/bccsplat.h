@@ -50,8 +50,8 @@
  * a transfer function is the fraction absorbed per unit_distance of world length.
  *
  * STRINGS: UTF-8, zero-terminated; a string to be written into a file that is not UTF-8 is
- * INVALID_ARGUMENT. Paths are the bytes that the system's own calls take. Strings that come from an
- * object live as long as the object.
+ * INVALID_ARGUMENT. Paths are UTF-8 on Windows, elsewhere the bytes that the system's own calls
+ * take. Strings that come from an object live as long as the object.
  *
  * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), also in output structs:
  * BCCSPLAT_INIT in C, sized() of bccsplat.hpp in C++. A cleared struct (all zero apart from

@@ -20,7 +20,11 @@ list(JOIN BCCSPLAT_REQUIRES_PRIVATE " " BCCSPLAT_REQUIRES_PRIVATE)
 if(TARGET bccsplat)
   set(BCCSPLAT_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/bccsplat)
   install(TARGETS bccsplat EXPORT bccsplatTargets
+    RUNTIME COMPONENT runtime ARCHIVE COMPONENT development
     LIBRARY COMPONENT runtime NAMELINK_COMPONENT development)
+  if(WIN32) # for MSVC; MinGW's is the archive above
+    install(FILES ${PROJECT_BINARY_DIR}/src/bccsplat.lib DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  endif()
   if(TARGET bccsplat_static)
     install(TARGETS bccsplat_static EXPORT bccsplatTargets ARCHIVE COMPONENT development)
   endif()

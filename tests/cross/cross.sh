@@ -1,0 +1,58 @@
+# shellcheck shell=bash disable=SC2154
+# Sourced by tests/aarch64.sh and tests/windows.sh: what both do. Builds for another system lie in folders of their own; tests
+# are dealt out to processes, for an emulator takes longer to start than most tests.
+# shellcheck source=tests/packages.sh
+source "$top/tests/packages.sh"
+
+# check_words NAME WORD...: ends with what the script takes, unless its words are that.
+check_words() {
+  local name=$1
+  shift
+  if (($# > 1)) || [[ ${1:-} && ! $1 =~ ^--(build|all|third_[012])$ ]]; then
+    echo "usage: $name [--build | --all | --third_0 | --third_1 | --third_2]" >&2
+    exit 2
+  fi
+}
+
+# Prints the tool of this machine, whose files those of the others must equal; builds it where there is none.
+tool_here() {
+  local build=$top/build-tests
+  if [[ ! -f $build/build.ninja ]]; then
+    build=$top/build-here
+    cmake -S "$top" -B "$build" -G Ninja "${launchers[@]}" -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON \
+      -DBCCSPLAT_WITH_GPU=OFF -DBCCSPLAT_WITH_IMAGE=OFF -DBCCSPLAT_WITH_OPENVDB=OFF -DBCCSPLAT_WITH_NETCDF=OFF \
+      -DBCCSPLAT_WITH_TIFF=OFF -DBCCSPLAT_BUILD_TESTS=OFF -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_EXAMPLES=OFF >&2
+  fi
+  cmake --build "$build" --target bcc4 >&2
+  echo "$build/importers/bcc4"
+}
+
+# configure BUILD TOOLCHAIN OPTION...: without what has no package there.
+configure() {
+  local build=$1 toolchain=$2
+  shift 2
+  cmake -S "$top" -B "$build" -G Ninja "${launchers[@]}" -DCMAKE_TOOLCHAIN_FILE="$top/src/cmake/$toolchain.cmake" \
+    -DCMAKE_BUILD_TYPE=Release -DBCCSPLAT_WERROR=ON -DCMAKE_UNITY_BUILD=ON -DBCCSPLAT_TEST_SHARDS=24 \
+    -DBCCSPLAT_WITH_GPU=OFF -DBCCSPLAT_WITH_OPENVDB=OFF -DBCCSPLAT_WITH_NETCDF=OFF -DBCCSPLAT_TOOL_MODULES=OFF \
+    -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_EXAMPLES=OFF "$@"
+}
+
+# The suites of the vector loops, which are compared with their reference, and of the calls of the system.
+suites_of_loops() {
+  local files
+  mapfile -t files < <(cd "$top" && grep -rlE 'support/targets\.h|base/os/' tests/unit)
+  (cd "$top" && sed -nE 's/^(TYPED_)?TEST(_F|_P)?\(([A-Za-z0-9_]+),.*/\3/p' "${files[@]}") | sort -u |
+    awk '{ printf "%s%s.*:%s/*:*/%s.*", (NR > 1 ? ":" : ""), $0, $0, $0 }'
+}
+
+# run_tests BUILD [WORD]: the loops, or all tests, or a third of them; and always those of tests/cross.
+run_tests() {
+  local build=$1 labels='unit|api|stability|cross'
+  case ${2:-} in
+  --build) return ;;
+  --all) ;;
+  --third_*) labels="${2#--}|cross" ;;
+  *) GTEST_FILTER=$(suites_of_loops) && export GTEST_FILTER && labels='unit|cross' ;;
+  esac
+  ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$(nproc)" -L "$labels"
+}
