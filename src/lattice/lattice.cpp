@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/cube_root.h"
 #include "base/error.h"
 
 namespace bccsplat {
@@ -138,7 +139,7 @@ bool Lattice4::sites_are_samples() const {
 
 double mean_in_space(const LatticeScales& scales) {
   const auto& [x, y, z, t] = scales;
-  return x == y && y == z ? x : std::cbrt(x * y * z);
+  return x == y && y == z ? x : cube_root(x * y * z);
 }
 
 } // namespace bccsplat
