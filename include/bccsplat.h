@@ -624,7 +624,13 @@ typedef struct bccsplat_channel_options {
  * bccsplat_join_parts makes one. All parts are written with the same options, attributes and
  * sources; each holds the layers between its frames and is a .bcc4 file by itself, air elsewhere.
  * Frames only (layers and fields are UNSUPPORTED); with NONFINITE_CLAMP every channel needs
- * SET_RANGE. */
+ * SET_RANGE.
+ * A part may be a block of space as well: it holds the bricks that begin within its samples, made
+ * of these and of a few around (bccsplat_writer_get_part_box). One frame may be divided so, too.
+ * Every channel then needs source_type, and planes outside or layers beyond the ends (FACES_ and
+ * ENDS_PREDICT, or by DEFAULT) fixed_predictions. What depends on more of a frame than its
+ * surroundings is UNSUPPORTED, and the text says what to do instead: STORE_WAVELETS, lowpass,
+ * NONFINITE_HOLE, abs_error, psnr, measure, levels, periodic axes. */
 typedef struct bccsplat_series_part {
   uint32_t struct_size;
   /* 0 */
@@ -637,6 +643,10 @@ typedef struct bccsplat_series_part {
   uint64_t lead;
   /* Times of all frames of the series, dims[3] of them, rising; borrowed during the call. */
   const double* times;
+  /* Its samples along x, y and z: box_begin .. box_end-1, within dims; all 0: all of space. Blocks
+   * of one series divide its samples in any way, blocks of other frames in another one. */
+  uint64_t box_begin[3];
+  uint64_t box_end[3];
 } bccsplat_series_part;
 
 /* Flags of an axis. */
@@ -761,6 +771,12 @@ typedef struct bccsplat_writer_options {
   const double* wavelet_errors;
   /* For each channel its own abs_error, in units of its values; NULL, or 0 of a channel: abs_error. */
   const double* abs_errors;
+  /* Non-zero: what lies outside faces and beyond ends is predicted with the same boldness for all
+   * data, else with what does best next to each (FACES_PREDICT, ENDS_PREDICT). Parts that are
+   * blocks of space know too little for a choice; a file that is to be the same byte for byte has
+   * it, too. 0: chosen. */
+  int32_t fixed_predictions;
+  int32_t reserved; /* 0 */
 } bccsplat_writer_options;
 
 /* A dense box of one frame; samples that no box covers are air. Boxes of a frame must not overlap
@@ -903,6 +919,12 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, 
  * (0: any number). The progress of a part counts these frames. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_part_frames(
     const bccsplat_writer* writer, uint64_t* begin, uint64_t* end);
+/* Returns the samples of each frame that a writer takes, begin[a] .. end[a]-1 along x, y and z:
+ * those of a block and around it as many as its bricks are made of, up to cells of 16 x 8 x 8
+ * samples; else all. What no box of bccsplat_writer_add_frame covers there is air, and what boxes
+ * have elsewhere is not read. begin, end: 3 numbers each. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_get_part_box(
+    const bccsplat_writer* writer, uint64_t* begin, uint64_t* end);
 /* Geometry of a layer, 0 .. layer_count-1, as bccsplat_writer_add_layer takes them; for a part: of
  * all layers of the series, those beyond its ends included. Needs dims[3] > 0. Also: WRONG_STATE
  * (without that), NOT_FOUND (layer). */
@@ -976,8 +998,9 @@ typedef struct bccsplat_join_options {
  * does not depend on their size. The file is the same byte for byte as one written without parts by
  * the same version, each frame's channels added in order, but for channels with a bound (abs_error,
  * psnr) far from their air: parts do not know each other's values, keep air as base of the field,
- * take more corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files
- * and frames, when they are not parts of one series, or a frame is in none or in two of them;
+ * take more corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files,
+ * frames and samples, when they are not parts of one series, or a frame, or a sample of one, is in
+ * none or in two of them;
  * BOUND_NOT_MET when the series misses the psnr of its options. Also: opening, writing. options and
  * report may be NULL; the report's slabs_reused are those joined. With `overwrite` the output may
  * be one of the inputs, which it replaces at the end. */
@@ -1191,6 +1214,10 @@ typedef struct bccsplat_volume_info {
    * sample 0 again. */
   uint32_t periodic_axes;
   bccsplat_series_state series_state;
+  /* A part that is a block of space has the samples part_box_begin .. part_box_end-1 along x, y, z;
+   * one of all of space 0 .. dims-1; of a whole file 0. */
+  uint64_t part_box_begin[3];
+  uint64_t part_box_end[3];
 } bccsplat_volume_info;
 
 /* A level of a volume. All other information of a volume is about level 0. */

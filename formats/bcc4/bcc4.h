@@ -87,8 +87,13 @@ class Bcc4Writer {
   [[nodiscard]] std::vector<BrickLayer> as_read(int32_t slab, const ChannelLevel& at,
                                                 std::span<const SampleLayer> layers, const Context& context);
 
-  // Writes a slab by copying its chunks, undecoded, from a file of equal coding.
-  void copy_slab(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from);
+  // Writes a slab by copying its chunks, undecoded, from files of equal coding that have some of its bricks
+  // each. Throws invalid_argument where two have the same.
+  void copy_slab(int32_t slab, const ChannelLevel& at, std::span<const Bcc4Reader* const> from);
+  void copy_slab(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from) {
+    const Bcc4Reader* const one = &from;
+    copy_slab(slab, at, {&one, 1});
+  }
 
   // Write the corrections of one frame, in any order of channels and frames; a frame that gets none has none.
   // Those to add go into bricks where the channel's are local (ResidualInfo).

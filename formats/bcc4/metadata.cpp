@@ -30,6 +30,7 @@ enum RecordType : uint16_t {
   tiles = 13,
   residuals = 0x8002,
   part = 0x8003,
+  block = 0x800a,
   tail = 0x8004,
   errors = 0x8005,
   counts = 0x8007,
@@ -239,6 +240,9 @@ class MetadataReader {
     case part:
       info_.part = read_part(record, info_.lattice.dims[3], info_.channels.size(), info_.level_count());
       return true;
+    case block:
+      info_.part = read_block(record, info_.lattice.dims, info_.channels.size(), info_.level_count());
+      return true;
     case tail:
       info_.tail = read_tail(record, info_.channels.size() * (info_.levels.size() + 1));
       return true;
@@ -311,12 +315,15 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
     record(residuals, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_residual_info(p, c.residuals);
     });
-  if (info.part) record(part, [&](ByteWriter& p) { write_part(p, *info.part); });
+  if (info.part && info.part->block.all_space())
+    record(part, [&](ByteWriter& p) { write_part(p, *info.part); });
   if (info.tail) record(tail, [&](ByteWriter& p) { write_tail(p, *info.tail); });
   if (!info.errors.empty()) record(errors, [&](ByteWriter& p) { write_errors(p, info.errors); });
   if (info.counts) record(counts, [&](ByteWriter& p) { write_counts(p, *info.counts); });
   if (info.expected_frames > 0) record(expected, [&](ByteWriter& p) { p.write(info.expected_frames); });
   if (info.has_uneven_axes()) record(coordinates, [&](ByteWriter& p) { write_axes(p, info.axes); });
+  if (info.part && !info.part->block.all_space())
+    record(block, [&](ByteWriter& p) { write_block(p, *info.part); });
   return out.release();
 }
 

@@ -35,6 +35,9 @@ std::string difference(const VolumeInfo& a, const VolumeInfo& b) {
   return "";
 }
 
+// By the slowest axis first.
+std::array<uint32_t, 4> reversed(const std::array<uint32_t, 4>& a) { return {a[3], a[2], a[1], a[0]}; }
+
 std::string frames_text(uint32_t first, uint32_t end) {
   return end - first == 1 ? concat("frame ", first) : concat("frames ", first, " to ", end - 1);
 }
@@ -42,7 +45,7 @@ std::string frames_text(uint32_t first, uint32_t end) {
 } // namespace
 
 void write_part(ByteWriter& out, const PartInfo& part) {
-  out.write(part.first), out.write(part.end), out.write(part.series);
+  out.write(part.block.first_frame()), out.write(part.block.end_frame()), out.write(part.series);
   out.write(static_cast<uint32_t>(part.writes.size()));
   for (const PartWrite& w : part.writes) {
     out.write(w.trigger), out.write(w.channel + level_unit * w.level), out.write(w.slab);
@@ -54,9 +57,9 @@ void write_part(ByteWriter& out, const PartInfo& part) {
 
 PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels, int levels) {
   PartInfo part;
-  part.first = in.read<uint32_t>(), part.end = in.read<uint32_t>(), part.series = in.read<uint32_t>();
-  if (part.first >= part.end || part.end > frames)
-    fail(Code::corrupt, "part: frames ", part.first, " .. ", part.end, " of ", frames);
+  const auto first = in.read<uint32_t>(), end = in.read<uint32_t>();
+  part.block = SeriesBlock::of_frames(first, end), part.series = in.read<uint32_t>();
+  if (first >= end || end > frames) fail(Code::corrupt, "part: frames ", first, " .. ", end, " of ", frames);
   const auto count = in.read<uint32_t>();
   if (count > in.remaining() / write_record_bytes)
     fail(Code::corrupt, "part: ", count, " writes do not fit their record");
@@ -78,49 +81,128 @@ PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels, int levels)
   return part;
 }
 
+void write_block(ByteWriter& out, const PartInfo& part) {
+  for (size_t a = 0; a < 3; ++a) out.write(part.block.begin[a]), out.write(part.block.end[a]);
+  write_part(out, part);
+}
+
+PartInfo read_block(ByteReader& in, const std::array<uint32_t, 4>& dims, size_t channels, int levels) {
+  SeriesBlock box;
+  for (size_t a = 0; a < 3; ++a) {
+    box.begin[a] = in.read<uint32_t>(), box.end[a] = in.read<uint32_t>();
+    if (box.begin[a] >= box.end[a] || box.end[a] > dims[a])
+      fail(Code::corrupt, "block: samples ", box.begin[a], " .. ", box.end[a], " of ", dims[a], " along ",
+           "xyz"[a]);
+  }
+  PartInfo part = read_part(in, dims[3], channels, levels);
+  box.begin[3] = part.block.begin[3], box.end[3] = part.block.end[3];
+  part.block = box;
+  return part;
+}
+
+namespace {
+
+// Names a box: of all space by its frames alone.
+std::string box_text(const SeriesBlock& box, const std::array<uint32_t, 4>& dims) {
+  std::string text = frames_text(box.begin[3], box.end[3]);
+  const SeriesBlock whole = SeriesBlock::whole(dims);
+  if (std::equal(box.begin.begin(), box.begin.begin() + 3, whole.begin.begin()) &&
+      std::equal(box.end.begin(), box.end.begin() + 3, whole.end.begin()))
+    return text;
+  for (size_t a = 0; a < 3; ++a)
+    text += concat(a == 0 ? ", x " : a == 1 ? ", y " : ", z ", box.begin[a], ":", box.end[a]);
+  return text;
+}
+
+// A part of those that are joined, by its place in the list.
+struct PlacedPart {
+  size_t number;
+  SeriesBlock box; // its ends said
+};
+
+// Takes the box of a part out of what is still missing of a series. Returns whether all of it was.
+bool take_out(const SeriesBlock& box, std::vector<SeriesBlock>& missing) {
+  std::vector<SeriesBlock> left;
+  uint64_t found = 0;
+  const auto samples = [](const SeriesBlock& b) {
+    return uint64_t{b.end[0] - b.begin[0]} * (b.end[1] - b.begin[1]) * (b.end[2] - b.begin[2]) *
+           (b.end[3] - b.begin[3]);
+  };
+  for (const SeriesBlock& m : missing) {
+    const SeriesBlock both = m.cut(box);
+    if (!both.empty()) found += samples(both);
+    const std::vector<SeriesBlock> rest = without(m, box);
+    left.insert(left.end(), rest.begin(), rest.end());
+  }
+  missing = std::move(left);
+  return found == samples(box);
+}
+
+// Throws where boxes of the parts, in order, have something in common or leave something out.
+void require_whole(std::span<const PlacedPart> parts, const std::array<uint32_t, 4>& dims,
+                   std::span<const std::string> names) {
+  std::vector<SeriesBlock> missing{SeriesBlock::whole(dims)};
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (take_out(parts[i].box, missing)) continue;
+    size_t other = 0;
+    while (parts[other].box.cut(parts[i].box).empty()) ++other;
+    const SeriesBlock both = parts[other].box.cut(parts[i].box);
+    const std::string text = box_text(both, dims);
+    const bool many = text.starts_with("frames") || text.find(',') != std::string::npos;
+    fail(Code::invalid_argument, text, many ? " are" : " is", " both in ", names[parts[other].number],
+         " and in ", names[parts[i].number]);
+  }
+  if (missing.empty()) return;
+  std::sort(missing.begin(), missing.end(),
+            [](const SeriesBlock& a, const SeriesBlock& b) { return reversed(a.begin) < reversed(b.begin); });
+  const SeriesBlock& first = missing.front();
+  size_t before = 0;
+  while (before < parts.size() && reversed(parts[before].box.begin) < reversed(first.begin)) ++before;
+  fail(Code::invalid_argument, box_text(first, dims), " of ", dims[3], " are in none of the parts: the one ",
+       before < parts.size() ? "before " : "after ", names[parts[std::min(before, parts.size() - 1)].number],
+       " is missing");
+}
+
+} // namespace
+
 std::vector<std::shared_ptr<const Bcc4Reader>>
 order_parts(std::vector<std::shared_ptr<const Bcc4Reader>> parts, std::span<const std::string> names) {
   if (parts.empty()) fail(Code::invalid_argument, "no parts to join");
   for (size_t i = 0; i < parts.size(); ++i)
     if (!parts[i]->info().part)
       fail(Code::invalid_argument, names[i], ": a whole file, not a part of a series");
-  std::vector<size_t> order(parts.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  const auto part = [&](size_t i) -> const PartInfo& { return *parts[i]->info().part; };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](size_t a, size_t b) { return part(a).first < part(b).first; });
-  const VolumeInfo& series = parts[order[0]]->info();
-  uint32_t end = 0;
-  size_t before = order[0];
-  for (const size_t i : order) {
-    const std::string why = difference(series, parts[i]->info());
-    if (!why.empty() || part(i).series != series.part->series)
-      fail(Code::invalid_argument, names[i], ": not a part of the same series as ", names[order[0]], ": ",
+  const auto dims_of = [&](size_t i) { return parts[i]->info().lattice.dims; };
+  std::vector<PlacedPart> order;
+  for (size_t i = 0; i < parts.size(); ++i)
+    order.push_back({i, parts[i]->info().part->block.cut(SeriesBlock::whole(dims_of(i)))});
+  std::stable_sort(order.begin(), order.end(), [](const PlacedPart& a, const PlacedPart& b) {
+    return reversed(a.box.begin) < reversed(b.box.begin);
+  });
+  const size_t first = order.front().number;
+  const VolumeInfo& series = parts[first]->info();
+  for (const PlacedPart& p : order) {
+    const VolumeInfo& info = parts[p.number]->info();
+    const std::string why = difference(series, info);
+    if (!why.empty() || info.part->series != series.part->series)
+      fail(Code::invalid_argument, names[p.number], ": not a part of the same series as ", names[first], ": ",
            why.empty() ? "it was made with other options or by a version that resamples otherwise" : why);
-    if (part(i).first > end)
-      fail(Code::invalid_argument, frames_text(end, part(i).first), " of ", series.lattice.dims[3],
-           " are in none of the parts: the one before ", names[i], " is missing");
-    if (part(i).first < end)
-      fail(Code::invalid_argument, frames_text(part(i).first, std::min(end, part(i).end)),
-           part(i).end - part(i).first == 1 ? " is" : " are", " both in ", names[before], " and in ",
-           names[i]);
-    end = part(i).end;
-    before = i;
   }
-  if (end < series.lattice.dims[3])
-    fail(Code::invalid_argument, frames_text(end, series.lattice.dims[3]), " of ", series.lattice.dims[3],
-         " are in none of the parts: the one after ", names[before], " is missing");
+  require_whole(order, series.lattice.dims, names);
   std::vector<std::shared_ptr<const Bcc4Reader>> sorted;
-  for (const size_t i : order) sorted.push_back(parts[i]);
+  for (const PlacedPart& p : order) sorted.push_back(parts[p.number]);
   return sorted;
 }
 
 std::vector<JoinedWrite> joined_writes(std::span<const std::shared_ptr<const Bcc4Reader>> parts) {
-  std::vector<JoinedWrite> writes;
+  std::vector<std::pair<PartWrite, size_t>> all;
   for (size_t i = 0; i < parts.size(); ++i)
-    for (const PartWrite& w : parts[i]->info().part->writes) writes.push_back({w, i});
-  std::stable_sort(writes.begin(), writes.end(),
-                   [](const JoinedWrite& a, const JoinedWrite& b) { return a.write < b.write; });
+    for (const PartWrite& w : parts[i]->info().part->writes) all.emplace_back(w, i);
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<JoinedWrite> writes;
+  for (const auto& [write, part] : all) {
+    if (writes.empty() || !(writes.back().write == write)) writes.push_back({write, {}});
+    writes.back().parts.push_back(part);
+  }
   return writes;
 }
 

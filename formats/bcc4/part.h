@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "points/series_block.h"
 
 namespace bccsplat {
 
@@ -36,8 +37,8 @@ struct PartWrite {
 };
 
 struct PartInfo {
-  uint32_t first = 0, end = 0; // source frames
-  uint32_t series = 0;         // checksum of what decides the samples, the same for all parts of a series
+  SeriesBlock block;   // source samples; ends in space are to_the_end, or of a block all ends are said
+  uint32_t series = 0; // checksum of what decides the samples, the same for all parts of a series
   std::vector<PartWrite> writes;
   // What is summed over frames and slabs; private to one version of the library.
   std::vector<std::byte> statistics;
@@ -47,18 +48,23 @@ struct PartInfo {
 void write_part(ByteWriter& out, const PartInfo& part);
 // `frames`, `channels` and `levels` (0 among them) are those of the series. Throws corrupt, truncated.
 [[nodiscard]] PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels, int levels);
+// The same of a block, behind its box in space.
+void write_block(ByteWriter& out, const PartInfo& part);
+[[nodiscard]] PartInfo read_block(ByteReader& in, const std::array<uint32_t, 4>& dims, size_t channels,
+                                  int levels);
 
 class Bcc4Reader;
 
-// Sorts parts by their frames. Throws invalid_argument unless all are of one series and hold each of its
-// frames once; `names` are for the text.
+// Sorts parts by their frames, then by z, y and x. Throws invalid_argument unless all are of one series and
+// hold each of its samples once; `names` are for the text.
 [[nodiscard]] std::vector<std::shared_ptr<const Bcc4Reader>>
 order_parts(std::vector<std::shared_ptr<const Bcc4Reader>> parts, std::span<const std::string> names);
 
-// One of the writes of all parts, which joined_writes returns in order.
+// One of the writes of all parts, which joined_writes returns in order: of a slab with all parts that have
+// bricks of it.
 struct JoinedWrite {
   PartWrite write;
-  size_t part = 0;
+  std::vector<size_t> parts;
 };
 [[nodiscard]] std::vector<JoinedWrite>
 joined_writes(std::span<const std::shared_ptr<const Bcc4Reader>> parts);

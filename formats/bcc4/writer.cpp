@@ -104,12 +104,13 @@ void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<cons
   write_slab(slab, at, std::vector<SampleLayer>(layers.begin(), layers.end()), context);
 }
 
-void Bcc4Writer::copy_slab(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from) {
+void Bcc4Writer::copy_slab(int32_t slab, const ChannelLevel& at, std::span<const Bcc4Reader* const> from) {
   State& s = *state_;
   s.begin();
   s.index->check_slab(slab, at, s.info);
-  if (!same_coding(from.info(), s.info))
-    fail(Code::invalid_argument, "writer: slab ", slab, " comes from a file of another lattice or coding");
+  for (const Bcc4Reader* const file : from)
+    if (!same_coding(file->info(), s.info))
+      fail(Code::invalid_argument, "writer: slab ", slab, " comes from a file of another lattice or coding");
   s.whole([&] {
     static_cast<void>(s.copy_chunks(slab, at, from));
     s.index->enter_slab(slab, at, s.info.level(at.level).layers_of(slab), 0);

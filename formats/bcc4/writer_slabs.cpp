@@ -105,16 +105,30 @@ std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, const Cha
   }
   if (!options.earlier || slab >= options.earlier_slabs || layers != info.level(at.level).slab_layers)
     return std::nullopt;
-  return copy_chunks(slab, at, *options.earlier);
+  const Bcc4Reader* const earlier = options.earlier.get();
+  return copy_chunks(slab, at, {&earlier, 1});
 }
 
-WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from) {
-  WrittenSlab written{.slab = slab, .at = at, .chunks = from.chunks(at, slab)};
-  for (Bcc4Chunk& entry : written.chunks) {
-    const std::vector<std::byte> bytes = from.stored_bytes(entry);
+WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, const ChannelLevel& at,
+                                           std::span<const Bcc4Reader* const> from) {
+  struct Found {
+    Bcc4Chunk entry;
+    const Bcc4Reader* source;
+  };
+  std::vector<Found> found;
+  for (const Bcc4Reader* const source : from)
+    for (const Bcc4Chunk& entry : source->chunks(at, slab)) found.push_back({entry, source});
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Found& a, const Found& b) { return a.entry.slot < b.entry.slot; });
+  WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
+  for (auto& [entry, source] : found) {
+    if (!written.chunks.empty() && written.chunks.back().slot == entry.slot)
+      fail(Code::invalid_argument, "writer: two files have chunk ", entry.slot, " of slab ", slab);
+    const std::vector<std::byte> bytes = source->stored_bytes(entry);
     entry.offset = file.position();
     file.append(bytes);
     index->enter_chunk(at, entry);
+    written.chunks.push_back(entry);
   }
   return written;
 }

@@ -51,7 +51,7 @@ struct Bcc4Writer::State {
   // Codes a slab, or takes over what an earlier writer or file has of it.
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
                   const Context& context);
-  WrittenSlab copy_chunks(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from);
+  WrittenSlab copy_chunks(int32_t slab, const ChannelLevel& at, std::span<const Bcc4Reader* const> from);
   // Leaves a journal of all that was coded when the writer is let go before it has finished. Where that
   // fails, some of it will be coded again.
   void keep() noexcept;

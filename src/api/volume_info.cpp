@@ -69,7 +69,13 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.bytes_index = bytes.index;
     out.bytes_read = volume->file.reader()->bytes_read();
     out.attribute_count = v.attributes.size();
-    if (v.part) out.part_first = v.part->first, out.part_end = v.part->end;
+    if (v.part) {
+      out.part_first = v.part->block.first_frame(), out.part_end = v.part->block.end_frame();
+      for (size_t a = 0; a < 3; ++a) {
+        out.part_box_begin[a] = v.part->block.begin[a];
+        out.part_box_end[a] = std::min(v.part->block.end[a], v.lattice.dims[a]);
+      }
+    }
     out.level_count = static_cast<uint32_t>(v.levels.size());
     if (v.unfinished) {
       out.frames_expected = std::max(v.expected_frames, v.lattice.dims[3]);

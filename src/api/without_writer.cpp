@@ -111,6 +111,10 @@ bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume* /*volume*/,
 }
 void bccsplat_plan_retain(bccsplat_plan* /*plan*/) {}
 void bccsplat_plan_release(bccsplat_plan* /*plan*/) {}
+bccsplat_status bccsplat_writer_get_part_box(const bccsplat_writer* /*writer*/, uint64_t* /*begin*/,
+                                             uint64_t* /*end*/) {
+  return without_writer();
+}
 void bccsplat_writer_retain(bccsplat_writer* /*writer*/) {}
 void bccsplat_writer_release(bccsplat_writer* /*writer*/) {}
 

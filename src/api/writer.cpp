@@ -226,6 +226,15 @@ bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, u
   });
 }
 
+bccsplat_status bccsplat_writer_get_part_box(const bccsplat_writer* writer, uint64_t* begin, uint64_t* end) {
+  return guard([&] {
+    const Shared shared(writer, "writer");
+    require(begin, "begin"), require(end, "end");
+    const Region box = writer->writer.given_samples();
+    for (size_t a = 0; a < 3; ++a) begin[a] = box.begin[a], end[a] = box.end[a];
+  });
+}
+
 void bccsplat_writer_retain(bccsplat_writer* writer) { retain(writer); }
 void bccsplat_writer_release(bccsplat_writer* writer) { release(writer); }
 

@@ -117,9 +117,23 @@ void read_faces(int32_t faces, WriterSettings& s) {
   if (faces != 0) fail(Code::invalid_argument, "faces: unknown bits ", faces);
 }
 
+// A number that is too large for any series is refused like the next smaller ones.
+uint32_t read_end(uint64_t end) { return static_cast<uint32_t>(std::min<uint64_t>(end, UINT32_MAX - 1)); }
+
+SeriesBlock read_block(const bccsplat_series_part& part) {
+  SeriesBlock block = SeriesBlock::of_frames(read_end(part.first), read_end(part.end));
+  const auto any = [](const auto& numbers) {
+    return std::any_of(std::begin(numbers), std::end(numbers), [](uint64_t n) { return n != 0; });
+  };
+  if (!any(part.box_begin) && !any(part.box_end)) return block;
+  for (size_t a = 0; a < 3; ++a)
+    block.begin[a] = read_end(part.box_begin[a]), block.end[a] = read_end(part.box_end[a]);
+  return block;
+}
+
 PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
   require_zero(part.reserved, "bccsplat_series_part.reserved");
-  PartSettings out{part.first, part.end, part.lead, {}};
+  PartSettings out{read_block(part), part.lead, {}};
   if (frames > 0 && part.end <= frames) { // else it is refused, and there may be no times to read
     require(part.times, "part.times");
     out.times.assign(part.times, part.times + frames);
@@ -160,6 +174,7 @@ ChannelSettings read_channel(const bccsplat_channel_options& in, uint32_t number
 
 WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char* path) {
   require_zero(o.set_mask, "bccsplat_writer_options.set_mask");
+  require_zero(static_cast<uint32_t>(o.reserved), "bccsplat_writer_options.reserved");
   WriterSettings s;
   s.path = text_or(path, "");
   s.overwrite = o.overwrite != 0;
@@ -172,6 +187,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   s.nonfinite = choose(o.nonfinite, NonFinite::error, BCCSPLAT_NONFINITE_CLAMP, "nonfinite");
   s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_PERIODIC, "ends");
   read_faces(o.faces, s);
+  s.fixed_predictions = o.fixed_predictions != 0;
   if (o.periodic_axes > (BCCSPLAT_PERIODIC_X | BCCSPLAT_PERIODIC_Y | BCCSPLAT_PERIODIC_Z))
     fail(Code::invalid_argument, "periodic_axes: unknown bits ", o.periodic_axes);
   for (size_t a = 0; a < 3; ++a) s.turning[a] = (o.periodic_axes >> a & 1) != 0;

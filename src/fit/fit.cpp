@@ -48,6 +48,48 @@ Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
                        options.scales, options.lead, options.margins, options.periodic, options.turning);
 }
 
+namespace {
+
+// Cells are scanned as wholes: their ranges are those of the frame's only where all of their samples come.
+void round_to_cells(Region& region, const std::array<int64_t, 3>& n) {
+  for (size_t a = 0; a < 3; ++a) {
+    const int64_t edge = CellRanges::edge[a];
+    region.begin[a] = region.begin[a] / edge * edge;
+    region.end[a] = std::min(n[a], (region.end[a] + edge - 1) / edge * edge);
+  }
+}
+
+} // namespace
+
+FitScope scope_of(const FitOptions& options, const Lattice4& lattice) {
+  const std::array<int64_t, 3> n{options.dims[0], options.dims[1], options.dims[2]};
+  FitScope scope{{{}, n}, {{}, n}, {}};
+  if (!options.part || options.part->counted.all_space()) return scope;
+  const SeriesBlock& block = options.part->counted;
+  for (size_t a = 0; a < 3; ++a)
+    scope.counted.begin[a] = block.begin[a], scope.counted.end[a] = std::min<int64_t>(block.end[a], n[a]);
+  const SpatialResampler resampler(lattice, options.filter);
+  scope.resampled = resampler.whole_tiles(options.part->bricks.made);
+  scope.given = scope.counted;
+  const Region seen = resampler.seen_by(scope.resampled);
+  for (size_t a = 0; a < 3 && !seen.empty(); ++a) {
+    scope.given.begin[a] = std::min(scope.given.begin[a], seen.begin[a]);
+    scope.given.end[a] = std::max(scope.given.end[a], seen.end[a]);
+  }
+  round_to_cells(scope.given, n);
+  return scope;
+}
+
+uint64_t Fit::State::counted_sites(int coset) const {
+  if (!is_block()) return lattice.space.sites(coset);
+  const Int3 n = lattice.space.dims(coset);
+  const BrickBox& box = options.part->bricks.counted;
+  uint64_t sites = 1;
+  for (size_t a = 0; a < 3; ++a)
+    sites *= std::max(0, std::min(box.end[a] * brick_edge, n[a]) - box.begin[a] * brick_edge);
+  return sites;
+}
+
 double time_widening(const Lattice4& lattice) {
   return lattice.is_static() ? 1 : std::max(1.0, lattice.time_step / lattice.layer_distance());
 }
@@ -60,7 +102,8 @@ void LayerCounts::add(const LayerCounts& other) {
 
 Fit::State::State(const FitOptions& o, FitSink s, const Context& c, MaskSink m)
     : options(o), sink(std::move(s)), mask_sink(std::move(m)), context(c), pool(c.memory),
-      lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), ends(time_widening(lattice), o.lead) {
+      lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), scope(scope_of(o, lattice)),
+      ends(time_widening(lattice), o.lead) {
   check_options(options);
   if (options.periodic) begin_turn();
   for (const FitChannel& channel : options.channels) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,9 +20,11 @@
 #include "fit/frame/frame.h"
 #include "fit/frame/scan.h"
 #include "fit/kept/histogram.h"
+#include "fit/kept/layer.h"
 #include "fit/kept/quantise.h"
 #include "fit/resample/holes.h"
 #include "lattice/lattice.h"
+#include "points/series_block.h"
 #include "points/slab_layers.h"
 #include "points/values.h"
 
@@ -47,10 +50,13 @@ struct FitChannel {
 // One of several fits of one series, each with frames of its own. Frames and layers keep the numbers they
 // have in the whole series, and every layer comes out as from a fit of all of it.
 struct FitPart {
-  uint32_t first_given = 0, end_given = 0;     // frames that are given
-  uint32_t first_counted = 0, end_counted = 0; // of these, the frames that enter the report
-  int32_t first_layer = 0, end_layer = 0;      // layers handed out, by whole slabs
-  int32_t first_own = 0, end_own = 0;          // of these, the layers that enter the report
+  uint32_t first_given = 0, end_given = 0; // frames that are given
+  SeriesBlock counted;                     // of these, the samples that enter the report
+  int32_t first_layer = 0, end_layer = 0;  // layers handed out, by whole slabs
+  int32_t first_own = 0, end_own = 0;      // of these, the layers that enter the report
+  // Of a block: the bricks that are handed out, and those of them that enter the report. Layers have no other
+  // bricks.
+  LayerBricks bricks;
 };
 
 struct FitOptions {
@@ -78,6 +84,9 @@ struct FitOptions {
   // Layers are handed out one by one, as soon as they are made and numbered as layers; whoever takes them
   // holds them from the budget. Else by slabs.
   bool one_by_one = false;
+  // What lies outside faces and beyond ends is predicted with the usual boldness, whatever the data: blocks
+  // of a frame then need nothing of each other.
+  bool fixed_predictions = false;
   int32_t lasting_layers = 0;  // the first ones, which are counted by themselves as well
   std::optional<FitPart> part; // none: all of the series; else dims[3] > 0, and frames, not layers, are given
   std::vector<FitChannel> channels{1};
@@ -85,6 +94,15 @@ struct FitOptions {
 
 // The lattice of a series of `frames`.
 [[nodiscard]] Lattice4 lattice_of(const FitOptions& options, uint32_t frames);
+
+// The samples of a frame, and the bricks, that a fit of a block takes; of all others all of them.
+struct FitScope {
+  Region counted; // enter the report
+  Region given;   // beside these, what the layers are made of, by whole cells of CellRanges
+  BrickBox resampled{};
+};
+// lattice: that of the options.
+[[nodiscard]] FitScope scope_of(const FitOptions& options, const Lattice4& lattice);
 
 // Layers slab * slab_layers .. of one channel, fewer than slab_layers only at the end; one by one each is
 // what a slab is else. Slabs of a channel
@@ -106,6 +124,10 @@ struct LayerCounts {
 
   void add(const LayerCounts& other); // of an equal quantiser, or of nothing
 };
+
+// Joined with another range it is that one.
+inline constexpr Range no_range{std::numeric_limits<double>::infinity(),
+                                -std::numeric_limits<double>::infinity()};
 
 struct FitChannelReport : LayerCounts {
   Range source_range;        // finite source values, absolute; 0..0 when there are none

@@ -59,8 +59,10 @@ std::string why_not_finite(const Frame& frame, const std::array<int64_t, 3>& vox
 } // namespace
 
 Frame Fit::State::frame_of(const Channel& c, std::span<const FrameBox> boxes) const {
-  return {boxes, source_dims(), c.options.air.value_or(c.options.quantiser.air),
-          concat("channel '", c.options.name, "', frame ", c.given)};
+  Frame frame{boxes, source_dims(), c.options.air.value_or(c.options.quantiser.air),
+              concat("channel '", c.options.name, "', frame ", c.given)};
+  frame.set_given(scope.given);
+  return frame;
 }
 
 FrameScan Fit::State::check_frame(int index, std::span<const FrameBox> boxes) const {
@@ -68,7 +70,7 @@ FrameScan Fit::State::check_frame(int index, std::span<const FrameBox> boxes) co
   if (c.given == INT32_MAX) fail(Code::limit_exceeded, "too many frames: at most 2147483647");
   const std::string what = concat("channel '", c.options.name, "', frame ", c.given);
   const Frame frame = frame_of(c, boxes);
-  FrameScan scan = scan_frame(frame, c.options.threshold, context);
+  FrameScan scan = scan_frame(frame, c.options.threshold, context, &scope.counted);
   if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error) {
     const auto& at = scan.first_nonfinite;
     fail(Code::nonfinite_value, what, ": ", scan.nonfinite, " values are ", why_not_finite(frame, at),
@@ -83,8 +85,9 @@ FrameScan Fit::State::check_frame(int index, std::span<const FrameBox> boxes) co
 void Fit::State::count_frame(Channel& c, const FrameScan& scan) const {
   if (!counts_frame(c.given)) return;
   if (scan.finite > 0) c.note_range(scan.low, scan.high);
-  c.report.frames.push_back({scan.low, scan.high});
-  c.report.source_samples += checked_product({options.dims[0], options.dims[1], options.dims[2]});
+  // Of blocks, ranges are joined: one without a value has none.
+  c.report.frames.push_back(scan.finite > 0 || !is_block() ? Range{scan.low, scan.high} : no_range);
+  c.report.source_samples += scope.counted.samples();
   c.report.cc_relevant += scan.relevant;
   c.report.nonfinite += scan.nonfinite;
 }
@@ -93,7 +96,7 @@ PreparedFrame Fit::State::prepare_frame(int index, std::span<const FrameBox> box
   Channel& c = channel(index);
   PreparedFrame made{frame_of(c, boxes), scan, {}, usual_face_levels};
   count_frame(c, scan);
-  if (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp) {
+  if ((scan.nonfinite > 0 || is_block()) && options.nonfinite == NonFinite::clamp) {
     const auto [low, high] = clamp_range(c);
     made.frame.clamp(low, high);
   }
@@ -106,7 +109,8 @@ PreparedFrame Fit::State::prepare_frame(int index, std::span<const FrameBox> box
 }
 
 FaceLevels Fit::State::faces_of(const Frame& frame) const {
-  return lattice.has_margins() ? choose_face_levels(frame, lattice) : usual_face_levels;
+  const bool chosen = lattice.has_margins() && !options.fixed_predictions;
+  return chosen ? choose_face_levels(frame, lattice) : usual_face_levels;
 }
 
 void Fit::State::add_frame(int index, const PreparedFrame& given, const FrameImage& image) {
@@ -140,7 +144,8 @@ void Fit::State::take_frame(Channel& c, const FrameImage& image, bool known, con
     sites.block = c.window.back().block;
     sites.gap = c.any_known ? c.window.back().gap + 1 : 0;
   } else {
-    sites = resampler_of(image).resample(image.frame, image.cells, c.options.unit, pool, context);
+    sites = resampler_of(image).resample(image.frame, image.cells, c.options.unit, pool, context,
+                                         scope.resampled);
   }
   if (known && !c.any_known) {
     for (FrameSites& earlier : c.head) earlier.block = sites.block;

@@ -70,6 +70,7 @@ std::vector<std::pair<int64_t, float>> Fit::State::weighted_frames(Channel& c, c
 
 uint8_t Fit::State::end_level(Channel& c, bool last, int64_t n) const {
   if (ends.levels() == 1) return 0;
+  if (options.fixed_predictions) return usual_noise_level;
   std::optional<uint8_t>& level = c.end_levels[last ? 1 : 0];
   if (level) return *level;
   std::vector<const FrameSites*> frames;

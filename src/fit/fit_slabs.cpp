@@ -12,11 +12,11 @@ void Fit::State::emit(Channel& c, int32_t layer, std::span<const LayerTap> taps,
   const bool counted = counts_layer(layer), lasting = layer < options.lasting_layers;
   LayerMaker& maker = !counted ? c.uncounted : lasting ? c.lasting : c.maker;
   const uint64_t clamped_before = maker.clamped();
-  MadeLayer made = maker.make(lattice.space, coset, taps, nearest, beyond, context);
+  MadeLayer made = maker.make(lattice.space, coset, taps, nearest, beyond, context, layer_bricks());
   c.slab.push_back(std::move(made.layer));
   c.slab_memory.push_back(std::move(made.memory));
   if (counted) {
-    (lasting ? c.report.lasting.sites_total : c.report.sites_total) += lattice.space.sites(coset);
+    (lasting ? c.report.lasting.sites_total : c.report.sites_total) += counted_sites(coset);
     const int32_t first = options.part ? options.part->first_own : 0;
     const size_t slab = (layer - first) / options.slab_layers;
     c.report.clamped_slabs.resize(std::max(c.report.clamped_slabs.size(), slab + 1));

@@ -34,8 +34,9 @@ struct Fit::State {
   FitSink sink;
   MaskSink mask_sink;
   Context context;
-  SiteBlockPool pool;                                // outlives the channels
-  Lattice4 lattice;                                  // of two frames as long as their number is not known
+  SiteBlockPool pool; // outlives the channels
+  Lattice4 lattice;   // of two frames as long as their number is not known
+  FitScope scope;
   std::map<FaceLevels, SpatialResampler> resamplers; // made when a frame needs them
   EndPredictions ends;
   std::vector<std::unique_ptr<Channel>> channels;
@@ -91,8 +92,14 @@ struct Fit::State {
   [[nodiscard]] uint32_t frames_given() const;
 
   [[nodiscard]] bool counts_frame(uint32_t frame) const {
-    return !options.part || (frame >= options.part->first_counted && frame < options.part->end_counted);
+    return !options.part || options.part->counted.has_frame(frame);
   }
+  [[nodiscard]] bool is_block() const { return options.part && !options.part->counted.all_space(); }
+  // Returns the bricks of layers that are made and counted.
+  [[nodiscard]] LayerBricks layer_bricks() const {
+    return options.part ? options.part->bricks : LayerBricks{};
+  }
+  [[nodiscard]] uint64_t counted_sites(int coset) const;
   [[nodiscard]] bool counts_layer(int32_t layer) const {
     return !options.part || (layer >= options.part->first_own && layer < options.part->end_own);
   }

@@ -268,10 +268,13 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
     fail(Code::wrong_state, settings.path, ": ", why..., "; give all frames, without a part");
   };
   const uint32_t done = was.lattice.dims[3];
-  if (part.first != done || part.end != settings.dims[3] || part.end < done)
+  if (!part.block.all_space())
+    fail(Code::unsupported, settings.path, ": a series goes on with whole frames, not with blocks of them");
+  const uint32_t first = part.block.first_frame(), end = part.block.end_frame();
+  if (first != done || end != settings.dims[3] || end < done)
     fail(Code::invalid_argument, settings.path, ": it has ", done, " frames, and the series ",
          settings.dims[3], ": the part to be appended is ", done, " to ", settings.dims[3],
-         " (excluded), not ", part.first, " to ", part.end);
+         " (excluded), not ", first, " to ", end);
   if (was.lattice.is_static()) refuse("a single frame is not continued");
   if (settings.bounds_samples() || settings.psnr > 0 || settings.measure == Measure::all)
     refuse("a bound is checked on every frame");
@@ -371,7 +374,7 @@ void Continuation::add_to(FitReport& report, const Context& context) const {
     old.cc_relevant = channel.cc_relevant;
     all.channels.push_back({std::move(old), 0, {}, {}});
   }
-  add_part_report(all, std::move(rest));
+  add_part_report(all, std::move(rest), {was.lattice.dims[3], static_cast<size_t>(slabs())});
   for (size_t c = 0; c < counts.size(); ++c) report.channels[c] = std::move(all.channels[c].fit);
 }
 

@@ -32,6 +32,7 @@ uint32_t options_checksum(const FitOptions& options, uint32_t levels, const std:
   if (options.lead > 0) text += concat(" lead ", options.lead);
   if (levels > 0) text += " of halved frames";
   if (options.periodic) text += " periodic";
+  if (options.fixed_predictions) text += " fixed predictions";
   for (size_t a = 0; a < 3; ++a)
     if (options.turning[a]) text += concat(" periodic ", a);
   if (const Int3& m = options.margins; m != Int3{}) text += concat(" margins ", m[0], ' ', m[1], ' ', m[2]);
@@ -43,8 +44,10 @@ uint32_t options_checksum(const FitOptions& options, uint32_t levels, const std:
 }
 
 uint32_t part_checksum(uint32_t options, const FitPart& part) {
-  const std::array<uint32_t, 3> sums{options, part.first_counted, part.end_counted};
-  return crc32_of(std::as_bytes(std::span(sums)));
+  const SeriesBlock& block = part.counted;
+  const std::array<uint32_t, 3> sums{options, block.first_frame(), block.end_frame()};
+  const uint32_t frames = crc32_of(std::as_bytes(std::span(sums)));
+  return block.all_space() ? frames : frames ^ crc32_of(std::as_bytes(std::span(&block, 1)));
 }
 
 uint32_t series_checksum(VolumeInfo info, uint32_t options) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Adds up what parts counted, and copies their chunks, masks and corrections in the order of one writer.
 #include "store/join.h"
 
 #include <algorithm>
@@ -11,12 +12,37 @@
 namespace bccsplat {
 namespace {
 
+// Returns the first of the slabs that a part has.
+size_t first_slab_of(const PartInfo& part) {
+  int32_t first = INT32_MAX;
+  for (const PartWrite& w : part.writes)
+    if (w.frame == PartWrite::chunks) first = std::min(first, w.slab);
+  return first == INT32_MAX ? 0 : first;
+}
+
 PartReport add_reports(const SeriesParts& parts) {
   PartReport sum;
-  for (const auto& part : parts)
-    add_part_report(sum, read_part_report(part->info().part->statistics,
-                                          part->info().channels.size() * part->info().level_count()));
+  for (const auto& part : parts) {
+    const VolumeInfo& info = part->info();
+    add_part_report(sum, read_part_report(info.part->statistics, info.channels.size() * info.level_count()),
+                    {info.part->block.first_frame(), first_slab_of(*info.part)});
+  }
+  for (PartChannelReport& c : sum.channels)
+    for (Range& r : c.fit.frames)
+      if (r == no_range) r = {};
   return sum;
+}
+
+std::vector<const Bcc4Reader*> files_of(const std::vector<size_t>& numbers, const SeriesParts& parts) {
+  std::vector<const Bcc4Reader*> files;
+  for (const size_t i : numbers) files.push_back(parts[i].get());
+  return files;
+}
+
+// Masks and corrections of a frame are those of one part.
+const Bcc4Reader& one_of(const std::vector<size_t>& numbers, const SeriesParts& parts) {
+  if (numbers.size() > 1) fail(Code::unsupported, "masks or corrections of one frame are in several blocks");
+  return *parts[numbers.front()];
 }
 
 // Returns what the whole series says about itself; fits: what its channels counted. Throws bound_not_met.
@@ -89,15 +115,15 @@ WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink,
   const std::vector<JoinedWrite> writes = joined_writes(parts);
   WriteReport report;
   uint64_t done = 0;
-  for (const auto& [write, part] : writes) {
+  for (const auto& [write, from] : writes) {
     const int channel = write.channel;
-    if (write.slab == PartWrite::mask) {
-      writer.copy_mask(channel, static_cast<uint32_t>(write.frame), *parts[part]);
-    } else if (write.frame == PartWrite::chunks) {
-      writer.copy_slab(write.slab, {channel, write.level}, *parts[part]);
+    if (write.frame == PartWrite::chunks) {
+      writer.copy_slab(write.slab, {channel, write.level}, files_of(from, parts));
       ++report.slabs_reused;
+    } else if (write.slab == PartWrite::mask) {
+      writer.copy_mask(channel, static_cast<uint32_t>(write.frame), one_of(from, parts));
     } else {
-      writer.copy_residuals(channel, static_cast<uint32_t>(write.frame), *parts[part]);
+      writer.copy_residuals(channel, static_cast<uint32_t>(write.frame), one_of(from, parts));
     }
     context.progress.report(0.99 * static_cast<double>(++done) / static_cast<double>(writes.size()));
     context.progress.check();

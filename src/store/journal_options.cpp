@@ -39,8 +39,14 @@ void add_channel(const ChannelSettings& channel, const std::string& of, JournalO
   out.emplace_back(of + ", value_step", concat(channel.value_step));
 }
 
+std::string part_text(const SeriesBlock& block) {
+  const std::string frames = concat(block.first_frame(), " to ", block.end_frame());
+  if (block.all_space()) return frames;
+  return concat(frames, ", samples ", list_of(block.begin), " to ", list_of(block.end));
+}
+
 void add_part(const WriterSettings& s, JournalOptions& out) {
-  out.emplace_back("part", s.part ? concat(s.part->first, " to ", s.part->end) : "none");
+  out.emplace_back("part", s.part ? part_text(s.part->block) : "none");
   if (!s.part) return;
   out.emplace_back("part, lead", concat(s.part->early_frames));
   out.emplace_back("part, checksum of the times", concat(crc32_of(std::as_bytes(std::span(s.part->times)))));

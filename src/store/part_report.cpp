@@ -119,30 +119,51 @@ PartReport read_part_report(std::span<const std::byte> bytes, size_t channels) {
   return report;
 }
 
-void add_part_report(PartReport& series, PartReport next) {
+namespace {
+
+void widen(Range& range, const Range& other) {
+  range = {std::min(range.low, other.low), std::max(range.high, other.high)};
+}
+
+// Adds a list that begins at `first` of the whole one.
+template<class T, class Add>
+void add_list(std::vector<T>& all, const std::vector<T>& part, size_t first, const T& none, const Add& add) {
+  if (part.empty()) return;
+  all.resize(std::max(all.size(), first + part.size()), none);
+  for (size_t i = 0; i < part.size(); ++i) add(all[first + i], part[i]);
+}
+
+void add_channel(PartChannelReport& series, PartChannelReport& next, const PartPlace& place) {
+  FitChannelReport &a = series.fit, &b = next.fit;
+  if (b.any_finite) {
+    if (a.any_finite)
+      widen(a.source_range, b.source_range);
+    else
+      a.source_range = b.source_range;
+  }
+  a.any_finite = a.any_finite || b.any_finite;
+  add_list(a.frames, b.frames, place.frame, no_range, widen);
+  const double squares = a.coding_rmse * a.coding_rmse * static_cast<double>(a.sites_total) +
+                         b.coding_rmse * b.coding_rmse * static_cast<double>(b.sites_total);
+  a.source_samples += b.source_samples, a.cc_relevant += b.cc_relevant, a.nonfinite += b.nonfinite;
+  a.add(b), a.lasting.add(b.lasting);
+  add_list(a.clamped_slabs, b.clamped_slabs, place.slab, uint64_t{0},
+           [](uint64_t& sum, uint64_t more) { sum += more; });
+  a.coding_max = std::max(a.coding_max, b.coding_max);
+  if (a.sites_total > 0) a.coding_rmse = std::sqrt(squares / static_cast<double>(a.sites_total));
+  series.measured.insert(series.measured.end(), next.measured.begin(), next.measured.end());
+  series.errors.insert(series.errors.end(), next.errors.begin(), next.errors.end());
+}
+
+} // namespace
+
+void add_part_report(PartReport& series, PartReport next, const PartPlace& place) {
   if (series.channels.empty()) {
     series = std::move(next);
     return;
   }
-  for (size_t i = 0; i < series.channels.size(); ++i) {
-    PartChannelReport &s = series.channels[i], &n = next.channels.at(i);
-    FitChannelReport &a = s.fit, &b = n.fit;
-    if (b.any_finite)
-      a.source_range = a.any_finite ? Range{std::min(a.source_range.low, b.source_range.low),
-                                            std::max(a.source_range.high, b.source_range.high)}
-                                    : b.source_range;
-    a.any_finite = a.any_finite || b.any_finite;
-    a.frames.insert(a.frames.end(), b.frames.begin(), b.frames.end());
-    const double squares = a.coding_rmse * a.coding_rmse * static_cast<double>(a.sites_total) +
-                           b.coding_rmse * b.coding_rmse * static_cast<double>(b.sites_total);
-    a.source_samples += b.source_samples, a.cc_relevant += b.cc_relevant, a.nonfinite += b.nonfinite;
-    a.add(b), a.lasting.add(b.lasting);
-    a.clamped_slabs.insert(a.clamped_slabs.end(), b.clamped_slabs.begin(), b.clamped_slabs.end());
-    a.coding_max = std::max(a.coding_max, b.coding_max);
-    if (a.sites_total > 0) a.coding_rmse = std::sqrt(squares / static_cast<double>(a.sites_total));
-    s.measured.insert(s.measured.end(), n.measured.begin(), n.measured.end());
-    s.errors.insert(s.errors.end(), n.errors.begin(), n.errors.end());
-  }
+  for (size_t i = 0; i < series.channels.size(); ++i)
+    add_channel(series.channels[i], next.channels.at(i), place);
 }
 
 } // namespace bccsplat

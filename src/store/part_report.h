@@ -30,7 +30,12 @@ struct PartReport {
 [[nodiscard]] std::vector<std::byte> write_part_report(const PartReport& report);
 // Throws corrupt, truncated, unsupported_version.
 [[nodiscard]] PartReport read_part_report(std::span<const std::byte> bytes, size_t channels);
-// Adds the report of the next frames of the series.
-void add_part_report(PartReport& series, PartReport next);
+// Where a part stands in its series.
+struct PartPlace {
+  size_t frame = 0, slab = 0; // the first ones
+};
+// Adds the report of a part, in the order of order_parts, the first one to an empty one: what is kept by
+// frame or slab to that of other blocks of the same ones.
+void add_part_report(PartReport& series, PartReport next, const PartPlace& place);
 
 } // namespace bccsplat

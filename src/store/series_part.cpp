@@ -66,13 +66,30 @@ LayerSpan samples_of(const LayerSpan& stored, const Lattice4& lattice, const Lay
 
 } // namespace
 
+LayerBricks layer_bricks_of(const SeriesBlock& block, const Lattice4& lattice, const LayerUse& use) {
+  const BrickBox own = bricks_of(block, lattice);
+  const bool any = own.begin[0] < own.end[0] && own.begin[1] < own.end[1] && own.begin[2] < own.end[2];
+  // No prefilter reaches beyond the bricks beside its own.
+  return {use.coefficients && any ? own.widened() : own, own};
+}
+
 SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
-                          uint32_t first, uint32_t end) {
-  const uint32_t frames = options.dims[3];
-  if (lattice.is_static()) fail(Code::invalid_argument, "a part: the series has one frame only");
+                          const SeriesBlock& block) {
+  const uint32_t frames = options.dims[3], first = block.first_frame(), end = block.end_frame();
+  if (lattice.is_static() && block.all_space())
+    fail(Code::invalid_argument, "a part: the series has one frame only; it may be divided in space");
   if (first >= end || end > frames)
     fail(Code::invalid_argument, "a part of frames ", first, " to ", end, " (excluded): the series has ",
          frames, ", and a part has at least one");
+  SeriesPart part;
+  part.fit.counted = block;
+  part.fit.first_given = first, part.fit.end_given = end;
+  part.fit.bricks = layer_bricks_of(block, lattice, use);
+  if (lattice.is_static()) {
+    part.end_slab = (lattice.layers() + options.slab_layers - 1) / options.slab_layers;
+    part.end_layer = part.fit.end_layer = part.fit.end_own = lattice.layers();
+    return part;
+  }
   const int32_t layers = lattice.layers(), slab = options.slab_layers;
   // The first slab at or after a frame.
   const auto slab_at = [&](uint32_t frame) {
@@ -84,7 +101,6 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
     while (s < slabs && lattice.layer_frame(s * slab) < frame) ++s;
     return s;
   };
-  SeriesPart part;
   part.first_slab = slab_at(first), part.end_slab = slab_at(end);
   const LayerSpan own{std::min(part.first_slab * slab, layers), std::min(part.end_slab * slab, layers)};
   LayerSpan stored = own;
@@ -94,7 +110,6 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
   stored = whole_slabs(stored, slab, layers);
   const LayerSpan samples = samples_of(stored, lattice, use, slab);
   part.first_layer = stored.begin, part.end_layer = stored.end;
-  part.fit.first_counted = part.fit.first_given = first, part.fit.end_counted = part.fit.end_given = end;
   if (samples.begin < samples.end) {
     const auto [from, to] = frames_of(samples, lattice, options);
     part.fit.first_given = std::min(first, static_cast<uint32_t>(from));
@@ -127,7 +142,7 @@ SeriesPart rest_of_series(const Lattice4& lattice, const FitOptions& options, co
   part.first_layer = part.first_slab * options.slab_layers, part.end_layer = lattice.layers();
   part.end_slab = (part.end_layer + options.slab_layers - 1) / options.slab_layers;
   const LayerSpan samples = samples_of({part.first_layer, part.end_layer}, lattice, use, options.slab_layers);
-  part.fit.first_counted = done, part.fit.end_counted = part.fit.end_given = frames;
+  part.fit.counted = SeriesBlock::of_frames(done, frames), part.fit.end_given = frames;
   part.fit.first_layer = samples.begin, part.fit.end_layer = samples.end;
   part.fit.first_own = part.first_layer, part.fit.end_own = part.end_layer;
   if (samples.begin > 0)

@@ -26,10 +26,13 @@ struct SeriesPart {
   int32_t first_layer = 0, end_layer = 0; // stored or measured; by whole slabs but for the last of the series
   FitPart fit;
 };
-// The part of frames first .. end - 1: slabs whose first layer stands at one of them or between them and
-// `end`. options: of the series, dims[3] known.
+// A part of a series: slabs whose first layer stands at one of its frames or between them and the end of
+// these, and of a block of space the bricks that bricks_of tells. options: of the series, dims[3] known.
 [[nodiscard]] SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options,
-                                        const LayerUse& use, uint32_t first, uint32_t end);
+                                        const LayerUse& use, const SeriesBlock& block);
+// Returns the bricks of a block's layers of samples, and those of them that are stored.
+[[nodiscard]] LayerBricks layer_bricks_of(const SeriesBlock& block, const Lattice4& lattice,
+                                          const LayerUse& use);
 
 // Slabs of a series of `frames` frames that stay as they are when more follow; lattice: of either.
 [[nodiscard]] int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,

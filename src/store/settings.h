@@ -16,6 +16,7 @@
 #include "fit/frame/frame.h"
 #include "formats/bcc4/info.h"
 #include "lattice/lattice.h"
+#include "points/series_block.h"
 
 namespace bccsplat {
 
@@ -63,11 +64,11 @@ struct ChannelSettings {
   double abs_error = 0;       // bound of the error at source samples; 0: none
 };
 
-// The frames of a series that one of several processes writes, or those that continue a file.
+// What one of several processes writes of a series, or what continues a file.
 struct PartSettings {
-  uint64_t first = 0, end = 0; // frames first .. end - 1
-  uint64_t early_frames = 0;   // given before the first one needed
-  std::vector<double> times;   // of all frames of the series
+  SeriesBlock block;         // ends of its space that are those of the volume may be to_the_end
+  uint64_t early_frames = 0; // given before the first one needed
+  std::vector<double> times; // of all frames of the series
 };
 
 // Throws invalid_argument unless the times of a series are finite and rise.
@@ -102,6 +103,7 @@ struct WriterSettings {
   AxisFlags turning{};               // periodic axes, behind whose last sample comes the first: no faces
   bool coefficients = false;         // stored in place of samples
   bool wavelets = false;             // samples, in chunks of wavelet coefficients
+  bool fixed_predictions = false;    // beyond faces and ends, as of FitOptions
   int levels = 0; // coarser ones, of frames; a series that is appended to keeps those it has
   std::optional<PartSettings> part;
 

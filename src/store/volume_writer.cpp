@@ -9,6 +9,7 @@
 
 #include "formats/bcc4/coding/tile.h"
 #include "formats/bcc4/metadata.h"
+#include "store/block.h"
 #include "store/channel_info.h"
 
 namespace bccsplat {
@@ -94,6 +95,7 @@ FitOptions fit_options_of(const WriterSettings& s) {
   if (options.masks) options.mask_reach = reach_planes(s);
   options.slab_layers = slab_layers_of(s);
   options.turning = s.turning;
+  options.fixed_predictions = s.fixed_predictions;
   options.periodic = s.ends == Ends::periodic && s.dims[3] > 1; // check_settings refuses other numbers
   return options;
 }
@@ -247,9 +249,11 @@ void VolumeWriter::begin_part() {
     fit_options_.part = continued_->rest().fit;
   } else {
     const uint32_t frames = settings_.dims[3];
-    if (asked.first >= asked.end || asked.end > frames)
-      fail(Code::invalid_argument, "a part of frames ", asked.first, " to ", asked.end,
-           " (excluded): the series has ", frames, ", and a part has at least one");
+    if (asked.block.first_frame() >= asked.block.end_frame() || asked.block.end_frame() > frames)
+      fail(Code::invalid_argument, "a part of frames ", asked.block.first_frame(), " to ",
+           asked.block.end_frame(), " (excluded): the series has ", frames, ", and a part has at least one");
+    const SeriesBlock block = block_in(settings_.dims, asked.block);
+    if (!block.all_space()) check_block(settings_);
     for (const ChannelSettings& channel : settings_.channels)
       if (settings_.nonfinite == NonFinite::clamp && !channel.range)
         fail(Code::invalid_argument, "channel ", channel.name,
@@ -257,11 +261,11 @@ void VolumeWriter::begin_part() {
     require_rising(asked.times);
     fit_options_.lead = predicted_layers(), fit_options_.margins = outside_planes(frame_planes);
     initial_.lattice = lattice_of(fit_options_, settings_.dims[3]);
+    if (!block.all_space()) check_block_lattice(settings_, initial_.lattice);
     const auto plan = [&](std::span<const uint32_t> measured) {
       LayerUse use = layer_use();
       use.measured = measured;
-      part_ = part_of_series(initial_.lattice, fit_options_, use, static_cast<uint32_t>(asked.first),
-                             static_cast<uint32_t>(asked.end));
+      part_ = part_of_series(initial_.lattice, fit_options_, use, block);
     };
     const std::vector<uint32_t> measured = measuring_.choose_frames(0, frames);
     if (!measuring_.attempt([&] { plan(measured); })) plan({});
@@ -393,6 +397,12 @@ LayerGeometry VolumeWriter::layer_geometry(int64_t number) const {
 std::array<uint64_t, 2> VolumeWriter::given_frames() const {
   const auto& part = fit_options_.part;
   return {part ? part->first_given : 0, part ? part->end_given : settings_.dims[3]};
+}
+
+Region VolumeWriter::given_samples() const {
+  const Region all{{}, {settings_.dims[0], settings_.dims[1], settings_.dims[2]}};
+  if (!part_ || part_->fit.counted.all_space()) return all;
+  return scope_of(fit_options_, initial_.lattice).given;
 }
 
 MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {

@@ -77,6 +77,8 @@ class VolumeWriter {
   [[nodiscard]] LayerGeometry layer_geometry(int64_t layer) const;
   // The frames that must be given, begin and end.
   [[nodiscard]] std::array<uint64_t, 2> given_frames() const;
+  // The samples of each that a block needs; all of them where all of space is written.
+  [[nodiscard]] Region given_samples() const;
   // After finish; index -1: of the series, else of the frame measured as that one.
   [[nodiscard]] MeasuredErrors measured(uint32_t channel, int64_t index) const;
   // After finish: what the host should know of its options.

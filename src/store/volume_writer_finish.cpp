@@ -97,7 +97,8 @@ WriteReport VolumeWriter::finish() {
     complete_info(result);
 
     const VolumeInfo& info = container_->info();
-    report.frames = part_ ? part_->fit.end_counted - part_->fit.first_counted : result.lattice.dims[3];
+    report.frames =
+        part_ ? part_->fit.counted.end_frame() - part_->fit.counted.first_frame() : result.lattice.dims[3];
     for (size_t c = 0; c < added_.size(); ++c) {
       const FitChannelReport& r = result.channels[c];
       report.add(r, part_ ? r.source_samples : info.cc_samples(), info.channels[c].source_type);
@@ -107,8 +108,11 @@ WriteReport VolumeWriter::finish() {
       if (const RoundTrip* const measured = measuring_.round_trip())
         report.corrected += measured->errors(static_cast<int>(c)).corrected;
     }
-    report.take_outside(result.lattice, part_ ? part_->fit.first_own : 0,
-                        part_ ? part_->fit.end_own : result.lattice.layers(), added_.size());
+    // A block counts its sites with those outside.
+    const bool all_space = !part_ || part_->fit.counted.all_space();
+    if (all_space)
+      report.take_outside(result.lattice, part_ ? part_->fit.first_own : 0,
+                          part_ ? part_->fit.end_own : result.lattice.layers(), added_.size());
     if (const RoundTrip* const measured = measuring_.round_trip())
       report.frames_measured = measured->frames().size();
     if (continued_) report.slabs_reused = continued_->slabs() * added_.size();
@@ -222,7 +226,7 @@ void VolumeWriter::require_bounds(const FitReport& result) const {
 void VolumeWriter::describe_part(const FitReport& result) {
   VolumeInfo& info = container_->info();
   PartInfo out;
-  out.first = part_->fit.first_counted, out.end = part_->fit.end_counted;
+  out.block = part_->fit.counted;
   out.series = series_checksum(info, settings_checksum(settings_.psnr));
   out.writes = std::move(writes_);
   PartReport report;

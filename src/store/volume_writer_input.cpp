@@ -259,7 +259,7 @@ std::vector<uint32_t> VolumeWriter::frames_to_measure() const {
   const uint32_t frames = settings_.dims[3];
   if (continued_) {
     const SeriesPart& rest = continued_->rest();
-    std::vector<uint32_t> list = measuring_.choose_frames(rest.fit.first_counted, frames);
+    std::vector<uint32_t> list = measuring_.choose_frames(rest.fit.counted.first_frame(), frames);
     std::erase_if(list, [&](uint32_t f) {
       return layers_to_measure(fit().lattice(), initial_.recommended_kernel, settings_.coefficients, f)
                  .begin < rest.first_layer;
@@ -270,9 +270,7 @@ std::vector<uint32_t> VolumeWriter::frames_to_measure() const {
 }
 
 std::vector<uint32_t> VolumeWriter::own_frames(std::vector<uint32_t> list) const {
-  if (part_)
-    std::erase_if(list,
-                  [&](uint32_t f) { return f < part_->fit.first_counted || f >= part_->fit.end_counted; });
+  if (part_) std::erase_if(list, [&](uint32_t f) { return !part_->fit.counted.has_frame(f); });
   return list;
 }
 

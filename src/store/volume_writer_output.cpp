@@ -33,7 +33,7 @@ void VolumeWriter::store_residuals(int channel, uint32_t frame, const FrameResid
 
 // Frames that are given to a part for the sake of its slabs alone are those of another one.
 void VolumeWriter::take_mask(int channel, uint32_t frame, std::vector<std::byte> runs) {
-  if (part_ && (frame < part_->fit.first_counted || frame >= part_->fit.end_counted)) return;
+  if (part_ && !part_->fit.counted.has_frame(frame)) return;
   masks_.push_back({channel, frame, std::move(runs)});
 }
 

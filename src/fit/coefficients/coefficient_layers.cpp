@@ -20,13 +20,22 @@ float dead_zone(const Quantiser& quantiser, float threshold) {
   return std::max(threshold, step) / 2;
 }
 
+// Returns what a layer has in a box.
+BrickLayer bricks_in(const BrickBox& box, const BrickLayer& layer) {
+  if (box == BrickBox{}) return layer;
+  BrickLayer out(layer.lattice(), layer.coset());
+  for (size_t slot = 0; slot < layer.brick_slots(); ++slot)
+    if (box.contains(layer.slot_position(slot))) out.set(slot, layer.share(slot));
+  return out;
+}
+
 } // namespace
 
 CoefficientLayers::CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
                                      const std::string& kernel, const CoefficientSpan& span)
     : window_(lattice, quantiser.air, {}, span.samples), kernel_(kernel), quantiser_(quantiser),
-      prune_(dead_zone(quantiser, threshold)), slab_layers_(span.slab_layers), next_(span.first),
-      end_(span.end), complete_(lattice.layers()) {
+      prune_(dead_zone(quantiser, threshold)), bricks_(span.bricks), slab_layers_(span.slab_layers),
+      next_(span.first), end_(span.end), complete_(lattice.layers()) {
   make_filter();
   if (!is_float(quantiser.type) && quantiser.type != ValueType::i32)
     fail(Code::invalid_argument,
@@ -35,7 +44,13 @@ CoefficientLayers::CoefficientLayers(const Lattice4& lattice, const Quantiser& q
 
 void CoefficientLayers::make_filter() {
   const Lattice4& lattice = window_.lattice();
-  filter_.emplace(lattice, prefilter_of(lattice, make_kernel(kernel_)).steps);
+  std::vector<PrefilterStep> steps = prefilter_of(lattice, make_kernel(kernel_)).steps;
+  // Others reach no further than the bricks beside their own.
+  const bool whole_rows = !steps.empty() && steps.front().filter.pole != 0;
+  if (whole_rows && bricks_ != BrickBox{})
+    fail(Code::unsupported, "a block of space: a coefficient of kernel ", kernel_,
+         " depends on all samples of its row; choose another kernel, or store samples");
+  filter_.emplace(lattice, std::move(steps));
   if (quantiser_.type == ValueType::i32) steps_.emplace(lattice, quantiser_, kernel_);
 }
 
@@ -95,14 +110,14 @@ std::vector<SampleLayer> CoefficientLayers::make(std::span<const int32_t> layers
   };
   if (filter_->empty()) {
     std::vector<BrickLayer> values;
-    for (const int32_t m : layers) values.push_back(window_.layer(m).as_values());
+    for (const int32_t m : layers) values.push_back(bricks_in(bricks_, window_.layer(m).as_values()));
     if (steps_) return steps_->round(first, values, context);
     return {values.begin(), values.end()};
   }
   uint64_t bytes = 0;
   for (const int32_t m : layers) bytes += steps_ ? 0 : samples.at(m)->bricks() * sizeof(Brick);
   const Reservation room(context.memory, bytes, "coefficients of some layers");
-  return filter_->apply(layers, samples, {prune_, 0}, BrickBox{}, context, steps_ ? round : TakeBricks());
+  return filter_->apply(layers, samples, {prune_, 0}, bricks_, context, steps_ ? round : TakeBricks());
 }
 
 std::optional<CoefficientSlab> CoefficientLayers::next(const Context& context) {

@@ -30,6 +30,7 @@ struct CoefficientSpan {
   int32_t samples = 0;        // the first one given, as far before `first` as the prefilter reaches
   int32_t first = 0, end = 0; // made: whole slabs of a series
   int32_t slab_layers = 1;
+  BrickBox bricks{}; // made; of a block, of samples those beside them are there as well
 };
 
 class CoefficientLayers {
@@ -66,6 +67,7 @@ class CoefficientLayers {
   float prune_;
   std::optional<Prefilter> filter_;
   std::optional<CoefficientSteps> steps_; // of i32
+  BrickBox bricks_;
   int32_t slab_layers_, next_, end_;
   int32_t complete_; // layers of samples
 };

@@ -36,7 +36,7 @@ Region Region::cut(const Region& other) const {
 
 Frame::Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims, double air,
              const std::string& what)
-    : dims_(dims), air_(air) {
+    : dims_(dims), given_{{}, dims}, air_(air) {
   for (size_t b = 0; b < boxes.size(); ++b) {
     FrameBox box = boxes[b];
     const int64_t bytes = source_bytes(box.type);
@@ -130,6 +130,9 @@ std::vector<uint32_t> Frame::boxes_in(const Region& region) const {
 
 void Frame::read(std::span<const uint32_t> boxes, const Region& region, float* out, int64_t row,
                  int64_t plane) const {
+  if (region.cut(given_) != region)
+    fail(Code::internal, "samples of a frame are read that were not asked for, from (", region.begin[0], ", ",
+         region.begin[1], ", ", region.begin[2], ") on");
   const auto target = [&](int64_t x, int64_t y, int64_t z) {
     return out + (z - region.begin[2]) * plane + (y - region.begin[1]) * row + x - region.begin[0];
   };

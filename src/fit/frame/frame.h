@@ -38,9 +38,11 @@ struct Region {
     return empty() ? 0 : static_cast<uint64_t>(length(0)) * length(1) * length(2);
   }
   [[nodiscard]] Region cut(const Region& other) const;
+  bool operator==(const Region&) const = default;
 };
 
-// The boxes of one frame, with the air value and what replaces NaN and infinities.
+// The boxes of one frame, with the air value and what replaces NaN and infinities. What no box covers is air
+// where the frame is given, and not known elsewhere.
 class Frame {
  public:
   // Throws invalid_argument, naming `what`, when a box does not fit the frame.
@@ -50,6 +52,9 @@ class Frame {
   [[nodiscard]] const std::array<int64_t, 3>& dims() const { return dims_; }
   [[nodiscard]] double air() const { return air_; }
   [[nodiscard]] std::span<const FrameBox> boxes() const { return boxes_; }
+  // The samples that are given; the others are not read. All of them until a part of them is named.
+  [[nodiscard]] const Region& given() const { return given_; }
+  void set_given(const Region& region) { given_ = region; }
   [[nodiscard]] Region region(const FrameBox& box) const;
   [[nodiscard]] const std::byte* sample(const FrameBox& box, int64_t x, int64_t y, int64_t z) const;
 
@@ -60,8 +65,8 @@ class Frame {
 
   // The boxes that touch a region, rising.
   [[nodiscard]] std::vector<uint32_t> boxes_in(const Region& region) const;
-  // Samples relative to air: out[z*plane + y*row + x], counted from region.begin. The region lies in the
-  // frame and `boxes` are the boxes in it, or in a larger region.
+  // Samples relative to air: out[z*plane + y*row + x], counted from region.begin. The region lies in what is
+  // given of the frame (else Code::internal), and `boxes` are the boxes in it, or in a larger region.
   void read(std::span<const uint32_t> boxes, const Region& region, float* out, int64_t row,
             int64_t plane) const;
 
@@ -71,6 +76,7 @@ class Frame {
 
   std::vector<FrameBox> boxes_; // strides filled in
   std::array<int64_t, 3> dims_;
+  Region given_;
   double air_;
   // Boxes by the cells of a coarse grid they touch: cell c has members_[cell_begin_[c] .. cell_begin_[c +
   // 1]).

@@ -86,10 +86,11 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// The rows of one box in one row of cells.
+// The rows of one box in one row of cells, as far as they lie in a region.
 struct ScanJob {
   uint32_t box;
   int64_t cy, cz;
+  const Region* within;
 };
 
 struct ScanPart {
@@ -130,7 +131,7 @@ void scan_job(const Frame& frame, const ScanJob& job, float threshold, CellRange
   }
   rows.begin[0] = 0;
   rows.end[0] = INT64_MAX;
-  rows = rows.cut(frame.region(box));
+  rows = rows.cut(*job.within);
   // Float types are compared as they are; the others relative to air, in double.
   const bool wide = wider_than_float(box.type);
   const double unpack_air = wide ? frame.air() : 0;
@@ -198,7 +199,56 @@ CellRanges::Cell CellRanges::range(const Region& region) const {
   return r;
 }
 
-FrameScan scan_frame(const Frame& frame, float threshold, const Context& context) {
+namespace {
+
+// What is given of a box, or a part of that.
+struct ScanPiece {
+  uint32_t box;
+  Region region;
+};
+
+// Appends what a region has outside a part of it: up to six boxes.
+void add_around(const Region& part, Region region, uint32_t box, std::vector<ScanPiece>& pieces) {
+  const auto add = [&](const Region& r) {
+    if (!r.empty()) pieces.push_back({box, r});
+  };
+  if (part.empty()) return add(region);
+  for (size_t i = 3; i > 0; --i) {
+    const size_t a = i - 1;
+    Region before = region, behind = region;
+    before.end[a] = part.begin[a], behind.begin[a] = part.end[a];
+    add(before), add(behind);
+    region.begin[a] = part.begin[a], region.end[a] = part.end[a];
+  }
+}
+
+void add_jobs(const std::vector<ScanPiece>& pieces, std::vector<ScanJob>& jobs) {
+  const auto& edge = CellRanges::edge;
+  for (const ScanPiece& p : pieces) {
+    const Region& r = p.region;
+    for (int64_t cz = r.begin[2] / edge[2]; cz <= (r.end[2] - 1) / edge[2]; ++cz)
+      for (int64_t cy = r.begin[1] / edge[1]; cy <= (r.end[1] - 1) / edge[1]; ++cy)
+        jobs.push_back({p.box, cy, cz, &p.region});
+  }
+}
+
+// What no box covers is air.
+void widen_uncovered(const std::array<int64_t, 3>& n, const std::vector<uint32_t>& covered,
+                     CellRanges& cells) {
+  for (int64_t z = 0; z < cells.count()[2]; ++z)
+    for (int64_t y = 0; y < cells.count()[1]; ++y)
+      for (int64_t x = 0; x < cells.count()[0]; ++x) {
+        const std::array<int64_t, 3> c{x, y, z};
+        uint32_t volume = 1;
+        for (size_t a = 0; a < 3; ++a)
+          volume *= static_cast<uint32_t>(std::min(CellRanges::edge[a], n[a] - c[a] * CellRanges::edge[a]));
+        if (covered[cells.index(x, y, z)] < volume) widen(cells.cell[cells.index(x, y, z)], 0, 0);
+      }
+}
+
+} // namespace
+
+FrameScan scan_frame(const Frame& frame, float threshold, const Context& context, const Region* counted) {
   FrameScan scan;
   const auto cells = [&](size_t axis) {
     return static_cast<uint64_t>((frame.dims()[axis] + CellRanges::edge[axis] - 1) / CellRanges::edge[axis]);
@@ -208,20 +258,25 @@ FrameScan scan_frame(const Frame& frame, float threshold, const Context& context
                             "the map of a frame");
   scan.cells = CellRanges(frame.dims());
   std::vector<uint32_t> covered(scan.cells.cell.size(), 0);
-  std::vector<ScanJob> jobs;
-  for (size_t b = 0; b < frame.boxes().size(); ++b) {
-    const Region r = frame.region(frame.boxes()[b]);
-    const auto& edge = CellRanges::edge;
-    for (int64_t cz = r.begin[2] / edge[2]; cz <= (r.end[2] - 1) / edge[2]; ++cz)
-      for (int64_t cy = r.begin[1] / edge[1]; cy <= (r.end[1] - 1) / edge[1]; ++cy)
-        jobs.push_back({static_cast<uint32_t>(b), cy, cz});
+  const Region own = counted ? *counted : frame.given();
+  std::vector<ScanPiece> inside, around; // of what is counted
+  for (uint32_t b = 0; b < frame.boxes().size(); ++b) {
+    const Region given = frame.region(frame.boxes()[b]).cut(frame.given()), part = given.cut(own);
+    if (given.empty()) continue;
+    if (!part.empty()) inside.push_back({b, part});
+    add_around(part, given, b, around);
   }
+  std::vector<ScanJob> jobs;
+  add_jobs(inside, jobs);
+  const size_t counted_jobs = jobs.size();
+  add_jobs(around, jobs);
   constexpr size_t group = 8; // jobs of a task
   std::vector<ScanPart> parts((jobs.size() + group - 1) / group);
   context.tasks.parallel_for(parts.size(), [&](uint64_t p) {
     context.progress.check();
+    ScanPart uncounted;
     for (size_t j = p * group; j < std::min<size_t>(jobs.size(), p * group + group); ++j)
-      scan_job(frame, jobs[j], threshold, scan.cells, covered, parts[p]);
+      scan_job(frame, jobs[j], threshold, scan.cells, covered, j < counted_jobs ? parts[p] : uncounted);
   });
 
   ScanPart all;
@@ -238,19 +293,8 @@ FrameScan scan_frame(const Frame& frame, float threshold, const Context& context
       all.nonfinite_region.end[a] = std::max(all.nonfinite_region.end[a], part.nonfinite_region.end[a]);
     }
   }
-  // What no box covers is air.
-  const auto& n = frame.dims();
-  for (int64_t z = 0; z < scan.cells.count()[2]; ++z)
-    for (int64_t y = 0; y < scan.cells.count()[1]; ++y)
-      for (int64_t x = 0; x < scan.cells.count()[0]; ++x) {
-        const std::array<int64_t, 3> c{x, y, z};
-        uint32_t volume = 1;
-        for (size_t a = 0; a < 3; ++a)
-          volume *= static_cast<uint32_t>(std::min(CellRanges::edge[a], n[a] - c[a] * CellRanges::edge[a]));
-        if (covered[scan.cells.index(x, y, z)] < volume)
-          widen(scan.cells.cell[scan.cells.index(x, y, z)], 0, 0);
-      }
-  const uint64_t total = static_cast<uint64_t>(n[0]) * n[1] * n[2];
+  widen_uncovered(frame.dims(), covered, scan.cells);
+  const uint64_t total = own.samples();
   if (all.samples < total) {
     all.low = std::min(all.low, frame.air());
     all.high = std::max(all.high, frame.air());

@@ -47,6 +47,8 @@ struct FrameScan {
   Reservation memory;                       // of the cells
 };
 
-[[nodiscard]] FrameScan scan_frame(const Frame& frame, float threshold, const Context& context);
+// counted: the samples that are counted, and whose range is told; null: all that are given.
+[[nodiscard]] FrameScan scan_frame(const Frame& frame, float threshold, const Context& context,
+                                   const Region* counted = nullptr);
 
 } // namespace bccsplat

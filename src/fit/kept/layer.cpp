@@ -173,7 +173,7 @@ struct LayerMaker::Frames {
 struct LayerMaker::Room {
   BrickTaps taps;
   BrickRoom values;
-  SiteCounts& counts;
+  SiteCounts* counts = nullptr; // null: the brick is not counted
 };
 
 SiteEvidence LayerMaker::evidence_of(const Frames& frames, size_t slot, BrickMask& near) const {
@@ -203,25 +203,29 @@ SampleBrick LayerMaker::make_brick(const Frames& frames, size_t slot, const Int3
   const SiteEvidence evidence = evidence_of(frames, slot, near);
   auto brick = std::make_shared_for_overwrite<Brick>();
   const KeptCounts found = relevance_.select(values, size, evidence, *brick);
-  if (!beyond) compare(values, *brick, size, coding);
-  room.counts.sites.kept += found.kept;
-  room.counts.sites.holes += found.holes;
-  if (!beyond) room.counts.sites.clamped += found.clamped;
+  if (room.counts) {
+    if (!beyond) compare(values, *brick, size, coding);
+    room.counts->sites.kept += found.kept;
+    room.counts->sites.holes += found.holes;
+    if (!beyond) room.counts->sites.clamped += found.clamped;
+  }
   if (found.kept == 0) return {};
   auto codes = LayerCodes::of(coder_, *brick);
-  count_samples(*brick, codes.get(), frames.masked() ? frames.holes(slot) : nullptr, room.counts.samples,
-                room.values.codes);
+  if (room.counts)
+    count_samples(*brick, codes.get(), frames.masked() ? frames.holes(slot) : nullptr, room.counts->samples,
+                  room.values.codes);
   if (codes) return {nullptr, std::move(codes)};
   if (auto packed = pack_unstored(*brick)) return {nullptr, std::move(packed)};
   return {std::move(brick), nullptr};
 }
 
 MadeLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps, size_t nearest,
-                           bool beyond, const Context& context) {
+                           bool beyond, const Context& context, const LayerBricks& bricks) {
   SampleLayer layer(lattice, coset);
   SharedReservation memory(context.memory);
   const Frames frames{taps, nearest, static_cast<size_t>(coset)};
-  const std::vector<size_t> slots = frames.used_slots(layer.brick_slots());
+  std::vector<size_t> slots = frames.used_slots(layer.brick_slots());
+  std::erase_if(slots, [&](size_t slot) { return !bricks.made.contains(layer.slot_position(slot)); });
   std::vector<CodingError> coding(slots.size());
   constexpr size_t group = 4; // bricks of a task
   context.tasks.parallel_for((slots.size() + group - 1) / group, [&](uint64_t g) {
@@ -229,13 +233,14 @@ MadeLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const L
     auto counts = counts_.take([&] {
       return std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_, step_)});
     });
-    Room room{{}, {}, *counts};
+    Room room{{}, {}};
     uint64_t bytes = 0;
     for (size_t s = g * group; s < std::min(slots.size(), (g + 1) * group); ++s) {
       const Int3 position = layer.slot_position(slots[s]);
       Int3 size;
       for (size_t a = 0; a < 3; ++a)
         size[a] = std::min(brick_edge, layer.dims()[a] - position[a] * brick_edge);
+      room.counts = bricks.counted.contains(position) ? counts.get() : nullptr;
       SampleBrick brick = make_brick(frames, slots[s], size, beyond, room, coding[s]);
       bytes += brick.bytes();
       if (brick) layer.set(slots[s], std::move(brick));

@@ -15,6 +15,7 @@
 #include "formats/bcc4/coding/codes.h"
 #include "points/packed_brick.h"
 #include "points/sample_layer.h"
+#include "points/sample_source.h"
 
 namespace bccsplat {
 
@@ -32,6 +33,11 @@ struct CodingError {
 struct LayerTap {
   const FrameSites* frame = nullptr;
   float weight = 0;
+};
+
+// The bricks of a layer that are made, and those of them that enter counts and coding errors.
+struct LayerBricks {
+  BrickBox made{}, counted{};
 };
 
 struct MadeLayer {
@@ -55,7 +61,8 @@ class LayerMaker {
   // counted. Bricks of integers of one or two bytes are codes, those of floats that have a unit whole
   // numbers where they fit.
   [[nodiscard]] MadeLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
-                               size_t nearest, bool beyond, const Context& context);
+                               size_t nearest, bool beyond, const Context& context,
+                               const LayerBricks& bricks = {});
   [[nodiscard]] SiteCounts counts() const;
   [[nodiscard]] uint64_t clamped() const; // of counts().sites, without summing the rest
   // Summed layer by layer, the same for any number of threads.

@@ -304,15 +304,46 @@ void SpatialResampler::keep_tile(Tile tile, float unit, SiteBlockPool& pool, Fra
   }
 }
 
+BrickBox SpatialResampler::inside(BrickBox bricks) const {
+  const Int3 all = brick_dims(coset_[0]); // those of coset 1 are no more
+  for (size_t a = 0; a < 3; ++a) bricks.end[a] = std::min(bricks.end[a], all[a]);
+  return bricks;
+}
+
+BrickBox SpatialResampler::whole_tiles(BrickBox bricks) const {
+  bricks = inside(bricks);
+  const int32_t end = (bricks.end[0] + tile_bricks_ - 1) / tile_bricks_ * tile_bricks_;
+  if (bricks.begin[0] < bricks.end[0]) bricks.begin[0] -= bricks.begin[0] % tile_bricks_, bricks.end[0] = end;
+  return inside(bricks);
+}
+
+Region SpatialResampler::seen_by(const BrickBox& bricks) const {
+  const BrickBox box = inside(bricks);
+  Region all;
+  for (size_t a = 0; a < 3; ++a) {
+    all.begin[a] = INT64_MAX, all.end[a] = INT64_MIN;
+    for (int32_t b = box.begin[a]; b < box.end[a]; ++b)
+      for (int c = 0; c < cosets_; ++c) {
+        const auto& seen = coset_[c].axis[a].inside;
+        if (b >= static_cast<int32_t>(seen.size())) continue; // coset 1 may lack the last one
+        all.begin[a] = std::min(all.begin[a], seen[b][0]);
+        all.end[a] = std::max(all.end[a], seen[b][1]);
+      }
+    if (all.begin[a] > all.end[a]) return {};
+  }
+  return all;
+}
+
 FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cells, float unit,
-                                      SiteBlockPool& pool, const Context& context) const {
+                                      SiteBlockPool& pool, const Context& context,
+                                      const BrickBox& made) const {
   FrameSites sites;
   for (size_t c = 0; c < static_cast<size_t>(cosets_); ++c) sites.block[c].resize(slots(coset_[c]));
   std::vector<Int3> tiles;
-  const Int3 bricks = brick_dims(coset_[0]); // those of coset 1 are no more
-  for (int32_t z = 0; z < bricks[2]; ++z)
-    for (int32_t y = 0; y < bricks[1]; ++y)
-      for (int32_t x = 0; x < bricks[0]; x += tile_bricks_) tiles.push_back({x, y, z});
+  const BrickBox bricks = inside(made);
+  for (int32_t z = bricks.begin[2]; z < bricks.end[2]; ++z)
+    for (int32_t y = bricks.begin[1]; y < bricks.end[1]; ++y)
+      for (int32_t x = bricks.begin[0]; x < bricks.end[0]; x += tile_bricks_) tiles.push_back({x, y, z});
 
   Pool<Scratch> scratches;
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {

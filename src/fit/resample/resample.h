@@ -18,6 +18,7 @@
 #include "fit/kept/packed_block.h"
 #include "fit/kept/site_block.h"
 #include "lattice/lattice.h"
+#include "points/sample_source.h"
 
 namespace bccsplat {
 
@@ -28,8 +29,16 @@ class SpatialResampler {
 
   // Returns null for a brick where all samples within its reach are air. The result has the same bits for any
   // number of threads and however the frame is divided into boxes. unit: as of packing_unit.
+  // bricks: those that are made, by whole_tiles; the others are null.
   [[nodiscard]] FrameSites resample(const Frame& frame, const CellRanges& cells, float unit,
-                                    SiteBlockPool& pool, const Context& context) const;
+                                    SiteBlockPool& pool, const Context& context,
+                                    const BrickBox& bricks = {}) const;
+
+  // Returns the bricks that are made together with those of a box: what is made of a brick depends on all
+  // samples that these see.
+  [[nodiscard]] BrickBox whole_tiles(BrickBox bricks) const;
+  // Returns the samples that these bricks see; empty where there are none. Not along periodic axes.
+  [[nodiscard]] Region seen_by(const BrickBox& bricks) const;
 
  private:
   // One axis of one coset.
@@ -67,6 +76,8 @@ class SpatialResampler {
     const Int3 n = brick_dims(coset);
     return (static_cast<size_t>(brick[2]) * n[1] + brick[1]) * n[0] + brick[0];
   }
+  // Returns the bricks of a box that there are.
+  [[nodiscard]] BrickBox inside(BrickBox bricks) const;
   [[nodiscard]] static size_t slots(const Coset& coset) {
     const Int3 n = brick_dims(coset);
     return slot(coset, {0, 0, n[2]});

@@ -24,6 +24,9 @@ static bccsplat_writer_options part_options(bccsplat_series_part* part, uint64_t
 static void feed(bccsplat_writer* writer) {
   const bccsplat_box box = frame_box(samples);
   uint64_t begin = 99, end = 99;
+  uint64_t first[3], last[3];
+  OK(bccsplat_writer_get_part_box(writer, first, last));
+  EXPECT(first[0] == 0 && last[0] == (uint64_t)box.dims[0]);
   OK(bccsplat_writer_get_part_frames(writer, &begin, &end));
   EXPECT(begin < end && end <= NT);
   for (; begin < end; ++begin) {

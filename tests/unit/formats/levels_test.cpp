@@ -139,7 +139,7 @@ TEST(Bcc4Levels, WritesOfPartsHaveAnOrder) {
                                      {4, 0, 0}};
   EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
   EXPECT_EQ(std::adjacent_find(order.begin(), order.end()), order.end());
-  PartInfo part{0, 6, 1, order, {}};
+  PartInfo part{SeriesBlock::of_frames(0, 6), 1, order, {}};
   ByteWriter out;
   write_part(out, part);
   ByteReader in(out.bytes(), "part");

@@ -98,7 +98,8 @@ Content content_of(const std::shared_ptr<Bcc4Reader>& reader, Bench& bench) {
 Bytes part_with_corrections() {
   VolumeInfo info = volume(LatticeKind::d4star, {12, 12, 10, 3}, {channel("a", ValueType::u16)});
   info.channels[0].residuals.step = 0.25, info.channels[0].residuals.bound = 0.125;
-  info.part = PartInfo{.first = 1, .end = 3, .series = 77, .writes = {{3, 0, 0, 1}}, .statistics = {}};
+  info.part = PartInfo{
+      .block = SeriesBlock::of_frames(1, 3), .series = 77, .writes = {{3, 0, 0, 1}}, .statistics = {}};
   Bytes bytes;
   Bench bench;
   Bcc4Writer writer(create_memory_sink(bytes), info);
@@ -660,8 +661,8 @@ TEST(Bcc4Malformed, CorrectionsAndParts) {
   refused("bound inf", [](ChannelInfo& c, PartInfo&) { c.residuals.bound = INFINITY; });
   refused("corrections of 2 frames", [](ChannelInfo& c, PartInfo&) { c.residuals.frames.pop_back(); });
   refused("corrections of 3 frames", [](ChannelInfo& c, PartInfo&) { c.residuals.step = 0; });
-  refused("frames 1 .. 1", [](ChannelInfo&, PartInfo& p) { p.end = 1; });
-  refused("frames 1 .. 4", [](ChannelInfo&, PartInfo& p) { p.end = 4; });
+  refused("frames 1 .. 1", [](ChannelInfo&, PartInfo& p) { p.block.end[3] = 1; });
+  refused("frames 1 .. 4", [](ChannelInfo&, PartInfo& p) { p.block.end[3] = 4; });
   refused("a write of", [](ChannelInfo&, PartInfo& p) { p.writes[0].trigger = 4; });
   refused("a write of channel 1", [](ChannelInfo&, PartInfo& p) { p.writes[0].channel = 1; });
   refused("a write of slab 1 of 1", [](ChannelInfo&, PartInfo& p) { p.writes[0].slab = 1; });

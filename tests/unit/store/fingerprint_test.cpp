@@ -88,9 +88,9 @@ TEST(Fingerprint, LevelsOfHalvedFramesAreNotThoseOfOlderVersions) {
 
 TEST(Fingerprint, PartsDifferByTheirFrames) {
   FitPart part;
-  part.first_counted = 2, part.end_counted = 5;
+  part.counted = SeriesBlock::of_frames(2, 5);
   const uint32_t one = part_checksum(7, part);
-  part.end_counted = 6;
+  part.counted = SeriesBlock::of_frames(2, 6);
   EXPECT_NE(part_checksum(7, part), one);
   EXPECT_NE(part_checksum(8, part), part_checksum(7, part));
 }

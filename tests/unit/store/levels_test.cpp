@@ -57,8 +57,8 @@ class Levels : public testing::Test {
       }
     if (stop >= end) (void)writer.finish();
   }
-  static PartSettings part(uint64_t first, uint64_t end) {
-    PartSettings part{first, end, 0, {}};
+  static PartSettings part(uint32_t first, uint32_t end) {
+    PartSettings part{SeriesBlock::of_frames(first, end), 0, {}};
     for (uint32_t t = 0; t < dims[3]; ++t) part.times.push_back(t);
     return part;
   }

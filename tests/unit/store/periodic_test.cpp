@@ -439,7 +439,7 @@ TEST(PeriodicSeries, WhatCannotBeIsRefused) {
   EXPECT_EQ(code([](WriterSettings& s) { s.dims[3] = 0; }), Code::invalid_argument);
   EXPECT_EQ(code([](WriterSettings& s) { s.dims[3] = 1; }), Code::invalid_argument);
   EXPECT_EQ(code([](WriterSettings& s) {
-              s.part = PartSettings{0, 4, 0, {}};
+              s.part = PartSettings{SeriesBlock::of_frames(0, 4), 0, {}};
               for (uint32_t t = 0; t < dims[3]; ++t) s.part->times.push_back(t);
             }),
             Code::unsupported);

@@ -108,8 +108,8 @@ class CoefficientsOfSeveralTargets : public testing::Test {
       (void)writer.finish();
     });
   }
-  static PartSettings part(uint64_t first, uint64_t end) {
-    PartSettings part{first, end, 0, {}};
+  static PartSettings part(uint32_t first, uint32_t end) {
+    PartSettings part{SeriesBlock::of_frames(first, end), 0, {}};
     for (uint32_t t = 0; t < dims[3]; ++t) part.times.push_back(t);
     return part;
   }
@@ -131,7 +131,7 @@ TEST_F(CoefficientsOfSeveralTargets, PartsJoined) {
     write(settings_of(steps), "whole", 0);
     for (const size_t turn : {0, 2}) {
       std::vector<std::string> names;
-      for (const uint64_t first : {0u, 7u, 8u, 24u}) {
+      for (const uint32_t first : {0u, 7u, 8u, 24u}) {
         WriterSettings settings = settings_of(steps);
         settings.part = part(first, first == 0 ? 7 : first == 7 ? 8 : first == 8 ? 24 : dims[3]);
         names.push_back("part" + std::to_string(first));

@@ -15,7 +15,7 @@ namespace {
 
 PartInfo example() {
   PartInfo part;
-  part.first = 3, part.end = 7, part.series = 0x1234;
+  part.block = SeriesBlock::of_frames(3, 7), part.series = 0x1234;
   part.writes = {{5, 0, 1, PartWrite::chunks}, {6, 1, 1, PartWrite::chunks}, {9, 1, 2, 6}};
   part.statistics = {std::byte{1}, std::byte{2}};
   return part;
@@ -46,7 +46,7 @@ TEST(Bcc4Part, CutShortOrWrongIsRefused) {
   refused(example(), 8, 2); // a trigger beyond its end
   refused(example(), 9, 1); // no such channel
   PartInfo part = example();
-  part.end = part.first;
+  part.block.end[3] = part.block.begin[3];
   refused(part, 9, 2);
   part = example();
   part.writes[0].slab = -1;
@@ -54,6 +54,25 @@ TEST(Bcc4Part, CutShortOrWrongIsRefused) {
   part = example();
   part.writes[2].frame = 9;
   refused(part, 9, 2);
+}
+
+TEST(Bcc4Part, BlocksComeBackOrAreRefused) {
+  constexpr std::array<uint32_t, 4> dims{20, 30, 40, 9};
+  PartInfo block = example();
+  block.block = {{3, 0, 7, 3}, {20, 30, 8, 7}};
+  ByteWriter out;
+  write_block(out, block);
+  ByteReader in(out.bytes(), "block");
+  EXPECT_EQ(read_block(in, dims, 2, 1), block);
+  in.expect_end();
+  for (const SeriesBlock& wrong :
+       {SeriesBlock{{3, 0, 7, 3}, {21, 30, 8, 7}}, SeriesBlock{{3, 0, 8, 3}, {20, 30, 8, 7}}}) {
+    block.block = wrong;
+    ByteWriter bytes;
+    write_block(bytes, block);
+    ByteReader again(bytes.bytes(), "block");
+    EXPECT_THROW(static_cast<void>(read_block(again, dims, 2, 1)), Error);
+  }
 }
 
 // Borders at every frame: slabs and layers of the parts tile those of the series, frames within reach are
@@ -66,8 +85,8 @@ TEST(SeriesPart, PartsTileTheSeries) {
       for (uint32_t border = 1; border < 33; ++border) {
         const Lattice4 lattice = Lattice4::fit(kind, options.dims, {1, 1, 1, time_scale});
         options.lattice = kind, options.scales[3] = time_scale;
-        const SeriesPart a = part_of_series(lattice, options, {}, 0, border);
-        const SeriesPart b = part_of_series(lattice, options, {}, border, 33);
+        const SeriesPart a = part_of_series(lattice, options, {}, SeriesBlock::of_frames(0, border));
+        const SeriesPart b = part_of_series(lattice, options, {}, SeriesBlock::of_frames(border, 33));
         EXPECT_EQ(a.first_slab, 0);
         EXPECT_EQ(a.end_slab, b.first_slab);
         EXPECT_EQ(b.end_slab, (lattice.layers() + 7) / 8);
@@ -81,9 +100,8 @@ TEST(SeriesPart, PartsTileTheSeries) {
           EXPECT_LT(lattice.layer_frame((a.end_slab - 1) * 8), border);
         }
       }
-  EXPECT_THROW(
-      static_cast<void>(part_of_series(Lattice4::fit(LatticeKind::d4star, {9, 9, 9, 1}), options, {}, 0, 1)),
-      Error);
+  const Lattice4 still = Lattice4::fit(LatticeKind::d4star, {9, 9, 9, 1});
+  EXPECT_THROW(static_cast<void>(part_of_series(still, options, {}, SeriesBlock::of_frames(0, 1))), Error);
 }
 
 TEST(SeriesPart, ReportsComeBackAndAddUp) {
@@ -107,7 +125,7 @@ TEST(SeriesPart, ReportsComeBackAndAddUp) {
   EXPECT_EQ(write_part_report(sum), bytes);
   for (size_t n = 0; n < bytes.size(); ++n)
     EXPECT_THROW(static_cast<void>(read_part_report(std::span(bytes).first(n), 1)), Error) << n << " bytes";
-  add_part_report(sum, report(2, -3));
+  add_part_report(sum, report(2, -3), {2, 0});
   const PartChannelReport& c = sum.channels[0];
   EXPECT_EQ(c.fit.source_range, (Range{-3, 3}));
   EXPECT_EQ(c.fit.frames.size(), 4u);
@@ -116,6 +134,25 @@ TEST(SeriesPart, ReportsComeBackAndAddUp) {
   EXPECT_NEAR(c.fit.coding_rmse, std::sqrt((1 + 9) / 2.0), 1e-12);
   EXPECT_EQ(c.measured, (std::vector<uint32_t>{0, 1, 2, 3}));
   EXPECT_EQ(c.errors[3].all.largest, 3);
+}
+
+TEST(SeriesPart, ReportsOfBlocksOfTheSameFramesAddUp) {
+  const auto report = [](const Range& frame, uint64_t clamped) {
+    PartReport r;
+    PartChannelReport& c = r.channels.emplace_back();
+    c.fit.samples = SampleHistogram(quantiser_of_range(ValueType::u8, {0, 255}, 0));
+    c.fit.lasting.samples = c.fit.samples;
+    c.fit.frames = {frame, {0, 1}};
+    c.fit.clamped_slabs = {clamped, 1};
+    return r;
+  };
+  PartReport sum;
+  add_part_report(sum, report(no_range, 2), {0, 0});
+  add_part_report(sum, report({-3, 5}, 4), {0, 0});
+  add_part_report(sum, report({7, 8}, 9), {2, 2});
+  const FitChannelReport& f = sum.channels[0].fit;
+  EXPECT_EQ(f.frames, (std::vector<Range>{{-3, 5}, {0, 1}, {7, 8}, {0, 1}}));
+  EXPECT_EQ(f.clamped_slabs, (std::vector<uint64_t>{6, 2, 9, 1}));
 }
 
 } // namespace

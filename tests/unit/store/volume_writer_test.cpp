@@ -130,7 +130,7 @@ TEST_F(VolumeWriterOrder, LayersComeOneByOne) {
 TEST_F(VolumeWriterOrder, APartTakesItsFrames) {
   const Series longer = noise({6, 6, 6, 40}, 2);
   Writing w(longer);
-  PartSettings part{0, 20, 0, {}};
+  PartSettings part{SeriesBlock::of_frames(0, 20), 0, {}};
   for (int t = 0; t < 40; ++t) part.times.push_back(t);
   w.settings.part = part;
   const auto [first, end] = w.writer().given_frames();
@@ -187,8 +187,12 @@ TEST_F(VolumeWriterOrder, SettingsThatContradict) {
   EXPECT_TRUE(refused([](WriterSettings& s) { s.channels[0].name.clear(); }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.channels[0].threshold = -1; }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.channels[0].range = Range{1, 1}; }));
-  EXPECT_TRUE(refused([](WriterSettings& s) { s.part = PartSettings{0, 4, 0, {0, 1, 2}}; }));
-  EXPECT_TRUE(refused([](WriterSettings& s) { s.part = PartSettings{0, 2, 0, {0, 1, 1}}; }));
+  EXPECT_TRUE(refused([](WriterSettings& s) {
+    s.part = PartSettings{SeriesBlock::of_frames(0, 4), 0, {0, 1, 2}};
+  }));
+  EXPECT_TRUE(refused([](WriterSettings& s) {
+    s.part = PartSettings{SeriesBlock::of_frames(0, 2), 0, {0, 1, 1}};
+  }));
 }
 
 } // namespace

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "store/block.h"
+
+#include "base/error.h"
+
+namespace bccsplat {
+
+SeriesBlock block_in(const std::array<uint32_t, 4>& dims, const SeriesBlock& asked) {
+  SeriesBlock block = asked;
+  bool whole = true;
+  for (size_t a = 0; a < 3; ++a) {
+    if (block.end[a] == SeriesBlock::to_the_end) block.end[a] = dims[a];
+    if (block.begin[a] >= block.end[a] || block.end[a] > dims[a])
+      fail(Code::invalid_argument, "a block of samples ", block.begin[a], " to ", block.end[a],
+           " (excluded) along ", "xyz"[a], ": the volume has ", dims[a], ", and a block has at least one");
+    whole = whole && block.begin[a] == 0 && block.end[a] == dims[a];
+  }
+  return whole ? SeriesBlock::of_frames(block.first_frame(), block.end_frame()) : block;
+}
+
+void check_block(const WriterSettings& s) {
+  const auto refuse = [](const auto&... why) { fail(Code::unsupported, "a block of space: ", why...); };
+  if (s.wavelets)
+    refuse("the steps of wavelets follow from all tiles of a slab; store samples or coefficients, or divide ",
+           "the series by frames");
+  if (s.lowpass) refuse("lowpass holds whole frames; divide the series by frames, or leave it out");
+  if (s.nonfinite == NonFinite::hole)
+    refuse("holes are filled from data however far away; clamp what is not finite, or divide the series by ",
+           "frames");
+  if (s.abs_error > 0 || s.psnr > 0 || s.measure != Measure::bounded)
+    refuse("errors are measured, and bounds kept, by whole frames; divide the series by frames, or compare ",
+           "the joined file with its source");
+  if (s.turning[0] || s.turning[1] || s.turning[2])
+    refuse("what follows the last sample of a periodic axis is far away; divide the series by frames");
+  if (s.levels > 0)
+    refuse("coarser levels are made of whole frames; divide the series by frames, or store none");
+  for (const ChannelSettings& c : s.channels)
+    if (!c.source_type)
+      fail(Code::invalid_argument, "channel ", c.name, ": a block may begin with air, which has no type; ",
+           "give source_type");
+}
+
+void check_block_lattice(const WriterSettings& s, const Lattice4& lattice) {
+  if (s.fixed_predictions || (lattice.lead == 0 && !lattice.has_margins())) return;
+  fail(Code::unsupported, "a block of space: how boldly samples beyond faces and ends are predicted is ",
+       "chosen by whole frames; set fixed_predictions, for all blocks alike, or ends and faces to MIRROR");
+}
+
+} // namespace bccsplat
