@@ -10,7 +10,7 @@ test_packages=(libgtest-dev libbenchmark-dev libzfp-dev python3 gnuplot-nox pyth
   python3-venv python3-xarray python3-dask python3-distributed python3-zarr patchelf
   locales abigail-tools dpkg-dev lintian doxygen libsdl2-dev libimgui-dev xvfb xauth xdotool python3-vtk9 tesseract-ocr
   ffmpeg python3-nibabel python3-netcdf4 python3-tifffile jupyter-nbconvert python3-ipykernel libegl1 libgl1-mesa-dri
-  libopengl0)
+  libopengl0 libopenmpi-dev openmpi-bin)
 
 # install_missing PACKAGE...: asks apt for those that are not installed; as root or through sudo.
 install_missing() {
