@@ -1380,11 +1380,15 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
  * gradients: NULL or n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is
  * evaluated even when the call fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN,
  * and the error's text names the first of them outside and its axis. A point beyond an end by
- * what rounding makes, 1e-9 of the axis, is inside. A static volume ignores t. For few points
- * close together, only the data around them are read and made. Where a file was written
+ * what rounding makes, 1e-9 of the axis, is inside. A static volume ignores t. Of points in
+ * few places, only the data around these are read and made. Where a file was written
  * with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake:
  * within three samples of such an end it is less accurate where the field is not level there, in
- * values and derivatives alike. The token of the volume cancels it; for progress a host hands
+ * values and derivatives alike. A channel of labels (BCCSPLAT_KIND_LABELS on the source's own grid,
+ * lattice CC at distance 1) has at any point the value of the sample nearest to it in space and
+ * time, and gradients of 0; so have slices of it normal to an axis, which are made through the
+ * nearest samples, and their composites. Other slices and modes, and trails, show the field through
+ * the samples. The token of the volume cancels it; for progress a host hands
  * over its points in parts. Also: reading, OUT_OF_DOMAIN, HOLE, UNSUPPORTED (on CC, a kernel that
  * reaches further than 2 T). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(
@@ -2005,6 +2009,14 @@ typedef struct bccsplat_lights {
   double specular;
   /* Up to 1e6. */
   double shininess;
+  /* 1: what a light reaches of a volume is what the volume's own extinction lets through on the way
+   * from it, in lit pictures of mode composite; other volumes throw no shadow on it. It is made
+   * at half the resolution of the slice that is drawn, and kept while slice, transfer function and
+   * lights stay; of a light from the camera along the ray of the picture's middle. UNSUPPORTED:
+   * with a trail, with reference. 0: all light comes through. */
+  uint32_t shadow;
+  /* 1: the same of ambient light, as the mean over 14 directions around. */
+  uint32_t occlusion;
 } bccsplat_lights;
 
 /* How far apart sheets are, and which gradient lights them. Errors and times of each are measured
@@ -2599,6 +2611,9 @@ enum {
   BCCSPLAT_OUTSIDE_LOOP = 3  /* the series again: from its end it goes on with frame 0 at once */
 };
 
+/* Bits of bccsplat_instance.set_mask. */
+enum { BCCSPLAT_INSTANCE_SET_COLOR_CHANNEL = 1, BCCSPLAT_INSTANCE_SET_MASK_CHANNEL = 2 };
+
 /* A volume, where and when it is, and how it looks. */
 typedef struct bccsplat_instance {
   uint32_t struct_size;
@@ -2617,6 +2632,22 @@ typedef struct bccsplat_instance {
   const bccsplat_transfer_function* transfer_function;
   /* Factor on its extinction, up to 1e6; 0: 1. Two instances of 0.5 in one place are the volume. */
   double density;
+  /* BCCSPLAT_INSTANCE_SET_...: which of the following count. */
+  uint32_t set_mask;
+  /* The colours are those of this channel's values, where channel absorbs or has its surface (but
+   * for surfaces with a colour of their own); edges of surfaces are then not smoothed. UNSUPPORTED
+   * in modes xray and maximum. */
+  uint32_t color_channel;
+  /* Its colours, copied; the opacities are not looked at. NULL: those of bccsplat_volume_get_look.
+   */
+  const bccsplat_transfer_function* color_function;
+  /* What is nearest to a sample of this channel at the nearest frame whose value is none of
+   * mask_labels (to within 1/2) is not drawn, in all modes; without labels nothing is. UNSUPPORTED
+   * where axes are unevenly spaced. */
+  uint32_t mask_channel;
+  uint32_t mask_label_count;
+  /* Copied. */
+  const double* mask_labels;
 } bccsplat_instance;
 
 /* Result and cost of a picture of a scene. */

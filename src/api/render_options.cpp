@@ -224,6 +224,9 @@ Lights read_lights(const bccsplat_lights* lights) {
     out.ambient = in.ambient, out.diffuse = in.diffuse, out.specular = in.specular,
     out.shininess = in.shininess;
   }
+  require_choice(static_cast<int32_t>(in.shadow), 1, "bccsplat_lights.shadow");
+  require_choice(static_cast<int32_t>(in.occlusion), 1, "bccsplat_lights.occlusion");
+  out.shadow = in.shadow != 0, out.occlusion = in.occlusion != 0;
   return out;
 }
 

@@ -14,6 +14,7 @@
 #include "api/ranges.h"
 #include "api/render_options.h"
 #include "api/structs.h"
+#include "base/byte_range.h"
 #include "scene/host_scene.h"
 #include "volume/read_ranges.h"
 
@@ -49,6 +50,25 @@ Affine3 read_placement(const double (&m)[16]) {
   return out;
 }
 
+// Reads which other channels colour and mask an instance.
+void read_beside(const bccsplat_instance& in, const bccsplat_volume& volume, Instance& out) {
+  if (in.set_mask & ~(BCCSPLAT_INSTANCE_SET_COLOR_CHANNEL | BCCSPLAT_INSTANCE_SET_MASK_CHANNEL))
+    fail(Code::invalid_argument, "bccsplat_instance.set_mask has bits that this library does not know");
+  if (in.set_mask & BCCSPLAT_INSTANCE_SET_COLOR_CHANNEL) {
+    (void)volume.file.channel(in.color_channel);
+    out.color_channel = in.color_channel;
+    if (in.color_function) out.color_function = read_function(in.color_function);
+  }
+  if (!(in.set_mask & BCCSPLAT_INSTANCE_SET_MASK_CHANNEL)) return;
+  (void)volume.file.channel(in.mask_channel);
+  out.mask_channel = in.mask_channel;
+  if (in.mask_label_count > 0) require(in.mask_labels, "bccsplat_instance.mask_labels");
+  for (uint32_t n = 0; n < in.mask_label_count; ++n) {
+    require_number(in.mask_labels[n], "bccsplat_instance.mask_labels");
+    out.mask_labels.push_back(in.mask_labels[n]);
+  }
+}
+
 Instance read_instance(const bccsplat_instance* instance, const bccsplat_volume& volume) {
   const auto in = read_struct(instance, "bccsplat_instance");
   Instance out;
@@ -67,6 +87,7 @@ Instance read_instance(const bccsplat_instance* instance, const bccsplat_volume&
   if (in.transfer_function) out.function = read_function(in.transfer_function);
   require_zero_or(in.density, 1 / largest_density, largest_density, "bccsplat_instance.density");
   if (in.density != 0) out.density = in.density;
+  read_beside(in, volume, out);
   return out;
 }
 
@@ -303,10 +324,14 @@ bccsplat_status bccsplat_scene_get_ranges(const bccsplat_scene* scene, const bcc
       if (!scene->volumes.contains(id)) fail(Code::not_found, "scene: there is no instance ", id);
     }
     std::vector<ByteRange> found;
-    for (const Read& read : reads)
-      if (read.instance == id)
-        found = read_ranges(read.volume->file, read.request, nullptr, (flags & BCCSPLAT_RANGES_MISSING) != 0,
-                            scene->device->context(asked.progress));
+    for (const Read& read : reads) {
+      if (read.instance != id) continue;
+      const std::vector<ByteRange> more =
+          read_ranges(read.volume->file, read.request, nullptr, (flags & BCCSPLAT_RANGES_MISSING) != 0,
+                      scene->device->context(asked.progress));
+      found.insert(found.end(), more.begin(), more.end());
+    }
+    merge_ranges(found, 0);
     asked.progress.report(1);
     write_ranges(found, ranges, capacity, count);
   });

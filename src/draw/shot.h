@@ -21,6 +21,7 @@
 namespace bccsplat {
 
 class KeptPoints;   // splat/points/kept_points.h
+class LightVolume;  // shade/light_volume.h
 struct GpuTarget;   // gpu/gpu_info.h
 struct SheetWishes; // splat/sheet_settings.h
 struct SplatPoints; // splat/points/points.h
@@ -93,6 +94,16 @@ struct ShotTrail {
   TrailCombine combine = TrailCombine::physical;
 };
 
+// Another field, seen by the same rays and on the same sheets: where the shot's own field absorbs, or has a
+// surface, the colour is that of this one's value. What it absorbs is nothing.
+struct ShotPaint {
+  const Slice* slice = nullptr;
+  const KeptPoints* points = nullptr; // as of a shot
+  const SheetView* view = nullptr;
+  const TransferFunction* function = nullptr; // its colours
+  const ClassTable* table = nullptr;          // of them; every entry absorbs, so that all of it is looked at
+};
+
 struct Shot {
   const Slice* slice = nullptr;
   const KeptPoints* points = nullptr; // kept with the slice; null: what is made of it is for this picture
@@ -107,6 +118,8 @@ struct Shot {
   ShotOptions options;
   const SheetWishes* wishes = nullptr; // null: sheets are drawn as the quality asks
   const ShotTrail* trail = nullptr;    // null: none
+  const ShotPaint* paint = nullptr;    // null: the colours are those of its own values
+  const LightVolume* light = nullptr;  // what of the lights comes through; null: all
   const GpuTarget* target = nullptr;   // a texture that pixels go to instead of being emitted
   KeptLatticeSums* sums = nullptr;     // of earlier pictures; null: none are kept
 };

@@ -14,6 +14,7 @@
 #include "field/moment.h"
 #include "field/scattered_field.h"
 #include "field/slice_corrections.h"
+#include "field/slice_labels.h"
 #include "field/slice_mask.h"
 #include "kernel/kernel.h"
 #include "lattice/lattice.h"
@@ -60,6 +61,7 @@ struct Slice {
   std::shared_ptr<const SliceCorrections> corrections;
   std::shared_ptr<const ScatteredField> scattered; // instead of coefficients; null: none
   std::shared_ptr<const SliceMask> mask;           // null: nothing is missing, or the lattice says what
+  std::shared_ptr<const SliceLabels> labels; // values are those of the nearest sample; null: the field's
   uint64_t bytes_read = 0;
   double milliseconds = 0;
 

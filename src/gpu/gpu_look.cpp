@@ -36,6 +36,9 @@ KernelForm gpu_form(const Shot& shot) {
 const char* not_on_gpu(const Shot& shot) {
   const Slice& slice = *shot.slice;
   constexpr size_t sides_of_a_box = 6;
+  if (shot.paint) return "colours by another channel";
+  if (slice.labels && shot.options.mode == RenderMode::composite) return "labels";
+  if (shot.light) return "shadows and ambient occlusion";
   if (shot.trail) return not_with_trail(shot);
   if (shot.options.with_deep) return "a deep picture";
   if (shot.options.with_hits) return "smooth edges of several surfaces or transparent ones";

@@ -31,7 +31,7 @@ class RayDrawer : public Drawer {
  public:
   [[nodiscard]] const char* name() const override { return "rays"; }
   [[nodiscard]] bool covers(const Shot& shot) const override {
-    return !shot.trail && rays_cover(*shot.slice, *shot.view, shot.options);
+    return !shot.trail && !shot.paint && rays_cover(*shot.slice, *shot.view, shot.options);
   }
   DrawStats draw(const Shot& shot, const Context& context,
                  const std::function<void(const TilePixels&)>& emit) override {

@@ -115,6 +115,7 @@ void Drawers::forget() {
   gpu_->forget();
 #endif
   for (const auto& drawer : drawers_) drawer->forget();
+  light.forget();
 }
 
 } // namespace bccsplat

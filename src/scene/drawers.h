@@ -10,6 +10,7 @@
 #include "draw/drawer.h"
 #include "field/lattice_sums.h"
 #include "scene/backend.h"
+#include "scene/kept_light.h"
 
 namespace bccsplat {
 
@@ -40,6 +41,8 @@ class Drawers {
   [[nodiscard]] Drawer& drawer_of(const Shot& shot, const DrawerChoice& choice);
   // What the kernel makes of a constant, as earlier pictures looked it up.
   KeptLatticeSums sums;
+  // What of the light came through.
+  KeptLight light;
   // What rays keep.
   [[nodiscard]] KeptSurfaceCells& surface_cells();
   // Returns whether a GPU draws these together (draw_together_by_gpu()). Throws as drawer_of() does where one

@@ -15,6 +15,7 @@
 #include "scene/host_scene_parts.h"
 #include "scene/picture_needs.h"
 #include "scene/together.h"
+#include "volume/labels.h"
 
 namespace bccsplat {
 namespace {
@@ -71,6 +72,16 @@ TransferFunction function_of(const Instance& instance, const Slice& slice, const
   return f;
 }
 
+ScenePaint paint_of(const Instance& instance, const SceneCut& cut, const RenderOptions& options) {
+  RenderOptions composite = options;
+  composite.mode = RenderMode::composite;
+  const Slice& slice = cut.color->open.slice;
+  return {&slice, &cut.color->kept->points, &cut.color->kept->levels,
+          instance.color_function
+              ? *instance.color_function
+              : default_function(*instance.volume, *instance.color_channel, slice, composite)};
+}
+
 void clear(Image& image) {
   const auto fill = [&](const Plane& plane, float value) {
     for (int y = 0; plane.pixels && y < image.height; ++y)
@@ -102,7 +113,7 @@ uint64_t HostScene::add(const Instance& instance) {
 
 void HostScene::set(uint64_t id, const Instance& instance) {
   Placed& placed = find(id);
-  const bool other = instance.channel != placed.instance.channel;
+  const bool other = !instance.cut_like(placed.instance);
   {
     const std::scoped_lock lock(changing_);
     placed.instance = instance;
@@ -202,39 +213,55 @@ std::vector<HostScene::Need> HostScene::needs(const Sight& sight, const RenderOp
   return out;
 }
 
-SliceRequest HostScene::Need::request() const {
+bool CutPart::place(const Affine3& placement) {
+  const Affine3 placed = placement.after(slice_to_world);
+  if (placed == open.slice.slice_to_world) return false;
+  open.slice.slice_to_world = placed;
+  kept->levels.place(placed);
+  return true;
+}
+
+SliceRequest HostScene::Need::request(uint32_t channel) const {
   const Instance& instance = placed->instance;
   HypersliceOptions cut;
   cut.time_length = std::cbrt(std::fabs(instance.volume->info().affine.determinant()));
   cut.box = box;
   if (instance.volume->axes()->any()) cut.even = instance.volume->axes();
-  return request_slice(*instance.volume, instance.channel, nullptr, level, Hyperplane(0, 0, 0, 1, -frame),
-                       cut, false);
+  return request_slice(*instance.volume, channel, nullptr, level, Hyperplane(0, 0, 0, 1, -frame), cut, false);
 }
 
 bool HostScene::Need::met_by(const std::unique_ptr<SceneCut>& cut) const {
   return cut && cut->frame == frame && cut->open.level == level && covers(cut->open.cut.box, box);
 }
 
+// Cuts all that is drawn of an instance.
+std::unique_ptr<SceneCut> HostScene::cut_anew(const Need& need, const Context& context, SceneStats& stats) {
+  const Instance& instance = need.placed->instance;
+  const OpenVolume& volume = *instance.volume;
+  const uint64_t before = volume.reader()->bytes_read();
+  auto made = std::make_unique<SceneCut>(cut_slice(volume, need.request(instance.channel), context));
+  made->frame = need.frame;
+  if (instance.mask_channel)
+    show_labels_only(made->open.slice, volume, *instance.mask_channel, instance.mask_labels, need.frame,
+                     need.box, context);
+  if (instance.color_channel)
+    made->color.emplace(cut_slice(volume, need.request(*instance.color_channel), context));
+  stats.bytes_read += volume.reader()->bytes_read() - before;
+  ++stats.cut;
+  return made;
+}
+
 void HostScene::cut(const Need& need, std::unique_ptr<SceneCut>& into, const Context& context,
                     SceneStats& stats) const {
   const auto start = std::chrono::steady_clock::now();
+  const Instance& instance = need.placed->instance;
   if (!need.met_by(into)) {
     into.reset(); // before the next one takes memory
-    auto made = std::make_unique<SceneCut>();
-    made->open = cut_slice(*need.placed->instance.volume, need.request(), context);
-    made->frame = need.frame;
-    made->slice_to_world = made->open.slice.slice_to_world;
-    into = std::move(made);
-    stats.bytes_read += into->open.slice.bytes_read;
-    ++stats.cut;
+    into = cut_anew(need, context, stats);
   }
-  const Affine3 placed = need.placed->instance.placement.after(into->slice_to_world);
-  if (!(placed == into->open.slice.slice_to_world)) {
-    into->drawers.forget(); // what they keep is of the slice in its place
-    into->open.slice.slice_to_world = placed;
-    into->kept->levels.place(placed);
-  }
+  const bool moved = into->place(instance.placement);
+  if (into->color) (void)into->color->place(instance.placement);
+  if (moved) into->drawers.forget(); // what they keep is of the slice in its place
   stats.ms_cut += ms_since(start);
 }
 
@@ -250,6 +277,7 @@ void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, C
     scene.lights = lights_;
     scene.lights.noise = noise_of(*need.placed->instance.volume, cut.open, picture.gradient_noise);
     scene.noise_of_ripple = !picture.gradient_noise;
+    if (cut.color) scene.paint = paint_of(need.placed->instance, cut, picture.options);
     scene.drawers = picture.drawers ? picture.drawers : &cut.drawers;
     return scene;
   };
@@ -300,7 +328,9 @@ std::vector<HostScene::Prefetch> HostScene::prefetch_requests(const ScenePicture
   const Sight sight = sight_of(picture, width, height);
   std::vector<Prefetch> out;
   for (const Need& need : needs(sight, picture.options, at, width, height))
-    out.push_back({need.id, need.request()});
+    for (const auto& channel : {std::optional(need.placed->instance.channel),
+                                need.placed->instance.color_channel, need.placed->instance.mask_channel})
+      if (channel) out.push_back({need.id, need.request(*channel)});
   return out;
 }
 

@@ -30,6 +30,18 @@ struct Instance {
   bool hidden = false;
   std::optional<TransferFunction> function; // none: the channel's look
   double density = 1;                       // what its extinction is multiplied by
+  // Another channel of the volume whose values say the colours, by this function or by its look.
+  std::optional<uint32_t> color_channel;
+  std::optional<TransferFunction> color_function;
+  // A channel of labels: what is of none of these is not drawn.
+  std::optional<uint32_t> mask_channel;
+  std::vector<double> mask_labels;
+
+  // Returns whether the same slices are cut of it.
+  [[nodiscard]] bool cut_like(const Instance& o) const {
+    return channel == o.channel && color_channel == o.color_channel && mask_channel == o.mask_channel &&
+           mask_labels == o.mask_labels;
+  }
 };
 
 // A half-space of the scene's world, or of the world of each volume.
@@ -105,6 +117,8 @@ class HostScene {
   // What a sight shows of the instances at a time.
   [[nodiscard]] std::vector<Need> needs(const Sight& sight, const RenderOptions& options, double at,
                                         int width, int height) const;
+  [[nodiscard]] static std::unique_ptr<SceneCut> cut_anew(const Need& need, const Context& context,
+                                                          SceneStats& stats);
   void cut(const Need& need, std::unique_ptr<SceneCut>& into, const Context& context,
            SceneStats& stats) const;
   [[nodiscard]] bool cut_within(double ms, std::span<const Need> shown, CutOf into, const Context& context,

@@ -14,12 +14,23 @@
 
 namespace bccsplat {
 
-// A slice that is cut, with what pictures of it keep.
-struct SceneCut {
-  double frame = 0;
+// A slice, with what pictures of it keep whatever draws them.
+struct CutPart {
   OpenSlice open;
   Affine3 slice_to_world; // before the instance is placed
   std::unique_ptr<SliceKeep> kept = std::make_unique<SliceKeep>();
+
+  CutPart() = default;
+  explicit CutPart(OpenSlice cut) : open(std::move(cut)), slice_to_world(open.slice.slice_to_world) {}
+  // Returns whether the placement is another one than before.
+  bool place(const Affine3& placement);
+};
+
+// What is cut of an instance.
+struct SceneCut : CutPart {
+  explicit SceneCut(OpenSlice cut) : CutPart(std::move(cut)) {}
+  double frame = 0;
+  std::optional<CutPart> color; // of the channel that says the colours
   Drawers drawers;
 };
 
@@ -37,7 +48,7 @@ struct HostScene::Need {
   std::optional<IndexBox> box; // none: all of it
   Sight sight;                 // with the clips that cut it
 
-  [[nodiscard]] SliceRequest request() const;
+  [[nodiscard]] SliceRequest request(uint32_t channel) const;
   [[nodiscard]] bool met_by(const std::unique_ptr<SceneCut>& cut) const;
 };
 

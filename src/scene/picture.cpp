@@ -27,6 +27,15 @@ void check_picture(const Scene& scene, const RenderOptions& options, const Image
   if (scene.trail && options.mode == RenderMode::isosurface && sees_through(drawn_surfaces(options)))
     fail(Code::unsupported, "render: a trail goes with isosurfaces that are opaque");
 
+  if (scene.paint && (options.mode == RenderMode::xray || options.mode == RenderMode::maximum))
+    fail(Code::unsupported, "render: colours by another channel go with modes composite and isosurface; ",
+         options.mode == RenderMode::xray ? "an X-ray has none" : "a maximum has those of its value");
+  if (scene.paint && scene.trail)
+    fail(Code::unsupported, "render: a trail has no colours by another channel");
+  if (scene.paint) scene.paint->function.check();
+  if (casts_shadows(scene, options) && (scene.trail || options.reference))
+    fail(Code::unsupported, "render: shadow and ambient occlusion are not drawn ",
+         scene.trail ? "with a trail" : "by the reference integrator");
   if (image.deep) {
     if (options.mode == RenderMode::xray || options.mode == RenderMode::maximum)
       fail(Code::unsupported, "render: deep pictures are of modes composite and isosurface");
@@ -71,6 +80,8 @@ Picture::Picture(const Scene& scene, const RenderOptions& options, const Context
   settled_->settle_level();
   settled_->settle_view();
   settled_->settle_look();
+  settled_->settle_paint();
+  settled_->settle_light();
   settled_->settle_trail();
   settled_->settle_drawer();
 }
@@ -103,6 +114,11 @@ RenderStats render_reference(const Scene& scene, const RenderOptions& options, c
   RenderOptions by_reference = options;
   by_reference.reference = true;
   return Picture(scene, by_reference, context, image).draw_truth(field, reference);
+}
+
+bool casts_shadows(const Scene& scene, const RenderOptions& options) {
+  return (scene.lights.shadow || scene.lights.occlusion) && options.mode == RenderMode::composite &&
+         scene.slice && shaded(options, *scene.slice);
 }
 
 bool shaded(const RenderOptions& options, const Slice& slice) {

@@ -51,6 +51,14 @@ struct RenderOptions : SheetWishes {
   bool operator==(const RenderOptions&) const = default;
 };
 
+// A slice of another channel at the same moment, whose values say the colours.
+struct ScenePaint {
+  const Slice* slice = nullptr;
+  const KeptPoints* points = nullptr;   // as of a scene
+  const CoarseLevels* levels = nullptr; // as of a scene
+  TransferFunction function;            // its colours; the opacities are not looked at
+};
+
 struct Scene {
   const Slice* slice = nullptr;
   const KeptPoints* points = nullptr;   // of the slice; null: made for this picture
@@ -63,6 +71,8 @@ struct Scene {
   const Trail* trail = nullptr; // null: none
   std::vector<TransferFunction> trail_functions; // of its sub-intervals, or one for all
   TrailCombine combine = TrailCombine::physical;
+  std::optional<ScenePaint>
+      paint; // of modes composite and isosurface, without a trail; none: its own colours
   // What earlier pictures of this slice and its levels made; null: nothing is kept.
   Drawers* drawers = nullptr;
 };
@@ -119,6 +129,9 @@ RenderStats render_reference(const Scene& scene, const RenderOptions& options, c
 // Returns whether samples are lit: as asked, or by the mode. What is one sample thick has no surfaces: its
 // gradients lie in it.
 [[nodiscard]] bool shaded(const RenderOptions& options, const Slice& slice);
+
+// Returns whether the volume stands in the way of its own light: lit composites, where the lights ask for it.
+[[nodiscard]] bool casts_shadows(const Scene& scene, const RenderOptions& options);
 
 // Returns the isosurfaces that are there: those that are not wholly transparent.
 [[nodiscard]] std::vector<IsoSurface> drawn_surfaces(const RenderOptions& options);

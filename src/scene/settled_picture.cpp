@@ -49,8 +49,8 @@ ShotOptions shot_options(const RenderOptions& options, const Slice& slice, const
 // Returns the level of the slice that is drawn; `view` is of the slice itself.
 int level_of(const Scene& scene, const RenderOptions& options, const SliceView& view) {
   // A trail is on the lattice of its slice, and the mean of a maximum is not the maximum of a mean.
-  if (!scene.levels || scene.trail || scene.slice->scattered || options.mode == RenderMode::maximum ||
-      (options.disable_skips & skip_fine_detail))
+  if (!scene.levels || scene.trail || scene.slice->labels || scene.slice->scattered ||
+      options.mode == RenderMode::maximum || (options.disable_skips & skip_fine_detail))
     return 0;
   if (!quality_settings(options.quality).coarse_levels && options.mode != RenderMode::xray) return 0;
   return minification_level(*scene.slice, view);
@@ -72,6 +72,13 @@ double step_of(const Scene& scene, const RenderOptions& options, int level, cons
       (corrected(slice, scene.trail) || (level == 0 && masked(slice, scene.trail))))
     step /= std::max(1.0, length(slice.lattice_to_slice.vector(view.normal()))); // source samples per unit
   return std::max(step, least_step(slice));
+}
+
+// Returns the function's colours, all of which are looked at.
+TransferFunction opaque(const TransferFunction& function) {
+  TransferFunction f = function;
+  f.opacities = {{f.colors.front().value, 1}};
+  return f;
 }
 
 // Returns the table of a transfer function over values `bounds`, in the units of the scene's own slice.
@@ -147,6 +154,31 @@ void SettledPicture::settle_look() {
   // Nobody knows whether the host's depths are those of the picture before.
   if (view_.ends.distance) shot_.options.disable_skips |= skip_unchanged;
   shot_.wishes = &options_, shot_.target = options_.target;
+}
+
+void SettledPicture::settle_paint() {
+  if (!scene_.paint) return;
+  const ScenePaint& by = *scene_.paint;
+  paint_.slice = by.slice, paint_.points = by.points;
+  by.slice->coset.make(context_);
+  if (level_ > 0 && by.levels) {
+    const CoarseLevels::Level& coarse = by.levels->level(*by.slice, level_, context_);
+    paint_.slice = &coarse.slice, paint_.points = &coarse.points;
+  }
+  const SliceView seen(*paint_.slice, sight_of(scene_, image_.width, image_.height), image_.width,
+                       image_.height);
+  paint_view_ = seen.sheets(step_ * seen_->world_per_unit() / seen.world_per_unit());
+  paint_function_ = opaque(by.function);
+  paint_table_ = table_of(scene_, options_, paint_function_, paint_.slice->bounds, paint_.slice->base);
+  paint_.view = &paint_view_, paint_.function = &paint_function_, paint_.table = &paint_table_;
+  shot_.paint = &paint_;
+}
+
+void SettledPicture::settle_light() {
+  if (!casts_shadows(scene_, options_)) return;
+  Drawers& drawers = scene_.drawers ? *scene_.drawers : of_picture_;
+  light_ = drawers.light.of(shot_, context_);
+  shot_.light = light_.get();
 }
 
 void SettledPicture::settle_trail() {

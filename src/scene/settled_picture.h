@@ -28,6 +28,8 @@ class SettledPicture {
   void settle_level();
   void settle_view(std::optional<double> sheets_apart = std::nullopt);
   void settle_look();
+  void settle_paint();
+  void settle_light();
   void settle_trail();
   void settle_trail(const Trail& trail);
   void settle_drawer();
@@ -57,7 +59,7 @@ class SettledPicture {
   std::optional<SliceView> seen_;
   SheetView view_;
   [[nodiscard]] bool smooths_edges() const {
-    return options_.smooth_edges && !scene_.trail && !image_.deep && !options_.target;
+    return options_.smooth_edges && !scene_.trail && !scene_.paint && !image_.deep && !options_.target;
   }
   [[nodiscard]] Drawer& choose_drawer(Backend backend);
   DrawStats draw_tiles(RenderStats& stats, const std::function<void(const TilePixels&)>& emit);
@@ -65,6 +67,11 @@ class SettledPicture {
   ClassTable table_;
   const Trail* settled_trail_ = nullptr; // that the shot's is of
   ShotTrail trail_;
+  ShotPaint paint_;
+  SheetView paint_view_;
+  TransferFunction paint_function_;
+  ClassTable paint_table_;
+  std::shared_ptr<const LightVolume> light_;
   std::deque<SheetView> moved_; // of the trail's sources with a domain of their own
   Shot shot_;
   Drawers of_picture_; // where nothing is kept

@@ -33,6 +33,8 @@ class SharedSheets {
       if (!there_) return;
       picture.settle_view(apart);
       picture.settle_look();
+      picture.settle_paint();
+      picture.settle_light();
       shots_.push_back(&picture.shot());
     }
   }

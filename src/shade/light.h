@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "base/vec.h"
@@ -35,7 +36,11 @@ struct Lights {
   std::vector<Light> lights = std::vector<Light>(1); // GCC 12 doubts a copied list
   double ambient = 0.3, diffuse = 0.7, specular = 0.2, shininess = 20;
   GradientNoise noise; // none: every gradient is a surface's
+  // Whether the volume stands in the way of its lights, and of what comes from all around.
+  bool shadow = false, occlusion = false;
 };
+
+inline constexpr size_t lights_at_most = 8;
 
 // Returns the weight w of a surface: rises smoothly from 0 at the noise to 1.
 [[nodiscard]] inline double surface_weight(double gradient, double noise) {
@@ -59,13 +64,22 @@ struct Shading {
   Vec3 scale{}, highlight{};
 };
 
+// What of the light from all around and of that of each light comes through to a place.
+struct LightThrough {
+  double ambient = 1;
+  std::span<const float> lights; // empty: all of it
+};
+
 // gradient: world space; to_viewer: unit vector; value: of the field, less its base.
 [[nodiscard]] inline Shading shade(const Lights& lights, const Vec3& gradient, const Vec3& to_viewer,
-                                   double value) {
+                                   double value, const LightThrough& through = {}) {
   Shading s;
-  s.scale = {lights.ambient, lights.ambient, lights.ambient};
+  const double around = lights.ambient * through.ambient;
+  s.scale = {around, around, around};
   const double norm = length(gradient), weight = surface_weight(norm, lights.noise.at(value));
-  for (const Light& light : lights.lights) {
+  for (size_t n = 0; n < lights.lights.size(); ++n) {
+    const Light& light = lights.lights[n];
+    const double share = through.lights.empty() ? 1 : static_cast<double>(through.lights[n]);
     const bool headlight = dot(light.direction, light.direction) == 0;
     const Vec3 to_light = headlight ? to_viewer : normalized(light.direction);
     double facing = 1, shine = 0;
@@ -76,8 +90,8 @@ struct Shading {
       if (h > 0) shine = std::pow(std::fabs(dot(gradient, half)) / (norm * h), lights.shininess);
       if (shine < least_highlight) shine = 0;
     }
-    s.scale = s.scale + (lights.diffuse * (weight * facing + (1 - weight))) * light.color;
-    s.highlight = s.highlight + (lights.specular * (weight * shine)) * light.color;
+    s.scale = s.scale + (share * lights.diffuse * (weight * facing + (1 - weight))) * light.color;
+    s.highlight = s.highlight + (share * lights.specular * (weight * shine)) * light.color;
   }
   return s;
 }

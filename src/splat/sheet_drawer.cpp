@@ -3,6 +3,8 @@
 // whether its tables need integrals, which the points decide.
 #include "splat/sheet_drawer.h"
 
+#include <array>
+#include <deque>
 #include <vector>
 
 #include "shade/preintegrate.h"
@@ -22,6 +24,7 @@ class Integrals {
   Integrals(const Shot& shot, const SplatPoints& points) : shot_(shot), points_(points) {}
 
   [[nodiscard]] bool needed(const TransferFunction& function, const ClassTable& table) const {
+    if (shot_.slice->labels && !shot_.trail) return false; // nothing lies between
     if (shot_.preintegrate != Preintegrate::automatic) return shot_.preintegrate == Preintegrate::on;
     const double change = shot_.view->step * change_per_unit(*shot_.slice, points_);
     return narrowness(function, table, change, shot_.view->step_world) >= narrow_function;
@@ -50,7 +53,8 @@ DrawStats draw_with_trail(const Shot& shot, const SplatScene& scene, SplatOption
   for (const ClassTable& t : tables) options.preintegrate = options.preintegrate || !t.integrals.empty();
   std::vector<SplatScene> sources;
   for (const ShotTrail::Source& s : trail.sources)
-    sources.push_back({s.slice, s.points, s.view, &tables.front(), scene.lights, scene.sums});
+    sources.push_back(
+        {s.slice, s.points, s.view, &tables.front(), scene.lights, scene.sums, nullptr, nullptr});
   std::vector<TrailStill> stills;
   for (const ShotStill& s : trail.stills)
     stills.push_back({s.shares, &tables[s.function], s.weight, s.frame});
@@ -63,9 +67,27 @@ DrawStats draw_with_trail(const Shot& shot, const SplatScene& scene, SplatOption
 
 void SheetDrawer::prepare(const Shot& shot, const Context& context) {
   if (shot.points) (void)shot.points->of(*shot.slice, context);
+  if (shot.paint && shot.paint->points) (void)shot.paint->points->of(*shot.paint->slice, context);
 }
 
 namespace {
+
+// What a shot is painted by, as the sheets see it; null where it is not.
+class PaintScene {
+ public:
+  PaintScene(const Shot& shot, const Lights& lights, const Context& context) {
+    if (!shot.paint) return;
+    const ShotPaint& paint = *shot.paint;
+    const SplatPoints& points = (paint.points ? paint.points : &of_picture_)->of(*paint.slice, context);
+    scene_ = {paint.slice, &points, paint.view, paint.table, &lights, shot.sums, nullptr, nullptr};
+  }
+  [[nodiscard]] const SplatScene* get() const { return scene_.slice ? &scene_ : nullptr; }
+  [[nodiscard]] uint64_t points() const { return scene_.slice ? scene_.points->count : 0; }
+
+ private:
+  KeptPoints of_picture_;
+  SplatScene scene_;
+};
 
 // What shots that share their sheets are drawn by: as finely as the one that asks for most.
 SplatOptions shared_options(std::span<const Shot* const> shots) {
@@ -77,6 +99,8 @@ SplatOptions shared_options(std::span<const Shot* const> shots) {
     if (o.gradient == GradientMethod::analytic) shared.gradient = o.gradient;
     differences = differences || shot->slice->kernel.normalised || corrected(*shot);
     shared.disable_skips |= o.disable_skips;
+    // Labels are where the field that reaches them is another.
+    if (shot->slice->labels) shared.disable_skips |= skip_transfer_function | skip_cells | skip_empty_sheets;
   }
   if (differences && shared.gradient == GradientMethod::analytic)
     shared.gradient = GradientMethod::fourth_order;
@@ -92,6 +116,7 @@ DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context
   std::vector<ClassTable> tables;
   std::vector<Lights> lights;
   std::vector<SplatScene> scenes;
+  std::deque<PaintScene> paints;
   tables.reserve(shots.size()), lights.reserve(shots.size());
   uint64_t points_total = 0;
   for (size_t n = 0; n < shots.size(); ++n) {
@@ -100,9 +125,10 @@ DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context
     ClassTable& table = tables.emplace_back(*shot.table);
     if (Integrals(shot, points).needed(*shot.function, table))
       table.integrals = integrate_values(*shot.function, table), options.preintegrate = true;
-    scenes.push_back({shot.slice, &points, shot.view, &table,
-                      &lights.emplace_back(lights_of(shot, options.kernel_form)), shot.sums});
-    points_total += points.count;
+    const Lights& lit = lights.emplace_back(lights_of(shot, options.kernel_form));
+    const PaintScene& paint = paints.emplace_back(shot, lit, context);
+    scenes.push_back({shot.slice, &points, shot.view, &table, &lit, shot.sums, paint.get(), shot.light});
+    points_total += points.count + paint.points();
   }
   DrawStats stats = splat_together(scenes, options, context, emit);
   stats.points_total += points_total;
@@ -112,6 +138,12 @@ DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context
 
 DrawStats SheetDrawer::draw(const Shot& shot, const Context& context,
                             const std::function<void(const TilePixels&)>& emit) {
+  // What has labels, or colours or light from elsewhere, has sheets side by side.
+  if ((shot.paint || shot.light || shot.slice->labels) && !shot.trail &&
+      shot.options.mode == RenderMode::composite) {
+    const std::array<const Shot*, 1> alone{&shot};
+    return draw_sheets_together(alone, context, emit);
+  }
   SplatOptions options = sheet_options(shot);
   const KeptPoints of_picture;
   const SplatPoints& points = (shot.points ? shot.points : &of_picture)->of(*shot.slice, context);
@@ -120,7 +152,8 @@ DrawStats SheetDrawer::draw(const Shot& shot, const Context& context,
   if (options.mode == RenderMode::composite && Integrals(shot, points).needed(*shot.function, table))
     table.integrals = integrate_values(*shot.function, table);
   options.preintegrate = !table.integrals.empty();
-  const SplatScene scene{shot.slice, &points, shot.view, &table, &lights, shot.sums};
+  const PaintScene paint(shot, lights, context);
+  const SplatScene scene{shot.slice, &points, shot.view, &table, &lights, shot.sums, paint.get(), nullptr};
   DrawStats stats = shot.trail ? draw_with_trail(shot, scene, options, context, emit)
                                : splat(scene, options, context, emit, shot.points ? &kept_ : nullptr);
   stats.points_total += points.count;

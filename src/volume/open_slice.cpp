@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "slice/masked_slice.h"
+#include "volume/labels.h"
 
 namespace bccsplat {
 namespace {
@@ -66,15 +67,45 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
   const uint64_t read_before = volume.reader()->bytes_read();
   OpenSlice result;
   result.channel = request.channel, result.level = request.level;
+  const bool labels = cuts_labels(volume, request);
   if (request.extracted)
     extract(result, request, volume.affine(), context);
   else
-    result.slice = hyperslice(*request.coefficients, request.plane, request.cut, volume.affine(), context);
+    result.slice =
+        hyperslice(*request.coefficients, labels ? plane_of_samples(volume, request.plane) : request.plane,
+                   request.cut, volume.affine(), context);
   result.cut = request.cut;
+  if (labels) add_labels(result, volume, context);
   result.slice.bytes_read = volume.reader()->bytes_read() - read_before;
   result.memory = Reservation(context.memory, result.slice.bytes(), "slice");
   return result;
 }
+
+namespace {
+
+// Replaces values that are there by labels.
+void take_labels(const SliceLabels& labels, std::span<const Vec3> points, std::span<float> values,
+                 std::span<std::array<float, 3>> gradients) {
+  for (size_t n = 0; n < values.size(); ++n) {
+    if (std::isnan(values[n])) continue;
+    values[n] = labels.at(points[n]);
+    if (!gradients.empty()) gradients[n] = {};
+  }
+}
+
+void take_labels(const SliceLabels& labels, const Grid& grid, float* values) {
+  const size_t nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
+  std::vector<Vec3> row(nx);
+  for (size_t r = 0; r < ny * static_cast<size_t>(grid.dims[2]); ++r) {
+    for (size_t x = 0; x < nx; ++x) {
+      const Vec3 i{static_cast<double>(x), static_cast<double>(r % ny), static_cast<double>(r / ny)};
+      for (size_t a = 0; a < 3; ++a) row[x][a] = grid.origin[a] + grid.step[a] * i[a];
+    }
+    take_labels(labels, row, {values + r * nx, nx}, {});
+  }
+}
+
+} // namespace
 
 void prefetch_slice(const SliceRequest& request, const Context& context) {
   if (request.extracted) fail(Code::unsupported, "prefetch: extracted points read samples on their own");
@@ -106,8 +137,12 @@ Grid OpenSlice::own_grid() const {
 
 EvaluateMisses OpenSlice::evaluate(std::span<const Vec3> points, std::span<float> values,
                                    std::span<std::array<float, 3>> gradients, const Context& context) const {
-  if (!extraction) slice.coset.make(context);
-  if (!extraction) return sample_points(slice, points, values, gradients, context);
+  if (!extraction) {
+    slice.coset.make(context);
+    const EvaluateMisses misses = sample_points(slice, points, values, gradients, context);
+    if (slice.labels) take_labels(*slice.labels, points, values, gradients);
+    return misses;
+  }
   EvaluateMisses misses;
   misses.outside = extraction->sample(points, values, gradients, context);
   misses.holes = hide_missing(slice, points, values);
@@ -121,6 +156,7 @@ void OpenSlice::sample(const Grid& grid, float* values, const Context& context) 
     sample_extracted(*this, grid, values, context);
   else
     slice.coset.make(context), sample_grid(slice, grid, values, context);
+  if (slice.labels) take_labels(*slice.labels, grid, values);
 }
 
 uint64_t OpenSlice::list(uint64_t capacity, float* uvw, float* coefficients, Progress& progress) const {

@@ -326,12 +326,12 @@ class View:
 
 
 def lights_struct(lights: Sequence[tuple[Sequence[float], Sequence[float]]], ambient: float, diffuse: float,
-                  specular: float, shininess: float) -> _abi.Lights:
+                  specular: float, shininess: float, shadow: bool = False, occlusion: bool = False) -> _abi.Lights:
     array = (_abi.Light * max(len(lights), 1))()
     for light, (direction, color) in zip(array, lights):
         light.direction[:], light.color[:] = [*direction], [*color]
     return _abi.Lights(count=len(lights), lights=array, ambient=ambient, diffuse=diffuse, specular=specular,
-                       shininess=shininess)
+                       shininess=shininess, shadow=int(shadow), occlusion=int(occlusion))
 
 
 def camera_matrices(camera: _abi.Camera, width: int, height: int, near: float, far: float,
@@ -431,9 +431,12 @@ class Renderer(Child):
         call("renderer_set_transfer_function", self.pointer, None if struct is None else byref(struct))
 
     def set_lights(self, lights: Sequence[tuple[Sequence[float], Sequence[float]]] = (), *, ambient: float = 0.0,
-                   diffuse: float = 0.0, specular: float = 0.0, shininess: float = 0.0) -> None:
-        """lights: (direction towards the light, linear RGB), at most 8."""
-        call("renderer_set_lights", self.pointer, byref(lights_struct(lights, ambient, diffuse, specular, shininess)))
+                   diffuse: float = 0.0, specular: float = 0.0, shininess: float = 0.0, shadow: bool = False,
+                   occlusion: bool = False) -> None:
+        """lights: (direction towards the light, linear RGB), at most 8. shadow, occlusion: the volume stands in the way of
+        them, and of ambient light."""
+        call("renderer_set_lights", self.pointer,
+             byref(lights_struct(lights, ambient, diffuse, specular, shininess, shadow, occlusion)))
 
     def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
                     shading: int | str | None = None, preintegrate: int | str | None = None,

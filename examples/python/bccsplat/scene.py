@@ -34,29 +34,48 @@ class Scene(Child):
 
     @staticmethod
     def _instance(placement: Any, outside: int | str | None, hidden: bool,
-                  transfer_function: TransferFunction | None, options: dict[str, Any]) -> tuple[_abi.Instance, Any]:
+                  transfer_function: TransferFunction | None, color_channel: int | None,
+                  color_function: TransferFunction | None, mask_channel: int | None, mask_labels: Sequence[float],
+                  options: dict[str, Any]) -> tuple[_abi.Instance, Any]:
         instance = _abi.Instance(outside=choose("OUTSIDE", outside), hidden=int(hidden), **options)
         if placement is not None:
             instance.placement[:] = np.asarray(placement, np.float64).reshape(16).tolist()
-        function = None if transfer_function is None else transfer_function.struct()
-        if function is not None:
-            instance.transfer_function = ctypes.pointer(function)
-        return instance, function
+        functions = [None if f is None else f.struct() for f in (transfer_function, color_function)]
+        if functions[0] is not None:
+            instance.transfer_function = ctypes.pointer(functions[0])
+        if color_channel is not None:
+            instance.set_mask |= _abi.INSTANCE_SET_COLOR_CHANNEL
+            instance.color_channel = color_channel
+            if functions[1] is not None:
+                instance.color_function = ctypes.pointer(functions[1])
+        labels = (ctypes.c_double * max(len(mask_labels), 1))(*mask_labels)
+        if mask_channel is not None:
+            instance.set_mask |= _abi.INSTANCE_SET_MASK_CHANNEL
+            instance.mask_channel, instance.mask_label_count = mask_channel, len(mask_labels)
+            instance.mask_labels = ctypes.addressof(labels)
+        return instance, (functions, labels)
 
     def add(self, volume: Volume, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
-            transfer_function: TransferFunction | None = None, **options: Any) -> int:
-        """Returns the instance's number. placement: 4x4. outside: "hide", "hold" or "loop". Further options by the names
-        of bccsplat_instance: channel, time_scale, time_offset, density."""
-        instance, _function = self._instance(placement, outside, hidden, transfer_function, options)
+            transfer_function: TransferFunction | None = None, color_channel: int | None = None,
+            color_function: TransferFunction | None = None, mask_channel: int | None = None,
+            mask_labels: Sequence[float] = (), **options: Any) -> int:
+        """Returns the instance's number. placement: 4x4. outside: "hide", "hold" or "loop". color_channel: another channel,
+        whose values say the colours, by color_function. mask_channel: one of labels, of which only mask_labels are drawn.
+        Further options by the names of bccsplat_instance: channel, time_scale, time_offset, density."""
+        instance, _kept = self._instance(placement, outside, hidden, transfer_function, color_channel, color_function,
+                                         mask_channel, mask_labels, options)
         number = ctypes.c_uint64()
         call("scene_add", self.pointer, volume.pointer, byref(instance), byref(number))
         self._volumes[number.value] = volume.share()  # and with it what the volume borrows from Python
         return number.value
 
     def set_instance(self, number: int, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
-                     transfer_function: TransferFunction | None = None, **options: Any) -> None:
+                     transfer_function: TransferFunction | None = None, color_channel: int | None = None,
+                     color_function: TransferFunction | None = None, mask_channel: int | None = None,
+                     mask_labels: Sequence[float] = (), **options: Any) -> None:
         """All of it anew: what is not given is the default."""
-        instance, _function = self._instance(placement, outside, hidden, transfer_function, options)
+        instance, _kept = self._instance(placement, outside, hidden, transfer_function, color_channel, color_function,
+                                         mask_channel, mask_labels, options)
         call("scene_set_instance", self.pointer, number, byref(instance))
 
     def remove(self, number: int) -> None:
@@ -74,9 +93,11 @@ class Scene(Child):
         call("scene_set_clips", self.pointer, clip_array(clips), len(clips))
 
     def set_lights(self, lights: Sequence[tuple[Sequence[float], Sequence[float]]] = (), *, ambient: float = 0.0,
-                   diffuse: float = 0.0, specular: float = 0.0, shininess: float = 0.0) -> None:
+                   diffuse: float = 0.0, specular: float = 0.0, shininess: float = 0.0, shadow: bool = False,
+                   occlusion: bool = False) -> None:
         """As those of a Renderer."""
-        call("scene_set_lights", self.pointer, byref(lights_struct(lights, ambient, diffuse, specular, shininess)))
+        call("scene_set_lights", self.pointer,
+             byref(lights_struct(lights, ambient, diffuse, specular, shininess, shadow, occlusion)))
 
     def bounds(self) -> tuple[float, ...]:
         """x0 y0 z0 x1 y1 z1 around all instances that are not hidden."""

@@ -33,7 +33,9 @@ struct SplatScene {
   const SheetView* view = nullptr;
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
-  KeptLatticeSums* sums = nullptr; // of earlier pictures; null: none are kept
+  KeptLatticeSums* sums = nullptr;    // of earlier pictures; null: none are kept
+  const SplatScene* paint = nullptr;  // whose values say the colours; null: the scene's own
+  const LightVolume* light = nullptr; // null: all light comes through
 };
 
 } // namespace bccsplat

@@ -72,7 +72,7 @@ Segment classify_pixel(const SheetArgs& s, size_t p, std::ptrdiff_t at, float sh
   Segment out;
   out.begin = std::max(s.segment.begin(), s.pixel.enter[p]);
   out.weight = segment_weight(s, p);
-  out.value = s.field.base + s.field.value[at];
+  out.value = s.paint.value ? s.paint.value[p] : s.field.base + s.field.value[at];
   const ClassTable& table = *s.classes.table;
   const float path = share * s.pixel.path[p];
   if (!s.halves.preintegrated) {
@@ -111,8 +111,16 @@ Shading light_segment(const SheetArgs& s, int x, int y, const Segment& segment, 
   const Vec3 viewer{static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
                     static_cast<double>(s.pixel.view_z[p])};
   const double value = s.field.value[s.tile.sample(x, y)];
+  std::array<float, lights_at_most> of_lights{};
+  LightThrough through;
+  if (s.paint.ambient) through.ambient = s.paint.ambient[p];
+  if (s.paint.lights) {
+    for (size_t n = 0; n < s.shading.lights->lights.size(); ++n)
+      of_lights[n] = s.paint.lights[n * s.paint.light_floats + p];
+    through.lights = std::span(of_lights).first(s.shading.lights->lights.size());
+  }
   const auto light = [&](float quarters) {
-    return shade(*s.shading.lights, world_gradient(s, x, y, quarters), viewer, value);
+    return shade(*s.shading.lights, world_gradient(s, x, y, quarters), viewer, value, through);
   };
   if (!s.differences.halves || !(added > lit_in_halves)) return light(0);
   const float apart = std::min(added / lit_in_halves - 1, 1.0f);

@@ -103,6 +103,16 @@ struct SheetShading {
   float noise = 0, noise_of_value = 0; // of the lights, enlarged as gradients are
 };
 
+// What the tile's pixels have from elsewhere, planes pitched as PixelPlanes.
+struct SheetPaint {
+  const float* value = nullptr; // that pixels are classified by, absolute; null: the field's
+  const float *red = nullptr, *green = nullptr, *blue = nullptr; // null: the table's colours
+  // What of the light from all around and of that of each light comes through, light after light, their
+  // planes `light_floats` apart; null: all of it.
+  const float *ambient = nullptr, *lights = nullptr;
+  size_t light_floats = 0;
+};
+
 // A value between sheets: the weighted sum of four planes.
 struct Halfway {
   std::array<const float*, 4> plane{};
@@ -127,6 +137,7 @@ struct SheetArgs {
   SheetClasses classes{};
   SheetShading shading{};
   SheetHalves halves{};
+  SheetPaint paint{};            // of absorb() alone (splat/trail/matter.h)
   const uint8_t* hole = nullptr; // per pixel, `pitch` per row; null: none
   std::array<float, 4> time{};   // frame index at (i, j): [0] + [1] i + [2] j
   PixelPlanes pixel{};

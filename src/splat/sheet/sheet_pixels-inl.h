@@ -99,6 +99,9 @@ struct Gloss {
 // How much of a light a surface sends on, before the light's colour.
 struct Lobe {
   V scale, highlight;
+  [[nodiscard]] HWY_INLINE Lobe times(V share) const {
+    return {hn::Mul(share, scale), hn::Mul(share, highlight)};
+  }
 };
 
 // A piece of surface: its gradient, one over the length of that, and its weight.
@@ -126,8 +129,8 @@ struct Beam {
 // What lights do to a colour: a factor and a highlight for each part.
 struct Lit {
   V scale_r, scale_g, scale_b, shine_r, shine_g, shine_b;
-  HWY_INLINE explicit Lit(float ambient)
-      : scale_r(Set(ambient)), scale_g(scale_r), scale_b(scale_r), shine_r(hn::Zero(d)), shine_g(shine_r),
+  HWY_INLINE explicit Lit(V ambient)
+      : scale_r(ambient), scale_g(scale_r), scale_b(scale_r), shine_r(hn::Zero(d)), shine_g(shine_r),
         shine_b(shine_r) {}
 
   HWY_INLINE void add(const Lobe& lobe, const std::array<float, 3>& color) {
@@ -197,6 +200,15 @@ struct Pixels {
   HWY_INLINE V time() const {
     return hn::MulAdd(Set(s.time[1]), column(),
                       Set(s.time[0] + s.time[2] * static_cast<float>(s.tile.y + y)));
+  }
+
+  // What of the light from all around comes here, and of light n what a surface sends on.
+  HWY_INLINE V ambient(const Gloss& gloss) const {
+    const V all = Set(gloss.ambient);
+    return s.paint.ambient ? hn::Mul(all, load(s.paint.ambient)) : all;
+  }
+  HWY_INLINE Lobe of_light(size_t n, const Lobe& lobe) const {
+    return s.paint.lights ? lobe.times(load(s.paint.lights + n * s.paint.light_floats)) : lobe;
   }
 
   // Takes the kernel's ripple off the sums of the analytic gradient, as far as the nearest entry of the table
@@ -410,9 +422,9 @@ template<class Lighting> struct LightPixels {
     V gi, gj, gk;
     px.gradient_parts(gi, gj, gk);
     const Facet facet = lights.facet(px, gi, gj, gk);
-    Lit lit(lights.gloss.ambient);
+    Lit lit(px.ambient(lights.gloss));
     for (size_t n = 0; n < lights.count(); ++n)
-      lit.add(lights.beam(px, n).on(facet, lights.gloss), lights.color(n));
+      lit.add(px.of_light(n, lights.beam(px, n).on(facet, lights.gloss)), lights.color(n));
     lit.apply(red, green, blue);
   }
   // The same in halves, as light_segment().
@@ -425,12 +437,12 @@ template<class Lighting> struct LightPixels {
     ci = hn::Mul(move, ci), cj = hn::Mul(move, cj), ck = hn::Mul(move, ck);
     const Facet front = lights.facet(px, hn::Sub(gi, ci), hn::Sub(gj, cj), hn::Sub(gk, ck));
     const Facet back = lights.facet(px, hn::Add(gi, ci), hn::Add(gj, cj), hn::Add(gk, ck));
-    Lit lit(lights.gloss.ambient);
+    Lit lit(px.ambient(lights.gloss));
     for (size_t n = 0; n < lights.count(); ++n) {
       const Beam beam = lights.beam(px, n);
       const Lobe a = beam.on(front, lights.gloss), b = beam.on(back, lights.gloss);
-      lit.add({hn::MulAdd(of.front, hn::Sub(a.scale, b.scale), b.scale),
-               hn::MulAdd(of.front, hn::Sub(a.highlight, b.highlight), b.highlight)},
+      lit.add(px.of_light(n, {hn::MulAdd(of.front, hn::Sub(a.scale, b.scale), b.scale),
+                              hn::MulAdd(of.front, hn::Sub(a.highlight, b.highlight), b.highlight)}),
               lights.color(n));
     }
     lit.apply(red, green, blue);

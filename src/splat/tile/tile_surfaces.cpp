@@ -31,9 +31,10 @@ TileSurfaces::TileSurfaces(const TileJob& job, const PlannedTile& tile, TileMemo
   const bool all = options_.with_deep && options_.opacity_stop >= 1;
   for (const IsoSurface& s : options_.surfaces)
     surfaces_.push_back({s.value - scene_.slice->base, static_cast<float>(s.value),
-                         static_cast<float>(s.opacity), surface_color(s, *scene_.table),
-                         all || s.opacity < 1});
+                         static_cast<float>(s.opacity), surface_color(s, *scene_.table), all || s.opacity < 1,
+                         s.color.has_value()});
   found_.resize(surfaces_.size());
+  if (scene_.paint) paint_.emplace(*scene_.paint->slice);
   m_.hits.clear();
 }
 
@@ -122,8 +123,26 @@ void TileSurfaces::refine(const CrossingArgs& c, uint32_t surface, int interval)
     if (s.both_ways) crossings.push_back(way_out(g, k));
   }
   const auto points = refine_crossings(field_, view_, s.target, crossings, root_tolerance);
+  const size_t before = hits_.size();
   for (size_t n = 0; n < points.size(); ++n)
-    hits_.push_back({crossings[n].number, surface, crossings[n].i, crossings[n].j, points[n]});
+    hits_.push_back({crossings[n].number, surface, crossings[n].i, crossings[n].j, points[n], s.color});
+  if (paint_ && !s.own_color) paint(std::span(hits_).subspan(before));
+}
+
+// Gives hits the colours of another field's values.
+void TileSurfaces::paint(std::span<Hit> hits) const {
+  const SplatScene& by = *scene_.paint;
+  const Affine3 to_paint = by.view->lattice_to_world.inverse();
+  std::vector<Vec3> places, gradients(hits.size());
+  std::vector<float> values(hits.size());
+  for (const Hit& hit : hits)
+    places.push_back(to_paint.point(view_.lattice_to_world.point(hit.point.position)));
+  if (!by.slice->labels) field_at(*paint_, places, values, gradients);
+  for (size_t n = 0; n < hits.size(); ++n) {
+    const float value = by.slice->labels ? by.slice->labels->at(by.slice->lattice_to_slice.point(places[n]))
+                                         : by.slice->base + values[n];
+    hits[n].color = by.table->entry[static_cast<size_t>(by.table->index(value))];
+  }
 }
 
 // Lays a surface behind what its pixel has; returns whether that finishes it.
@@ -137,7 +156,7 @@ bool TileSurfaces::add(const Hit& hit) {
   Shading lit{{1, 1, 1}, {}};
   if (options_.shading)
     lit = shade(*scene_.lights, hit.point.gradient, to_viewer(view_, hit.i, hit.j), s.target);
-  const std::array<float, 3> seen = lit_color(s.color, lit);
+  const std::array<float, 3> seen = lit_color(hit.color, lit);
   const float part = (1 - pixel_.alpha[p]) * s.opacity;
   if (!(pixel_.alpha[p] > 0)) pixel_.depth[p] = static_cast<float>(hit.point.k);
   pixel_.red[p] += part * seen[0], pixel_.green[p] += part * seen[1], pixel_.blue[p] += part * seen[2];

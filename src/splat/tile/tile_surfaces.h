@@ -3,7 +3,9 @@
 // what they add to its pixels.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,6 +33,7 @@ class TileSurfaces {
     float value, opacity;
     std::array<float, 4> color;
     bool both_ways; // what lies behind it is seen: rays that graze it leave it again
+    bool own_color; // not that of a value
   };
   struct Found {
     size_t begin = 0, end = 0; // in the memory's crossings
@@ -39,12 +42,14 @@ class TileSurfaces {
     uint32_t pixel = 0, surface = 0;
     double i = 0, j = 0;
     SurfacePoint point;
+    std::array<float, 4> color{};
   };
 
   [[nodiscard]] bool look_at(int64_t first, int64_t end, DrawStats& stats, CrossingArgs& c) const;
   void find_crossings(CrossingArgs& c);
   void refine(const CrossingArgs& c, uint32_t surface, int interval);
   [[nodiscard]] bool lacks_points(double k, int x, int y, float value, float target) const;
+  void paint(std::span<Hit> hits) const;
   bool add(const Hit& hit);
 
   const SplatScene& scene_;
@@ -53,6 +58,7 @@ class TileSurfaces {
   const PlannedTile& tile_;
   TileMemory& m_;
   const SurfaceField& field_;
+  std::optional<SurfaceField> paint_; // whose values say the colours
   const SheetSource& source_;
   const PixelPlanes& pixel_;
   const SheetView& view_;

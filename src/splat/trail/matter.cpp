@@ -17,9 +17,10 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
       const size_t p = s.tile.pixel(x, y);
       if (s.pixel.alpha[p] >= s.classes.stop || (s.hole && s.hole[p])) continue;
       const std::ptrdiff_t at = s.tile.sample(x, y);
-      const Segment segment = classify_pixel(s, p, at, weight);
+      Segment segment = classify_pixel(s, p, at, weight);
       const float depth = segment.depth;
       if (!(depth > 0)) continue;
+      if (s.paint.red) segment.color = {s.paint.red[p], s.paint.green[p], s.paint.blue[p]};
       Shading lit{{1, 1, 1}, {}};
       if (s.shading.on) lit = light_segment(s, x, y, segment, (1 - s.pixel.alpha[p]) * segment.absorbed);
       const auto light = [&](float color, size_t c) {

@@ -24,6 +24,12 @@ int Join(const JoinArgs& j) { return reference_matter_loops().join(j); }
 std::array<float, 2> Mix(const MixArgs& m) { return reference_matter_loops().mix(m); }
 #else
 
+// Replaces the colours where they are from elsewhere.
+HWY_INLINE void Paint(const Pixels& px, V& red, V& green, V& blue) {
+  const SheetPaint& paint = px.s.paint;
+  if (paint.red) red = px.load(paint.red), green = px.load(paint.green), blue = px.load(paint.blue);
+}
+
 template<class Shade>
 void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const Shade& shade) {
   const ClassTable& table = *s.classes.table;
@@ -35,7 +41,7 @@ void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const 
   for (int y = seen.y0; y < seen.y1; ++y)
     for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
       const Pixels px{s, x, y, s.tile.pixel(x, y), s.tile.sample(x, y)};
-      const V value = px.value();
+      const V value = s.paint.value ? px.load(s.paint.value) : px.value();
       const auto index =
           hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(value, low), scale), hn::Zero(d)), top));
       const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
@@ -46,6 +52,7 @@ void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const 
       if (hn::AllFalse(d, active)) continue;
       V red, green, blue, extinction;
       LookUp(table.entry.data(), index, red, green, blue, extinction);
+      Paint(px, red, green, blue);
       const V path = hn::Mul(hn::Mul(Set(share), weight), px.load(s.pixel.path));
       const V depth = hn::IfThenElseZero(active, hn::Mul(extinction, path));
       const V open = hn::Sub(Set(1.0f), px.load(s.pixel.alpha));
@@ -83,6 +90,7 @@ void AbsorbIntegrals(const SheetArgs& s, float share, const MatterPlanes& out, c
       if (!classify(s, px, px.load(s.pixel.alpha), px.load(s.pixel.enter), px.load(s.pixel.leave), stop,
                     extent, segment, active))
         continue;
+      Paint(px, segment.red, segment.green, segment.blue);
       const V depth = hn::IfThenElseZero(active, segment.depth);
       const V open = hn::Sub(Set(1.0f), px.load(s.pixel.alpha));
       const V added = hn::IfThenElseZero(active, hn::Mul(open, segment.absorbed));

@@ -170,7 +170,12 @@ DrawStats splat_together(std::span<const SplatScene> scenes, const SplatOptions&
   for (size_t n = 0; n < scenes.size(); ++n) {
     list.push_back({&scenes[n], &together});
     shares.push_back({static_cast<uint32_t>(n), 1});
-    stills.push_back({std::span(shares).subspan(n, 1), scenes[n].table, 1, scenes[n].slice->frame});
+    stills.push_back({std::span(shares).subspan(n, 1), scenes[n].table, 1, scenes[n].slice->frame, {}});
+  }
+  for (size_t n = 0; n < scenes.size(); ++n) {
+    if (!scenes[n].paint) continue;
+    stills[n].paint = static_cast<uint32_t>(list.size());
+    list.push_back({scenes[n].paint, &together});
   }
   Planned planned;
   TrailJob job;

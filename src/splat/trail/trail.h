@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct TrailStill {
   const ClassTable* table = nullptr;
   float weight = 1;
   double frame = 0;
+  std::optional<uint32_t> paint{}; // a source whose values say the colours; none: the still's own
 };
 
 // Draws in modes composite and isosurface; the mode is the slice's, and the trail is always composited.
@@ -32,7 +34,7 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
                            const std::function<void(const TilePixels&)>& emit);
 
 // Draws scenes in mode composite into one picture, as far as each is in its own domain; none has a trail.
-// Their views have the same pixels and sheets.
+// Their views and those of what they are painted by have the same pixels and sheets.
 DrawStats splat_together(std::span<const SplatScene> scenes, const SplatOptions& options,
                          const Context& context, const std::function<void(const TilePixels&)>& emit);
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "splat/tile/tile_rays.h"
+#include "splat/trail/sheet_painter.h"
 
 namespace bccsplat {
 namespace {
@@ -29,7 +30,7 @@ uint64_t bytes_of(const TileMemory& m) {
 
 uint64_t bytes_of(const TrailMemory& m) {
   uint64_t sum = bytes_of(m.slice) + bytes_of(m.pixels) + bytes_of(m.matter) + bytes_of(m.mixed) +
-                 bytes_of(m.rays) + bytes_of(m.hole);
+                 bytes_of(m.rays) + bytes_of(m.paint) + bytes_of(m.hole);
   for (const TileMemory& sheets : m.sheets) sum += bytes_of(sheets);
   return sum;
 }
@@ -87,8 +88,10 @@ uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
   const uint64_t pixels = rounded(tile.width) * tile.height;
   // There are planes of pixels and matter (trail_tile.cpp), of the slice where it is drawn apart, and of
   // rays.
-  const uint64_t planes =
-      7 + matter_planes + (apart ? TileMemory::pixel_planes : 0) + (job.sources.size() + 2) * ray_planes;
+  size_t painted = 0;
+  for (const TrailObject& o : job.sources) painted = std::max(painted, paint_planes(*o.scene));
+  const uint64_t planes = 7 + painted + matter_planes + (apart ? TileMemory::pixel_planes : 0) +
+                          (job.sources.size() + 2) * ray_planes;
   return sum +
          (planes * pixels + mixed * (finished_sheets + gradient_planes) * plane_floats(first.plan, tile)) *
              sizeof(float) +

@@ -8,12 +8,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "base/grid.h"
 #include "splat/sheet/sheet_args.h"
 #include "splat/tile/tile_holes.h"
 #include "splat/tile/tile_rays.h"
+#include "splat/trail/sheet_painter.h"
 #include "splat/trail/trail_sheets.h"
 
 namespace bccsplat {
@@ -29,6 +31,7 @@ struct Drawn {
   size_t group = 0;
   float weight = 1;
   TimeField time;
+  std::optional<uint32_t> paint{}; // an object
 };
 
 class TrailTile {
@@ -99,6 +102,12 @@ class TrailTile {
         at += group_planes * pixels_;
       }
     m_.hole.reserve(pixels_);
+    size_t painted = 0;
+    for (const TrailObject* o : objects_) painted = std::max(painted, paint_planes(*o->scene));
+    if (m_.paint.capacity() < painted * pixels_) {
+      m_.paint.reserve(painted * pixels_);
+      std::fill_n(m_.paint.data(), m_.paint.capacity(), 0.0f); // what is read beside the tile are numbers
+    }
     if (options_.with_deep)
       m_.deep.begin_tile(tile_.width, tile_.height, pitch_, options_.deep_tolerance,
                          options_.opacity_stop >= 1);
@@ -161,14 +170,17 @@ class TrailTile {
   void list_drawn() {
     const uint32_t first_source = job_.slice ? 1 : 0;
     if (job_.slice)
-      drawn_.push_back({{{0, 1.0f}}, job_.slice->scene->table, 0, 1, TimeField(*job_.slice->scene->slice)});
+      drawn_.push_back(
+          {{{0, 1.0f}}, job_.slice->scene->table, 0, 1, TimeField(*job_.slice->scene->slice), {}});
     for (const TrailStill& s : job_.stills) {
       Drawn d{{s.shares.begin(), s.shares.end()},
               s.table,
               1,
               s.weight,
-              TimeField(*job_.sources[s.shares.front().source].scene->slice)};
+              TimeField(*job_.sources[s.shares.front().source].scene->slice),
+              {}};
       for (SheetShare& share : d.shares) share.source += first_source;
+      if (s.paint) d.paint = *s.paint + first_source;
       if (d.shares.size() > 1) d.time.offset = s.frame, d.time.gradient = {};
       drawn_.push_back(std::move(d));
     }
@@ -209,11 +221,8 @@ class TrailTile {
       const OpenPixels* open = open_pixels(k);
       used_ = {};
       for (size_t n = 0; n < drawn_.size(); ++n) {
-        for (const SheetShare& s : drawn_[n].shares)
-          if (touched_[s.source]) {
-            job_.context->progress.check();
-            sources_[s.source].complete_sheets(through, open, clock);
-          }
+        for (const SheetShare& s : drawn_[n].shares) complete(s.source, through, open, clock);
+        if (drawn_[n].paint) complete(*drawn_[n].paint, through, open, clock);
         sheets_[n].mix(next_mixed_, through);
         for (int64_t sheet = k; sheet < end; ++sheet) add_sheet(drawn_[n], sheets_[n], sheet, sheet - k);
         add_lap(clock, stats_.ms_shade);
@@ -223,6 +232,12 @@ class TrailTile {
       for (int64_t sheet = k; sheet < end; ++sheet) join_sheet(sheet, sheet - k);
       add_lap(clock, stats_.ms_shade);
     }
+  }
+
+  void complete(uint32_t object, int64_t through, const OpenPixels* open, StageClock::time_point& clock) {
+    if (!touched_[object]) return;
+    job_.context->progress.check();
+    sources_[object].complete_sheets(through, open, clock);
   }
 
   // Returns the pixels still open, brought up to date when enough have closed since or have come to the
@@ -317,6 +332,12 @@ class TrailTile {
       if (missing == Missing::some) a.hole = m_.hole.data();
     }
     if (pixel_.time) a.time = sheet_time(d.time, *scene.view, k);
+    if (d.paint || scene.light || scene.slice->labels) {
+      const SheetPainter painter(a, k, m_.paint, pixels_);
+      if (scene.slice->labels) painter.labels(scene);
+      if (d.paint) painter.color(*objects_[*d.paint]->scene, sources_[*d.paint].plane(k, 0));
+      if (scene.light && options_.shading) painter.light(scene);
+    }
     loops_.absorb(a, d.weight, out);
   }
 

@@ -34,7 +34,7 @@ inline constexpr uint64_t group_planes = 6, matter_planes = sheets_together * 2 
 struct TrailMemory {
   TileMemory slice;               // of the slice where it is drawn apart
   std::vector<TileMemory> sheets; // per object
-  AlignedArray<float> pixels, matter, mixed, rays;
+  AlignedArray<float> pixels, matter, mixed, rays, paint;
   AlignedArray<uint8_t> hole;
   DeepTile deep; // where the options ask for it
 };
