@@ -80,7 +80,9 @@ class Quantities : public testing::Test {
     uint64_t id = 0;
     if (const bccsplat_status s = bccsplat_scene_add(created, volume.get(), &i, &id); s != BCCSPLAT_OK)
       return s;
-    if (lights) EXPECT_OK(bccsplat_scene_set_lights(created, lights));
+    if (lights) {
+      EXPECT_OK(bccsplat_scene_set_lights(created, lights));
+    }
     EXPECT_OK(bccsplat_scene_set_time(created, 1));
     rgba.assign(size_t{4} * pixels * pixels, 0);
     bccsplat_frame* f = nullptr;
