@@ -238,6 +238,11 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients(uint32_t channel_in
   return made;
 }
 
+double OpenVolume::share_around(std::span<const Vec4> points) const {
+  const Lattice4& lattice = this->lattice(0);
+  return part_of_bricks(bricks_around(box_around(points, lattice), lattice, BeyondBox::field), lattice.space);
+}
+
 std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel_index,
                                                                 std::span<const Vec4> points) const {
   constexpr double few = 0.25; // of all bricks

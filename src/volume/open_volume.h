@@ -73,6 +73,8 @@ class OpenVolume {
   // been made.
   [[nodiscard]] std::shared_ptr<const Coefficients> coefficients_at(uint32_t channel,
                                                                     std::span<const Vec4> points) const;
+  // Returns the part of all bricks that values at these points are made of, if they are looked up together.
+  [[nodiscard]] double share_around(std::span<const Vec4> points) const;
   // Coefficients to go through the motions with, of samples that are not the volume's own. holding: as if
   // they held what the volume's hold.
   [[nodiscard]] std::unique_ptr<Coefficients> rehearsal(uint32_t channel, const char* kernel_name,

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+// Looks up values where points are: those that lie together read what is around them, labels are those of the
+// nearest samples.
 #include "volume/values_at.h"
 
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "base/text.h"
+#include "volume/labels.h"
 
 namespace bccsplat {
 namespace {
@@ -23,12 +29,79 @@ Vec4 to_index(const OpenVolume& volume, const Affine3& to_space, const Vec4& wor
   return {p[0], p[1], p[2], t};
 }
 
+// What a probe's own bricks are told apart by, index units.
+constexpr double cluster_edge = 32;
+
+using Cluster = std::vector<size_t>; // numbers of points
+
+// Returns the points by where they are: those of a cube of space, at any time, together. One cluster of all
+// where that asks for no more bricks.
+std::vector<Cluster> clusters_of(const OpenVolume& volume, std::span<const Vec4> points) {
+  std::map<std::array<double, 3>, Cluster> cubes;
+  for (size_t n = 0; n < points.size(); ++n) {
+    const auto cube = [&](size_t a) {
+      return std::floor(std::isnan(points[n][a]) ? 0 : points[n][a] / cluster_edge);
+    };
+    cubes[{cube(0), cube(1), cube(2)}].push_back(n);
+  }
+  std::vector<Cluster> clusters;
+  double share = 0;
+  for (auto& [cube, cluster] : cubes) {
+    std::vector<Vec4> own;
+    for (const size_t n : cluster) own.push_back(points[n]);
+    share += volume.share_around(own);
+    clusters.push_back(std::move(cluster));
+  }
+  if (clusters.size() > 1 && share < volume.share_around(points)) return clusters;
+  Cluster all(points.size());
+  std::iota(all.begin(), all.end(), size_t{0});
+  return {all};
+}
+
+// Does what evaluate4() does, reading what is around each cluster of points.
+EvaluateMisses evaluate_clusters(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
+                                 std::span<float> values, std::span<std::array<float, 4>> gradients,
+                                 const Context& context) {
+  const std::vector<Cluster> clusters = clusters_of(volume, points);
+  if (clusters.size() == 1)
+    return evaluate4(*volume.coefficients_at(channel, points), points, values, gradients, context);
+  EvaluateMisses misses;
+  for (const Cluster& cluster : clusters) {
+    std::vector<Vec4> own;
+    for (const size_t n : cluster) own.push_back(points[n]);
+    std::vector<float> found(own.size());
+    std::vector<std::array<float, 4>> slopes(gradients.empty() ? 0 : own.size());
+    const EvaluateMisses more = evaluate4(*volume.coefficients_at(channel, own), own, found, slopes, context);
+    misses.outside += more.outside, misses.holes += more.holes;
+    for (size_t i = 0; i < cluster.size(); ++i) {
+      values[cluster[i]] = found[i];
+      if (!gradients.empty()) gradients[cluster[i]] = slopes[i];
+    }
+  }
+  return misses;
+}
+
+// Returns what evaluate4() of the samples nearest to the points does; labels have no slope.
+EvaluateMisses labels_at(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
+                         std::span<float> values, std::span<std::array<float, 4>> gradients,
+                         const Context& context) {
+  const Reservation memory(context.memory, points.size() * sizeof(Vec4), "the samples nearest to points");
+  std::vector<Vec4> samples(points.begin(), points.end());
+  snap_to_samples(volume, samples);
+  const EvaluateMisses misses = evaluate_clusters(volume, channel, samples, values, gradients, context);
+  for (float& value : values) value = std::round(value);
+  for (std::array<float, 4>& g : gradients)
+    if (!std::isnan(g[0])) g = {};
+  return misses;
+}
+
 } // namespace
 
 EvaluateMisses values_at(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context) {
-  return evaluate4(*volume.coefficients_at(channel, points), points, values, gradients, context);
+  if (is_labels(volume, channel)) return labels_at(volume, channel, points, values, gradients, context);
+  return evaluate_clusters(volume, channel, points, values, gradients, context);
 }
 
 EvaluateMisses values_at_world(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,

@@ -14,7 +14,7 @@
 namespace bccsplat {
 
 // evaluate4() of a channel: (x, y, z, t) in index units. Reads no more than what is around the points, while
-// these are few.
+// these are few, or in few places.
 EvaluateMisses values_at(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context);

@@ -131,4 +131,41 @@ TEST_F(Probes, ReadWhatLiesAroundThemUntilThatIsAll) {
   EXPECT_LT(bytes_read(few) - before, 4 * whole) << "points all over the volume, one by one";
 }
 
+// Two ends of a long box, at every frame: what lies between them is not read.
+TEST(ProbesInFewPlaces, ReadWhatLiesAroundEach) {
+  const Folder folder;
+  const Device device = make_device();
+  Series s;
+  s.nx = s.ny = 24, s.nz = 600, s.nt = 5;
+  s.field = [](double x, double y, double z, double t) {
+    return 50 + 20 * std::sin(0.3 * x + 0.2 * z) + 5 * std::cos(0.4 * y + t);
+  };
+  (void)write_series(device, folder.file("long.bcc4"), s);
+  std::vector<Vec4> points;
+  for (int n = 0; n < 500; ++n)
+    for (double t = 0; t < s.nt; ++t)
+      points.push_back({1.0 + n % 20, 2.0 + n % 19, n % 2 ? 3.0 + n % 7 : 590.0 - n % 5, t});
+  const auto read_by = [&](const std::vector<Vec4>& at, std::vector<float>& values) {
+    const Volume v = open(device, folder.file("long.bcc4"));
+    auto info = sized<bccsplat_volume_info>();
+    EXPECT_OK(bccsplat_volume_get_info(v.get(), &info));
+    const uint64_t before = info.bytes_read;
+    values.resize(at.size());
+    EXPECT_OK(bccsplat_volume_evaluate(v.get(), at.size(), at[0].data(), values.data(), nullptr));
+    EXPECT_OK(bccsplat_volume_get_info(v.get(), &info));
+    return info.bytes_read - before;
+  };
+  std::vector<float> all, near, far, spread;
+  std::vector<Vec4> ends[2], along;
+  for (const Vec4& p : points) ends[p[2] < 300 ? 0 : 1].push_back(p);
+  for (double z = 0; z < s.nz; z += 10) along.push_back({12, 12, z, 2});
+  const uint64_t both = read_by(points, all), one = read_by(ends[0], near), other = read_by(ends[1], far),
+                 whole = read_by(along, spread);
+  EXPECT_LE(both, one + other);
+  EXPECT_LT(both, whole / 2);
+  size_t n = 0, f = 0;
+  for (size_t p = 0; p < points.size(); ++p)
+    ASSERT_EQ(all[p], points[p][2] < 300 ? near[n++] : far[f++]) << p << ": in the order of the points";
+}
+
 } // namespace
