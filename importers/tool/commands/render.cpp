@@ -28,6 +28,7 @@
 #include "tool/view/render_arguments.h"
 #include "tool/view/render_function.h"
 #include "tool/view/render_stats.h"
+#include "tool/view/scene_picture.h"
 #include "tool/view/shown_values.h"
 #include "tool/view/slice_choice.h"
 #include "tool/view/time_slice.h"
@@ -181,9 +182,15 @@ struct Scene {
   std::optional<Annotation> annotation;
   bccsplat_channel_info info;
   const std::vector<Picture>& pictures;
+  bccsplat_render_options options;     // of a scene
+  std::optional<ScenePictures> beside; // none: one channel of one volume, which the renderer draws
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) {
+    const bool by_scene = beside && !camera.file;
+    const auto of_all =
+        by_scene ? beside->fitted(camera.projection, camera.size, picture.turn) : std::nullopt;
     const bccsplat_camera view = camera.file ? turned(camera.file->cameras[picture.camera], picture.turn)
+                                 : of_all    ? *of_all
                                              : fitted->camera(slice, picture);
     return zoomed(view, a.zoom.value_or(1));
   }
@@ -208,9 +215,13 @@ struct Scene {
 
   // Prepares what is written into pictures, in the colours that are drawn.
   void annotate(const bccsplat_look& look, double iso_value) {
-    std::vector<std::array<double, 4>> colors = function ? function->colors : colors_of(look);
-    const bool of_labels = look.kind == BCCSPLAT_KIND_LABELS && colors == colors_of(look);
-    annotation.emplace(a, volume, channel, std::move(colors), of_labels, iso_value, pictures);
+    const auto painted = beside ? beside->color_channel() : std::nullopt;
+    std::vector<std::array<double, 4>> colors = painted    ? beside->colors()
+                                                : function ? function->colors
+                                                           : colors_of(look);
+    const bool of_labels = !painted && look.kind == BCCSPLAT_KIND_LABELS && colors == colors_of(look);
+    annotation.emplace(a, volume, painted.value_or(channel), std::move(colors), of_labels, iso_value,
+                       pictures);
   }
 
   // A look's opacities are in proportion to what rays cross of a slice.
@@ -225,6 +236,26 @@ struct Scene {
           a.tf.empty() ? "transfer function" : a.tf);
   }
 
+  // Sets what a picture is made of.
+  void prepare(const PictureCut& cut, const bccsplat_view& seen, const Picture& picture) {
+    const Lighting lighting(a.beside, cut.camera);
+    const bccsplat_lights lights = lighting.as_struct();
+    if (beside) return beside->set_lights(lights);
+    check(bccsplat_renderer_set_lights(renderer.get(), &lights), "--light");
+    check(bccsplat_renderer_set_slice(renderer.get(), cut.slice.get()), "");
+    look_at_plane(cut.slice, picture);
+    set_function(cut.info);
+    check(bccsplat_renderer_set_view(renderer.get(), &seen),
+          a.view_matrix.empty() ? a.camera : a.view_matrix);
+  }
+
+  [[nodiscard]] bccsplat_render_stats render(const Image& image) const {
+    check(bccsplat_renderer_render(renderer.get(), image.get()), "render");
+    auto stats = sized<bccsplat_render_stats>();
+    check(bccsplat_renderer_get_stats(renderer.get(), &stats), "");
+    return stats;
+  }
+
   // Renders one picture, --repeat times, and hands it on.
   RenderTimes draw(const Picture& picture, size_t number) {
     RenderTimes times;
@@ -232,12 +263,8 @@ struct Scene {
     const PictureCut cut = cutter.cut(picture.where, [&](const Slice& s) { return view(s, picture); });
     times.slice = cut.info;
     times.kernel = times.slice.kernel;
-    check(bccsplat_renderer_set_slice(renderer.get(), cut.slice.get()), "");
-    look_at_plane(cut.slice, picture);
-    set_function(cut.info);
     const bccsplat_view seen = host.view(cut.camera);
-    check(bccsplat_renderer_set_view(renderer.get(), &seen),
-          a.view_matrix.empty() ? a.camera : a.view_matrix);
+    prepare(cut, seen, picture);
     if (a.trail) {
       // Set anew it would be made anew.
       const auto interval = trail_interval(*a.trail, a.which.index || a.frames, volume, picture.where);
@@ -254,10 +281,8 @@ struct Scene {
     const Image image(created);
     for (int i = 0; i < a.repeat; ++i) {
       stop_if_interrupted();
-      check(bccsplat_renderer_render(renderer.get(), image.get()), "render");
-      auto stats = sized<bccsplat_render_stats>();
-      check(bccsplat_renderer_get_stats(renderer.get(), &stats), "");
-      times.renders.push_back(stats);
+      times.renders.push_back(beside ? beside->draw(picture.where.time, seen, image, options)
+                                     : render(image));
     }
     if (a.mode == BCCSPLAT_MODE_XRAY && !lower(picture.path).ends_with(".exr"))
       expose_xray(image.get(), cut.camera, times.slice, least_background, !a.background, exposure);
@@ -398,6 +423,14 @@ Renderer create_renderer(const Device& device, const bccsplat_render_options& op
   return renderer;
 }
 
+// Has what is asked for beside the channel drawn by the library's scene.
+void draw_beside(Scene& scene, uint32_t channel, const std::vector<Picture>& pictures) {
+  if (!scene.a.beside.needs_scene()) return;
+  check_scene(scene.a, pictures);
+  scene.beside.emplace(scene.device, scene.volume, channel, scene.a, scene.function);
+  scene.beside->set_clips(scene.host.clips);
+}
+
 Exit run_render(RenderArguments a) {
   check_arguments(a);
   const HostThings host = host_things(a);
@@ -445,8 +478,11 @@ Exit run_render(RenderArguments a) {
               .exposure = std::nullopt,
               .annotation = std::nullopt,
               .info = info,
-              .pictures = pictures};
+              .pictures = pictures,
+              .options = options,
+              .beside = std::nullopt};
   scene.dump_function();
+  draw_beside(scene, channel, pictures);
   const TransferFunction seen = seen_function(a, scene.function, look, info.air);
   warn_of_nothing(a, seen, info);
   scene.fitted.emplace(volume, channel, a, seen, camera.projection, camera.size, pictures);
@@ -473,6 +509,8 @@ Run add_render(Command tool, std::string command_line) {
   r.set_examples({"bcc4 render smoke.bcc4 --time 0.06 -o smoke.png",
                   "bcc4 render smoke.bcc4 --time 0.06 --view front --annotate -o front.png",
                   "bcc4 render smoke.bcc4 --frames 0-3x0.5 --size 256 -o film.mp4",
+                  "bcc4 render smoke.bcc4 --time 0.06 --shadow --ao -o shadowed.png",
+                  "bcc4 render ct.bcc4 --with organs.bcc4,opacity=0.5 -o both.png",
                   "bcc4 render smoke.bcc4 --plane 1,0,0,0,-40 -o x40.png"});
   add_render_options(r, *a);
   return [a] { return run_render(*a); };

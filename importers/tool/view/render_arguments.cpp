@@ -61,6 +61,11 @@ void check_arguments(const RenderArguments& a) {
   require_option(a.file, "FILE", "bcc4 render smoke.bcc4 --time 10 -o smoke.png");
   require_option(a.output, "-o", "-o picture.png");
   check_output(a);
+  check_beside(a.beside);
+  if ((a.beside.shadow || a.beside.occlusion) &&
+      (a.no_shading || a.reference || a.trail || a.mode == BCCSPLAT_MODE_XRAY ||
+       a.mode == BCCSPLAT_MODE_MAXIMUM || a.mode == BCCSPLAT_MODE_ISOSURFACE))
+    fail_usage("--shadow and --ao are of lit composites, without --no-shading, --reference and --trail");
   if (a.deep && (a.mode == BCCSPLAT_MODE_XRAY || a.mode == BCCSPLAT_MODE_MAXIMUM || a.reference))
     fail_usage("--deep goes with --mode composite and iso, without --reference");
   if (a.deep && a.trail_mode == BCCSPLAT_TRAIL_POST)

@@ -9,6 +9,7 @@
 
 #include "bccsplat.h"
 #include "tool/options.h"
+#include "tool/view/beside.h"
 #include "tool/view/slice_choice.h"
 
 namespace bcc4 {
@@ -47,6 +48,7 @@ struct RenderArguments {
   std::string tf, colormap, dump_tf, trail_tf, trail_colormap;
   std::optional<std::vector<double>> range, trail_range;
   std::optional<double> opacity, trail_opacity, step, unit_distance, opacity_stop;
+  BesideArguments beside;
   std::vector<bccsplat_iso_surface> iso; // none: the look's
   int32_t mode = BCCSPLAT_MODE_DEFAULT;
   int32_t look = BCCSPLAT_LOOK_DEFAULT;

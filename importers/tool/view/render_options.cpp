@@ -9,6 +9,7 @@
 #include "tool/cli.h"
 #include "tool/view/host_things.h"
 #include "tool/view/iso_surfaces.h"
+#include "tool/view/looks.h"
 #include "tool/view/slice_sweep.h"
 #include "tool/view/transfer_function.h"
 
@@ -202,15 +203,7 @@ void add_host(Command command, RenderArguments& a) {
 
 // Which colours and opacities values have.
 void add_colours(Command command, RenderArguments& a) {
-  add_choice<int32_t>(command, "--look", a.look,
-                      {{"auto", BCCSPLAT_LOOK_DEFAULT},
-                       {"ct-bone", BCCSPLAT_LOOK_CT_BONE},
-                       {"ct-soft", BCCSPLAT_LOOK_CT_SOFT},
-                       {"mr", BCCSPLAT_LOOK_MR},
-                       {"fog", BCCSPLAT_LOOK_FOG},
-                       {"fire", BCCSPLAT_LOOK_FIRE},
-                       {"signed", BCCSPLAT_LOOK_SIGNED},
-                       {"labels", BCCSPLAT_LOOK_LABELS}},
+  add_choice<int32_t>(command, "--look", a.look, look_names(),
                       "Colours and opacities made from the file's histogram (default auto: air and noise "
                       "transparent, by the kind of the values)");
   command.add_option("--tf", a.tf, "ParaView colour map (JSON)").type_name("FILE.json");
@@ -407,6 +400,7 @@ void add_render_options(Command command, RenderArguments& a) {
   add_camera(command.under("The view"), a);
   add_mode(colours, a);
   add_colours(colours, a);
+  add_beside(command.under("Beside the channel"), a.beside);
   add_trail(command.under("Trails: what moved"), a);
   add_decoration(command.under("Background and annotation"), a);
   add_sampling(command.under("Quality and light"), a);

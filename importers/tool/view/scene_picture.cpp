@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// Makes a scene of the volumes and channels that are asked for, and draws it.
+#include "tool/view/scene_picture.h"
+
+#include "tool/view/render_function.h"
+#include "tool/view/vectors.h"
+
+namespace bcc4 {
+namespace {
+
+// What a channel's values look like: colours and opacities, or the look's where nobody chose any.
+std::optional<TransferFunction> function_of(const Volume& volume, uint32_t channel,
+                                            const FunctionChoice& choice) {
+  const bccsplat_look look = make_look(volume, channel, choice.look, BCCSPLAT_MODE_COMPOSITE);
+  return transfer_function(choice, channel_info(volume, channel), look);
+}
+
+FunctionChoice choice_of(const OtherVolume& o) {
+  FunctionChoice c;
+  c.tf = o.tf, c.colormap = o.colormap, c.range = o.range, c.opacity = o.opacity, c.look = o.look;
+  return c;
+}
+
+FunctionChoice color_choice(const BesideArguments& a) {
+  FunctionChoice c;
+  c.tf = a.color_tf, c.colormap = a.color_colormap, c.range = a.color_range, c.always = true;
+  return c;
+}
+
+Vector direction_of(const bccsplat_camera& c) {
+  return normalised({c.target[0] - c.position[0], c.target[1] - c.position[1], c.target[2] - c.position[2]});
+}
+
+// Towards a light above the left of a camera.
+Vector key_light(const bccsplat_camera& camera) {
+  constexpr double left = 0.5, above = 0.8, behind = 0.6;
+  const Vector ahead = direction_of(camera);
+  const Vector right = normalised(cross(ahead, {camera.up[0], camera.up[1], camera.up[2]}));
+  const Vector up = cross(right, ahead);
+  Vector towards{};
+  for (size_t a = 0; a < 3; ++a) towards[a] = above * up[a] - left * right[a] - behind * ahead[a];
+  return towards;
+}
+
+} // namespace
+
+void check_scene(const RenderArguments& a, const std::vector<Picture>& pictures) {
+  const auto refuse = [](bool given, const char* option) {
+    if (given)
+      fail_usage(option,
+                 " goes with one channel of one volume, without --with, --color-channel and --mask-channel");
+  };
+  refuse(a.trail.has_value(), "--trail");
+  refuse(a.which.region.has_value(), "--roi (but --box does what it does)");
+  refuse(a.which.level.has_value(), "--level");
+  refuse(a.which.thickness.has_value(), "--thickness");
+  refuse(a.which.method != BCCSPLAT_METHOD_DEFAULT, "--slice-method");
+  refuse(a.gradient_noise.has_value() && !a.beside.others.empty(), "--gradient-noise");
+  for (const Picture& p : pictures) refuse(!p.where.is_time_slice, "a plane off the time axis");
+}
+
+Lighting::Lighting(const BesideArguments& a, const bccsplat_camera& camera) : arguments_(a) {
+  const auto add = [&](const Vector& d) { lights_.push_back({{d[0], d[1], d[2]}, {1, 1, 1}}); };
+  for (const auto& d : a.lights) add(d);
+  if (a.shadow && a.lights.empty()) add(key_light(camera));
+}
+
+bccsplat_lights Lighting::as_struct() const {
+  auto l = sized<bccsplat_lights>();
+  l.count = static_cast<uint32_t>(lights_.size()), l.lights = lights_.data();
+  l.shadow = arguments_.shadow ? 1 : 0, l.occlusion = arguments_.occlusion ? 1 : 0;
+  return l;
+}
+
+ScenePictures::ScenePictures(const Device& device, const Volume& volume, uint32_t channel,
+                             const RenderArguments& arguments,
+                             const std::optional<TransferFunction>& function)
+    : a_(arguments) {
+  bccsplat_scene* created = nullptr;
+  check(bccsplat_scene_create(device.get(), &created), "scene");
+  scene_ = bccsplat::client::Scene(created);
+  if (!a_.beside.color_channel.empty()) {
+    color_channel_ = find_channel(volume, a_.beside.color_channel);
+    color_function_ = function_of(volume, *color_channel_, color_choice(a_.beside));
+  }
+  add(volume, channel, function, nullptr);
+  for (const OtherVolume& other : a_.beside.others) {
+    const Volume& opened = others_.emplace_back(open_volume(device, other.file, ""));
+    const uint32_t of_other = find_channel(opened, other.channel);
+    add(opened, of_other, function_of(opened, of_other, choice_of(other)), &other);
+  }
+}
+
+void ScenePictures::add(const Volume& volume, uint32_t channel,
+                        const std::optional<TransferFunction>& function, const OtherVolume* other) {
+  auto i = sized<bccsplat_instance>();
+  i.channel = channel;
+  i.outside = BCCSPLAT_OUTSIDE_HOLD;
+  bccsplat_transfer_function of_values, of_colors;
+  if (function) of_values = as_struct(*function), i.transfer_function = &of_values;
+  if (other) {
+    i.density = other->density;
+    for (size_t a = 0; a < 4; ++a) i.placement[5 * a] = 1;
+    for (size_t a = 0; a < 3; ++a) i.placement[4 * a + 3] = other->move[a];
+    if (!other->color_channel.empty()) {
+      i.set_mask |= BCCSPLAT_INSTANCE_SET_COLOR_CHANNEL;
+      i.color_channel = find_channel(volume, other->color_channel);
+    }
+  } else if (color_channel_) {
+    i.set_mask |= BCCSPLAT_INSTANCE_SET_COLOR_CHANNEL;
+    i.color_channel = *color_channel_;
+    of_colors = as_struct(*color_function_), i.color_function = &of_colors;
+  }
+  if (!other && !a_.beside.mask_channel.empty()) {
+    i.set_mask |= BCCSPLAT_INSTANCE_SET_MASK_CHANNEL;
+    i.mask_channel = find_channel(volume, a_.beside.mask_channel);
+    i.mask_labels = a_.beside.mask_labels.data();
+    i.mask_label_count = static_cast<uint32_t>(a_.beside.mask_labels.size());
+  }
+  uint64_t id = 0;
+  check(bccsplat_scene_add(scene_.get(), volume.get(), &i, &id), other ? other->file : a_.file);
+}
+
+std::optional<bccsplat_camera> ScenePictures::fitted(int32_t projection, const std::array<uint32_t, 2>& size,
+                                                     double turn) const {
+  if (others_.empty()) return std::nullopt;
+  const auto [about_x, about_y] = rotations(a_);
+  auto camera = sized<bccsplat_camera>();
+  check(
+      bccsplat_scene_fit_camera(scene_.get(), projection, about_x, about_y + turn, size[0], size[1], &camera),
+      "camera");
+  return camera;
+}
+
+void ScenePictures::set_lights(const bccsplat_lights& lights) {
+  check(bccsplat_scene_set_lights(scene_.get(), &lights), "--light");
+}
+
+void ScenePictures::set_clips(const std::vector<bccsplat_clip>& clips) {
+  check(bccsplat_scene_set_clips(scene_.get(), clips.data(), clips.size()), "--clip");
+}
+
+bccsplat_render_stats ScenePictures::draw(double time, const bccsplat_view& view, const Image& image,
+                                          const bccsplat_render_options& options) {
+  check(bccsplat_scene_set_time(scene_.get(), time), "--time");
+  auto status = sized<bccsplat_scene_status>();
+  check(bccsplat_scene_render(scene_.get(), &view, image.get(), &options, 0, &status), "render");
+  auto stats = sized<bccsplat_render_stats>();
+  stats.ms_total = status.ms_total, stats.bytes_read = status.bytes_read;
+  stats.level = status.level, stats.backend = status.backend;
+  return stats;
+}
+
+} // namespace bcc4

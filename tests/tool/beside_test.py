@@ -1,0 +1,149 @@
+"""bcc4 render of several channels and volumes in one picture, with labels, shadow and ambient occlusion; bcc4 probe of many
+places."""
+import csv
+import math
+
+from harness import ToolTest, field, main, read_png
+
+SIDE = 20
+MIDDLE = (SIDE - 1) / 2
+PIXELS = 40
+
+
+def ball(x, y, z, t):
+    return 100 * math.exp(-((x - MIDDLE) ** 2 + (y - MIDDLE) ** 2 + (z - MIDDLE) ** 2) / 30)
+
+
+def heat(x, y, z, t):
+    return 10 * x + y
+
+
+def thirds(x, y, z, t):
+    return 0 if x < 6.5 else 2 if x < 12.5 else 5
+
+
+class Beside(ToolTest):
+    def setUp(self):
+        super().setUp()
+        self.volume((SIDE, SIDE, SIDE, 3), ball, '--quiet')
+
+    def channels(self):
+        """Density, heat and labels of one grid."""
+        arrays = [field((SIDE, SIDE, SIDE, 1), f, 'B').tobytes() for f in (ball, heat, thirds)]
+        self.write('c.raw', b''.join(arrays))
+        self.bcc4('import', 'c.raw', '--dims', f'{SIDE},{SIDE},{SIDE}', '--dtype', 'u8', '--count', 3, '--lattice', 'cc',
+                  '-o', 'c.bcc4', '--quiet')
+
+    def picture(self, *args, file='v.bcc4', name='p.png'):
+        self.bcc4('render', file, '-o', name, '--index', '--time', 0, '--size', PIXELS, '--quiet', '--view', 'front', *args)
+        return read_png(self.path(name))
+
+    def test_two_volumes_are_in_one_picture_whatever_their_order(self):
+        self.volume((SIDE, SIDE, SIDE, 3), ball, '--quiet', name='w.bcc4')
+        looks = ('--range', '0,100', '--colormap', 'gray')
+        one = self.picture(*looks, '--with', 'w.bcc4,range=0:100,colormap=magma,move=12:0:0')
+        self.assertGreater(sum(p[3] for row in one for p in row), 0)
+        alone = self.picture(*looks)
+        self.assertNotEqual(one, alone)
+        other = self.picture('--range', '0,100', '--colormap', 'magma', '--with',
+                             'v.bcc4,range=0:100,colormap=gray,move=-12:0:0', file='w.bcc4')
+        # The same picture, which is elsewhere in the world.
+        worst = max(abs(a - b) for r, s in zip(one, other) for p, q in zip(r, s) for a, b in zip(p, q))
+        self.assertLessEqual(worst, 12)
+        mean = sum(abs(a - b) for r, s in zip(one, other) for p, q in zip(r, s) for a, b in zip(p, q)) / (4 * PIXELS ** 2)
+        self.assertLess(mean, 0.5)
+        # Two halves in one place are the volume.
+        half = self.picture(*looks, '--opacity', 0.5, '--with', 'v.bcc4,range=0:100,colormap=gray,opacity=0.5')
+        middle = half[PIXELS // 2][PIXELS // 2]
+        self.assertGreater(middle[3], 30)
+        for wrong, text in (('w.bcc4,hue=3', 'no key hue'), ('w.bcc4,range=3', '2 numbers'),
+                            ('w.bcc4,look=bones', 'must be auto'), ('w.bcc4,density=0', 'positive')):
+            self.refused(2, text, 'render', 'v.bcc4', '-o', 'w.png', '--with', wrong, output='w.png')
+        self.refused(3, 'nowhere.bcc4', 'render', 'v.bcc4', '-o', 'w.png', '--time', 1, '--with', 'nowhere.bcc4',
+                     output='w.png')
+        self.refused(2, '--trail goes with one channel', 'render', 'v.bcc4', '-o', 'w.png', '--time', 1, '--trail', 1, '--with',
+                     'w.bcc4', output='w.png')
+        self.refused(2, 'a plane off the time axis', 'render', 'v.bcc4', '-o', 'w.png', '--plane', '1,0,0,0,-9', '--with',
+                     'w.bcc4', output='w.png')
+
+    def test_shadow_and_occlusion_darken(self):
+        plain = self.picture('--light', '0,1,0')
+        for options in (('--shadow',), ('--ao',), ('--shadow', '--ao')):
+            dark = self.picture('--light', '0,1,0', *options)
+            self.assertEqual([[p[3] for p in row] for row in dark], [[p[3] for p in row] for row in plain], 'opacity stays')
+            self.assertLess(sum(p[1] for row in dark for p in row), 0.97 * sum(p[1] for row in plain for p in row), options)
+        lower = slice(PIXELS // 2, PIXELS)
+        shadowed = self.picture('--light', '0,1,0', '--shadow')
+        lost = [sum(p[1] * p[3] for row in rows for p in row) for rows in (plain[lower], shadowed[lower],
+                                                                           plain[:PIXELS // 2], shadowed[:PIXELS // 2])]
+        self.assertLess(lost[1] / lost[0], 0.95 * lost[3] / lost[2], 'what is away from the light')
+        for more in ('--no-shading', '--reference'):
+            self.refused(2, 'lit composites', 'render', 'v.bcc4', '-o', 'w.png', '--time', 1, '--shadow', more, output='w.png')
+        self.refused(2, 'direction', 'render', 'v.bcc4', '-o', 'w.png', '--time', 1, '--light', '0,0,0', output='w.png')
+
+    def test_colours_are_another_channels(self):
+        self.channels()
+        density = ('--channel', 0, '--range', '0,100', '--no-shading', '--background', '0,0,0')
+        painted = self.picture(*density, '--color-channel', 1, '--color-range', '0,200', '--color-colormap', 'gray', file='c.bcc4')
+        gray = self.picture(*density, '--colormap', 'gray', file='c.bcc4')
+        row = painted[PIXELS // 2]
+        bright = [p[0] for p in row]
+        lit = [n for n, b in enumerate(bright) if b > 20]
+        self.assertGreater(len(lit), 8)
+        self.assertGreater(row[PIXELS // 2 + 4][0], row[PIXELS // 2 - 4][0] + 10, 'heat rises to the right')
+        mirrored = gray[PIXELS // 2]
+        self.assertLess(abs(mirrored[PIXELS // 2 + 4][0] - mirrored[PIXELS // 2 - 5][0]), 12, 'and density does not')
+        surface = self.picture('--channel', 0, '--iso', 50, '--no-shading', '--color-channel', 1, '--color-range', '0,200',
+                               '--color-colormap', 'gray', file='c.bcc4')
+        across = [p[0] for p in surface[PIXELS // 2] if p[3] == 255]
+        self.assertEqual(across, sorted(across))
+        self.assertGreater(across[-1], across[0] + 30)
+        self.refused(2, 'X-ray', 'render', 'c.bcc4', '-o', 'w.exr', '--mode', 'xray', '--color-channel', 1, output='w.exr')
+        self.refused(2, '--color-channel', 'render', 'c.bcc4', '-o', 'w.png', '--color-range', '0,1', output='w.png')
+
+    def test_labels_are_nearest_and_mask(self):
+        self.channels()
+        slices = self.bcc4('slice', 'c.bcc4', '--channel', 2, '--time', 0, '-o', 's.nrrd', '--quiet')
+        self.assertIsNotNone(slices)
+        values = self.json('probe', 'c.bcc4', '--channel', 2, '--index', '--at', '6.4,3,3', '--at', '6.6,3,3', '--at', '12.6,3.5,3')
+        self.assertEqual(values[0]['values'], [0, 2, 5])
+        whole = self.picture('--channel', 0, '--range', '0,100', '--no-shading', file='c.bcc4')
+        masked = self.picture('--channel', 0, '--range', '0,100', '--no-shading', '--mask-channel', 2, '--mask-labels', '2',
+                              file='c.bcc4')
+        self.assertLess(sum(p[3] for row in masked for p in row), 0.8 * sum(p[3] for row in whole for p in row))
+        both = self.picture('--channel', 0, '--range', '0,100', '--no-shading', '--mask-channel', 2, '--mask-labels', '0,2,5',
+                            file='c.bcc4')
+        worst = max(abs(a - b) for r, s in zip(both, whole) for p, q in zip(r, s) for a, b in zip(p, q))
+        self.assertLessEqual(worst, 2)
+        for args in (('--mask-labels', '1'), ('--mask-channel', '0')):
+            self.refused(2, 'go together', 'render', 'v.bcc4', '-o', 'w.png', '--time', 1, *args, output='w.png')
+
+    def test_many_places_make_a_table(self):
+        places = [(1 + n % 17, 2 + n % 13, 3 + n % 11) for n in range(60)]
+        self.write('places.csv', ('z,name,x,y\n' + ''.join(f'{z},at {n},{x},{y}\n' for n, (x, y, z) in enumerate(places))).encode())
+        self.write('bare.csv', ''.join(f'{x},{y},{z}\n' for x, y, z in places).encode())
+        self.bcc4('probe', 'v.bcc4', '--points', 'places.csv', '-o', 'series.csv')
+        with open(self.path('series.csv'), newline='') as f:
+            rows = list(csv.reader(f))
+        self.assertEqual(rows[0], ['time'] + [f'at {n}' for n in range(60)])
+        self.assertEqual([float(r[0]) for r in rows[1:]], [0, 1, 2])
+        for row in rows[1:]:
+            for value, (x, y, z) in zip(row[1:], places):
+                self.assertAlmostEqual(float(value), ball(x, y, z, 0), delta=1.5)
+        self.bcc4('probe', 'v.bcc4', '--points', 'bare.csv', '-o', 'bare_series.csv')
+        with open(self.path('bare_series.csv'), newline='') as f:
+            bare = list(csv.reader(f))
+        self.assertEqual(bare[0][:3], ['time', 'p1', 'p2'])
+        self.assertEqual([r[1:] for r in bare[1:]], [r[1:] for r in rows[1:]])
+        at = [arg for x, y, z in places[:3] for arg in ('--at', f'{x},{y},{z}')]
+        printed = self.bcc4('probe', 'v.bcc4', *at)[0].split('\n')[0].split('\t')[1:]
+        self.assertEqual(printed, rows[1][1:4])
+        self.refused(3, 'exists', 'probe', 'v.bcc4', '--points', 'bare.csv', '-o', 'series.csv')
+        self.write('wrong.csv', b'1,2,3\n4,five,6\n')
+        self.refused(3, 'line 2', 'probe', 'v.bcc4', '--points', 'wrong.csv')
+        self.write('empty.csv', b'# nothing\n')
+        self.refused(3, 'no points', 'probe', 'v.bcc4', '--points', 'empty.csv')
+
+
+if __name__ == '__main__':
+    main()
