@@ -3,10 +3,13 @@
 #include <cstdio>
 #include <optional>
 
+#include "readers/byte_stream.h"
+#include "readers/text.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/handles.h"
 #include "tool/json.h"
+#include "tool/output/output_file.h"
 #include "tool/view/dates.h"
 #include "tool/view/time_slice.h"
 
@@ -14,11 +17,64 @@ namespace bcc4 {
 namespace {
 
 struct ProbeArguments {
-  std::string file, channel, kernel;
+  std::string file, channel, kernel, points, output;
   std::vector<std::array<double, 3>> places;
+  std::vector<std::string> names; // of places that a file lists; empty: none has one
   std::optional<double> time;
-  bool index = false, json = false;
+  bool index = false, json = false, overwrite = false;
 };
+
+// The columns of a list of points: X, Y and Z, and perhaps a name.
+struct PointColumns {
+  std::array<size_t, 3> place{0, 1, 2};
+  std::optional<size_t> name;
+};
+
+// Returns which columns the words of a first line name; none: the line holds numbers.
+std::optional<PointColumns> columns_of(const std::vector<std::string_view>& words) {
+  PointColumns columns;
+  size_t found = 0;
+  for (size_t n = 0; n < words.size(); ++n) {
+    const std::string word = lower(std::string(trim(words[n])));
+    if (word == "name" || word == "id" || word == "label") columns.name = n;
+    for (size_t a = 0; a < 3; ++a)
+      if (word == std::string(1, "xyz"[a])) columns.place[a] = n, ++found;
+  }
+  return found == 3 ? std::optional(columns) : std::nullopt;
+}
+
+// Reads the places of --points: lines of X,Y,Z, or columns by the names of a first line.
+void read_points(ProbeArguments& a) {
+  constexpr size_t most_bytes = size_t{1} << 28;
+  PointColumns columns;
+  size_t number = 0;
+  const std::string text = read_text_file(a.points, most_bytes);
+  for (const std::string_view line : split(text, "\r\n")) {
+    const std::vector<std::string_view> words = split_commas(line);
+    const auto titles = ++number == 1 ? columns_of(words) : std::nullopt;
+    if (trim(line).starts_with('#')) continue;
+    if (titles) {
+      columns = *titles;
+      continue;
+    }
+    std::array<double, 3> place{};
+    for (size_t i = 0; i < 3; ++i) {
+      const size_t column = columns.place[i];
+      const auto value =
+          column < words.size() ? parse_number<double>(trim(words[column])) : std::optional<double>{};
+      if (!value)
+        fail_input(
+            a.points, ": line ", number, ": \"", line,
+            "\": X,Y,Z are expected, three numbers with commas "
+            "between them, below a first line that names the columns x, y and z where there are others");
+      place[i] = *value;
+    }
+    a.places.push_back(place);
+    if (columns.name)
+      a.names.emplace_back(*columns.name < words.size() ? trim(words[*columns.name]) : std::string_view{});
+  }
+  if (a.places.empty()) fail_input(a.points, ": lists no points; lines of X,Y,Z are expected");
+}
 
 // The moments that are asked for: one, or all frames.
 std::vector<double> moments_of(const Volume& volume, const ProbeArguments& a) {
@@ -67,9 +123,53 @@ void print_moment(double time, const std::string& date, std::span<const float> v
   std::printf("%s\n", line.c_str());
 }
 
-Exit run_probe(const ProbeArguments& a) {
+// Writes moments as lines and places as columns, named by their numbers where they have no names.
+class SeriesFile {
+ public:
+  SeriesFile(const ProbeArguments& a, bool dated) : file_(a.output, a.overwrite) {
+    std::string line = dated ? "time,date" : "time";
+    for (size_t n = 0; n < a.places.size(); ++n)
+      line += n < a.names.size() && !a.names[n].empty() ? concat(",", a.names[n]) : concat(",p", n + 1);
+    write(line);
+  }
+  void add(double time, const std::string& date, std::span<const float> values) {
+    std::string line = time_text(time);
+    if (!date.empty()) line += concat(",", date);
+    for (const float value : values) line += concat(",", value);
+    write(line);
+  }
+  void finish() { file_.finish(); }
+
+ private:
+  void write(const std::string& line) {
+    const std::string whole = line + "\n";
+    file_.write(std::as_bytes(std::span(whole)));
+  }
+  OutputFile file_;
+};
+
+// Writes the whole series of all places.
+void write_series(const ProbeArguments& a, const Volume& volume, const std::vector<double>& frames,
+                  std::span<const float> values) {
+  const Dates dates(volume);
+  SeriesFile file(a, dates.known());
+  for (size_t f = 0; f < frames.size(); ++f) {
+    double time = 0;
+    check(bccsplat_volume_index_to_time(volume.get(), frames[f], &time), "");
+    file.add(time, dates.of(time), values.subspan(f * a.places.size(), a.places.size()));
+  }
+  file.finish();
+}
+
+Exit run_probe(ProbeArguments a) {
   require_option(a.file, "FILE", "bcc4 probe smoke.bcc4 --at 12,30,31");
-  if (a.places.empty()) fail_usage("--at X,Y,Z is missing; with --index it counts samples");
+  if (!a.points.empty()) read_points(a);
+  if (a.places.empty())
+    fail_usage("--at X,Y,Z or --points FILE.csv is missing; with --index they count samples");
+  if (!a.output.empty()) {
+    if (a.json) fail_usage("-o writes CSV, --json prints JSON; leave one of them out");
+    refuse_existing(a.output, a.overwrite), refuse_source_as_output(a.output, a.file);
+  }
   const Device device = create_device(0, 0);
   const Volume volume = open_volume(device, a.file, a.kernel);
   warn_of_part(volume, a.file);
@@ -81,6 +181,11 @@ Exit run_probe(const ProbeArguments& a) {
     std::fprintf(stderr, "bcc4: warning: %llu of %zu values are outside the data or missing in it (nan)%s\n",
                  static_cast<unsigned long long>(missing), values.size(),
                  a.index ? "" : "; --at is a place in the world (bcc4 info: affine), with --index a sample");
+  const Exit found = missing == values.size() ? Exit::check_failed : Exit::ok;
+  if (!a.output.empty()) {
+    write_series(a, volume, frames, values);
+    return found;
+  }
   const Dates dates(volume);
   Json list = Json::array();
   for (size_t f = 0; f < frames.size(); ++f) {
@@ -93,7 +198,7 @@ Exit run_probe(const ProbeArguments& a) {
       print_moment(time, dates.of(time), row);
   }
   if (a.json) print_json(list);
-  return missing == values.size() ? Exit::check_failed : Exit::ok;
+  return found;
 }
 
 } // namespace
@@ -106,13 +211,24 @@ Run add_probe(Command tool) {
       "time, and a value for each --at.");
   probe.set_examples({"bcc4 probe smoke.bcc4 --at 28,32,30",
                       "bcc4 probe smoke.bcc4 --at 28,32,30 --time 0.06",
-                      "bcc4 probe smoke.bcc4 --at 28,32,30.5 --at 5,5,5 --index --json"});
+                      "bcc4 probe smoke.bcc4 --at 28,32,30.5 --at 5,5,5 --index --json",
+                      "bcc4 probe smoke.bcc4 --points places.csv -o series.csv"});
   probe.add_option("FILE", a->file, "A .bcc4 file");
   probe.add_texts("--at", "X,Y,Z", "A place in the world, in the file's unit; may be given several times",
                   [a](const std::string& text) {
                     const std::vector<double> p = option_numbers("--at", text, 3);
                     a->places.push_back({p[0], p[1], p[2]});
                   });
+  probe
+      .add_option("--points", a->points,
+                  "A CSV file of places: lines of X,Y,Z, or the columns x, y, z and name of a first line")
+      .type_name("FILE.csv");
+  probe
+      .add_option(
+          "-o,--output,--out", a->output,
+          "Write a CSV file of all moments: a line for each, with the time and a column for each place")
+      .type_name("SERIES.csv");
+  probe.add_flag("--overwrite", a->overwrite, "Replace an existing output");
   add_number(probe, "--time", a->time, "One moment, in the file's unit of time (default: every frame)");
   probe.add_flag("--index", a->index,
                  "Take --at as a sample and --time as a frame number; fractions are allowed");
