@@ -769,7 +769,8 @@ typedef struct bccsplat_writer_options {
    * have, air included, in units of its values; NULL, or 0 for a channel: the smaller of the error
    * that psnr allows and 0.42 of the largest error, whose corrections do the rest. */
   const double* wavelet_errors;
-  /* For each channel its own abs_error, in units of its values; NULL, or 0 of a channel: abs_error. */
+  /* For each channel its own abs_error, in units of its values; NULL, or 0 for a channel:
+   * abs_error. */
   const double* abs_errors;
   /* Non-zero: what lies outside faces and beyond ends is predicted with the same boldness for all
    * data, else with what does best next to each (FACES_PREDICT, ENDS_PREDICT). Parts that are

@@ -27,7 +27,7 @@ void check_block(const WriterSettings& s) {
   if (s.nonfinite == NonFinite::hole)
     refuse("holes are filled from data however far away; clamp what is not finite, or divide the series by ",
            "frames");
-  if (s.abs_error > 0 || s.psnr > 0 || s.measure != Measure::bounded)
+  if (s.bounds_samples() || s.psnr > 0 || s.measure != Measure::bounded)
     refuse("errors are measured, and bounds kept, by whole frames; divide the series by frames, or compare ",
            "the joined file with its source");
   if (s.turning[0] || s.turning[1] || s.turning[2])

@@ -14,7 +14,7 @@ namespace host {
 namespace {
 
 using SceneHandle = Handle<bccsplat_scene>;
-using Place = std::array<double, 3>;
+using Position = std::array<double, 3>;
 
 constexpr uint32_t side = 33;     // samples
 constexpr double last = side - 1; // of them
@@ -107,14 +107,14 @@ class Quantities : public testing::Test {
   struct Gathered {
     double color = 0, alpha = 0;
   };
-  static Gathered gather(double x, double y, const std::function<double(const Place&)>& extinction,
-                         const std::function<double(const Place&)>& emission) {
+  static Gathered gather(double x, double y, const std::function<double(const Position&)>& extinction,
+                         const std::function<double(const Position&)>& emission) {
     constexpr int steps = 1600;
     const double h = last / steps;
     Gathered out;
     double through = 1;
     for (int n = 0; n < steps; ++n) {
-      const Place p{x, y, last - (n + 0.5) * h};
+      const Position p{x, y, last - (n + 0.5) * h};
       const double a = 1 - std::exp(-extinction(p) * h);
       out.color += through * a * emission(p), through *= 1 - a;
     }
@@ -142,8 +142,8 @@ TEST_F(Quantities, OpacityByOneChannelColourByAnother) {
   for (uint32_t y = 1; y < pixels - 1; y += 3)
     for (uint32_t x = 1; x < pixels - 1; x += 3) {
       const Gathered expected = gather(
-          x, y_of(y), [](const Place& p) { return extinction_of(density(p[0], p[1], p[2])); },
-          [](const Place& p) { return temperature(p[0], p[1], p[2]) / last; });
+          x, y_of(y), [](const Position& p) { return extinction_of(density(p[0], p[1], p[2])); },
+          [](const Position& p) { return temperature(p[0], p[1], p[2]) / last; });
       EXPECT_NEAR(at(painted, x, y, 0), expected.color, 4e-3) << x << " " << y;
       EXPECT_NEAR(at(painted, x, y, 3), expected.alpha, 4e-3) << x << " " << y;
       EXPECT_NEAR(at(painted, x, y, 3), at(alone, x, y, 3), 2e-3) << x << " " << y;
@@ -291,20 +291,20 @@ class Shadows : public Quantities {
     lights.count = 1, lights.lights = &along_x;
     lights.diffuse = 1, lights.shininess = 1;
   }
-  static double through(const Place& p, const Place& direction,
-                        const std::function<double(const Place&)>& extinction) {
+  static double through(const Position& p, const Position& direction,
+                        const std::function<double(const Position&)>& extinction) {
     constexpr double step = 0.05;
     const double length = std::hypot(direction[0], direction[1], direction[2]);
     double depth = 0;
     for (double s = step / 2;; s += step) {
-      Place q;
+      Position q;
       for (size_t a = 0; a < 3; ++a) q[a] = p[a] + s * direction[a] / length;
       if (std::any_of(q.begin(), q.end(), [](double v) { return v < 0 || v > last; })) break;
       depth += extinction(q) * step;
     }
     return std::exp(-depth);
   }
-  static double ball(const Place& p) { return extinction_of(density(p[0], p[1], p[2])); }
+  static double ball(const Position& p) { return extinction_of(density(p[0], p[1], p[2])); }
   bccsplat_light along_x{{1, 0, 0}, {1, 1, 1}};
   bccsplat_lights lights = sized<bccsplat_lights>();
 };
@@ -317,20 +317,20 @@ TEST_F(Shadows, LightIsWhatComesThrough) {
   EXPECT_EQ(draw(i, &lights), unshadowed);
   lights.shadow = 1;
   double darkest = 1;
-  for (const Place& towards : {Place{1, 0, 0}, {-1, 0.4, 0.3}, {0.2, -0.5, 1}}) {
+  for (const Position& towards : {Position{1, 0, 0}, {-1, 0.4, 0.3}, {0.2, -0.5, 1}}) {
     for (size_t a = 0; a < 3; ++a) along_x.direction[a] = towards[a];
     const std::vector<float> shadowed = draw(i, &lights);
     for (uint32_t y = 1; y < pixels - 1; y += 5)
       for (uint32_t x = 1; x < pixels - 1; x += 5) {
         const double yy = y_of(y);
-        const Gathered plain = gather(x, yy, ball, [](const Place&) { return 1.0; });
+        const Gathered plain = gather(x, yy, ball, [](const Position&) { return 1.0; });
         EXPECT_NEAR(at(unshadowed, x, y, 0), plain.color, 4e-3) << x << " " << y;
         if (plain.alpha < 0.02) continue;
         // A coarse integral of an integral.
         double sum = 0, left = 1;
         constexpr int steps = 128;
         for (int n = 0; n < steps; ++n) {
-          const Place p{static_cast<double>(x), yy, last - (n + 0.5) * last / steps};
+          const Position p{static_cast<double>(x), yy, last - (n + 0.5) * last / steps};
           const double a = 1 - std::exp(-ball(p) * last / steps);
           sum += left * a * through(p, towards, ball), left *= 1 - a;
         }
@@ -352,11 +352,11 @@ TEST_F(Shadows, AmbientLightComesFromAllAround) {
     double sum = 0, left = 1;
     constexpr int steps = 64;
     for (int n = 0; n < steps; ++n) {
-      const Place p{static_cast<double>(x), middle, last - (n + 0.5) * last / steps};
+      const Position p{static_cast<double>(x), middle, last - (n + 0.5) * last / steps};
       double around = 0;
       for (int d = 0; d < 3; ++d)
         for (const double sign : {-1.0, 1.0}) {
-          Place axis{};
+          Position axis{};
           axis[static_cast<size_t>(d)] = sign;
           around += through(p, axis, ball) / 15;
         }

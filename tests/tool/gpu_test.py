@@ -47,7 +47,7 @@ class Gpu(ToolTest):
         self.assertEqual(self.draw('auto')[1], 'cpu' if software else 'gpu')
 
     def test_what_it_does_not_draw_is_named(self):
-        through = ('--trail', -1, '--iso', .4, '--combine', 'interleaved')
+        through = ('--trail', -1, '--iso', .4, '--trail-mode', 'interleaved')
         self.refused(2, 'the GPU does not draw a trail behind a surface that rays go through', 'render', 'v.bcc4', '--time', 2, *through, '--gpu', 'on',
                      '-o', 't.png', output='t.png')
         self.assertEqual(self.draw('auto', *through)[1], 'cpu')

@@ -200,6 +200,8 @@ OUTSIDE_DEFAULT = 0
 OUTSIDE_HIDE = 1
 OUTSIDE_HOLD = 2
 OUTSIDE_LOOP = 3
+INSTANCE_SET_COLOR_CHANNEL = 1
+INSTANCE_SET_MASK_CHANNEL = 2
 
 bccsplat_progress_fn = CFUNCTYPE(c_int32, c_void_p, c_double)
 bccsplat_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
@@ -343,8 +345,10 @@ class SeriesPart(Struct):
     end: int
     lead: int
     times: int | None
+    box_begin: Array[c_uint64]
+    box_end: Array[c_uint64]
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("first", c_uint64), ("end", c_uint64),
-        ("lead", c_uint64), ("times", c_void_p)]
+        ("lead", c_uint64), ("times", c_void_p), ("box_begin", c_uint64 * 3), ("box_end", c_uint64 * 3)]
 
 
 class Axis(Struct):
@@ -389,6 +393,9 @@ class WriterOptions(Struct):
     cancel_token: int | None
     axes: Any
     wavelet_errors: int | None
+    abs_errors: int | None
+    fixed_predictions: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
@@ -398,7 +405,8 @@ class WriterOptions(Struct):
         ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
         ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4), ("live", c_uint32),
         ("periodic_axes", c_uint32), ("cancel_token", c_void_p), ("axes", POINTER(Axis)),
-        ("wavelet_errors", c_void_p)]
+        ("wavelet_errors", c_void_p), ("abs_errors", c_void_p), ("fixed_predictions", c_int32),
+        ("reserved", c_int32)]
 
 
 class Box(Struct):
@@ -559,6 +567,8 @@ class VolumeInfo(Struct):
     frames_expected: int
     periodic_axes: int
     series_state: int
+    part_box_begin: Array[c_uint64]
+    part_box_end: Array[c_uint64]
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -570,7 +580,8 @@ class VolumeInfo(Struct):
         ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4),
         ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64),
         ("level_count", c_uint32), ("time_periodic", c_uint32), ("time_end", c_double),
-        ("frames_expected", c_uint64), ("periodic_axes", c_uint32), ("series_state", c_int32)]
+        ("frames_expected", c_uint64), ("periodic_axes", c_uint32), ("series_state", c_int32),
+        ("part_box_begin", c_uint64 * 3), ("part_box_end", c_uint64 * 3)]
 
 
 class LevelInfo(Struct):
@@ -611,13 +622,15 @@ class ChannelInfo(Struct):
     max_abs: float
     corrections: int
     missing: int
+    wavelet_error: float
     _fields_ = [("struct_size", c_uint32), ("value_type", c_int32), ("name", c_char_p), ("unit", c_char_p),
         ("air", c_double), ("air_threshold", c_double), ("value_scale", c_double), ("value_offset", c_double),
         ("range", c_double * 2), ("kept_range", c_double * 2), ("percentile_2", c_double),
         ("percentile_998", c_double), ("sites_kept", c_uint64), ("cc_relevant", c_uint64),
         ("holes", c_uint64), ("histogram", c_uint64 * 256), ("source_type", c_int32), ("reserved", c_int32),
         ("error_bound", c_double), ("lattice_rmse", c_double), ("lattice_max_abs", c_double),
-        ("rmse", c_double), ("max_abs", c_double), ("corrections", c_uint64), ("missing", c_uint64)]
+        ("rmse", c_double), ("max_abs", c_double), ("corrections", c_uint64), ("missing", c_uint64),
+        ("wavelet_error", c_double)]
 
 
 class VerifyReport(Struct):
@@ -816,8 +829,11 @@ class Lights(Struct):
     diffuse: float
     specular: float
     shininess: float
+    shadow: int
+    occlusion: int
     _fields_ = [("struct_size", c_uint32), ("count", c_uint32), ("lights", POINTER(Light)),
-        ("ambient", c_double), ("diffuse", c_double), ("specular", c_double), ("shininess", c_double)]
+        ("ambient", c_double), ("diffuse", c_double), ("specular", c_double), ("shininess", c_double),
+        ("shadow", c_uint32), ("occlusion", c_uint32)]
 
 
 class IsoSurface(Structure):
@@ -1000,9 +1016,17 @@ class Instance(Struct):
     hidden: int
     transfer_function: Any
     density: float
+    set_mask: int
+    color_channel: int
+    color_function: Any
+    mask_channel: int
+    mask_label_count: int
+    mask_labels: int | None
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("placement", c_double * 16),
         ("time_scale", c_double), ("time_offset", c_double), ("outside", c_int32), ("hidden", c_uint32),
-        ("transfer_function", POINTER(TransferFunction)), ("density", c_double)]
+        ("transfer_function", POINTER(TransferFunction)), ("density", c_double), ("set_mask", c_uint32),
+        ("color_channel", c_uint32), ("color_function", POINTER(TransferFunction)),
+        ("mask_channel", c_uint32), ("mask_label_count", c_uint32), ("mask_labels", c_void_p)]
 
 
 class SceneStatus(Struct):
@@ -1049,6 +1073,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         c_void_p,),
     "bccsplat_writer_add_frame": (c_int32, c_void_p, c_uint32, c_double, POINTER(Box), c_uint64,),
     "bccsplat_writer_get_part_frames": (c_int32, c_void_p, c_void_p, c_void_p,),
+    "bccsplat_writer_get_part_box": (c_int32, c_void_p, c_void_p, c_void_p,),
     "bccsplat_writer_get_layer_geometry": (c_int32, c_void_p, c_int64, POINTER(LayerGeometry),),
     "bccsplat_writer_add_layer": (c_int32, c_void_p, c_uint32, c_int64, c_void_p, c_uint64,),
     "bccsplat_writer_add_field": (c_int32, c_void_p, c_uint32, bccsplat_field_fn, c_void_p,),
@@ -1122,6 +1147,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_view_unproject": (c_int32, POINTER(View), c_uint32, c_uint32, c_uint64, c_void_p, c_void_p,),
     "bccsplat_slice_get_seen_bounds": (c_int32, c_void_p, POINTER(TransferFunction), c_void_p,),
     "bccsplat_volume_get_look": (c_int32, c_void_p, c_uint32, c_int32, c_int32, POINTER(Look),),
+    "bccsplat_slice_get_look": (c_int32, c_void_p, c_int32, c_int32, POINTER(Look),),
     "bccsplat_slice_get_picture_needs": (c_int32, c_void_p, POINTER(Camera), c_uint32, c_uint32,
         POINTER(RenderOptions), POINTER(PictureNeeds),),
     "bccsplat_slice_get_view_needs": (c_int32, c_void_p, POINTER(View), POINTER(Clip), c_uint64, c_uint32,

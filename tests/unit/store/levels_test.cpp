@@ -174,7 +174,7 @@ TEST_F(Levels, ResumedPartsAndAppendedTheBytesAreTheSame) {
     EXPECT_EQ(bytes("resumed"), whole) << "resumed";
 
     std::vector<std::string> names;
-    for (const uint64_t first : {0u, 9u, 18u}) {
+    for (const uint32_t first : {0u, 9u, 18u}) {
       WriterSettings one = settings;
       one.part = part(first, first == 0 ? 9 : first == 9 ? 18 : dims[3]);
       names.push_back("part" + std::to_string(first));
@@ -249,7 +249,7 @@ TEST_F(Levels, PartsTellTheErrorsOfTheSeries) {
   settings.measure = Measure::some;
   write(settings, "whole");
   std::vector<std::string> names;
-  for (const uint64_t first : {0u, 9u, 18u}) {
+  for (const uint32_t first : {0u, 9u, 18u}) {
     WriterSettings one = settings;
     one.part = part(first, first == 0 ? 9 : first == 9 ? 18 : dims[3]);
     names.push_back(file("part" + std::to_string(first)));
