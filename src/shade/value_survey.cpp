@@ -180,14 +180,19 @@ double boundary_behind_haze(const Histogram& h, double edge, const Pile& pile, d
   return (end - middle) * step > 0 ? h.value(static_cast<double>(end)) : boundary;
 }
 
-// Returns the boundary, or where a surface there would be torn the commonest value of the object. The noise
-// of the background ends at `edge`.
+// Returns the boundary, or where a surface there would be torn the commonest value of the object, which is a
+// fifth of all at least. The noise of the background ends at `edge`. Fog has no commonest value: as far
+// beyond it there is as much.
 double surface_of(const Histogram& h, double edge, const Pile& pile, double boundary) {
   constexpr int reach = 3;
   const std::vector<double> s = smoothed(h.all, reach);
   const auto [first, last] = std::minmax(h.bin(edge), h.bin(pile.top));
   const double least = *std::min_element(s.begin() + first, s.begin() + last + 1);
-  const bool torn = least > no_edge * s[h.bin(pile.top)] && least > haze_of_all * h.total();
+  constexpr double large = 0.2;
+  const double end = pile.top > edge ? h.range.high : h.range.low;
+  const bool peaked = s[h.bin(2 * pile.top - edge)] < no_edge * s[h.bin(pile.top)];
+  const bool torn = peaked && h.mass(std::min(edge, end), std::max(edge, end)) > large * h.total() &&
+                    least > no_edge * s[h.bin(pile.top)] && least > haze_of_all * h.total();
   return torn ? pile.top : boundary;
 }
 

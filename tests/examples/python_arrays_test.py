@@ -150,7 +150,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(v.info().affine[:], [1, 0, 0, 4, 0, 2, 0, 4, 0, 0, 3, 4, 0, 0, 0, 1])
         self.assertEqual((v.info().spatial_unit, v.info().time_unit), (b"mm", b"h"))
         self.assertEqual((v.channel_info().name, v.channel_info().unit), (b"d", b"K"))
-        self.assertEqual(v.attributes["run"], "7")
+        self.assertEqual(v.attributes()["run"], "7")
         with self.assertRaisesRegex(bccsplat.Error, "bound.bcc4"):
             bccsplat.save(name, self.source, psnr=40)
         bccsplat.save(name, {"a": self.source, "b": self.source * 2}, psnr=40, levels=1, store="wavelets", overwrite=True)

@@ -260,6 +260,7 @@ def slices(volume):
     assert fine.shape == (1, 2, 3) and abs(fine[0, 0, 0] - values[0]) < 1e-6
     uvw, coefficients = cut.points()
     assert len(uvw) == len(coefficients) == cut.info().points > 0
+    assert cut.look().iso_value == volume.look().iso_value
     oblique = volume.slice(plane=(-0.25, 0, 0, 1, 0))
     assert oblique.info().hyperplane[3] > 0.9
     volume.prefetch(3.25)
@@ -716,6 +717,7 @@ def parts(device, scratch):
         options = {"ends": "predict", "part": part, "part_times": times, "overwrite": True}
         with Writer(device, name, (13, 12, 11, 30), **options) as writer:
             begin, end = writer.part_frames()
+            assert writer.part_box() == ((0, 0, 0), (13, 12, 11))
             assert (begin, end) == (0, 30) if part is None else begin <= part[0] < part[1] <= end
             for t in range(begin, end):
                 writer.add_frame(blob(x, y, z, 0.2 * t), times[t])
@@ -743,6 +745,23 @@ def parts(device, scratch):
             assert abs(other.evaluate(points) - volume.evaluate(points)).max() < 0.05
     raises(Error, Status.INVALID_ARGUMENT, join_parts, device, names[1:2], names[3], overwrite=True, text="0 to 11")
     raises(ValueError, None, Writer, device, names[3], (13, 12, 11, 30), part=(0, 12), text="all 30 frames")
+
+
+def planned(device, folder):
+    """A writer by a plan keeps what was wished for; a plan without steps to refine says so in the end."""
+    z, y, x = np.mgrid[0:18, 0:20, 0:22]
+    frames = [blob(x, y, z, 0.2 * t).astype(np.float32) for t in range(9)]
+    plan = bccsplat.Plan(device, (22, 20, 18, 9), lambda frame, channel: frames[frame], psnr=45)
+    assert "45" in plan.text and plan.writer_options().psnr == 45, plan.text
+    with plan.writer(os.path.join(folder, "planned.bcc4")) as writer:
+        for t, values in enumerate(frames):
+            writer.add_frame(values, t)
+    with Volume(device, os.path.join(folder, "planned.bcc4")) as volume:
+        off = Slice.at(volume, 4).sample_grid() - frames[4]
+        assert np.sqrt(np.mean(off ** 2)) < 2 * np.ptp(frames[4]) * 10 ** (-45 / 20)
+    for _ in range(3):
+        plan.refine()
+    raises(Error, Status.NOT_FOUND, plan.refine)
 
 
 def hosts_agree():
@@ -778,12 +797,13 @@ with Device(threads=2) as device:
     goes_on(device, scratch)
     fields(device, scratch)
     parts(device, scratch)
+    planned(device, scratch)
 hooks(scratch)
 log(scratch)
 unreadable(scratch)
 symbols = set(open(os.path.join(top, "tests", "abi", "symbols.txt"), encoding="utf-8").read().split())
 assert set(abi.FUNCTIONS) == symbols
 never = symbols - called - {"bccsplat_abi_version"}  # that one at import
-for kind in ("device", "volume", "slice", "renderer", "frame", "writer", "cancel_token", "scene"):
+for kind in ("device", "volume", "slice", "renderer", "frame", "writer", "cancel_token", "scene", "plan"):
     never.discard("bccsplat_%s_retain" % kind)  # one method for all: Handle.share
 assert not never, never

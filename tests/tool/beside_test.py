@@ -23,6 +23,8 @@ def thirds(x, y, z, t):
 
 
 class Beside(ToolTest):
+    store = 'samples'
+
     def setUp(self):
         super().setUp()
         self.volume((SIDE, SIDE, SIDE, 3), ball, '--quiet')
@@ -138,7 +140,7 @@ class Beside(ToolTest):
         at = [arg for x, y, z in places[:3] for arg in ('--at', f'{x},{y},{z}')]
         printed = self.bcc4('probe', 'v.bcc4', *at)[0].split('\n')[0].split('\t')[1:]
         self.assertEqual(printed, rows[1][1:4])
-        self.refused(3, 'exists', 'probe', 'v.bcc4', '--points', 'bare.csv', '-o', 'series.csv')
+        self.refused(2, 'exists', 'probe', 'v.bcc4', '--points', 'bare.csv', '-o', 'series.csv')
         self.write('wrong.csv', b'1,2,3\n4,five,6\n')
         self.refused(3, 'line 2', 'probe', 'v.bcc4', '--points', 'wrong.csv')
         self.write('empty.csv', b'# nothing\n')

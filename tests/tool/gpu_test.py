@@ -17,6 +17,8 @@ def bump(x, y, z, t):
 
 @unittest.skipIf(NO_GPU.returncode, f'SKIPPED: no GPU: {NO_GPU.stderr}')
 class Gpu(ToolTest):
+    store = 'samples'
+
     def setUp(self):
         super().setUp()
         self.volume((24, 22, 20, 4), bump, '--quiet')
@@ -40,7 +42,8 @@ class Gpu(ToolTest):
             self.assertEqual((by_gpu, by_cpu), ('gpu', 'cpu'))
             squares = [(p - q) ** 2 for rows in zip(a, b) for pixels in zip(*rows) for p, q in zip(*pixels)]
             self.assertGreater(sum(row[3] > 30 for rows in a for row in rows), 200)
-            self.assertLess(math.sqrt(sum(squares) / len(squares)), 255 * 10 ** (-45 / 20), more)
+            least = 30 if '--iso' in more and '--trail' in more else 45  # dB; a surface among moments is lit without the CPU's smoothing
+            self.assertLess(math.sqrt(sum(squares) / len(squares)), 255 * 10 ** (-least / 20), more)
 
     def test_a_rasteriser_is_not_taken_unasked(self):
         software = self.json('info', '--gpu')['software']

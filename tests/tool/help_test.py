@@ -30,6 +30,9 @@ class Help(ToolTest):
     def test_every_command_has_a_page_and_its_examples_work(self):
         for t in range(DIMS[3]):
             self.puff(t)
+        self.write('places.csv', b'x,y,z\n28,32,30\n12.5,14,9\n')
+        for name in ('ct.bcc4', 'organs.bcc4'):
+            self.bcc4('import', 'smoke.0000.raw', '--dims', ','.join(map(str, DIMS[:3])), '--dtype', 'f32', '-o', name, '--quiet')
         listed = re.findall(r'^  (\w+)  ', printed('help').split('Subcommands:')[1], re.M)
         self.assertEqual(set(listed), set(NEEDED) | {'completion', 'manual', 'view'})
         for command in NEEDED:
@@ -60,7 +63,7 @@ class Help(ToolTest):
         """Each heading once, in this order, with the options that belong there; the manual has them as well."""
         page = printed('help', 'render')
         wanted = {'The moment or plane': '--plane', 'Pictures and films': '--seconds', 'The view': '--zoom',
-                  'Colours and surfaces': '--iso', 'Trails: what moved': '--trail-mode',
+                  'Colours and surfaces': '--iso', 'Beside the channel': '--with', 'Trails: what moved': '--trail-mode',
                   'Background and annotation': '--annotate', 'Quality and light': '--step',
                   "With other programs' pictures": '--deep', 'The work': '--threads'}
         found = re.findall(r'^(\S.*):$', page.split('Options:\n')[1], re.M)

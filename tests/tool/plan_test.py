@@ -30,7 +30,7 @@ def tissue(x, y, z, t):
 
 
 def classes(x, y, z, t):
-    return (3 if x > 14 else 7) if y + t > 12 else 0
+    return (3 if x > 14 else 40) if y + t > 12 else 0
 
 
 class Plan(ToolTest):

@@ -13,6 +13,8 @@ PROBE = os.environ.get('BCC4_VDB_PROBE')
 
 
 class VdbExport(ToolTest):
+    store = 'samples'
+
     def make(self, name, kind):
         subprocess.run([PROBE, 'make', self.path(name), str(kind)], check=True)
         return name

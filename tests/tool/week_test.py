@@ -74,7 +74,7 @@ class Week(ToolTest):
         for at, more in ((place, ()), ((10, 12, 11), ('--index',))):
             found = self.json('probe', 'w.bcc4', '--at', ','.join(map(str, at)), '--time', 2, *more)
             self.assertAlmostEqual(found[0]['values'][0], puff(10, 12, 11, 2), delta=.01)
-        self.refused(2, '--at X,Y,Z is missing', 'probe', 'w.bcc4')
+        self.refused(2, '--at X,Y,Z or --points FILE.csv is missing', 'probe', 'w.bcc4')
         self.refused(2, '3 numbers are expected', 'probe', 'w.bcc4', '--at', '1,2')
 
     def test_pictures_films_and_planes_over_time(self):

@@ -112,6 +112,12 @@ class Slice(Child):
         call("slice_get_info", self.pointer, byref(info))
         return info
 
+    def look(self, look: int | str | None = None, mode: int | str | None = None) -> _abi.Look:
+        """A transfer function for the slice: of a time slice the volume's, of others by the values that they hold."""
+        made = _abi.Look()
+        call("slice_get_look", self.pointer, choose("LOOK", look), choose("MODE", mode), byref(made))
+        return made
+
     def evaluate(self, points: Any, out: Array | None = None) -> Array:
         """Values at points [..., 3] of slice space; failures as of Volume.evaluate."""
         at = points_of(points, 3)

@@ -173,6 +173,12 @@ class Writer(Child):
         call("writer_get_part_frames", self.pointer, byref(begin), byref(end))
         return begin.value, end.value
 
+    def part_box(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """The samples of each frame to add, along x, y, z: begin, end; of a block of space its own and what is around."""
+        begin, end = (ctypes.c_uint64 * 3)(), (ctypes.c_uint64 * 3)()
+        call("writer_get_part_box", self.pointer, begin, end)
+        return tuple(begin), tuple(end)
+
     def layer_geometry(self, layer: int = 0) -> _abi.LayerGeometry:
         """Where the sites of a layer stand: site (i, j, k) at origin + step * (i, j, k) and frame number `frame`."""
         geometry = _abi.LayerGeometry()

@@ -45,7 +45,11 @@ Exit run_recode(const RecodeArguments& a) {
   options.store = a.store;
   options.value_type = a.value_type;
   options.value_step = a.step;
-  options.kernel = a.kernel.empty() ? nullptr : a.kernel.c_str();
+  // What gives a grid's own samples back has no coefficients.
+  const bool exact = volume_info(volume).recommended_kernel == std::string_view("exact");
+  const std::string kernel =
+      a.kernel.empty() && exact && a.store == BCCSPLAT_STORE_COEFFICIENTS ? "default" : a.kernel;
+  options.kernel = kernel.empty() ? nullptr : kernel.c_str();
   options.format = a.format;
   options.progress = Progress::show_fraction;
   options.cancel_token = interrupt_token();
@@ -98,7 +102,9 @@ Run add_recode(Command tool) {
       recode, "--store", a->store, kStoreChoices,
       "Store samples or the kernel's coefficients (default: as in FILE; wavelets are made of a "
       "source, by bcc4 import, and become samples)");
-  recode.add_option("--kernel", a->kernel, "Kernel of the coefficients (default: as in FILE)")
+  recode
+      .add_option("--kernel", a->kernel,
+                  "Kernel of the coefficients (default: as in FILE, or of a grid's own samples: default)")
       .type_name("NAME");
   add_choice<int32_t>(recode, "--quantize", a->value_type, kTypeChoices,
                       "Type of the stored values (default: as in FILE)");

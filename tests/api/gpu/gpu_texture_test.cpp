@@ -330,9 +330,9 @@ TEST_P(GpuTexture, RefusalsSayWhy) {
   EXPECT_EQ(bccsplat_frame_save_png(other.get(), folder_.file("x.png").c_str(), nullptr),
             BCCSPLAT_ERROR_UNSUPPORTED);
   auto trail = sized<bccsplat_trail>();
-  trail.interval[0] = -1;
+  trail.interval[0] = -1, trail.intervals = 100;
   ASSERT_OK(bccsplat_renderer_set_trail(renderer_.get(), &trail));
-  refused(other, BCCSPLAT_ERROR_UNSUPPORTED, "a trail");
+  refused(other, BCCSPLAT_ERROR_UNSUPPORTED, "stills");
   context_.leave(); // what the frame keeps is left to the context
 }
 

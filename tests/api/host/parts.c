@@ -141,6 +141,11 @@ void test_parts(void) {
   REFUSED(INVALID_ARGUMENT, "writer is NULL", bccsplat_writer_get_part_frames(NULL, &begin, &end));
   REFUSED(INVALID_ARGUMENT, "begin is NULL", bccsplat_writer_get_part_frames(writer, NULL, &end));
   REFUSED(INVALID_ARGUMENT, "end is NULL", bccsplat_writer_get_part_frames(writer, &begin, NULL));
+  uint64_t low[3], high[3];
+  REFUSED(INVALID_ARGUMENT, "writer is NULL", bccsplat_writer_get_part_box(NULL, low, high));
+  REFUSED(INVALID_ARGUMENT, "begin is NULL", bccsplat_writer_get_part_box(writer, NULL, high));
+  REFUSED(INVALID_ARGUMENT, "end is NULL", bccsplat_writer_get_part_box(writer, low, NULL));
+  OK(bccsplat_writer_get_part_box(writer, low, high));
   REFUSED(UNSUPPORTED, "made of frames", bccsplat_writer_add_layer(writer, 0, 0, samples, SAMPLES));
   bccsplat_writer_release(writer);
   OK(bccsplat_writer_create(device, scratch("a.bcc4"), &options, &writer));

@@ -83,7 +83,7 @@ TEST(Fingerprint, ANewRuleHasANewNumber) {
 // Older versions made levels otherwise. How many there are is in the file.
 TEST(Fingerprint, LevelsOfHalvedFramesAreNotThoseOfOlderVersions) {
   EXPECT_NE(options_checksum({}, 1, "0", {}), options_checksum({}, 0, "0", {}));
-  EXPECT_EQ(options_checksum({}, 2, 0, {}), options_checksum({}, 1, "0", {}));
+  EXPECT_EQ(options_checksum({}, 2, "0", {}), options_checksum({}, 1, "0", {}));
 }
 
 TEST(Fingerprint, PartsDifferByTheirFrames) {
