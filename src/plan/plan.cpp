@@ -11,9 +11,9 @@ using namespace bccsplat;
 using namespace bccsplat::api;
 
 struct bccsplat_plan : Object<Kind::plan> {
-  bccsplat_plan(bcc4::FrameReader& reader, const bcc4::Device& device, plan::Request request,
+  bccsplat_plan(bcc4::FrameReader& reader, const bcc4::Device& device, const plan::Request& request,
                 bcc4::Watch& watch, const bccsplat_writer_options& wish)
-      : chosen(reader, device, std::move(request.settings), request.wish, watch), progress(wish.progress),
+      : chosen(reader, device, request.settings, request.wish, watch), progress(wish.progress),
         progress_user(wish.progress_user) {}
 
   mutable Users users;

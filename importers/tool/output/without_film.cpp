@@ -10,7 +10,7 @@
 namespace bcc4 {
 
 Film::Film(std::string path, const FilmFormat& /*format*/)
-    : path_(std::move(path)), words_(nullptr, std::fclose) {
+    : path_(std::move(path)), words_(nullptr, std::fclose), former_sigpipe_(nullptr) {
   const std::string name = to_text(to_path(path_).stem());
   fail_input(path_, ": this bcc4 starts no ffmpeg; -o ", name,
              ".%04d.png writes the pictures, of which ffmpeg -i ", name, ".%04d.png makes a film");

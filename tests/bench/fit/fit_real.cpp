@@ -91,6 +91,10 @@ Imported import(const ToolImport& tool, const std::string& options) {
   out.sites = (j.at("sites_total").get<double>() + j.at("sites_outside").get<double>()) /
               j.at("cc_samples").get<double>();
   const auto& plan = j.at("plan");
+  if (plan.contains("wavelets")) {
+    out.lattice = "wavelets", out.predicted = NAN;
+    return out;
+  }
   const auto& chosen =
       plan.contains("choice") ? plan.at("choice").at("rounded") : plan.at("coding").at("chosen");
   out.predicted = 20 * std::log10(error.at("peak").get<double>() / chosen.at("rmse").at(0).get<double>());
@@ -110,7 +114,7 @@ std::string kib(double bytes) { return number(bytes / 1024, 1); }
 
 // Ways to keep about half of the samples, rounded alike.
 void add_equal_samples(std::vector<Row>& rows, const RealSet& set, const ToolImport& tool) {
-  const Imported chosen = import(tool, "");
+  const Imported chosen = import(tool, "--density .5");
   double best = 0;
   const auto row = [&](const std::string& way, double psnr, double bytes, double sites,
                        const std::string& lattice, double predicted) {
@@ -142,9 +146,9 @@ void add_equal_samples(std::vector<Row>& rows, const RealSet& set, const ToolImp
 
 void add_equal_errors(std::vector<Row>& rows, const RealSet& set, const ToolImport& tool) {
   const double gzip = gzip_bytes(set.source);
-  for (const double goal : {45.0, 50.0, 60.0}) {
-    const std::string bound = concat("--psnr ", goal);
-    const Imported i = import(tool, bound);
+  for (const double goal : {0.0, 45.0, 50.0, 60.0}) { // 0: whatever an import promises
+    const Imported i = import(tool, goal > 0 ? concat("--psnr ", goal) : "");
+    const std::string bound = concat("--psnr ", goal > 0 ? goal : i.psnr);
     const Imported d4 = import(tool, bound + " --lattice d4star"), cc = import(tool, bound + " --lattice cc");
     const auto zfp = zfp_bytes(set.source, i.psnr);
     rows.push_back({word("series", set.source.name), figure("asked dB", goal, 0),
