@@ -186,7 +186,7 @@ double boundary_behind_haze(const Histogram& h, double edge, const Pile& pile, d
 double surface_of(const Histogram& h, double edge, const Pile& pile, double boundary) {
   constexpr int reach = 3;
   const std::vector<double> s = smoothed(h.all, reach);
-  const auto [first, last] = std::minmax(h.bin(edge), h.bin(pile.top));
+  const auto [first, last] = std::minmax({h.bin(edge), h.bin(pile.top)});
   const double least = *std::min_element(s.begin() + first, s.begin() + last + 1);
   constexpr double large = 0.2;
   const double end = pile.top > edge ? h.range.high : h.range.low;
