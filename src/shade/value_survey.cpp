@@ -62,7 +62,7 @@ constexpr double narrowest_colors = 0.05;
 
 // An object has no edge of its own where the values between noise and object are never rarer than this share
 // of its commonest one, and no fewer than haze_of_all.
-constexpr double no_edge = 0.47;
+constexpr double no_edge = 0.3;
 
 struct Background {
   bool found = false;
@@ -188,9 +188,9 @@ double surface_of(const Histogram& h, double edge, const Pile& pile, double boun
   const std::vector<double> s = smoothed(h.all, reach);
   const auto [first, last] = std::minmax({h.bin(edge), h.bin(pile.top)});
   const double least = *std::min_element(s.begin() + first, s.begin() + last + 1);
-  constexpr double large = 0.2;
+  constexpr double large = 0.2, falls = 0.47;
   const double end = pile.top > edge ? h.range.high : h.range.low;
-  const bool peaked = s[h.bin(2 * pile.top - edge)] < no_edge * s[h.bin(pile.top)];
+  const bool peaked = s[h.bin(2 * pile.top - edge)] < falls * s[h.bin(pile.top)];
   const bool torn = peaked && h.mass(std::min(edge, end), std::max(edge, end)) > large * h.total() &&
                     least > no_edge * s[h.bin(pile.top)] && least > haze_of_all * h.total();
   return torn ? pile.top : boundary;
