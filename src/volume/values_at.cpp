@@ -29,8 +29,9 @@ Vec4 to_index(const OpenVolume& volume, const Affine3& to_space, const Vec4& wor
   return {p[0], p[1], p[2], t};
 }
 
-// What a probe's own bricks are told apart by, index units.
+// What a probe's own bricks are told apart by, index units; more points than that are no probes.
 constexpr double cluster_edge = 32;
+constexpr size_t most_probes = 1 << 17;
 
 using Cluster = std::vector<size_t>; // numbers of points
 
@@ -58,12 +59,13 @@ std::vector<Cluster> clusters_of(const OpenVolume& volume, std::span<const Vec4>
   return {all};
 }
 
-// Does what evaluate4() does, reading what is around each cluster of points.
+// Does what evaluate4() does, reading what is around each cluster of probes.
 EvaluateMisses evaluate_clusters(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
                                  std::span<float> values, std::span<std::array<float, 4>> gradients,
                                  const Context& context) {
-  const std::vector<Cluster> clusters = clusters_of(volume, points);
-  if (clusters.size() == 1)
+  std::vector<Cluster> clusters;
+  if (points.size() <= most_probes) clusters = clusters_of(volume, points);
+  if (clusters.size() < 2)
     return evaluate4(*volume.coefficients_at(channel, points), points, values, gradients, context);
   EvaluateMisses misses;
   for (const Cluster& cluster : clusters) {

@@ -17,7 +17,7 @@
 #include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
-#include "tool/view/camera_file.h"
+#include "tool/view/camera_choice.h"
 #include "tool/view/exposure.h"
 #include "tool/view/fitted_view.h"
 #include "tool/view/host_things.h"
@@ -42,62 +42,6 @@ constexpr uint32_t least_annotated = 160; // pixels a side
 using Clock = std::chrono::steady_clock;
 double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-struct CameraChoice {
-  std::optional<CameraFile> file;
-  int32_t projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
-  std::array<uint32_t, 2> size{512, 512};
-};
-
-// What is shared with other programs, read and agreed with the other options.
-HostThings host_things(const RenderArguments& a) {
-  HostThings host;
-  host.clips = a.clips;
-  if (host.clips.size() > BCCSPLAT_MAX_CLIPS)
-    fail_usage("--clip and --box make ", host.clips.size(), " half-spaces, a box six; at most ",
-               int{BCCSPLAT_MAX_CLIPS});
-  if (!a.view_matrix.empty()) {
-    if (a.camera != "ortho" || a.view || a.rotate_x || a.rotate_y || a.fit_domain || a.zoom || a.turntable)
-      fail_usage("--view-matrix is the view: --camera, --view, --rotate-x, --rotate-y, --fit, --zoom and "
-                 "--turntable "
-                 "do not change it");
-    if (a.annotate || !a.title.empty())
-      fail_usage("--annotate draws scales and axes by a camera, which --view-matrix does not tell");
-    if (a.mode == BCCSPLAT_MODE_XRAY && !lower(a.output).ends_with(".exr"))
-      fail_usage("--view-matrix: an X-ray is exposed by a camera; write it as .exr");
-    read_view_matrices(a.view_matrix, host);
-  }
-  if (!a.over.empty()) host.over = read_host_picture(a.over);
-  return host;
-}
-
-// The pixels of a picture.
-std::array<uint32_t, 2> picture_size(const RenderArguments& a, const HostThings& host,
-                                     const std::array<uint32_t, 2>& otherwise) {
-  if (host.over) {
-    const std::array<uint32_t, 2> size{host.over->width, host.over->height};
-    if (a.size && *a.size != size)
-      fail_usage("--size: ", a.over, " has ", size[0], " x ", size[1], " pixels, and so has the picture");
-    return size;
-  }
-  return a.size.value_or(host.resolution.value_or(otherwise));
-}
-
-CameraChoice choose_camera(const RenderArguments& a, const HostThings& host) {
-  CameraChoice choice;
-  if (lower(a.camera).ends_with(".json")) {
-    choice.file = read_camera_file(a.camera);
-    if (choice.file->resolution) choice.size = *choice.file->resolution;
-    if (a.rotate_x || a.rotate_y || a.view || a.fit_domain)
-      fail_usage("--view, --rotate-x, --rotate-y and --fit do not change a camera read from a file");
-  } else {
-    choice.projection = option_choice<int32_t>(
-        "--camera", a.camera,
-        {{"ortho", BCCSPLAT_PROJECTION_ORTHOGRAPHIC}, {"persp", BCCSPLAT_PROJECTION_PERSPECTIVE}});
-  }
-  choice.size = picture_size(a, host, choice.size);
-  return choice;
 }
 
 bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_look& look) {
@@ -316,6 +260,26 @@ void tell_look(const RenderArguments& a, const bccsplat_look& look) {
   std::fprintf(stderr, "bcc4: %s: %s\n", a.file.c_str(), words.c_str());
 }
 
+// Makes and tells the look of a channel. Several surfaces are told apart by the colours of their values; one
+// has one.
+bccsplat_look look_of_channel(const RenderArguments& a, const Volume& volume, uint32_t channel) {
+  const bccsplat_look look =
+      make_look(volume, channel, a.look, a.iso.size() > 1 ? BCCSPLAT_MODE_COMPOSITE : a.mode);
+  tell_look(a, look);
+  return look;
+}
+
+// One function for each sub-interval, one for all, or none: the slice's.
+std::vector<TransferFunction> functions_of_trail(const RenderArguments& a, const bccsplat_channel_info& info,
+                                                 const bccsplat_look& look) {
+  std::vector<TransferFunction> functions;
+  for (const FunctionChoice& choice : trail_functions(a))
+    functions.push_back(transfer_function(choice, info, look).value());
+  if (functions.empty())
+    if (auto dense = function_of_dense_trail(slice_function(a), look)) functions.push_back(std::move(*dense));
+  return functions;
+}
+
 // A surface that is nowhere leaves the picture empty.
 void warn_of_no_surface(const RenderArguments& a, const bccsplat_channel_info& c) {
   for (const bccsplat_iso_surface& s : a.iso)
@@ -451,10 +415,7 @@ Exit run_render(RenderArguments a) {
   refuse_outputs(a, pictures);
 
   if (!a.iso.empty() && a.mode == BCCSPLAT_MODE_DEFAULT) a.mode = BCCSPLAT_MODE_ISOSURFACE;
-  // Several surfaces are told apart by the colours of their values; one has one.
-  const bccsplat_look look =
-      make_look(volume, channel, a.look, a.iso.size() > 1 ? BCCSPLAT_MODE_COMPOSITE : a.mode);
-  tell_look(a, look);
+  const bccsplat_look look = look_of_channel(a, volume, channel);
   const bccsplat_channel_info info = channel_info(volume, channel);
   warn_of_no_surface(a, info);
   const auto output = picture_output(a, device, {camera.size[0], camera.size[1]}, pictures.size());
@@ -486,11 +447,7 @@ Exit run_render(RenderArguments a) {
   const TransferFunction seen = seen_function(a, scene.function, look, info.air);
   warn_of_nothing(a, seen, info);
   scene.fitted.emplace(volume, channel, a, seen, camera.projection, camera.size, pictures);
-  for (const FunctionChoice& choice : trail_functions(a))
-    scene.trail_functions.push_back(transfer_function(choice, info, look).value());
-  if (scene.trail_functions.empty())
-    if (auto dense = function_of_dense_trail(slice_function(a), look))
-      scene.trail_functions.push_back(std::move(*dense));
+  scene.trail_functions = functions_of_trail(a, info, look);
   if (a.annotate) scene.annotate(look, options.iso_value);
 
   const std::vector<RenderTimes> times = draw_pictures(scene, pictures);

@@ -154,13 +154,15 @@ void measure_series(const FitSource& source, const CoderArguments& arguments, Ta
   };
   for (const double goal : {45.0, 50.0, 60.0}) {
     const std::string psnr = concat("--psnr ", goal);
-    add_psnr(source, goal, store(source, tool, psnr + " --store wavelets"), other(psnr), tables);
+    add_psnr(source, goal, store(source, tool, psnr + " --store wavelets"), other(psnr + " --store samples"),
+             tables);
   }
   constexpr double share = .01; // of the range
   const std::vector<float> values = all_values(source);
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   const std::string bound = concat("--abs ", number(share * (*high - *low), 6));
-  add_bound(source, store(source, tool, bound + " --store wavelets"), other(bound), tables);
+  add_bound(source, store(source, tool, bound + " --store wavelets"), other(bound + " --store samples"),
+            tables);
 }
 
 } // namespace
