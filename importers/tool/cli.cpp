@@ -220,7 +220,7 @@ std::optional<std::string> CommandLine::parse(int argc, char** argv) {
   return chosen.empty() ? "" : chosen.front()->get_name();
 }
 
-void add_threads(Command command, CommonOptions& options) {
+void add_threads(const Command& command, CommonOptions& options) {
   command.add_text("--threads", "N", "Threads to use (default: as many as the machine has)",
                    [&options](const std::string& text) {
                      options.threads = option_number<int>("--threads", text);
@@ -228,7 +228,7 @@ void add_threads(Command command, CommonOptions& options) {
                    });
 }
 
-void add_max_memory(Command command, CommonOptions& options) {
+void add_max_memory(const Command& command, CommonOptions& options) {
   command.add_text(
       "--max-mem", "BYTES", "Memory for data, such as 500M or 4G (default: no limit)",
       [&options](const std::string& text) { options.max_memory = option_bytes("--max-mem", text); });

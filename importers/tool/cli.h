@@ -99,7 +99,7 @@ class CommandLine {
 [[noreturn]] void fail_unknown_command(const Command& tool, const std::string& name);
 
 template<class Number>
-void add_number(Command command, const std::string& option, std::optional<Number>& target,
+void add_number(const Command& command, const std::string& option, std::optional<Number>& target,
                 const std::string& help) {
   command.add_text(option, "N", help, [&target, option](const std::string& text) {
     target = option_number<Number>(option, text);
@@ -107,7 +107,7 @@ void add_number(Command command, const std::string& option, std::optional<Number
 }
 
 template<class Value>
-void add_choice(Command command, const std::string& option, Value& target, Choices<Value> choices,
+void add_choice(const Command& command, const std::string& option, Value& target, Choices<Value> choices,
                 const std::string& help) {
   std::string names;
   for (const auto& [name, value] : choices) names += (names.empty() ? "" : "|") + name;
@@ -117,7 +117,7 @@ void add_choice(Command command, const std::string& option, Value& target, Choic
                    });
 }
 
-void add_threads(Command command, CommonOptions& options);
-void add_max_memory(Command command, CommonOptions& options);
+void add_threads(const Command& command, CommonOptions& options);
+void add_max_memory(const Command& command, CommonOptions& options);
 
 } // namespace bcc4

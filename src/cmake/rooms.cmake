@@ -20,9 +20,9 @@ list(TRANSFORM writing_formats PREPEND ${PROJECT_SOURCE_DIR}/formats/bcc4/)
 # Of the scene and the C ABI what a part alone needs, and what stands for it.
 set(writer_files api/recode.cpp api/writer.cpp api/writer_options.cpp)
 set(splat_files scene/trail.cpp scene/trail_layers.cpp)
-set(cuts_files slice/axis_slice.cpp slice/corrected_cut.cpp slice/extraction.cpp slice/extraction_points.cpp
-  slice/gaussian_mean.cpp slice/lowpass_slice.cpp slice/occupancy.cpp slice/plane_slice.cpp slice/thick_field.cpp
-  slice/touched_samples.cpp slice/turned_samples.cpp)
+set(cuts_files slice/axis_slice.cpp slice/coarser_plane.cpp slice/corrected_cut.cpp slice/extraction.cpp slice/extraction_points.cpp
+  slice/gaussian_mean.cpp slice/lowpass_slice.cpp slice/occupancy.cpp slice/plane_slice.cpp
+  slice/plane_spacing.cpp slice/thick_field.cpp slice/touched_samples.cpp slice/turned_samples.cpp)
 # What a system has, and what stands for it in a browser: contexts by EGL, threads, numbers as text.
 set(system_files gpu/gl_context.cpp base/tasks.cpp base/worker.cpp base/os/posix/thread_name.cpp)
 set(browser_files gpu/web_context.cpp base/number_text.cpp base/without_threads.cpp)

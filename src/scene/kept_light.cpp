@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "field/sample_grid.h"
@@ -76,8 +77,7 @@ std::vector<float> halve(std::span<const float> in, Int3& dims, size_t axis) {
         const float* const at = in.data() + (o * count(dims, axis) + coarser * n) * stride + i;
         const float before = n > 0 ? at[-static_cast<std::ptrdiff_t>(stride)] : at[stride];
         const float behind = n + 1 < count(half, axis) ? at[stride] : before;
-        out[(o * count(half, axis) + n) * stride + i] =
-            0.5f * at[0] + 0.25f * ((n > 0 ? before : behind) + behind);
+        out[(o * count(half, axis) + n) * stride + i] = std::midpoint(at[0], std::midpoint(before, behind));
       }
   dims = half;
   return out;

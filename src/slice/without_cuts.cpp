@@ -67,5 +67,8 @@ void Extraction::at(std::span<const Vec3> /*points*/, std::span<float> /*values*
   fail_without_cuts();
 }
 bool Extraction::splat(const ScatterSheet& /*sheet*/) const { fail_without_cuts(); }
+void Extraction::each_point(const std::function<void(const Vec3&, float, float)>& /*body*/) const {
+  fail_without_cuts();
+}
 
 } // namespace bccsplat

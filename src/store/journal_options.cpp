@@ -40,7 +40,7 @@ void add_channel(const ChannelSettings& channel, const std::string& of, JournalO
 }
 
 std::string part_text(const SeriesBlock& block) {
-  const std::string frames = concat(block.first_frame(), " to ", block.end_frame());
+  std::string frames = concat(block.first_frame(), " to ", block.end_frame());
   if (block.all_space()) return frames;
   return concat(frames, ", samples ", list_of(block.begin), " to ", list_of(block.end));
 }

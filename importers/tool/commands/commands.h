@@ -15,19 +15,19 @@ class Command; // tool/cli.h
 using Run = std::function<Exit()>;
 
 // `command_line` is what the user typed, quoted for repeating.
-[[nodiscard]] Run add_import(Command tool, std::string command_line);
-[[nodiscard]] Run add_concat(Command tool);
-[[nodiscard]] Run add_recode(Command tool);
-[[nodiscard]] Run add_info(Command tool);
-[[nodiscard]] Run add_verify(Command tool);
-[[nodiscard]] Run add_compare(Command tool);
-[[nodiscard]] Run add_probe(Command tool);
-[[nodiscard]] Run add_slice(Command tool);
-[[nodiscard]] Run add_export(Command tool);
-[[nodiscard]] Run add_render(Command tool, std::string command_line);
-[[nodiscard]] Run add_help(Command tool);
-[[nodiscard]] Run add_view(Command tool);
-[[nodiscard]] Run add_manual(Command tool, std::string version);
-[[nodiscard]] Run add_completion(Command tool);
+[[nodiscard]] Run add_import(const Command& tool, std::string command_line);
+[[nodiscard]] Run add_concat(const Command& tool);
+[[nodiscard]] Run add_recode(const Command& tool);
+[[nodiscard]] Run add_info(const Command& tool);
+[[nodiscard]] Run add_verify(const Command& tool);
+[[nodiscard]] Run add_compare(const Command& tool);
+[[nodiscard]] Run add_probe(const Command& tool);
+[[nodiscard]] Run add_slice(const Command& tool);
+[[nodiscard]] Run add_export(const Command& tool);
+[[nodiscard]] Run add_render(const Command& tool, std::string command_line);
+[[nodiscard]] Run add_help(const Command& tool);
+[[nodiscard]] Run add_view(const Command& tool);
+[[nodiscard]] Run add_manual(const Command& tool, std::string version);
+[[nodiscard]] Run add_completion(const Command& tool);
 
 } // namespace bcc4

@@ -140,7 +140,7 @@ Exit run_compare(CompareArguments& a) {
 
 } // namespace
 
-Run add_compare(Command tool) {
+Run add_compare(const Command& tool) {
   auto a = std::make_shared<CompareArguments>();
   const Command compare = tool.add_command(
       "compare",

@@ -66,7 +66,7 @@ Exit run_concat(const ConcatArguments& a) {
 
 } // namespace
 
-Run add_concat(Command tool) {
+Run add_concat(const Command& tool) {
   auto a = std::make_shared<ConcatArguments>();
   const Command concat = tool.add_command("concat", "Join the parts of a series that import --part made.");
   concat.set_examples({"bcc4 import smoke.*.raw --dims 64,64,64 --dtype f32 --dry-run --plan plan.json",

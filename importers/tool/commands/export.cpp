@@ -197,7 +197,7 @@ Exit run_export(ExportArguments& a) {
 
 } // namespace
 
-Run add_export(Command tool) {
+Run add_export(const Command& tool) {
   auto a = std::make_shared<ExportArguments>();
   const Command ex = tool.add_command(
       "export", "Write frames on the grid of the source. The suffix of the output names the format.");

@@ -231,7 +231,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
 }
 
 // What the plan has decided cannot be typed again.
-void refuse_planned_options(Command import) {
+void refuse_planned_options(const Command& import) {
   static const std::vector<std::string> allowed{"--output",  "--plan", "--part",   "--threads",
                                                 "--max-mem", "--live", "--resume", "--overwrite",
                                                 "--json",    "--quiet"};
@@ -247,7 +247,7 @@ void refuse_planned_options(Command import) {
 
 } // namespace
 
-Run add_import(Command tool, std::string command_line) {
+Run add_import(const Command& tool, std::string command_line) {
   auto a = std::make_shared<ImportArguments>();
   const Command import = tool.add_command(
       "import", "Convert a series of volumes to a .bcc4 file. Reads OpenVDB, NRRD, NIfTI, NetCDF, VTI, "

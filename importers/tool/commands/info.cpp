@@ -324,7 +324,7 @@ void print_gpu(const Device& device, bool json) {
 
 } // namespace
 
-Run add_info(Command tool) {
+Run add_info(const Command& tool) {
   auto a = std::make_shared<InfoArguments>();
   const Command info =
       tool.add_command("info", "Print what a .bcc4 file holds: size, times, channels, lattice, errors.");

@@ -31,7 +31,7 @@ std::vector<std::string> choices_of(const std::string& value) {
   return choices;
 }
 
-std::vector<CommandText> commands_of(Command tool) {
+std::vector<CommandText> commands_of(const Command& tool) {
   std::vector<CommandText> commands;
   for (const Command& command : tool.commands()) {
     CommandText text{command.name(), command.help(), command.examples(), {}, {}};
@@ -64,7 +64,7 @@ std::string roff(std::string_view text) {
   return out;
 }
 
-std::string manual(Command tool, const std::string& version) {
+std::string manual(const Command& tool, const std::string& version) {
   std::string out = ".TH BCC4 1 \"\" \"" + roff(version) + "\" \"User Commands\"\n.SH NAME\nbcc4 \\- " +
                     roff(tool.help()) + "\n.SH SYNOPSIS\n";
   const std::vector<CommandText> commands = commands_of(tool);
@@ -169,7 +169,7 @@ std::string fish_completion(const std::vector<CommandText>& commands) {
 
 } // namespace
 
-Run add_help(Command tool) {
+Run add_help(const Command& tool) {
   const Command help = tool.add_command("help", "Print what a command does and its options");
   const auto name = std::make_shared<std::string>();
   help.add_option("COMMAND", *name, "A command of bcc4 (default: all of them in short)");
@@ -184,7 +184,7 @@ Run add_help(Command tool) {
   };
 }
 
-Run add_manual(Command tool, std::string version) {
+Run add_manual(const Command& tool, std::string version) {
   tool.add_command("manual", "Print the manual page (roff, section 1)");
   return [tool, version = std::move(version)] {
     std::fputs(manual(tool, version).c_str(), stdout);
@@ -192,7 +192,7 @@ Run add_manual(Command tool, std::string version) {
   };
 }
 
-Run add_completion(Command tool) {
+Run add_completion(const Command& tool) {
   const Command command = tool.add_command("completion", "Print the completion script of a shell");
   const auto shell = std::make_shared<std::string>();
   command.add_option("SHELL", *shell, "bash, zsh or fish");

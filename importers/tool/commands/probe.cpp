@@ -203,7 +203,7 @@ Exit run_probe(ProbeArguments a) {
 
 } // namespace
 
-Run add_probe(Command tool) {
+Run add_probe(const Command& tool) {
   const auto a = std::make_shared<ProbeArguments>();
   const Command probe = tool.add_command(
       "probe",

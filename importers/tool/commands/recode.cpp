@@ -90,7 +90,7 @@ Exit run_recode(const RecodeArguments& a) {
 
 } // namespace
 
-Run add_recode(Command tool) {
+Run add_recode(const Command& tool) {
   auto a = std::make_shared<RecodeArguments>();
   const Command recode = tool.add_command(
       "recode",

@@ -458,7 +458,7 @@ Exit run_render(RenderArguments a) {
 
 } // namespace
 
-Run add_render(Command tool, std::string command_line) {
+Run add_render(const Command& tool, std::string command_line) {
   auto a = std::make_shared<RenderArguments>();
   a->command_line = std::move(command_line);
   const Command r = tool.add_command("render", "Draw slices as pictures (PNG, OpenEXR) or films (MP4, WebM). "

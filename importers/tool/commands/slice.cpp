@@ -270,7 +270,7 @@ Exit run_slice(const SliceArguments& a) {
 
 } // namespace
 
-Run add_slice(Command tool) {
+Run add_slice(const Command& tool) {
   auto a = std::make_shared<SliceArguments>();
   const Command slice =
       tool.add_command("slice", "Cut a 3D slice out of space and time and write its samples. A slice is a "

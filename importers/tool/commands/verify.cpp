@@ -151,7 +151,7 @@ Exit run_verify(VerifyArguments& a) {
 
 } // namespace
 
-Run add_verify(Command tool) {
+Run add_verify(const Command& tool) {
   auto a = std::make_shared<VerifyArguments>();
   const Command verify = tool.add_command(
       "verify",

@@ -50,7 +50,7 @@ FindFile files_of(const fs::path& page, const fs::path& file) {
 
 } // namespace
 
-Run add_view(Command tool) {
+Run add_view(const Command& tool) {
   auto a = std::make_shared<ViewArguments>();
   const Command view = tool.add_command("view", "Look at a .bcc4 file in a browser on this machine.");
   view.set_examples({"bcc4 view smoke.bcc4"});

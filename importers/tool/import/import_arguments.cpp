@@ -47,7 +47,7 @@ void read_lattice(const ImportArguments& a, WriterSettings& settings) {
 }
 
 // The lattice and its distances.
-void add_lattice_options(Command import, ImportArguments& a) {
+void add_lattice_options(const Command& import, ImportArguments& a) {
   import
       .add_option(
           "--lattice", a.lattice,
@@ -69,7 +69,7 @@ void add_lattice_options(Command import, ImportArguments& a) {
 }
 
 // Adds the options that say which values are there, and how they become samples of the lattice.
-void add_fit_options(Command import, ImportArguments& a) {
+void add_fit_options(const Command& import, ImportArguments& a) {
   add_number(import, "--air", a.air,
              "Value of empty space (default: the background of OpenVDB grids, else 0; floats that are hardly "
              "ever 0: their mean)");
@@ -99,7 +99,7 @@ void add_fit_options(Command import, ImportArguments& a) {
 }
 
 // Adds the options that say how near the file has to be, and how it stores samples.
-void add_coding_options(Command import, ImportArguments& a) {
+void add_coding_options(const Command& import, ImportArguments& a) {
   import.add_flag("--exact", a.exact,
                   "Store samples of the lattice that loses least as precisely as the source (else they are "
                   "rounded where that adds next to "
@@ -130,7 +130,7 @@ void add_coding_options(Command import, ImportArguments& a) {
 }
 
 // Adds the options that say what is written, and how.
-void add_output_options(Command import, ImportArguments& a) {
+void add_output_options(const Command& import, ImportArguments& a) {
   add_threads(import, a.common);
   add_max_memory(import, a.common);
   import.add_flag("--dry-run", a.dry_run,
@@ -153,7 +153,7 @@ void add_output_options(Command import, ImportArguments& a) {
 
 } // namespace
 
-void add_import_options(Command import, ImportArguments& a) {
+void add_import_options(const Command& import, ImportArguments& a) {
   import.add_option(
       "INPUT", a.reader.options.inputs,
       "Files, a pattern such as smoke.%04d.vdb or smoke.####.vdb, a glob, or @LIST, a text file of names");

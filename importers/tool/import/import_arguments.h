@@ -34,7 +34,7 @@ struct ImportArguments {
   [[nodiscard]] bool auto_levels() const { return levels.empty() || levels == "auto"; }
 };
 
-void add_import_options(Command import, ImportArguments& arguments);
+void add_import_options(const Command& import, ImportArguments& arguments);
 
 // Says before the work what cannot be written.
 void check_outputs(const ImportArguments& arguments);

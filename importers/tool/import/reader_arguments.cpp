@@ -94,7 +94,7 @@ constexpr const char* kRecorded[] = {"dims", "dtype",     "endian",  "skip",   "
 
 } // namespace
 
-void add_reader_options(Command command, ReaderArguments& arguments) {
+void add_reader_options(const Command& command, ReaderArguments& arguments) {
   static constexpr std::array<const char*, 3> texts[] = {
       {"dims", "NX,NY,NZ[,NT]", "Raw: samples along x, y, z and time"},
       {"dtype", "TYPE", "Raw: u8, i8, u16, i16, u32, i32, f16, f32 or f64"},

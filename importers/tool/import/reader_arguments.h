@@ -18,7 +18,7 @@ struct ReaderArguments {
 };
 
 // Inputs are not among them: each command names its own.
-void add_reader_options(Command command, ReaderArguments& arguments);
+void add_reader_options(const Command& command, ReaderArguments& arguments);
 
 // Sets an option of a reader as if it had been typed.
 void set_reader_option(ReaderArguments& arguments, const std::string& key, const std::string& text);

@@ -19,7 +19,7 @@ constexpr uintmax_t empty_journal = 16; // bytes: its head, no slab
 
 } // namespace
 
-void add_resume_options(Command import, ResumeArguments& arguments) {
+void add_resume_options(const Command& import, ResumeArguments& arguments) {
   import.add_flag("--resume", arguments.resume,
                   "Go on with an import that was interrupted. Needs the same input and options");
   import.add_flag(

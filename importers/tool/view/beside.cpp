@@ -68,7 +68,7 @@ OtherVolume parse_other(const std::string& text) {
 
 } // namespace
 
-void add_beside(Command command, BesideArguments& a) {
+void add_beside(const Command& command, BesideArguments& a) {
   command.add_texts(
       "--with", "FILE[,KEY=VALUE...]",
       "Another volume in the same picture, right in depth; may be given several times. Keys: channel, "

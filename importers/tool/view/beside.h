@@ -37,7 +37,7 @@ struct BesideArguments {
   }
 };
 
-void add_beside(Command command, BesideArguments& arguments);
+void add_beside(const Command& command, BesideArguments& arguments);
 void check_beside(const BesideArguments& arguments);
 
 } // namespace bcc4

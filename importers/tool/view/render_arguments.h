@@ -76,7 +76,7 @@ struct RenderArguments {
   CommonOptions common;
 };
 
-void add_render_options(Command command, RenderArguments& arguments);
+void add_render_options(const Command& command, RenderArguments& arguments);
 // A film or a sheet: one file for all pictures.
 [[nodiscard]] bool makes_one_file(const RenderArguments& arguments);
 // The pictures that a film of --seconds has; none: as many as there are.

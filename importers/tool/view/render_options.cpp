@@ -128,7 +128,7 @@ AnnotationParts parse_parts(const std::string& text) {
 }
 
 // Which pictures, and how large.
-void add_pictures(Command command, RenderArguments& a) {
+void add_pictures(const Command& command, RenderArguments& a) {
   command.add_text("--frames", "A-B[xS]", "A picture for each of these frames, fractions allowed",
                    [&a](const std::string& t) { a.frames = parse_frames(t); });
   command.add_text("--turntable", "N",
@@ -149,7 +149,7 @@ void add_pictures(Command command, RenderArguments& a) {
 }
 
 // Adds the options that place the camera.
-void add_camera(Command command, RenderArguments& a) {
+void add_camera(const Command& command, RenderArguments& a) {
   command.add_option("--camera", a.camera, "Fitted view, or a camera file (default ortho)")
       .type_name("ortho|persp|FILE.json");
   command.add_text(
@@ -180,7 +180,7 @@ void add_camera(Command command, RenderArguments& a) {
 }
 
 // Adds what a picture shares with other programs.
-void add_host(Command command, RenderArguments& a) {
+void add_host(const Command& command, RenderArguments& a) {
   command.add_texts("--clip", "A,B,C,D",
                     "Draw only what has A x + B y + C z + D >= 0 in the world; may be given several times",
                     [&a](const std::string& t) { a.clips.push_back(parse_clip(t)); });
@@ -202,7 +202,7 @@ void add_host(Command command, RenderArguments& a) {
 }
 
 // Which colours and opacities values have.
-void add_colours(Command command, RenderArguments& a) {
+void add_colours(const Command& command, RenderArguments& a) {
   add_choice<int32_t>(command, "--look", a.look, look_names(),
                       "Colours and opacities made from the file's histogram (default auto: air and noise "
                       "transparent, by the kind of the values)");
@@ -223,7 +223,7 @@ void add_colours(Command command, RenderArguments& a) {
 }
 
 // What is drawn of the field.
-void add_mode(Command command, RenderArguments& a) {
+void add_mode(const Command& command, RenderArguments& a) {
   add_choice<int32_t>(command, "--mode", a.mode,
                       {{"composite", BCCSPLAT_MODE_COMPOSITE},
                        {"iso", BCCSPLAT_MODE_ISOSURFACE},
@@ -238,7 +238,7 @@ void add_mode(Command command, RenderArguments& a) {
 }
 
 // How well it is drawn.
-void add_sampling(Command command, RenderArguments& a) {
+void add_sampling(const Command& command, RenderArguments& a) {
   add_choice<int32_t>(command, "--quality", a.quality,
                       {{"draft", BCCSPLAT_QUALITY_DRAFT},
                        {"normal", BCCSPLAT_QUALITY_NORMAL},
@@ -284,7 +284,7 @@ void add_sampling(Command command, RenderArguments& a) {
 }
 
 // What moved before or after the slice.
-void add_trail(Command command, RenderArguments& a) {
+void add_trail(const Command& command, RenderArguments& a) {
   command.add_text(
       "--trail", "DT[f][,K]|A:B[f][,K]",
       "Motion blur: what was there during DT before the slice (after it when DT < 0), or from A to B around "
@@ -321,7 +321,7 @@ void add_trail(Command command, RenderArguments& a) {
 }
 
 // What is laid under pictures and over them.
-void add_decoration(Command command, RenderArguments& a) {
+void add_decoration(const Command& command, RenderArguments& a) {
   command.add_text(
       "--background", "R,G,B",
       "PNG and films: opaque over this display colour, 0 to 1 each (default: PNGs are transparent, films "
@@ -345,7 +345,7 @@ void add_decoration(Command command, RenderArguments& a) {
 }
 
 // How fast pictures follow each other.
-void add_films(Command command, RenderArguments& a) {
+void add_films(const Command& command, RenderArguments& a) {
   command.add_text("--fps", "N[/D]",
                    "EXR and films: rate at which the pictures are to be shown (default 24 for sequences)",
                    [&a](const std::string& t) { a.fps = parse_rate(t); });
@@ -361,7 +361,7 @@ void add_films(Command command, RenderArguments& a) {
 }
 
 // Deep pictures.
-void add_deep(Command command, RenderArguments& a) {
+void add_deep(const Command& command, RenderArguments& a) {
   command.add_flag(
       "--deep", a.deep,
       "EXR: a deep picture, samples along each ray as Z, ZBack, A, R, G, B, for compositing in depth");
@@ -370,7 +370,7 @@ void add_deep(Command command, RenderArguments& a) {
 }
 
 // What is told of the work, and how much it may take.
-void add_work(Command command, RenderArguments& a) {
+void add_work(const Command& command, RenderArguments& a) {
   command.add_option("--stats", a.stats, "Write times and counts as JSON").type_name("FILE.json");
   command.add_text("--repeat", "N", "Render N times and report medians", [&a](const std::string& t) {
     a.repeat = option_number<int>("--repeat", t);
@@ -384,7 +384,7 @@ void add_work(Command command, RenderArguments& a) {
 
 } // namespace
 
-void add_render_options(Command command, RenderArguments& a) {
+void add_render_options(const Command& command, RenderArguments& a) {
   command.add_option("FILE", a.file, "A .bcc4 file");
   command
       .add_option(

@@ -33,12 +33,12 @@ SampleBox parse_region(const std::string& text) {
 
 } // namespace
 
-void add_region(Command command, std::optional<SampleBox>& region, const char* help) {
+void add_region(const Command& command, std::optional<SampleBox>& region, const char* help) {
   command.add_text("--roi", "X0-X1,Y0-Y1,Z0-Z1", help,
                    [&region](const std::string& text) { region = parse_region(text); });
 }
 
-void add_slice_choice(Command command, SliceChoiceArguments& a) {
+void add_slice_choice(const Command& command, SliceChoiceArguments& a) {
   add_number(command, "--time", a.time, "Time of the slice, in the file's unit");
   command.add_flag("--index", a.index, "--time is a frame number, fractions allowed");
   const auto numbers = [&command](const char* option, std::optional<std::vector<double>>& target,

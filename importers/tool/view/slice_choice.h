@@ -27,8 +27,8 @@ struct SliceChoiceArguments {
   std::optional<uint32_t> level;   // none: all of it, or what a picture needs
 };
 // --roi X0-X1,Y0-Y1,Z0-Z1: samples of the source grid from 0, both ends included.
-void add_region(Command command, std::optional<SampleBox>& region, const char* help);
-void add_slice_choice(Command command, SliceChoiceArguments& arguments);
+void add_region(const Command& command, std::optional<SampleBox>& region, const char* help);
+void add_slice_choice(const Command& command, SliceChoiceArguments& arguments);
 
 struct Cut {
   double plane[5]{};

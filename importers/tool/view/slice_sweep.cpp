@@ -50,7 +50,7 @@ Cut moved(const Volume& volume, const Cut& base, double offset) {
 
 } // namespace
 
-void add_sweep(Command command, SliceChoiceArguments& a) {
+void add_sweep(const Command& command, SliceChoiceArguments& a) {
   command.add_text("--sweep", "A:B,N",
                    "N slices, moved along the unit normal from A to B samples (or frames)",
                    [&a](const std::string& text) {

@@ -10,7 +10,7 @@
 namespace bcc4 {
 
 // "A:B,N"; "A,B,N" will do.
-void add_sweep(Command command, SliceChoiceArguments& arguments);
+void add_sweep(const Command& command, SliceChoiceArguments& arguments);
 // The hyperplane alone without --sweep; else N of them, offset along the unit normal by A to B, both
 // included.
 [[nodiscard]] std::vector<Cut> sweep(const Volume& volume, const SliceChoiceArguments& arguments);
