@@ -60,7 +60,66 @@ VolumeInfo tiles(LatticeKind kind, const std::array<uint32_t, 4>& dims, ChannelI
   return info;
 }
 
+// Two patterns in turn, which cosines of time take many of and a matrix two.
+Sample in_turn(int, double x, double y, double z, double t) {
+  const bool odd = std::lround(t) % 2 == 1;
+  const double v = std::sin((odd ? 1.9 : 1.1) * x + 0.7 * y) * std::cos((odd ? 0.4 : 1.6) * z);
+  return {static_cast<float>(100 + 80 * v), true, false};
+}
+
+Bytes tile_levels() {
+  VolumeInfo info = levels_info();
+  info.tile_edge = 2;
+  for (LevelInfo& level : info.levels) level.tile_edge = 2, level.channels[1].scale = info.channels[1].scale;
+  for (ChannelInfo& c : info.channels) c.type = ValueType::u8, c.wavelet_error = 1;
+  Bytes bytes;
+  Bench bench;
+  Bcc4Writer writer(create_memory_sink(bytes), info);
+  write_levels(writer, info, ball, bench);
+  writer.finish(bench.context);
+  return bytes;
+}
+
+// What a tile may not say: its head is step, centres, halvings, basis.
+void make_bad_tiles() {
+  const Bytes good =
+      write_file(tiles(LatticeKind::cc, {20, 18, 17, 6}, channel("value", ValueType::u8), 2), dense);
+  constexpr size_t step = 0, halvings = 6, basis = 9;
+  const auto poked = [&](const std::string& name, size_t at, auto value) {
+    save(name, rebuild(good, {.chunk = [at, value](Bcc4Chunk&, Bytes& b) { poke(b, at, value); }}));
+  };
+  poked("bad_tiles_no_step", step, 0.F);
+  poked("bad_tiles_step_nan", step, std::numeric_limits<float>::quiet_NaN());
+  poked("bad_tiles_step_large", step, 3e7F);
+  poked("bad_tiles_halvings", halvings + 1, uint8_t{6});
+  poked("bad_tiles_basis", basis, uint8_t{2});
+  save("bad_tiles_cut", rebuild(good, {.chunk = [](Bcc4Chunk& c, Bytes& b) {
+                                  constexpr size_t left = 8; // of the head
+                                  b.erase(b.begin() + left, b.begin() + c.values_bytes);
+                                  c.values_bytes = left;
+                                  b.resize(left + c.runs_bytes);
+                                }}));
+  save("bad_tiles_coding", rebuild(good, {.entries = [](std::vector<Bcc4Chunk>& e) {
+                                     e[0].coding = static_cast<uint8_t>((e[0].coding & 0xf0) | 1);
+                                   }}));
+  save("bad_tiles_slot", rebuild(good, {.entries = [](std::vector<Bcc4Chunk>& e) { e.back().slot = 90; }}));
+  const auto info = [&](const std::string& name, const std::function<void(VolumeInfo&)>& change) {
+    save(name, rebuild(good, with_info(change)));
+  };
+  info("bad_tiles_edge", [](VolumeInfo& v) { v.tile_edge = 3; });
+  info("bad_tiles_no_error", [](VolumeInfo& v) { v.channels[0].wavelet_error = 0; });
+  info("bad_tiles_of_floats", [](VolumeInfo& v) {
+    v.channels[0].type = ValueType::f32, v.channels[0].scale = 1, v.channels[0].offset = v.channels[0].air;
+  });
+}
+
 void make_tiles() {
+  save("v4_tiles_matrix",
+       write_file(tiles(LatticeKind::cc, {36, 34, 17, 8}, channel("value", ValueType::u8), 2), in_turn));
+  save("v4_tiles_edge_8",
+       write_file(tiles(LatticeKind::d4star, {70, 20, 18, 7}, channel("value", ValueType::u16, 2), 8), ball));
+  save("v4_tiles_levels", tile_levels());
+  make_bad_tiles();
   save("v4_tiles_cc_u16",
        write_file(tiles(LatticeKind::cc, {41, 35, 20, 8}, channel("value", ValueType::u16, 5), 2), ball));
   save("v4_tiles_d4star_u8",

@@ -189,6 +189,24 @@ TEST(Bcc4Golden, GoodFilesUseEverythingTheFormatHas) {
   EXPECT_EQ(depths, (std::set<int>{3, 4, 6, 8}));
 }
 
+TEST(Bcc4Golden, TilesHaveEveryBasisOfTimeAndEdges) {
+  std::set<int> bases, edges, kinds;
+  for (const std::string& name : names("v4_tiles")) {
+    const auto reader = open(name);
+    std::ifstream file(folder / (name + ".bcc4"), std::ios::binary);
+    edges.insert(reader->info().tile_edge);
+    kinds.insert(static_cast<int>(reader->info().lattice.kind));
+    for (const Bcc4Chunk& chunk : reader->chunks(0, 0)) {
+      constexpr int basis = 9; // of a tile's head
+      file.seekg(static_cast<std::streamoff>(chunk.offset) + basis);
+      bases.insert(file.get());
+    }
+  }
+  EXPECT_EQ(bases, (std::set<int>{0, 1}));
+  EXPECT_EQ(edges, (std::set<int>{2, 4, 8}));
+  EXPECT_EQ(kinds, (std::set<int>{1, 3}));
+}
+
 TEST(Bcc4Golden, ChunksOfStepsHaveEveryWidth) {
   Bench bench;
   std::set<std::pair<uint32_t, bool>> found; // bytes of a code, whether its units are larger than a step
@@ -328,6 +346,17 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_finished_frames", Code::checksum_mismatch},
                                                 {"bad_root_state", Code::checksum_mismatch},
                                                 {"bad_level_planes", Code::corrupt},
+                                                {"bad_tiles_basis", Code::corrupt},
+                                                {"bad_tiles_coding", Code::corrupt},
+                                                {"bad_tiles_cut", Code::truncated},
+                                                {"bad_tiles_edge", Code::corrupt},
+                                                {"bad_tiles_halvings", Code::corrupt},
+                                                {"bad_tiles_no_error", Code::corrupt},
+                                                {"bad_tiles_no_step", Code::corrupt},
+                                                {"bad_tiles_of_floats", Code::corrupt},
+                                                {"bad_tiles_slot", Code::corrupt},
+                                                {"bad_tiles_step_large", Code::corrupt},
+                                                {"bad_tiles_step_nan", Code::corrupt},
                                                 {"bad_level_of_page", Code::corrupt}};
   std::set<std::string> seen;
   for (const std::string& name : names("bad")) {
