@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace bccsplat {
 
@@ -17,11 +18,16 @@ enum class PathKind : uint8_t { nothing, file, folder, other };
 class OsFile {
  public:
   OsFile() = default;
-  OsFile(OsFile&& from) noexcept;
-  OsFile& operator=(OsFile&& from) noexcept;
+  OsFile(OsFile&& from) noexcept
+      : handle_(std::exchange(from.handle_, closed)), name_(std::move(from.name_)) {}
+  OsFile& operator=(OsFile&& from) noexcept {
+    std::swap(handle_, from.handle_);
+    std::swap(name_, from.name_);
+    return *this;
+  }
   OsFile(const OsFile&) = delete;
   OsFile& operator=(const OsFile&) = delete;
-  ~OsFile();
+  ~OsFile() { close(); }
 
   // Opens a regular file that exists.
   [[nodiscard]] static OsFile open_to_read(const std::string& path);
@@ -46,7 +52,7 @@ class OsFile {
  private:
   using Handle = intptr_t; // a descriptor, or a HANDLE
   static constexpr Handle closed = -1;
-  OsFile(Handle handle, std::string name);
+  OsFile(Handle handle, std::string name) : handle_(handle), name_(std::move(name)) {}
 
   Handle handle_ = closed;
   std::string name_;

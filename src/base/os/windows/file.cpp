@@ -125,19 +125,6 @@ bool renamed_over_open_file(const std::string& from, const std::string& to) {
 
 } // namespace
 
-OsFile::OsFile(Handle handle, std::string name) : handle_(handle), name_(std::move(name)) {}
-
-OsFile::OsFile(OsFile&& from) noexcept
-    : handle_(std::exchange(from.handle_, closed)), name_(std::move(from.name_)) {}
-
-OsFile& OsFile::operator=(OsFile&& from) noexcept {
-  std::swap(handle_, from.handle_);
-  std::swap(name_, from.name_);
-  return *this;
-}
-
-OsFile::~OsFile() { close(); }
-
 void OsFile::close() {
   if (is_open()) CloseHandle(handle_of(std::exchange(handle_, closed)));
 }
