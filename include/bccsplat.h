@@ -2265,7 +2265,8 @@ typedef struct bccsplat_trail {
   /* Copied; NULL: the slice's. */
   const bccsplat_transfer_function* transfer_function;
   /* One linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
-   * than one sub-interval of one function blue over white to orange, else the function's own. */
+   * than one sub-interval of one function blue over white to orange, else, and with `weights`, the
+   * function's own. */
   const double* colors;
   /* Equal sub-intervals, 1 .. 256; 0: 1. */
   uint32_t intervals;
@@ -2275,6 +2276,15 @@ typedef struct bccsplat_trail {
    * as its struct_size, which all share; with their own colours unless `colors` are given; copied.
    * NULL: transfer_function for all; INVALID_ARGUMENT: both. */
   const bccsplat_transfer_function* transfer_functions;
+  /* The curve of a shutter: `intervals` weights, 0 to 1e9 and not all 0, of the extinctions of the
+   * sub-intervals, from the interval's beginning on, which count by their shares of the sum;
+   * copied. Where they are given and `colors` are not, colours are the function's own. NULL: all
+   * alike. */
+  const double* weights;
+  /* Non-zero: the trail is not lit, whatever the slice is. */
+  uint32_t unlit;
+  /* 0 */
+  uint32_t reserved2;
 } bccsplat_trail;
 
 typedef struct bccsplat_render_stats {
@@ -2649,6 +2659,12 @@ typedef struct bccsplat_instance {
   uint32_t mask_label_count;
   /* Copied. */
   const double* mask_labels;
+  /* What moved around its moment, drawn with it, in the volume's own frames whatever time_scale is,
+   * and with its transfer function unless the trail has one; copied. Among several instances the
+   * combine of each joins its own moment and trail, and extinctions of instances add. UNSUPPORTED
+   * as of a renderer, with color_channel and mask_channel, and of several instances combined POST.
+   * NULL: none. */
+  const bccsplat_trail* trail;
 } bccsplat_instance;
 
 /* Result and cost of a picture of a scene. */

@@ -6,6 +6,7 @@
 
 #include "scene/host_view.h"
 #include "scene/picture.h"
+#include "scene/trail.h"
 #include "view/camera.h"
 
 namespace bccsplat::api {
@@ -16,6 +17,7 @@ namespace bccsplat::api {
 // not looked at.
 [[nodiscard]] Camera read_camera(const bccsplat_camera* camera);
 [[nodiscard]] TransferFunction read_function(const bccsplat_transfer_function* function);
+[[nodiscard]] AskedTrail read_trail(const bccsplat_trail* trail);
 // Null: the defaults.
 [[nodiscard]] Lights read_lights(const bccsplat_lights* lights);
 void write_camera(const Camera& camera, bccsplat_camera* out);

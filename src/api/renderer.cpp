@@ -28,11 +28,7 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   Lights lights;
   RenderOptions options;
   std::optional<double> gradient_noise; // value per mean voxel; none: as the file tells
-  TrailOptions trail_options;
-  TrailCombine combine = TrailCombine::physical;
-  std::vector<TransferFunction>
-      trail_functions; // one for all sub-intervals, or one for each; none: the slice's
-  std::vector<Vec3> trail_colors;
+  AskedTrail asked_trail;
   bool has_trail = false;
   std::optional<Trail> trail; // made at the first picture, kept until slice or trail change
   Drawers drawers;            // what they keep is of this slice
@@ -69,36 +65,12 @@ void require_even(const bccsplat_slice& slice) {
          "bccsplat_slice_options.space BCCSPLAT_SPACE_EVEN");
 }
 
-// Returns one function for all sub-intervals, or one for each; none for the slice's.
-std::vector<TransferFunction> read_trail_functions(const bccsplat_trail& in, int intervals) {
-  if (in.transfer_function && in.transfer_functions)
-    fail(Code::invalid_argument, "trail: transfer_function is for all sub-intervals, transfer_functions are "
-                                 "one for each; set one of the two");
-  std::vector<TransferFunction> functions;
-  if (in.transfer_function) functions.push_back(read_function(in.transfer_function));
-  for (int i = 0; in.transfer_functions && i < intervals; ++i) {
-    const bccsplat_transfer_function* const f = element(in.transfer_functions, static_cast<size_t>(i));
-    if (f->struct_size != in.transfer_functions->struct_size)
-      fail(Code::invalid_struct_size, "bccsplat_trail.transfer_functions[", i, "]: struct_size is ",
-           f->struct_size, ", that of the first ", in.transfer_functions->struct_size, "; give all the same");
-    functions.push_back(read_function(f));
-  }
-  return functions;
-}
-
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
   if (!renderer.trail) {
     const bccsplat_slice& slice = *renderer.slice.get();
-    renderer.trail = make_trail(slice.volume->file, slice.open, renderer.trail_options, context);
+    renderer.trail = make_trail(slice.volume->file, slice.open, renderer.asked_trail.options, context);
   }
-  scene.trail_functions = renderer.trail_functions;
-  if (scene.trail_functions.empty()) scene.trail_functions.push_back(scene.function);
-  const std::vector<Vec3>& colors = renderer.trail_colors;
-  if (!colors.empty()) scene.trail_functions.resize(colors.size(), scene.trail_functions.front());
-  for (size_t i = 0; i < colors.size(); ++i)
-    scene.trail_functions[i] = tinted(scene.trail_functions[i], colors[i]);
-  scene.trail = &*renderer.trail;
-  scene.combine = renderer.combine;
+  show_trail(*renderer.trail, renderer.asked_trail.look, scene);
 }
 
 // Returns what the picture shows, for the attributes of an EXR.
@@ -170,35 +142,10 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
       renderer->has_trail = false;
       return;
     }
-    const auto in = read_struct(trail, "bccsplat_trail");
-    require_zero(in.reserved, "bccsplat_trail.reserved");
-    require_choice(in.content, BCCSPLAT_TRAIL_MAXIMUM, "bccsplat_trail.content");
-    require_choice(in.combine, BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT, "bccsplat_trail.combine");
-    if (in.samples > most_stills || in.intervals > most_intervals)
-      fail(Code::invalid_argument, "trail: at most ", most_stills, " samples in each of ", most_intervals,
-           " sub-intervals");
-    require_numbers(in.interval, "bccsplat_trail.interval");
-    if (!(in.interval[0] <= in.interval[1]))
-      fail(Code::invalid_argument, "bccsplat_trail.interval ends before it begins");
-    TrailOptions options;
-    if (in.content) options.content = static_cast<TrailContent>(in.content);
-    options.interval = {in.interval[0], in.interval[1]};
-    options.samples = in.samples;
-    options.intervals = std::max(static_cast<int>(in.intervals), 1);
-    std::vector<Vec3> colors;
-    const bool tinted_parts = in.colors || (options.intervals > 1 && !in.transfer_functions);
-    for (int i = 0; i < options.intervals && tinted_parts; ++i) {
-      const double* c = in.colors ? in.colors + 3 * static_cast<size_t>(i) : nullptr;
-      colors.push_back(c ? Vec3{c[0], c[1], c[2]} : ramp_color(i, options.intervals));
-      for (const double part : colors.back()) require_range(part, 0, largest_colour, "bccsplat_trail.colors");
-    }
-    std::vector<TransferFunction> functions = read_trail_functions(in, options.intervals);
+    AskedTrail asked = read_trail(trail);
     renderer->trail.reset();
-    renderer->trail_functions = std::move(functions);
-    renderer->trail_options = options;
-    renderer->combine = in.combine ? static_cast<TrailCombine>(in.combine) : TrailCombine::physical;
-    renderer->trail_colors = std::move(colors);
-    renderer->has_trail = in.interval[0] != 0 || in.interval[1] != 0;
+    renderer->has_trail = asked.any();
+    renderer->asked_trail = std::move(asked);
   });
 }
 

@@ -88,6 +88,11 @@ Instance read_instance(const bccsplat_instance* instance, const bccsplat_volume&
   require_zero_or(in.density, 1 / largest_density, largest_density, "bccsplat_instance.density");
   if (in.density != 0) out.density = in.density;
   read_beside(in, volume, out);
+  if (!in.trail) return out;
+  if (AskedTrail asked = read_trail(in.trail); asked.any()) out.trail = std::move(asked);
+  if (out.trail && out.mask_channel)
+    fail(Code::unsupported,
+         "bccsplat_instance.trail: a trail shows all of its moments; leave mask_channel out");
   return out;
 }
 

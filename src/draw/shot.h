@@ -92,6 +92,7 @@ struct ShotTrail {
   std::span<const TransferFunction> functions;
   std::vector<ClassTable> tables; // of the functions, without integrals
   TrailCombine combine = TrailCombine::physical;
+  bool unlit = false; // whatever the slice is
 };
 
 // Another field, seen by the same rays and on the same sheets: where the shot's own field absorbs, or has a

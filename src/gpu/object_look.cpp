@@ -69,6 +69,7 @@ const char* not_with_trail(const Shot& shot) {
   if (shot.options.mode == RenderMode::isosurface && shot.trail->combine == TrailCombine::interleaved)
     return "a trail behind a surface that rays go through (interleaved as printed)";
   if (shot.trail->stills.empty()) return "a trail without a moment";
+  if (shot.trail->unlit && shot.options.shading) return "a trail that is not lit behind a lit slice";
   for (const ShotStill& still : shot.trail->stills)
     if (still.shares.size() > 1) return "stills that are mixed sheet by sheet";
   if (apart) {

@@ -70,7 +70,10 @@ Drawer* Drawers::gpu_drawer_of(const Shot& shot, const DrawerChoice& choice) {
 
 bool Drawers::gpu_draws_together(std::span<const Shot* const> shots, const DrawerChoice& choice) {
   if (!wants_gpu(choice)) return false;
-  const char* const what = not_as_objects(instance_objects(shots));
+  const bool trails =
+      std::any_of(shots.begin(), shots.end(), [](const Shot* s) { return s->trail != nullptr; });
+  const char* const what =
+      trails ? "trails among several instances" : not_as_objects(instance_objects(shots));
   if (what && is_asked(choice)) refuse(what);
   return !what;
 }

@@ -65,8 +65,9 @@ class Drawers {
   std::vector<std::unique_ptr<Drawer>> drawers_; // by preference, sheets last
 };
 
-// Draws several shots of mode composite, without trails, into one picture: their views have the same pixels
-// and sheets, each of its own lattice. `emit` is as Drawer's; depths of tiles are those of the first view.
+// Draws several shots of mode composite, with their trails, into one picture: their views have the same
+// pixels and sheets, each of its own lattice. `emit` is as Drawer's; depths of tiles are those of the first
+// view.
 DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
                         const std::function<void(const TilePixels&)>& emit);
 

@@ -221,9 +221,10 @@ bool CutPart::place(const Affine3& placement) {
   return true;
 }
 
-SliceRequest HostScene::Need::request(uint32_t channel) const {
+SliceRequest HostScene::Need::request(uint32_t channel, const std::array<double, 2>& interval) const {
   const Instance& instance = placed->instance;
   HypersliceOptions cut;
+  cut.interval = interval;
   cut.time_length = std::cbrt(std::fabs(instance.volume->info().affine.determinant()));
   cut.box = box;
   if (instance.volume->axes()->any()) cut.even = instance.volume->axes();
@@ -261,7 +262,12 @@ void HostScene::cut(const Need& need, std::unique_ptr<SceneCut>& into, const Con
   }
   const bool moved = into->place(instance.placement);
   if (into->color) (void)into->color->place(instance.placement);
-  if (moved) into->drawers.forget(); // what they keep is of the slice in its place
+  if (moved) into->drawers.forget(), into->trail.reset(); // what they keep is of the slice in its place
+  if (instance.trail && !into->trail) {
+    const uint64_t before = instance.volume->reader()->bytes_read();
+    into->trail = make_trail(*instance.volume, into->open, instance.trail->options, context);
+    stats.bytes_read += instance.volume->reader()->bytes_read() - before;
+  }
   stats.ms_cut += ms_since(start);
 }
 
@@ -278,6 +284,7 @@ void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, C
     scene.lights.noise = noise_of(*need.placed->instance.volume, cut.open, picture.gradient_noise);
     scene.noise_of_ripple = !picture.gradient_noise;
     if (cut.color) scene.paint = paint_of(need.placed->instance, cut, picture.options);
+    if (cut.trail) show_trail(*cut.trail, need.placed->instance.trail->look, scene);
     scene.drawers = picture.drawers ? picture.drawers : &cut.drawers;
     return scene;
   };
@@ -327,10 +334,13 @@ std::vector<HostScene::Prefetch> HostScene::prefetch_requests(const ScenePicture
   const std::scoped_lock lock(changing_);
   const Sight sight = sight_of(picture, width, height);
   std::vector<Prefetch> out;
-  for (const Need& need : needs(sight, picture.options, at, width, height))
+  for (const Need& need : needs(sight, picture.options, at, width, height)) {
+    if (const auto& trail = need.placed->instance.trail)
+      out.push_back({need.id, need.request(need.placed->instance.channel, trail->options.interval)});
     for (const auto& channel : {std::optional(need.placed->instance.channel),
                                 need.placed->instance.color_channel, need.placed->instance.mask_channel})
       if (channel) out.push_back({need.id, need.request(*channel)});
+  }
   return out;
 }
 

@@ -14,6 +14,7 @@
 
 #include "scene/host_view.h"
 #include "scene/picture.h"
+#include "scene/trail.h"
 #include "volume/open_slice.h"
 
 namespace bccsplat {
@@ -36,11 +37,13 @@ struct Instance {
   // A channel of labels: what is of none of these is not drawn.
   std::optional<uint32_t> mask_channel;
   std::vector<double> mask_labels;
+  std::optional<AskedTrail> trail; // what moved
 
   // Returns whether the same slices are cut of it.
   [[nodiscard]] bool cut_like(const Instance& o) const {
     return channel == o.channel && color_channel == o.color_channel && mask_channel == o.mask_channel &&
-           mask_labels == o.mask_labels;
+           mask_labels == o.mask_labels && trail.has_value() == o.trail.has_value() &&
+           (!trail || trail->options == o.trail->options);
   }
 };
 

@@ -2,6 +2,7 @@
 // What a host's scene keeps of its instances, and of a picture that it draws in several calls.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -31,6 +32,7 @@ struct SceneCut : CutPart {
   explicit SceneCut(OpenSlice cut) : CutPart(std::move(cut)) {}
   double frame = 0;
   std::optional<CutPart> color; // of the channel that says the colours
+  std::optional<Trail> trail;   // of the slice in its place
   Drawers drawers;
 };
 
@@ -48,7 +50,8 @@ struct HostScene::Need {
   std::optional<IndexBox> box; // none: all of it
   Sight sight;                 // with the clips that cut it
 
-  [[nodiscard]] SliceRequest request(uint32_t channel) const;
+  // interval: with the frames around the moment, relative to it.
+  [[nodiscard]] SliceRequest request(uint32_t channel, const std::array<double, 2>& interval = {0, 0}) const;
   [[nodiscard]] bool met_by(const std::unique_ptr<SceneCut>& cut) const;
 };
 

@@ -71,6 +71,7 @@ struct Scene {
   const Trail* trail = nullptr; // null: none
   std::vector<TransferFunction> trail_functions; // of its sub-intervals, or one for all
   TrailCombine combine = TrailCombine::physical;
+  bool trail_unlit = false; // whatever the slice is
   std::optional<ScenePaint>
       paint; // of modes composite and isosurface, without a trail; none: its own colours
   // What earlier pictures of this slice and its levels made; null: nothing is kept.

@@ -187,7 +187,7 @@ void SettledPicture::settle_trail() {
 
 void SettledPicture::settle_trail(const Trail& trail) {
   settled_trail_ = &trail, trail_ = {}, moved_.clear();
-  trail_.combine = scene_.combine;
+  trail_.combine = scene_.combine, trail_.unlit = scene_.trail_unlit;
   trail_.functions = scene_.trail_functions;
   for (const TransferFunction& f : scene_.trail_functions)
     trail_.tables.push_back(table_of(scene_, options_, f, trail.bounds, scene_.slice->base));

@@ -35,6 +35,7 @@ class SharedSheets {
       picture.settle_look();
       picture.settle_paint();
       picture.settle_light();
+      picture.settle_trail();
       shots_.push_back(&picture.shot());
     }
   }
@@ -125,7 +126,13 @@ RenderStats render_together(std::span<const Scene> scenes, const RenderOptions& 
                             const Context& context, Image& image) {
   if (image.value.pixels || image.time.pixels)
     fail(Code::unsupported, "render: values and times of several instances have no place in one picture");
-  for (const Scene& scene : scenes) check_picture(scene, options, image);
+  for (const Scene& scene : scenes) {
+    check_picture(scene, options, image);
+    if (scene.trail && scene.combine == TrailCombine::post)
+      fail(Code::unsupported,
+           "render: a trail that is laid under a finished picture has no place among several "
+           "instances; combine it in depth");
+  }
   RenderStats stats;
   if (options.mode == RenderMode::composite && !options.reference &&
       draw_by_sheets(scenes, options, context, image, stats))

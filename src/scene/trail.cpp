@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 
 #include "base/would_block.h"
+#include "scene/picture.h"
 #include "scene/trail_layers.h"
 #include "slice/even_slice.h"
 #include "slice/maximum_slice.h"
@@ -57,13 +60,25 @@ bool leaves_moments(const Coefficients& coefficients, const TrailOptions& option
          !coefficients.masks();
 }
 
-// Returns stills at the midpoints of `count` equal parts of the sub-intervals of [begin, end].
-std::vector<Moment> midpoints(double begin, double end, int intervals, int count) {
+// Returns the share of each sub-interval in the trail's extinction.
+std::vector<double> shares_of(const TrailOptions& options) {
+  const double count = options.intervals;
+  if (options.weights.empty()) return std::vector<double>(static_cast<size_t>(options.intervals), 1 / count);
+  const double sum = std::accumulate(options.weights.begin(), options.weights.end(), 0.0);
+  std::vector<double> shares = options.weights;
+  for (double& share : shares) share /= sum;
+  return shares;
+}
+
+// Returns stills at the midpoints of `count` equal parts of the sub-intervals of [begin, end], without those
+// that have no share.
+std::vector<Moment> midpoints(double begin, double end, std::span<const double> shares, int count) {
   std::vector<Moment> moments;
-  const double part = (end - begin) / intervals;
-  for (int i = 0; i < intervals; ++i)
+  const double part = (end - begin) / static_cast<double>(shares.size());
+  for (int i = 0; i < static_cast<int>(shares.size()); ++i)
     for (int k = 0; k < count; ++k)
-      moments.push_back({begin + (i + (k + 0.5) / count) * part, 1.0 / (count * intervals), i});
+      if (const double share = shares[static_cast<size_t>(i)]; share > 0)
+        moments.push_back({begin + (i + (k + 0.5) / count) * part, share / count, i});
   return moments;
 }
 
@@ -87,20 +102,20 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
   Attempts attempts; // a host hears at once of all that the moments lack
   if (leaves_moments(coefficients, options, like)) {
     const bool mean = options.content == TrailContent::mean;
-    for (const Moment& m : midpoints(from, to, options.intervals, mean ? 1 : samples))
+    for (const Moment& m : midpoints(from, to, shares_of(options), mean ? 1 : samples))
       attempts.attempt([&] { add_later(trail, coefficients, slice, m, mean ? part / 2 : 0, like, context); });
     attempts.throw_if_waiting();
     return;
   }
   if (options.content == TrailContent::classified) {
-    const auto moments = midpoints(from, to, options.intervals, samples);
+    const auto moments = midpoints(from, to, shares_of(options), samples);
     if (!like.even && add_layers(trail, coefficients, slice, moments, context)) return;
     for (const Moment& m : moments)
       attempts.attempt([&] { add_slice(trail, within(instant(m.at)), m, context); });
     attempts.throw_if_waiting();
     return;
   }
-  for (const Moment& m : midpoints(from, to, options.intervals, 1)) {
+  for (const Moment& m : midpoints(from, to, shares_of(options), 1)) {
     if (options.content == TrailContent::mean) {
       attempts.attempt([&] {
         const std::array<double, 2> around{-part / 2, part / 2};
@@ -110,7 +125,7 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
       continue;
     }
     SiteMaxima maxima;
-    for (const Moment& still : midpoints(m.at - part / 2, m.at + part / 2, 1, samples))
+    for (const Moment& still : midpoints(m.at - part / 2, m.at + part / 2, std::array{1.0}, samples))
       attempts.attempt([&] { maxima.add(instant(still.at), context); });
     if (!attempts.waits()) add_slice(trail, within(maxima.finish(context)), m, context);
   }
@@ -154,7 +169,7 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
   if (!classified)
     thickness = {part, options.content == TrailContent::mean ? ThicknessKind::mean : ThicknessKind::maximum};
   Attempts attempts;
-  for (const Moment& m : midpoints(from, to, options.intervals, samples))
+  for (const Moment& m : midpoints(from, to, shares_of(options), samples))
     attempts.attempt([&] {
       if (Slice s = cut(m.at, thickness); !s.empty()) add_slice(trail, std::move(s), m, context);
     });
@@ -172,6 +187,9 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
       options.intervals > most_intervals)
     fail(Code::invalid_argument, "trail: at most ", most_samples, " samples in each of 1 .. ", most_intervals,
          " sub-intervals");
+  if (!options.weights.empty() && options.weights.size() != static_cast<size_t>(options.intervals))
+    fail(Code::invalid_argument, "trail: ", options.weights.size(), " weights for ", options.intervals,
+         " sub-intervals; give one for each");
   Trail trail;
   const bool own_lattice =
       like.spacing == 0 && !like.bandwidth && !like.target && !like.axes && like.thickness.length == 0;
@@ -199,6 +217,20 @@ Trail make_trail(const OpenVolume& volume, const OpenSlice& slice, const TrailOp
   Trail trail = make_trail(*coefficients, slice.slice, options, slice.cut, volume.info().affine, context);
   if (trail.by_cpu) trail.coefficients = coefficients;
   return trail;
+}
+
+std::vector<TransferFunction> TrailLook::functions_with(const TransferFunction& of_slice) const {
+  std::vector<TransferFunction> out = functions;
+  if (out.empty()) out.push_back(of_slice);
+  if (!colors.empty()) out.resize(colors.size(), out.front());
+  for (size_t i = 0; i < colors.size(); ++i) out[i] = tinted(out[i], colors[i]);
+  return out;
+}
+
+void show_trail(const Trail& trail, const TrailLook& look, Scene& scene) {
+  scene.trail_functions = look.functions_with(scene.function);
+  scene.trail = &trail;
+  scene.combine = look.combine, scene.trail_unlit = look.unlit;
 }
 
 TransferFunction tinted(const TransferFunction& function, const Vec3& color) {

@@ -28,6 +28,29 @@ struct TrailOptions {
   std::array<double, 2> interval{0, 0};
   int samples = 0;   // stills per sub-interval; 0: one per lattice layer or index unit, 4 to 64
   int intervals = 1; // sub-intervals, each of a colour of its own when more than one
+  // The share of each sub-interval in the extinction, in any unit; empty: all alike.
+  std::vector<double> weights{};
+
+  bool operator==(const TrailOptions&) const = default;
+};
+
+// How the moments of a trail look, and how they are joined with the slice.
+struct TrailLook {
+  TrailCombine combine = TrailCombine::physical;
+  std::vector<TransferFunction> functions; // one for all sub-intervals, or one for each; none: the slice's
+  std::vector<Vec3> colors;                // instead of the functions' own, one for each; none: these
+  bool unlit = false;
+
+  // Returns the functions of a trail whose slice has this one: one for all sub-intervals, or one for each.
+  [[nodiscard]] std::vector<TransferFunction> functions_with(const TransferFunction& of_slice) const;
+};
+
+// A trail as a host asks for it.
+struct AskedTrail {
+  TrailOptions options;
+  TrailLook look;
+
+  [[nodiscard]] bool any() const { return options.interval[0] != 0 || options.interval[1] != 0; }
 };
 
 struct TrailSource {
@@ -45,6 +68,7 @@ struct TrailMoment {
 };
 
 class TrailByCpu;
+struct Scene; // scene/picture.h
 
 struct Trail {
   std::vector<TrailSource> sources;
@@ -87,6 +111,9 @@ class TrailByCpu {
 // The same of a slice of an open volume.
 [[nodiscard]] Trail make_trail(const OpenVolume& volume, const OpenSlice& slice, const TrailOptions& options,
                                const Context& context);
+
+// Has a picture drawn with a trail that was made for its slice, whose function the scene has.
+void show_trail(const Trail& trail, const TrailLook& look, Scene& scene);
 
 // Returns the function with every colour replaced.
 [[nodiscard]] TransferFunction tinted(const TransferFunction& function, const Vec3& color);

@@ -36,6 +36,12 @@ Trail make_trail(const OpenVolume& /*volume*/, const OpenSlice& /*slice*/, const
                  const Context& /*context*/) {
   fail_without("trails");
 }
+std::vector<TransferFunction> TrailLook::functions_with(const TransferFunction& /*of_slice*/) const {
+  fail_without("trails");
+}
+void show_trail(const Trail& /*trail*/, const TrailLook& /*look*/, Scene& /*scene*/) {
+  fail_without("trails");
+}
 TransferFunction tinted(const TransferFunction& /*function*/, const Vec3& /*color*/) {
   fail_without("trails");
 }

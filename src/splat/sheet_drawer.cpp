@@ -3,6 +3,7 @@
 // whether its tables need integrals, which the points decide.
 #include "splat/sheet_drawer.h"
 
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <vector>
@@ -45,21 +46,46 @@ class Integrals {
   const SplatPoints& points_;
 };
 
+// The trail of a shot as the sheets see it: sources and stills of `scene`, the slice that it goes with.
+class TrailScenes {
+ public:
+  TrailScenes(const Shot& shot, const SplatScene& scene) {
+    if (!shot.trail) return;
+    const ShotTrail& trail = *shot.trail;
+    tables_ = Integrals(shot, *scene.points).tables_of(trail);
+    for (const ShotTrail::Source& s : trail.sources)
+      sources.push_back(
+          {s.slice, s.points, s.view, &tables_.front(), scene.lights, scene.sums, nullptr, nullptr});
+    for (const ShotStill& s : trail.stills) {
+      stills.push_back({s.shares, &tables_[s.function], s.weight, s.frame});
+      stills.back().lit = !trail.unlit;
+    }
+  }
+  [[nodiscard]] bool integrated() const {
+    return std::any_of(tables_.begin(), tables_.end(),
+                       [](const ClassTable& t) { return !t.integrals.empty(); });
+  }
+  [[nodiscard]] uint64_t points() const {
+    uint64_t sum = 0;
+    for (const SplatScene& s : sources) sum += s.points->count;
+    return sum;
+  }
+
+  std::vector<SplatScene> sources;
+  std::vector<TrailStill> stills;
+
+ private:
+  std::vector<ClassTable> tables_;
+};
+
 // Draws the slice of `scene` with the shot's trail.
 DrawStats draw_with_trail(const Shot& shot, const SplatScene& scene, SplatOptions& options,
                           const Context& context, const std::function<void(const TilePixels&)>& emit) {
-  const ShotTrail& trail = *shot.trail;
-  const std::vector<ClassTable> tables = Integrals(shot, *scene.points).tables_of(trail);
-  for (const ClassTable& t : tables) options.preintegrate = options.preintegrate || !t.integrals.empty();
-  std::vector<SplatScene> sources;
-  for (const ShotTrail::Source& s : trail.sources)
-    sources.push_back(
-        {s.slice, s.points, s.view, &tables.front(), scene.lights, scene.sums, nullptr, nullptr});
-  std::vector<TrailStill> stills;
-  for (const ShotStill& s : trail.stills)
-    stills.push_back({s.shares, &tables[s.function], s.weight, s.frame});
-  DrawStats stats = splat_with_trail(scene, sources, stills, trail.combine, options, context, emit);
-  for (const SplatScene& s : sources) stats.points_total += s.points->count;
+  const TrailScenes trail(shot, scene);
+  options.preintegrate = options.preintegrate || trail.integrated();
+  DrawStats stats =
+      splat_with_trail(scene, trail.sources, trail.stills, shot.trail->combine, options, context, emit);
+  stats.points_total += trail.points();
   return stats;
 }
 
@@ -115,8 +141,9 @@ DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context
   const std::vector<KeptPoints> of_picture(shots.size());
   std::vector<ClassTable> tables;
   std::vector<Lights> lights;
-  std::vector<SplatScene> scenes;
+  std::vector<SplatObject> scenes;
   std::deque<PaintScene> paints;
+  std::deque<TrailScenes> trails;
   tables.reserve(shots.size()), lights.reserve(shots.size());
   uint64_t points_total = 0;
   for (size_t n = 0; n < shots.size(); ++n) {
@@ -127,8 +154,12 @@ DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context
       table.integrals = integrate_values(*shot.function, table), options.preintegrate = true;
     const Lights& lit = lights.emplace_back(lights_of(shot, options.kernel_form));
     const PaintScene& paint = paints.emplace_back(shot, lit, context);
-    scenes.push_back({shot.slice, &points, shot.view, &table, &lit, shot.sums, paint.get(), shot.light});
-    points_total += points.count + paint.points();
+    const SplatScene scene{shot.slice, &points, shot.view, &table, &lit, shot.sums, paint.get(), shot.light};
+    const TrailScenes& trail = trails.emplace_back(shot, scene); // whose tables stay where they are
+    options.preintegrate = options.preintegrate || trail.integrated();
+    scenes.push_back(
+        {scene, trail.sources, trail.stills, shot.trail ? shot.trail->combine : TrailCombine::physical});
+    points_total += points.count + paint.points() + trail.points();
   }
   DrawStats stats = splat_together(scenes, options, context, emit);
   stats.points_total += points_total;

@@ -358,6 +358,13 @@ def pictures(device, volume, cut, folder):
     renderer.render(frame)
     assert np.array_equal(pixels, listed)  # the function of before in the colours of before
     raises(ValueError, None, renderer.set_trail, (-2, 0), intervals=3, transfer_functions=of_parts, text="2 transfer functions")
+    raises(ValueError, None, renderer.set_trail, (-2, 0), intervals=3, weights=(1, 2), text="2 weights for 3")
+    shown = []
+    for weights in ((1, 1), (1, 3), (2, 6)):
+        renderer.set_trail((-2, 0), samples=8, weights=weights, unlit=True)
+        renderer.render(frame)
+        shown.append(frame.rgba().copy())
+    assert not np.array_equal(shown[0], shown[1]) and np.array_equal(shown[1], shown[2])
     renderer.set_trail(None)
     renderer.set_options(mode="maximum")
     renderer.set_camera(look_at((20, 18, -100), (20, 18, 16), ortho_height=40))
@@ -482,6 +489,8 @@ def scenes(device, volume, cut):
     assert first == 1 and second == 2 and scene.bounds()[3] > bounds[3] and width > 1
     status = scene.render(frame, View(scene.fit_camera(60, 40)))
     assert status.drawn == 2
+    scene.set_instance(second, outside="hold", placement=beside, trail={"interval": (0, 2), "weights": (1, 2)})
+    assert scene.render(frame, View(scene.fit_camera(60, 40))).drawn == 2
     scene.set_instance(second, hidden=True)
     scene.render(frame, view, RenderOptions(quality="draft"))
     assert np.isclose(frame.rgba()[..., 3].sum(), one)

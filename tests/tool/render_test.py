@@ -228,6 +228,25 @@ class Render(ToolTest):
         for bad in ('x', '1:2:3', '2:1', '1,2,3', '1,0', '1,1.5', 'f', '1e999'):
             self.refused(2, '--trail', 'render', 'v.bcc4', *time, '--trail', bad, '-o', 'x.png', output='x.png')
 
+    def test_shutters(self):
+        time = ['--index', '--time', 4]
+        past = self.picture(*time, '--trail', '2f', '--trail-samples', 8)
+        self.assertEqual(past, self.picture(*time, '--trail', '2f', '--trail-samples', 8, '--shutter', 'box'))
+        # Equal weights are a box, in any unit; the curve of a triangle is what its weights say.
+        four = ['--trail', '2f,4', '--trail-samples', 2]
+        box = self.picture(*time, *four, '--shutter', 'box')
+        self.assertEqual(box, past)
+        self.assertEqual(box, self.picture(*time, *four[:1], '2f', *four[2:], '--shutter', '3,3,3,3'))
+        self.assertNotEqual(box, self.picture(*time, *four))  # whose sub-intervals have colours
+        triangle = self.picture(*time, *four, '--shutter', 'triangle')
+        self.assertNotEqual(box, triangle)
+        self.assertEqual(triangle, self.picture(*time, *four, '--shutter', '1,3,3,1'))
+        self.assertNotEqual(triangle, self.picture(*time, '--trail', '2f', '--shutter', 'triangle'))
+        self.assertNotEqual(past, self.picture(*time, '--trail', '2f', '--trail-samples', 8, '--trail-unlit'))
+        for bad, text in (('0,0', 'never open'), ('1,-1', 'weights are'), ('round', '--shutter'), ('1,2,1', 'names 3 weights for 2')):
+            self.refused(2, text, 'render', 'v.bcc4', *time, '--trail', '2f,2', '--shutter', bad, '-o', 'x.png', output='x.png')
+        self.refused(2, '--trail DT', 'render', 'v.bcc4', *time, '--shutter', 'box', '-o', 'x.png', output='x.png')
+
     def test_trails_off_the_time_axis(self):
         plane = ('--plane', '1,0,0,0,-4')
         still = self.picture(*plane)

@@ -362,6 +362,36 @@ def clip_array(clips: Sequence[Any]) -> Any:
     return array
 
 
+def trail_struct(interval: Sequence[float], *, content: int | str | None = None, combine: int | str | None = None,
+                 samples: int = 0, intervals: int = 0, transfer_function: TransferFunction | None = None,
+                 colors: Any = None, transfer_functions: Sequence[TransferFunction] = (),
+                 weights: Sequence[float] = (), unlit: bool = False, **options: Any) -> tuple[_abi.Trail, Any]:
+    """A trail over an interval of frames relative to a slice, and what it looks into.
+
+    transfer_functions: one for each sub-interval, the earliest first, which there are then as many of; so are weights,
+    the curve of a shutter. unlit: whatever the slice is.
+    """
+    for given, what in ((transfer_functions, "transfer functions"), (weights, "weights")):
+        if len(given):
+            if intervals not in (0, len(given)):
+                raise ValueError(f"{len(given)} {what} for {intervals} sub-intervals")
+            intervals = len(given)
+    trail = _abi.Trail(content=choose("TRAIL", content), samples=samples, intervals=intervals, unlit=int(unlit), **options)
+    trail.combine = choose("TRAIL", combine)
+    trail.interval[:] = [*interval]
+    function = None if transfer_function is None else transfer_function.struct()
+    if function is not None:
+        trail.transfer_function = ctypes.pointer(function)
+    functions = [f.struct() for f in transfer_functions]  # which own what the array points to
+    if functions:
+        trail.transfer_functions = (_abi.TransferFunction * len(functions))(*functions)
+    rows = None if colors is None else np.ascontiguousarray(colors, np.float64).reshape(max(intervals, 1), 3)
+    trail.colors = None if rows is None else rows.ctypes.data
+    shares = np.ascontiguousarray(weights, np.float64) if len(weights) else None
+    trail.weights = None if shares is None else shares.ctypes.data
+    return trail, (function, functions, rows, shares)
+
+
 class Renderer(Child):
     """Draws a slice into frames. What is not set stays at the defaults of the header."""
 
@@ -380,32 +410,12 @@ class Renderer(Child):
 
     _slice: Slice | None
 
-    def set_trail(self, interval: tuple[float, float] | None, *, content: int | str | None = None,
-                  combine: int | str | None = None, samples: int = 0, intervals: int = 0,
-                  transfer_function: TransferFunction | None = None, colors: Any = None,
-                  transfer_functions: Sequence[TransferFunction] = (), **options: Any) -> None:
-        """3.5D motion blur over an interval of frames relative to the slice; None: no trail.
-
-        transfer_functions: one for each sub-interval, the earliest first, which there are then as many of.
-        """
+    def set_trail(self, interval: tuple[float, float] | None, **options: Any) -> None:
+        """3.5D motion blur over an interval of frames relative to the slice; None: no trail. Options: those of trail_struct."""
         if interval is None:
             call("renderer_set_trail", self.pointer, None)
             return
-        if transfer_functions:
-            if intervals not in (0, len(transfer_functions)):
-                raise ValueError(f"{len(transfer_functions)} transfer functions for {intervals} sub-intervals")
-            intervals = len(transfer_functions)
-        trail = _abi.Trail(content=choose("TRAIL", content), samples=samples, intervals=intervals, **options)
-        trail.combine = choose("TRAIL", combine)
-        trail.interval[:] = [*interval]
-        if transfer_function is not None:
-            function = transfer_function.struct()
-            trail.transfer_function = ctypes.pointer(function)
-        functions = [f.struct() for f in transfer_functions]  # which own what the array points to
-        if functions:
-            trail.transfer_functions = (_abi.TransferFunction * len(functions))(*functions)
-        rows = None if colors is None else np.ascontiguousarray(colors, np.float64).reshape(max(intervals, 1), 3)
-        trail.colors = None if rows is None else rows.ctypes.data
+        trail, _kept = trail_struct(interval, **options)
         call("renderer_set_trail", self.pointer, byref(trail))
 
     def set_camera(self, camera: _abi.Camera | None) -> None:

@@ -11,7 +11,7 @@ from . import _abi
 from ._library import call, choose
 from .arrays import Array
 from .device import Child, Device
-from .render import Frame, RenderOptions, TransferFunction, View, clip_array, lights_struct
+from .render import Frame, RenderOptions, TransferFunction, View, clip_array, lights_struct, trail_struct
 from .volume import Volume
 
 
@@ -36,7 +36,7 @@ class Scene(Child):
     def _instance(placement: Any, outside: int | str | None, hidden: bool,
                   transfer_function: TransferFunction | None, color_channel: int | None,
                   color_function: TransferFunction | None, mask_channel: int | None, mask_labels: Sequence[float],
-                  options: dict[str, Any]) -> tuple[_abi.Instance, Any]:
+                  trail: dict[str, Any] | None, options: dict[str, Any]) -> tuple[_abi.Instance, Any]:
         instance = _abi.Instance(outside=choose("OUTSIDE", outside), hidden=int(hidden), **options)
         if placement is not None:
             instance.placement[:] = np.asarray(placement, np.float64).reshape(16).tolist()
@@ -53,17 +53,21 @@ class Scene(Child):
             instance.set_mask |= _abi.INSTANCE_SET_MASK_CHANNEL
             instance.mask_channel, instance.mask_label_count = mask_channel, len(mask_labels)
             instance.mask_labels = ctypes.addressof(labels)
-        return instance, (functions, labels)
+        moved = None if trail is None else trail_struct(**trail)
+        if moved is not None:
+            instance.trail = ctypes.pointer(moved[0])
+        return instance, (functions, labels, moved)
 
     def add(self, volume: Volume, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
             transfer_function: TransferFunction | None = None, color_channel: int | None = None,
             color_function: TransferFunction | None = None, mask_channel: int | None = None,
-            mask_labels: Sequence[float] = (), **options: Any) -> int:
+            mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, **options: Any) -> int:
         """Returns the instance's number. placement: 4x4. outside: "hide", "hold" or "loop". color_channel: another channel,
         whose values say the colours, by color_function. mask_channel: one of labels, of which only mask_labels are drawn.
+        trail: what moved, as arguments of Renderer.set_trail: {"interval": (-2, 0)}.
         Further options by the names of bccsplat_instance: channel, time_scale, time_offset, density."""
         instance, _kept = self._instance(placement, outside, hidden, transfer_function, color_channel, color_function,
-                                         mask_channel, mask_labels, options)
+                                         mask_channel, mask_labels, trail, options)
         number = ctypes.c_uint64()
         call("scene_add", self.pointer, volume.pointer, byref(instance), byref(number))
         self._volumes[number.value] = volume.share()  # and with it what the volume borrows from Python
@@ -72,10 +76,10 @@ class Scene(Child):
     def set_instance(self, number: int, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
                      transfer_function: TransferFunction | None = None, color_channel: int | None = None,
                      color_function: TransferFunction | None = None, mask_channel: int | None = None,
-                     mask_labels: Sequence[float] = (), **options: Any) -> None:
+                     mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, **options: Any) -> None:
         """All of it anew: what is not given is the default."""
         instance, _kept = self._instance(placement, outside, hidden, transfer_function, color_channel, color_function,
-                                         mask_channel, mask_labels, options)
+                                         mask_channel, mask_labels, trail, options)
         call("scene_set_instance", self.pointer, number, byref(instance))
 
     def remove(self, number: int) -> None:

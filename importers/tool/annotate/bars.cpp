@@ -56,7 +56,8 @@ std::vector<double> trail_colors(uint32_t intervals) {
 std::optional<ColorBar> trail_bar(const RenderArguments& a, const Volume& volume, const Cut& where,
                                   const std::array<double, 2>& interval) {
   if (!a.trail || a.trail->intervals < 2 || !where.is_time_slice) return std::nullopt;
-  if (trail_tf_files(a).size() > 1) return std::nullopt; // sub-intervals have no colour of their own
+  // Sub-intervals that have no colour of their own.
+  if (trail_tf_files(a).size() > 1 || !a.shutter.empty()) return std::nullopt;
   const bccsplat_volume_info info = volume_info(volume);
   const bool periodic = info.time_periodic, frames = periodic || a.trail->frames || a.which.index || a.frames;
   std::array<double, 2> clipped = interval;

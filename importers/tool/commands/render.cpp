@@ -85,10 +85,14 @@ void set_trail(const Renderer& renderer, const RenderArguments& a, const std::ar
   auto trail = sized<bccsplat_trail>();
   trail.content = a.trail_content;
   trail.combine = a.trail_mode;
-  trail.intervals = a.trail->intervals;
+  trail.intervals = trail_intervals(a);
   trail.samples = a.trail_samples.value_or(0);
-  const std::vector<double> colors = trail_colors(trail.intervals);
-  if (trail.intervals > 1 && functions.size() < 2) trail.colors = colors.data();
+  trail.unlit = a.trail_unlit ? 1 : 0;
+  const std::vector<double> colors = trail_colors(trail.intervals), weights = shutter_weights(a);
+  if (!weights.empty())
+    trail.weights = weights.data();
+  else if (trail.intervals > 1 && functions.size() < 2)
+    trail.colors = colors.data();
   std::copy(interval.begin(), interval.end(), trail.interval);
   std::vector<bccsplat_transfer_function> structs;
   structs.reserve(functions.size());

@@ -53,6 +53,50 @@ std::vector<std::string> trail_tf_files(const RenderArguments& a) {
   return files;
 }
 
+std::vector<double> shutter_weights(const RenderArguments& a) {
+  constexpr uint32_t parts_of_triangle = 16; // where nobody says how many
+  if (a.shutter.empty() || !a.trail) return {};
+  const bool triangle = a.shutter == "triangle";
+  if (!triangle && a.shutter != "box") {
+    std::vector<double> weights;
+    for (const std::string_view weight : split(a.shutter, ","))
+      weights.push_back(option_number<double>("--shutter", std::string(weight)));
+    return weights;
+  }
+  const uint32_t given = a.trail->intervals, parts = triangle && given == 0 ? parts_of_triangle : given;
+  std::vector<double> weights(std::max(parts, 1u), 1);
+  for (size_t i = 0; triangle && i < weights.size(); ++i)
+    weights[i] = 1 - std::fabs((2 * static_cast<double>(i) + 1) / static_cast<double>(weights.size()) - 1);
+  return weights;
+}
+
+uint32_t trail_intervals(const RenderArguments& a) {
+  if (!a.trail) return 0;
+  const size_t weights = shutter_weights(a).size();
+  return weights > 0 ? static_cast<uint32_t>(weights) : std::max(a.trail->intervals, 1u);
+}
+
+namespace {
+
+void check_shutter(const RenderArguments& a) {
+  const std::vector<double> weights = shutter_weights(a);
+  constexpr size_t most_parts = 256;
+  constexpr double largest_weight = 1e9;
+  if (weights.size() > most_parts) fail_usage("--shutter: at most ", most_parts, " weights");
+  double sum = 0;
+  for (const double w : weights) {
+    if (!(w >= 0 && w <= largest_weight)) fail_usage("--shutter ", a.shutter, ": weights are 0 to 1e9");
+    sum += w;
+  }
+  if (!weights.empty() && !(sum > 0))
+    fail_usage("--shutter ", a.shutter, ": a shutter that is never open shows nothing; leave --trail out");
+  if (!weights.empty() && a.trail->intervals > 0 && a.trail->intervals != weights.size())
+    fail_usage("--shutter names ", weights.size(), " weights for ", a.trail->intervals,
+               " sub-intervals; ask for as many with --trail DT,", weights.size());
+}
+
+} // namespace
+
 std::array<double, 2> rotations(const RenderArguments& a) {
   return a.view.value_or(std::array{a.rotate_x.value_or(20), a.rotate_y.value_or(30)});
 }
@@ -84,9 +128,11 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--deep-tolerance ", *a.deep_tolerance, ": above 0, at most 1");
   const bool trail_function =
       !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
-  if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))
+  if (!a.trail && (!a.shutter.empty() || a.trail_unlit || a.trail_content || a.trail_mode ||
+                   a.trail_samples || trail_function))
     fail_usage("--trail-content, --trail-mode and the like go with --trail DT");
-  const uint32_t parts = a.trail ? std::max(a.trail->intervals, 1u) : 0;
+  check_shutter(a);
+  const uint32_t parts = trail_intervals(a);
   if (const size_t files = trail_tf_files(a).size(); files > 1 && files != parts)
     fail_usage("--trail-tf names ", files, " files for ", parts,
                " sub-intervals; ask for as many with --trail DT,", files);

@@ -61,6 +61,8 @@ struct RenderArguments {
   std::optional<double> deep_tolerance;
   std::optional<TrailInterval> trail;
   std::optional<uint32_t> trail_samples;
+  std::string shutter; // the curve of a trail: "box", "triangle", or weights; empty: none
+  bool trail_unlit = false;
   int32_t trail_content = BCCSPLAT_TRAIL_CONTENT_DEFAULT;
   int32_t trail_mode = BCCSPLAT_TRAIL_COMBINE_DEFAULT;
   std::optional<std::vector<double>> background; // display colours
@@ -83,6 +85,10 @@ void add_render_options(const Command& command, RenderArguments& arguments);
 [[nodiscard]] std::optional<size_t> pictures_of_film(const RenderArguments& arguments);
 // The files of --trail-tf: one for all sub-intervals of the trail, or one for each.
 [[nodiscard]] std::vector<std::string> trail_tf_files(const RenderArguments& arguments);
+// The weights of the trail's sub-intervals by --shutter; none: all alike.
+[[nodiscard]] std::vector<double> shutter_weights(const RenderArguments& arguments);
+// The sub-intervals of the trail; 0: there is none.
+[[nodiscard]] uint32_t trail_intervals(const RenderArguments& arguments);
 // The rotations about x and y that the fitted view has.
 [[nodiscard]] std::array<double, 2> rotations(const RenderArguments& arguments);
 // What no single option can tell.

@@ -299,6 +299,13 @@ void add_trail(const Command& command, RenderArguments& a) {
                        fail_usage("--trail-samples ", t, ": 1 to 4096");
                    });
   command
+      .add_option(
+          "--shutter", a.shutter,
+          "How a shutter opens and closes over the trail: box, triangle, or weights of sub-intervals, "
+          "the earliest first; in the trail's own colours")
+      .type_name("box|triangle|W,W[,W...]");
+  command.add_flag("--trail-unlit", a.trail_unlit, "Do not light the trail, whatever the slice is");
+  command
       .add_option("--trail-tf", a.trail_tf,
                   "ParaView colour map of the trail (default: the slice's), or one for each of its K "
                   "sub-intervals, the earliest first, separated by commas")

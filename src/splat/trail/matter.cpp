@@ -92,6 +92,29 @@ std::array<float, 2> mix(const MixArgs& m) {
 
 } // namespace
 
+void pair_up(const MatterPair& pair, const MatterPlanes& into) {
+  constexpr float opaque = 64; // an optical depth: floats know no more
+  for (int y = 0; y < pair.height; ++y)
+    for (int x = 0; x < pair.width; ++x) {
+      const size_t p = plane_index(x, y, pair.pitch);
+      const auto of = [&](float* MatterPlanes::*plane, size_t group) {
+        return pair.group[group] ? (pair.group[group]->*plane)[p] : 0.0f;
+      };
+      const float a = of(&MatterPlanes::depth, 0), b = of(&MatterPlanes::depth, 1);
+      if (!(a + b > 0)) continue;
+      const auto [of_a, of_b] = shares(a, b, pair.combine);
+      const float alpha = of_a * a + of_b * b;
+      const float depth = alpha < 1 ? std::min(-std::log1p(-alpha), opaque) : opaque;
+      const auto add = [&](float* MatterPlanes::*plane) {
+        if (float* const out = into.*plane)
+          out[p] += depth / alpha * (of_a * of(plane, 0) + of_b * of(plane, 1));
+      };
+      add(&MatterPlanes::red), add(&MatterPlanes::green), add(&MatterPlanes::blue);
+      add(&MatterPlanes::value), add(&MatterPlanes::time);
+      into.depth[p] += depth;
+    }
+}
+
 const MatterLoops& reference_matter_loops() {
   static constexpr MatterLoops loops{absorb, join, mix};
   return loops;

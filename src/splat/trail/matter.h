@@ -27,6 +27,15 @@ struct JoinArgs {
   PixelPlanes pixel;
 };
 
+// Makes one group of an object's two, a slice and its trail, as the rule joins them: added to `into`, whose
+// extinctions then add to those of other objects. Planes are pitched as those of JoinArgs.
+struct MatterPair {
+  int width = 0, height = 0, pitch = 0;
+  std::array<const MatterPlanes*, 2> group{}; // null: nothing on this sheet
+  TrailCombine combine = TrailCombine::interleaved;
+};
+void pair_up(const MatterPair& pair, const MatterPlanes& into);
+
 // out = sum of weight[i] * plane[i], `width` x `height` values at rows of `pitch` floats (whole vectors are
 // read and written); range: smallest and largest of what was written.
 struct MixArgs {

@@ -159,31 +159,61 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
   return stats;
 }
 
-DrawStats splat_together(std::span<const SplatScene> scenes, const SplatOptions& options,
+namespace {
+
+// What all objects of a picture are drawn from, listed as one job.
+struct TogetherList {
+  std::vector<Listed> list;
+  std::vector<SheetShare> alone; // of what is a field by itself
+  std::vector<TrailStill> stills;
+  std::vector<std::vector<SheetShare>> shares; // of the trails' stills
+  std::vector<TrailCombine> pairs;
+
+  TogetherList(std::span<const SplatObject> objects, const SplatOptions& options) {
+    alone.reserve(objects.size());
+    for (const SplatObject& o : objects) add(o, options);
+    for (size_t n = 0, still = 0; n < objects.size(); still += 1 + objects[n].stills.size(), ++n) {
+      if (!objects[n].scene.paint) continue;
+      stills[still].paint = static_cast<uint32_t>(list.size());
+      list.push_back({objects[n].scene.paint, &options});
+    }
+  }
+
+ private:
+  // Extinctions of slice and trail add like those of all others, or they are a pair.
+  void add(const SplatObject& o, const SplatOptions& options) {
+    const bool pair = !o.stills.empty() && o.combine != TrailCombine::physical;
+    const size_t group = pair ? joined_groups + 2 * pairs.size() : 1;
+    if (pair) pairs.push_back(o.combine);
+    alone.push_back({static_cast<uint32_t>(list.size()), 1});
+    list.push_back({&o.scene, &options});
+    stills.push_back({std::span(&alone.back(), 1), o.scene.table, 1, o.scene.slice->frame, {}, true, group});
+    const uint32_t first = static_cast<uint32_t>(list.size());
+    for (const SplatScene& source : o.sources) list.push_back({&source, &options});
+    for (const TrailStill& s : o.stills) {
+      std::vector<SheetShare> moved(s.shares.begin(), s.shares.end());
+      for (SheetShare& share : moved) share.source += first;
+      stills.push_back(s);
+      stills.back().shares = shares.emplace_back(std::move(moved)); // stays where it is when the list grows
+      stills.back().group = pair ? group + 1 : group;
+    }
+  }
+};
+
+} // namespace
+
+DrawStats splat_together(std::span<const SplatObject> scenes, const SplatOptions& options,
                          const Context& context, const std::function<void(const TilePixels&)>& emit) {
   SplatOptions together = options;
   together.raise = {}; // objects share the samples of their sheets
-  std::vector<Listed> list;
-  std::vector<SheetShare> shares;
-  std::vector<TrailStill> stills;
-  shares.reserve(scenes.size());
-  for (size_t n = 0; n < scenes.size(); ++n) {
-    list.push_back({&scenes[n], &together});
-    shares.push_back({static_cast<uint32_t>(n), 1});
-    stills.push_back({std::span(shares).subspan(n, 1), scenes[n].table, 1, scenes[n].slice->frame, {}});
-  }
-  for (size_t n = 0; n < scenes.size(); ++n) {
-    if (!scenes[n].paint) continue;
-    stills[n].paint = static_cast<uint32_t>(list.size());
-    list.push_back({scenes[n].paint, &together});
-  }
+  const TogetherList all(scenes, together);
   Planned planned;
   TrailJob job;
-  job.stills = stills, job.combine = TrailCombine::physical;
-  job.options = &together, job.context = &context, job.main = &scenes.front();
+  job.stills = all.stills, job.combine = TrailCombine::physical, job.pairs = all.pairs;
+  job.options = &together, job.context = &context, job.main = &scenes.front().scene;
   const auto plan = [&](int tile_size, MemoryBudget* copies) {
     together.tile_size = options.tile_size > 0 ? options.tile_size : tile_size;
-    planned = plan_objects(list, context, copies);
+    planned = plan_objects(all.list, context, copies);
     job.sources = planned.objects;
   };
   const auto bytes = [&](uint64_t n) { return tile_bytes(job, nullptr, n); };

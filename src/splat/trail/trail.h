@@ -23,6 +23,17 @@ struct TrailStill {
   float weight = 1;
   double frame = 0;
   std::optional<uint32_t> paint{}; // a source whose values say the colours; none: the still's own
+  bool lit = true;                 // where the picture is
+  // What it is composited with: group 1 by itself, or one of the two of a pair (see TrailJob).
+  size_t group = 1;
+};
+
+// A slice among others in one picture, with its trail.
+struct SplatObject {
+  SplatScene scene;
+  std::vector<SplatScene> sources{}; // of the trail, as splat_with_trail() takes them; none: it has none
+  std::vector<TrailStill> stills{};
+  TrailCombine combine = TrailCombine::physical; // of slice and trail; not post
 };
 
 // Draws in modes composite and isosurface; the mode is the slice's, and the trail is always composited.
@@ -33,9 +44,10 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
                            const SplatOptions& options, const Context& context,
                            const std::function<void(const TilePixels&)>& emit);
 
-// Draws scenes in mode composite into one picture, as far as each is in its own domain; none has a trail.
-// Their views and those of what they are painted by have the same pixels and sheets.
-DrawStats splat_together(std::span<const SplatScene> scenes, const SplatOptions& options,
+// Draws objects in mode composite into one picture, as far as each is in its own domain: slice and trail of
+// each are joined by its rule, and what the objects absorb adds. Their views and those of what they are
+// painted by have the same pixels and sheets.
+DrawStats splat_together(std::span<const SplatObject> scenes, const SplatOptions& options,
                          const Context& context, const std::function<void(const TilePixels&)>& emit);
 
 } // namespace bccsplat

@@ -32,6 +32,7 @@ struct Drawn {
   float weight = 1;
   TimeField time;
   std::optional<uint32_t> paint{}; // an object
+  bool lit = true;                 // where the picture is
 };
 
 class TrailTile {
@@ -92,15 +93,17 @@ class TrailTile {
     std::fill_n(pixel_.depth, pixels_, infinity);
     if (!options_.with_value) pixel_.value = nullptr;
     if (!options_.with_time) pixel_.time = nullptr;
-    m_.matter.reserve(matter_planes * pixels_);
+    m_.matter.reserve(matter_planes(job_) * pixels_);
     float* at = m_.matter.data();
-    for (auto& sheet : matter_)
+    for (auto& sheet : matter_) {
+      sheet.resize(joined_groups + 2 * job_.pairs.size());
       for (MatterPlanes& group : sheet) {
         group = {at, at + pixels_, at + 2 * pixels_, at + 3 * pixels_, nullptr, nullptr};
         if (pixel_.value) group.value = at + 4 * pixels_;
         if (pixel_.time) group.time = at + 5 * pixels_;
         at += group_planes * pixels_;
       }
+    }
     m_.hole.reserve(pixels_);
     size_t painted = 0;
     for (const TrailObject* o : objects_) painted = std::max(painted, paint_planes(*o->scene));
@@ -175,12 +178,13 @@ class TrailTile {
     for (const TrailStill& s : job_.stills) {
       Drawn d{{s.shares.begin(), s.shares.end()},
               s.table,
-              1,
+              s.group,
               s.weight,
               TimeField(*job_.sources[s.shares.front().source].scene->slice),
               {}};
       for (SheetShare& share : d.shares) share.source += first_source;
       if (s.paint) d.paint = *s.paint + first_source;
+      d.lit = s.lit;
       if (d.shares.size() > 1) d.time.offset = s.frame, d.time.gradient = {};
       drawn_.push_back(std::move(d));
     }
@@ -219,7 +223,7 @@ class TrailTile {
       job_.context->progress.check();
       const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + around_;
       const OpenPixels* open = open_pixels(k);
-      used_ = {};
+      for (auto& sheet : used_) sheet.assign(matter_.front().size(), 0);
       for (size_t n = 0; n < drawn_.size(); ++n) {
         for (const SheetShare& s : drawn_[n].shares) complete(s.source, through, open, clock);
         if (drawn_[n].paint) complete(*drawn_[n].paint, through, open, clock);
@@ -264,11 +268,26 @@ class TrailTile {
       ++stats_.sheets_skipped;
       return;
     }
-    const MatterPlanes& matter = matter_[at][d.group];
-    if (!used_[at][d.group]) std::fill_n(matter.red, group_planes * pixels_, 0.0f);
-    used_[at][d.group] = true;
-    sheets.mix_gradients(k);
+    const MatterPlanes& matter = cleared(at, d.group);
+    if (d.lit) sheets.mix_gradients(k);
     absorb_sheet(d, sheets, *objects_[object], rays_[object], k, matter);
+  }
+
+  // Returns the planes of a group on sheet `n` of those under way, which hold nothing when it is first used.
+  const MatterPlanes& cleared(size_t n, size_t group) {
+    const MatterPlanes& matter = matter_[n][group];
+    if (!std::exchange(used_[n][group], 1)) std::fill_n(matter.red, group_planes * pixels_, 0.0f);
+    return matter;
+  }
+
+  // Joins slice and trail of each pair, and adds them to what all objects absorb.
+  void join_pairs(size_t n) {
+    for (size_t pair = 0; pair < job_.pairs.size(); ++pair) {
+      const size_t first = joined_groups + 2 * pair;
+      MatterPair a{tile_.width, tile_.height, pitch_, {}, job_.pairs[pair]};
+      for (size_t g = 0; g < 2; ++g) a.group[g] = used_[n][first + g] ? &matter_[n][first + g] : nullptr;
+      if (a.group[0] || a.group[1]) pair_up(a, cleared(n, 1));
+    }
   }
 
   // The slice's part of a sheet, where it is a surface that rays go through: pixels whose surface is in the
@@ -282,7 +301,7 @@ class TrailTile {
       for (int x = 0; x < tile_.width; ++x) {
         const size_t p = plane_index(x, y, pitch_), s = plane_index(x, y, surface_->pitch);
         if (!(surface_hit(x, y) <= end) || end - 1 > pixel_.leave[p]) continue;
-        if (!std::exchange(used_[at][0], true)) std::fill_n(matter.red, group_planes * pixels_, 0.0f);
+        (void)cleared(at, 0);
         matter.red[p] = opaque * surface_->red[s], matter.green[p] = opaque * surface_->green[s];
         matter.blue[p] = opaque * surface_->blue[s];
         matter.depth[p] = opaque;
@@ -293,6 +312,7 @@ class TrailTile {
 
   void join_sheet(int64_t k, int64_t n) {
     const size_t at = n;
+    join_pairs(at);
     if (!used_[at][0] && !used_[at][1]) return;
     JoinArgs j;
     j.k = static_cast<float>(k), j.front = k == view_.first_sheet() ? 2 : 0.5f;
@@ -320,7 +340,7 @@ class TrailTile {
                 .field = {.base = base},
                 .analytic = {.ripple = {.sums = object.plan.sums.get()}},
                 .classes = {.table = d.table, .stop = stop()},
-                .shading = {.on = options_.shading, .lights = scene.lights},
+                .shading = {.on = options_.shading && d.lit, .lights = scene.lights},
                 .pixel = rays};
     set_sheet(a, *scene.slice, *scene.view, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return sheets.plane(sheet, quantity); });
@@ -394,8 +414,8 @@ class TrailTile {
   int differences_ = 0, halfway_ = 0;
   int around_ = 0; // sheets on either side that gradients or segments look at
   PixelPlanes pixel_;
-  std::array<std::array<MatterPlanes, 2>, sheets_together> matter_; // of the sheets under way, by group
-  std::array<std::array<bool, 2>, sheets_together> used_{};         // there is something
+  std::array<std::vector<MatterPlanes>, sheets_together> matter_; // of the sheets under way, by group
+  std::array<std::vector<char>, sheets_together> used_;           // there is something
   OpenPixels open_pixels_;
   int64_t first_ = 0, last_ = -1, next_mixed_ = 0;
   int open_ = 0, closed_ = 0, summed_closed_ = 0; // pixels

@@ -24,11 +24,13 @@ struct TrailObject {
   bool own_rays = false; // its domain is not the slice's
 };
 
-// Sheets that are classified together, each with what the slice and the trail absorb on it, six planes: an
+// Sheets that are classified together, each with what the groups of objects absorb on it, six planes: an
 // object's ring and planes are fetched once for all of them, which saves 6 to 20 % of the time
 // (tests/bench/notes/trail.md).
 inline constexpr int sheets_together = 4;
-inline constexpr uint64_t group_planes = 6, matter_planes = sheets_together * 2 * group_planes;
+inline constexpr uint64_t group_planes = 6;
+// The groups that are composited, before those of the pairs.
+inline constexpr size_t joined_groups = 2;
 
 // The memory that a tile of a trail works in, which is kept from tile to tile.
 struct TrailMemory {
@@ -44,10 +46,18 @@ struct TrailJob {
   std::span<const TrailObject> sources;
   std::span<const TrailStill> stills;
   TrailCombine combine = TrailCombine::physical;
+  // How slice and trail of a pair are joined before its extinction is added to group 1. Pair n has the groups
+  // joined_groups + 2 n, the slice's, and the one behind it.
+  std::span<const TrailCombine> pairs{};
   const SplatOptions* options = nullptr;
   const Context* context = nullptr;
   const SplatScene* main = nullptr; // the slice's scene: its rays are the picture's
 };
+
+// Returns the planes of matter of a tile.
+[[nodiscard]] inline uint64_t matter_planes(const TrailJob& job) {
+  return sheets_together * (joined_groups + 2 * job.pairs.size()) * group_planes;
+}
 
 // Draws the tile `n` of every plan. `surface` (may be null): a pixel it covers ends the ray at its depth with
 // its colour.
