@@ -23,6 +23,17 @@ moving --trail 16f -o "$out/trail.png"
 moving --trail 16f --trail-mode post -o "$out/trail-post.png"
 # Five parts of twenty frames, from blue to orange.
 moving --trail 20f,5 -o "$out/trail-colours.png"
+# A surface, and where the smoke was before it, in a function for each of five parts, which nothing lights.
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+part=0 parts=
+for color in 0.05,0.2,1 0.1,0.55,0.9 0.75,0.8,0.75 0.95,0.65,0.2 1,0.3,0.02; do
+  part=$((part + 1)) parts=$parts${parts:+,}$work/part-$part.json
+  printf '[{"ColorSpace": "RGB", "Name": "part", "RGBPoints": [0, %s, 1, %s], "Points": [0, 0, 0.5, 0, 0.25, 0, 0.5, 0, 0.3, 0.5, 0.5, 0, 1, 0.5, 0.5, 0]}]' \
+    "$color" "$color" > "$work/part-$part.json"
+done
+render --time 46 --rotate-x 10 --rotate-y 15 --mode iso --iso 0.35 --colormap gray --range=-1,0.6 --trail 20f,5 --trail-tf "$parts" \
+  --trail-unlit -o "$out/surface-trail.png"
 # Four shells thinner than the steps between the sheets, by one entry of the function per step and pre-integrated.
 for how in off on; do
   render --time 46 --rotate-x 10 --rotate-y 15 --tf "$here/shells.json" --preintegrate $how -o "$out/shells-$how.png"
