@@ -2020,6 +2020,52 @@ typedef struct bccsplat_lights {
   uint32_t occlusion;
 } bccsplat_lights;
 
+/* What a ray through a slice looks for. */
+typedef int32_t bccsplat_pick;
+enum {
+  /* The first place where the field passes `threshold`, from either side. */
+  BCCSPLAT_PICK_VALUE = 1,
+  /* The largest value. */
+  BCCSPLAT_PICK_MAXIMUM = 2,
+  /* Where the opacity of the matter along the ray reaches `threshold`, above 0 and below 1. */
+  BCCSPLAT_PICK_OPACITY = 3
+};
+/* A ray of the world; that of a pixel goes through two points of bccsplat_view_unproject. */
+typedef struct bccsplat_ray {
+  uint32_t struct_size;
+  /* No default. */
+  bccsplat_pick pick;
+  double origin[3];
+  /* Any length from 1e-30 on. */
+  double direction[3];
+  /* World distances from the origin, begin <= end, that it looks between; both 0: from the origin
+   * to the end of the domain. */
+  double begin;
+  double end;
+  double threshold;
+  /* PICK_OPACITY: as a renderer's; NULL: that of bccsplat_volume_get_look. */
+  const bccsplat_transfer_function* transfer_function;
+} bccsplat_ray;
+/* What a ray meets. */
+typedef struct bccsplat_hit {
+  uint32_t struct_size;
+  /* 0: nothing, and all else is 0. */
+  int32_t found;
+  /* World, from the origin. */
+  double distance;
+  double world[3];
+  /* In slice space. */
+  double uvw[3];
+  double value;
+  /* Of the value, per unit of the world. */
+  double gradient[3];
+} bccsplat_hit;
+/* Looks along a ray at the field that bccsplat_slice_evaluate gives, eight times as finely as
+ * its samples; what is thinner may be missed. Holes are passed over, as is what lies outside the
+ * domain. Also: UNSUPPORTED for slices of uneven axes but of BCCSPLAT_SPACE_EVEN. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_pick(
+    const bccsplat_slice* slice, const bccsplat_ray* ray, bccsplat_hit* hit);
+
 /* How far apart sheets are, and which gradient lights them. Errors and times of each are measured
  * in tests/bench/notes/render.md. For fields near the Nyquist rate kernel and lattice decide from
  * NORMAL on. */

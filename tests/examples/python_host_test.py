@@ -458,6 +458,13 @@ def scenes(device, volume, cut):
     clip = world_to_view @ [*points[0], 1]
     ndc = projection @ clip
     assert np.allclose(pixels[0, :2], [(ndc[0] / ndc[3] + 1) * 30, (1 - ndc[1] / ndc[3]) * 20])
+    ends = view.unproject([(30, 20, 0), (30, 20, 1)], 60, 40)  # the ray of the picture's middle
+    most = cut.pick(ends[0], ends[1] - ends[0], "maximum")
+    assert most is not None and np.allclose(view.project([most.world[:]], 60, 40)[0, :2], (30, 20))
+    assert np.isclose(cut.evaluate([most.uvw[:]])[0], most.value)
+    met = cut.pick(ends[0], ends[1] - ends[0], threshold=most.value / 2)
+    assert met is not None and met.distance < most.distance and np.isclose(met.value, most.value / 2, rtol=1e-2)
+    assert cut.pick(ends[0], ends[0] - ends[1]) is None  # nothing is behind the eye
     near, behind = np.ones((40, 60), np.float32), np.full((40, 60, 4), 0.5, np.float32)  # depth 1 is the near plane
     renderer.set_view(View(world_to_view=world_to_view, projection=projection, depth_range="reversed", depth=near,
                            background=behind))

@@ -132,6 +132,19 @@ class Slice(Child):
         call("slice_evaluate", self.pointer, values.size, at.ctypes.data, values.ctypes.data, slopes.ctypes.data)
         return values, slopes
 
+    def pick(self, origin: Sequence[float], direction: Sequence[float], what: int | str = "value", threshold: float = 0.0, *,
+             begin: float = 0.0, end: float = 0.0, transfer_function: Any = None) -> _abi.Hit | None:
+        """What a ray of the world meets; None: nothing. what: "value", where the field first passes the threshold;
+        "maximum"; "opacity", where that along the ray reaches the threshold. begin, end: distances from the origin;
+        both 0: to the end of the domain. The ray of a pixel goes through two points of View.unproject."""
+        ray, hit = _abi.Ray(pick=choose("PICK", what), threshold=threshold, begin=begin, end=end), _abi.Hit()
+        ray.origin[:], ray.direction[:] = [*origin], [*direction]
+        function = None if transfer_function is None else transfer_function.struct()
+        if function is not None:
+            ray.transfer_function = ctypes.pointer(function)
+        call("slice_pick", self.pointer, byref(ray), byref(hit))
+        return hit if hit.found else None
+
     def sample_grid(self, origin: Sequence[float] | None = None, step: Sequence[float] = (1, 1, 1),
                     dims: Sequence[int] | None = None, out: Array | None = None) -> Array:
         """A dense box indexed [w, v, u] ([z, y, x] of a time slice), by default at the source's own resolution.

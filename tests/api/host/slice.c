@@ -66,6 +66,37 @@ static void evaluate(const bccsplat_slice* slice) {
   REFUSED(INVALID_ARGUMENT, "values is NULL", bccsplat_slice_evaluate(slice, 1, at[0], NULL, NULL));
 }
 
+/* Along x through a place: the value there is that of the largest, and what is refused. */
+static void pick(const bccsplat_slice* slice) {
+  SIZED(bccsplat_ray, ray);
+  SIZED(bccsplat_hit, hit);
+  SIZED(bccsplat_slice_info, info);
+  double at[3] = {0, 6, 5};
+  float value = 0;
+  int a, b;
+  OK(bccsplat_slice_get_info(slice, &info));
+  for (a = 0; a < 3; ++a) {
+    ray.origin[a] = info.affine[4 * a + 3], ray.direction[a] = info.affine[4 * a];
+    for (b = 0; b < 3; ++b) ray.origin[a] += info.affine[4 * a + b] * at[b];
+  }
+  ray.pick = BCCSPLAT_PICK_MAXIMUM;
+  OK(bccsplat_slice_pick(slice, &ray, &hit));
+  EXPECT(hit.found == 1 && fabs(hit.uvw[1] - 6) < 1e-9 && fabs(hit.uvw[2] - 5) < 1e-9);
+  OK(bccsplat_slice_evaluate(slice, 1, hit.uvw, &value, NULL));
+  EXPECT(fabs(value - hit.value) < 1e-4);
+  ray.pick = BCCSPLAT_PICK_VALUE, ray.threshold = 1e9;
+  OK(bccsplat_slice_pick(slice, &ray, &hit));
+  EXPECT(hit.found == 0 && hit.distance == 0);
+  ray.pick = 0;
+  REFUSED(INVALID_ARGUMENT, "what to look for", bccsplat_slice_pick(slice, &ray, &hit));
+  ray.pick = BCCSPLAT_PICK_OPACITY, ray.threshold = 1;
+  REFUSED(INVALID_ARGUMENT, "threshold", bccsplat_slice_pick(slice, &ray, &hit));
+  ray.threshold = 0.5, ray.direction[0] = ray.direction[1] = ray.direction[2] = 0;
+  REFUSED(INVALID_ARGUMENT, "direction", bccsplat_slice_pick(slice, &ray, &hit));
+  REFUSED(INVALID_ARGUMENT, "ray is NULL", bccsplat_slice_pick(slice, NULL, &hit));
+  REFUSED(INVALID_ARGUMENT, "hit is NULL", bccsplat_slice_pick(slice, &ray, NULL));
+}
+
 static void grids(const bccsplat_slice* slice) {
   SIZED(bccsplat_grid, grid);
   static float box[SAMPLES], part[8];
@@ -244,6 +275,7 @@ void test_slice(void) {
   bccsplat_slice_retain(slice);
   bccsplat_slice_release(slice);
   evaluate(slice);
+  pick(slice);
   grids(slice);
   points(slice);
   cameras(slice);
