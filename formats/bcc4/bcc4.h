@@ -83,9 +83,9 @@ class Bcc4Writer {
                   const Context& context);
 
   // Of a file of tiles, whose samples are rounded as they are coded: what a reader gets of these layers of a
-  // slab, whether or not it is the slab that was just written.
-  [[nodiscard]] std::vector<BrickLayer> as_read(int32_t slab, const ChannelLevel& at,
-                                                std::span<const SampleLayer> layers, const Context& context);
+  // slab, as codes. Of the slab that was just written it is at hand once; any other is coded for it.
+  [[nodiscard]] std::vector<SampleLayer> as_read(int32_t slab, const ChannelLevel& at,
+                                                 std::span<const SampleLayer> layers, const Context& context);
 
   // Writes a slab by copying its chunks, undecoded, from files of equal coding that have some of its bricks
   // each. Throws invalid_argument where two have the same.

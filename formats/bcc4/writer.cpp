@@ -92,8 +92,8 @@ void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<cons
   s.whole([&] { s.write_slab(slab, at, layers, context); });
 }
 
-std::vector<BrickLayer> Bcc4Writer::as_read(int32_t slab, const ChannelLevel& at,
-                                            std::span<const SampleLayer> layers, const Context& context) {
+std::vector<SampleLayer> Bcc4Writer::as_read(int32_t slab, const ChannelLevel& at,
+                                             std::span<const SampleLayer> layers, const Context& context) {
   state_->begin();
   state_->check_layers(slab, at, layers);
   return state_->as_read(slab, at, layers, context);

@@ -59,8 +59,8 @@ struct Bcc4Writer::State {
   void show(VolumeInfo of, const Context& context);
   [[nodiscard]] Bcc4Report finish(const Context& context);
 
-  [[nodiscard]] std::vector<BrickLayer> as_read(int32_t slab, const ChannelLevel& at,
-                                                std::span<const SampleLayer> layers, const Context& context);
+  [[nodiscard]] std::vector<SampleLayer> as_read(int32_t slab, const ChannelLevel& at,
+                                                 std::span<const SampleLayer> layers, const Context& context);
 
  private:
   void start();
@@ -71,6 +71,7 @@ struct Bcc4Writer::State {
     int32_t slab = -1;
     ChannelLevel at{0};
     std::vector<EncodedChunk> chunks;
+    std::vector<SampleLayer> read; // what a reader gets, until somebody has taken it
     uint64_t clamped = 0;
   };
   [[nodiscard]] CodedTiles code_tiles(int32_t slab, const ChannelLevel& at,

@@ -8,10 +8,7 @@
 #include <vector>
 
 #include "formats/bcc4/chunk_sites.h"
-#include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/codes.h"
-#include "formats/bcc4/coding/open_tile.h"
-#include "formats/bcc4/coding/scratch.h"
 #include "formats/bcc4/coding/tile.h"
 #include "formats/bcc4/writer_state.h"
 
@@ -66,7 +63,7 @@ TileRule rule_for(const SlabLayers& of, std::span<const TileWork> tiles, double 
       values.push_back(std::move(of_cosets[c]));
     }
   }
-  return find_tile_rule(boxes, values, mean_square);
+  return find_tile_rule(boxes, std::move(values), mean_square);
 }
 
 // The tiles of which any layer keeps a site.
@@ -79,6 +76,26 @@ std::vector<TileWork> find_tiles(const SlabLayers& of, const Context& context) {
   });
   std::erase_if(tiles, [](const TileWork& tile) { return tile.kept == 0; });
   return tiles;
+}
+
+// What a reader gets of a slab.
+std::vector<SampleLayer> layers_as_read(const SlabLayers& of, std::span<TileWork> tiles) {
+  const StoredLattice& level = of.level;
+  std::vector<SampleLayer> out;
+  for (size_t m = 0; m < of.layers.size(); ++m)
+    out.emplace_back(level.lattice.space,
+                     level.lattice.coset(of.slab * level.slab_layers + static_cast<int32_t>(m)));
+  for (TileWork& tile : tiles) {
+    const TilePlace place =
+        tile_place(level, of.slab, slot_brick(slot_dims(level), tile.slot, level.tile_edge));
+    for (size_t i = 0; i < tile.coded.bricks.size(); ++i) {
+      const Int3 to = place.brick_at(static_cast<int>(i / out.size()));
+      SampleLayer& layer = out[i % out.size()];
+      if (SampleBrick& brick = tile.coded.bricks[i]; brick)
+        layer.set(layer.slot(to[0], to[1], to[2]), std::move(brick));
+    }
+  }
+  return out;
 }
 
 double sites_of(const SlabLayers& of) {
@@ -99,10 +116,13 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
   constexpr int most_rounds = 5;
   constexpr double aim = .996, slope = .62;
   const SampleCoder& coder = index->coder(at);
-  CodedTiles out{.slab = slab, .at = at, .chunks = {}};
+  CodedTiles out{.slab = slab, .at = at, .chunks = {}, .read = {}};
   const SlabLayers of{info.level(at.level), slab, layers, coder};
   std::vector<TileWork> tiles = find_tiles(of, context);
-  if (tiles.empty()) return out;
+  if (tiles.empty()) {
+    out.read = layers_as_read(of, tiles);
+    return out;
+  }
   // Air is exact, so that the samples may be off by more.
   double kept = 0;
   for (const TileWork& tile : tiles) out.clamped += tile.clamped, kept += static_cast<double>(tile.kept);
@@ -113,13 +133,14 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
       context.progress.check();
       uint64_t clamped = 0;
       const TileSites sites = collect_tile(of, tiles[i].slot, clamped);
-      tiles[i].coded = encode_tile(sites, coder.codes(), rule, options.level);
+      tiles[i].coded = encode_tile(sites, coder, rule, options.level);
     });
     double error = 0;
     for (const TileWork& tile : tiles) error += tile.coded.squared_error;
     if (error <= allowed) break;
     rule.steps.step *= static_cast<float>(std::pow(aim * allowed / error, slope));
   }
+  out.read = layers_as_read(of, tiles);
   for (TileWork& tile : tiles) {
     tile.coded.chunk.entry.slot = tile.slot;
     out.chunks.push_back(std::move(tile.coded.chunk));
@@ -129,6 +150,7 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
 
 WrittenSlab Bcc4Writer::State::encode_tiles(int32_t slab, const ChannelLevel& at,
                                             std::span<const SampleLayer> layers, const Context& context) {
+  last_tiles = {}; // what nobody has asked for goes before others are made
   last_tiles = code_tiles(slab, at, layers, context);
   WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
   written.clamped = last_tiles.clamped;
@@ -136,31 +158,14 @@ WrittenSlab Bcc4Writer::State::encode_tiles(int32_t slab, const ChannelLevel& at
   return written;
 }
 
-std::vector<BrickLayer> Bcc4Writer::State::as_read(int32_t slab, const ChannelLevel& at,
-                                                   std::span<const SampleLayer> layers,
-                                                   const Context& context) {
-  if (last_tiles.slab != slab || last_tiles.at != at) last_tiles = code_tiles(slab, at, layers, context);
-  const StoredLattice& level = info.level(at.level);
-  const SampleCoder& coder = index->coder(at);
-  const Int3 dims = slot_dims(level);
-  std::vector<BrickLayer> out;
-  const auto first = slab * level.slab_layers;
-  for (int32_t m = 0; m < static_cast<int32_t>(layers.size()); ++m)
-    out.emplace_back(level.lattice.space, level.lattice.coset(first + m));
-  context.tasks.parallel_for(last_tiles.chunks.size(), [&](uint64_t i) {
-    const EncodedChunk& chunk = last_tiles.chunks[i];
-    TilePlace place = tile_place(level, slab, slot_brick(dims, chunk.entry.slot, level.tile_edge));
-    place.layers = static_cast<int32_t>(layers.size());
-    ChunkScratch scratch;
-    const ChunkData data = whole_tile(OpenTile(place, coder.codes(), chunk.entry, chunk.bytes, scratch));
-    for (int b = 0; b < place.bricks(); ++b)
-      for (size_t m = 0; m < out.size(); ++m)
-        if (auto brick = brick_of_chunk(coder, *data.bricks[b], m)) {
-          const Int3 to = place.brick_at(b);
-          out[m].set(out[m].slot(to[0], to[1], to[2]), std::move(brick));
-        }
-  });
-  return out;
+std::vector<SampleLayer> Bcc4Writer::State::as_read(int32_t slab, const ChannelLevel& at,
+                                                    std::span<const SampleLayer> layers,
+                                                    const Context& context) {
+  if (last_tiles.slab != slab || last_tiles.at != at || last_tiles.read.empty()) {
+    last_tiles = {};
+    last_tiles = code_tiles(slab, at, layers, context);
+  }
+  return std::exchange(last_tiles.read, {});
 }
 
 } // namespace bccsplat

@@ -3,11 +3,14 @@
 // bricks one after the other.
 #include <algorithm>
 #include <bit>
-#include <cmath>
+#include <cstring>
+#include <memory>
 #include <utility>
 
 #include "base/bytes.h"
 #include "formats/bcc4/coding/chunk_parts.h"
+#include "formats/bcc4/coding/layer_codes.h"
+#include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/coding/tile_rows.h"
 
 namespace bccsplat {
@@ -42,31 +45,39 @@ CodeRange range_of_tile(const TileSites& sites) {
   return range;
 }
 
-struct Coded {
-  double squared_error = 0;
-  CodeRange range{UINT32_MAX, 0}; // of what a reader gets
-};
-
-// What a reader gets of the kept sites, within the range that they had.
-Coded compare(const TileSites& sites, const ChunkCodes& codes,
-              const std::array<std::vector<float>, 2>& back) {
-  const auto [low, high] = range_of_tile(sites);
-  const RoundedCodes rounded = rounded_codes(codes, low, high);
-  Coded coded;
-  for (int i = 0; i < sites.place.bricks(); ++i) {
-    const ChunkSites& b = sites.bricks[i];
-    const uint32_t* next = b.codes.data();
-    for_tile_rows(sites.place, i, b.shape, [&](int m, int row, int width, int coset, size_t first) {
-      for (int x = 0; x < width; ++x) {
-        if (!(b.kept[m][row] >> x & 1)) continue;
-        const uint32_t code = rounded_code(rounded, back[coset][first + x]);
-        const double off = static_cast<double>(code) - *next++;
-        coded.squared_error += off * off;
-        coded.range = {std::min(coded.range[0], code), std::max(coded.range[1], code)};
-      }
-    });
+// Compares the codes that a reader gets of a layer of a brick with those that were wanted, one after the
+// other.
+template<class Code>
+void compare(std::span<const std::byte> got, const uint32_t*& wanted, CodeRange& range, EncodedTile& tile) {
+  for (size_t i = 0; i < got.size(); i += sizeof(Code)) {
+    Code code;
+    std::memcpy(&code, got.data() + i, sizeof code);
+    const double off = static_cast<double>(code) - *wanted++;
+    tile.squared_error += off * off;
+    range = {std::min<uint32_t>(range[0], code), std::max<uint32_t>(range[1], code)};
   }
-  return coded;
+}
+
+// Makes what a reader gets of the kept sites, within the range that they had; returns the range of that.
+CodeRange read_back(const TileSites& sites, const SampleCoder& coder, std::vector<TileLayers> layers,
+                    EncodedTile& tile) {
+  const OpenTile back(sites, coder.codes(), range_of_tile(sites), std::move(layers));
+  CodeRange range{UINT32_MAX, 0};
+  tile.bricks.resize(size_t(sites.place.bricks()) * sites.place.layers);
+  for (int i = 0; i < sites.place.bricks(); ++i) {
+    const ChunkData& brick = back.bricks()[i];
+    const uint32_t* next = sites.bricks[i].codes.data();
+    for (int m = 0; m < sites.place.layers; ++m) {
+      if (brick.first[m + 1] == brick.first[m]) continue;
+      auto codes = std::make_shared<const LayerCodes>(coder, back, i, m);
+      if (coder.codes().bytes() == 1)
+        compare<uint8_t>(codes->packed(), next, range, tile);
+      else
+        compare<uint16_t>(codes->packed(), next, range, tile);
+      tile.bricks[size_t(i) * sites.place.layers + m].codes = std::move(codes);
+    }
+  }
+  return range;
 }
 
 } // namespace
@@ -120,23 +131,24 @@ std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const Chun
   return out;
 }
 
-EncodedTile encode_tile(const TileSites& sites, const ChunkCodes& codes, const TileRule& rule, int level) {
+EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& rule, int level) {
   const auto boxes = sites.place.boxes();
-  std::array<std::vector<float>, 2> values = tile_values(sites, codes), back;
+  std::array<std::vector<float>, 2> values = tile_values(sites, coder.codes());
   std::array<TileBands, 2> bands;
+  std::vector<TileLayers> layers(2);
   for (size_t c = 0; c < 2; ++c) {
     if (values[c].empty()) continue;
     bands[c] = analyse_tile(boxes[c], std::move(values[c]), rule.steps.step, rule.halvings_along_z);
     choose_steps(bands[c], rule);
-    back[c] = restore_tile(bands[c], rule.steps).frames();
+    bands[c].coefficients = {}; // all that follows is made of steps
+    layers[c] = restore_tile(bands[c], rule.steps);
   }
-  const Coded coded = compare(sites, codes, back);
   EncodedTile tile;
-  tile.squared_error = coded.squared_error;
+  const CodeRange range = read_back(sites, coder, std::move(layers), tile);
   Bcc4Chunk& entry = tile.chunk.entry;
   entry.kept = static_cast<uint32_t>(sites.kept());
   for (const ChunkSites& b : sites.bricks) entry.holes += b.holes();
-  entry.min_code = coded.range[0], entry.max_code = coded.range[1];
+  entry.min_code = range[0], entry.max_code = range[1];
   const RunsPart runs = pack_runs(tile_runs(sites), level);
   std::vector<std::byte>& bytes = tile.chunk.bytes = code_tile(bands, rule.steps);
   entry.values_bytes = static_cast<uint32_t>(bytes.size());

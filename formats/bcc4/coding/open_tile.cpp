@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "base/bytes.h"
 #include "formats/bcc4/coding/chunk_parts.h"
@@ -46,6 +47,18 @@ OpenTile::OpenTile(const TilePlace& place, const ChunkCodes& codes, const Bcc4Ch
   for (int i = 0; i < place.bricks(); ++i) bricks_[i].shape = shape_at(place, i), bricks_[i].coded = codes;
   read_runs(entry, open_runs(entry, bytes, scratch));
   layers_ = decode_tile(boxes_, bytes.first(entry.values_bytes), entry.offset);
+}
+
+OpenTile::OpenTile(const TileSites& sites, const ChunkCodes& codes, const CodeRange& range,
+                   std::vector<TileLayers> layers)
+    : edge_(sites.place.edge), boxes_(sites.place.boxes()), layers_(std::move(layers)),
+      rounded_(rounded_codes(codes, range[0], range[1])) {
+  for (const ChunkSites& from : sites.bricks) {
+    ChunkData& b = bricks_.emplace_back();
+    b.shape = from.shape, b.coded = codes;
+    b.kept = from.kept, b.hole = from.hole;
+    find_layers(b);
+  }
 }
 
 void OpenTile::read_runs(const Bcc4Chunk& entry, std::span<const std::byte> bytes) {

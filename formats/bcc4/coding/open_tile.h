@@ -18,6 +18,9 @@ class OpenTile {
   // Decodes the stored bytes of a tile, padding included. Throws where they are damaged.
   OpenTile(const TilePlace& place, const ChunkCodes& codes, const Bcc4Chunk& entry,
            std::span<const std::byte> bytes, ChunkScratch& scratch);
+  // What these sites become within that range of codes. layers: by coset.
+  OpenTile(const TileSites& sites, const ChunkCodes& codes, const CodeRange& range,
+           std::vector<TileLayers> layers);
 
   // The bricks, x fastest, with all that is known of them but codes.
   [[nodiscard]] std::span<const ChunkData> bricks() const { return bricks_; }

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/wavelet/wavelet_tile.h"
+#include "points/sample_layer.h"
 
 namespace bccsplat {
 
@@ -50,9 +52,10 @@ void keep_but_blocks_of_air(ChunkSites& sites, uint32_t air);
 
 struct EncodedTile {
   EncodedChunk chunk;
-  double squared_error = 0; // of all kept sites, in codes
+  double squared_error = 0;        // of all kept sites, in codes
+  std::vector<SampleBrick> bricks; // what a reader gets: the layers of the first brick, those of the next ..
 };
-[[nodiscard]] EncodedTile encode_tile(const TileSites& sites, const ChunkCodes& codes, const TileRule& rule,
+[[nodiscard]] EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& rule,
                                       int level);
 
 class OpenTile; // open_tile.h

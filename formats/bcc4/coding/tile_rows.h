@@ -3,9 +3,7 @@
 // are rounded to.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 
 #include "formats/bcc4/coding/chunk_rows.h"
@@ -34,11 +32,7 @@ void for_tile_rows(const TilePlace& place, int i, const ChunkShape& shape, const
   });
 }
 
-// The code that a reader makes of a number.
-inline uint32_t rounded_code(const RoundedCodes& codes, float number) {
-  constexpr float half = .5F;
-  return static_cast<uint32_t>(std::clamp(std::floor(number + codes.air + half), codes.low, codes.high));
-}
+// What a reader's numbers are rounded to.
 inline RoundedCodes rounded_codes(const ChunkCodes& codes, uint32_t low, uint32_t high) {
   return {static_cast<float>(codes.air), static_cast<float>(low), static_cast<float>(high)};
 }

@@ -118,6 +118,7 @@ float first_step(std::span<const TileBands> bands, double mean_square) {
 
 void round_steps(TileBands& b, float step) {
   constexpr float down = .38F;
+  b.steps.resize(b.coefficients.size());
   for (size_t i = 0; i < b.steps.size(); ++i) {
     const float v = std::min(std::fabs(b.coefficients[i]) / step, most_steps);
     const int m = static_cast<int>(v + down);
@@ -141,71 +142,78 @@ double sites_of(std::span<const TileBox> boxes) {
   return sites;
 }
 
-// Bits by the sizes of coefficients.
-double size_of(std::span<const TileBands> bands, float step) {
+// Adds bits by the sizes of coefficients.
+void add_size(std::span<const float> coefficients, float step, double& bits) {
   constexpr size_t every = 7;
-  double bits = 0;
-  for (const TileBands& b : bands)
-    for (size_t i = 0; i < b.coefficients.size(); i += every) {
-      const double v = b.coefficients[i] / step;
-      bits += std::log2(1 + v * v) / 2;
-    }
-  return bits;
-}
-
-std::vector<TileBands> analyse_all(std::span<const TileBox> boxes, std::span<const std::vector<float>> values,
-                                   float step, int along_z) {
-  std::vector<TileBands> bands;
-  for (size_t i = 0; i < boxes.size(); ++i) bands.push_back(analyse_tile(boxes[i], values[i], step, along_z));
-  return bands;
-}
-
-// How often z is halved: slices may lie farther apart than their samples.
-std::vector<TileBands> analyse_best(std::span<const TileBox> boxes,
-                                    std::span<const std::vector<float>> values, float step, int& along_z) {
-  int most = 0;
-  for (const TileBox& b : boxes) most = std::max(most, most_halvings(b.size[2]));
-  std::vector<TileBands> best;
-  double least = INFINITY;
-  for (int z = 0; z <= most; ++z) {
-    std::vector<TileBands> bands = analyse_all(boxes, values, step, z);
-    const double bits = size_of(bands, step);
-    if (bits < least) least = bits, best = std::move(bands), along_z = z;
+  for (size_t i = 0; i < coefficients.size(); i += every) {
+    const double v = coefficients[i] / step;
+    bits += std::log2(1 + v * v) / 2;
   }
-  return best;
 }
 
-} // namespace
-
-TileBands analyse_tile(const TileBox& box, std::vector<float> values, float step, int halvings_along_z) {
+// Numbers to layers of a basis of time, which are not halved yet.
+TileBands analyse_time(const TileBox& box, std::vector<float> values, float step) {
   TileBands b;
-  if (values.empty()) return b;
-  b.shape = halved(box.size, {most_halved, most_halved, halvings_along_z});
   TimeBasis own = principal_basis(values, box.layers);
   b.own_basis = takes_components(box, values, step, own);
   b.basis = b.own_basis ? std::move(own) : cosine_basis(box.layers);
   b.coefficients = std::move(values);
   to_layers(b.basis, b.coefficients);
+  return b;
+}
+
+// Halves each of these layers.
+void analyse_space(const TileBox& box, int along_z, TileBands& b) {
+  b.shape = halved(box.size, {most_halved, most_halved, along_z});
   for (int k = 0; k < box.layers; ++k)
     analyse(b.shape, std::span(b.coefficients).subspan(k * box.layer_sites(), box.layer_sites()));
-  b.steps.assign(b.coefficients.size(), 0);
+}
+
+// The bands of all boxes, and how often z is halved: slices may lie farther apart than their samples. One box
+// after the other is tried, so that no more than one is there twice.
+std::vector<TileBands> analyse_best(std::span<const TileBox> boxes, std::vector<std::vector<float>> values,
+                                    float step, int& along_z) {
+  int most = 0;
+  for (const TileBox& b : boxes) most = std::max(most, most_halvings(b.size[2]));
+  std::vector<double> bits(most + 1);
+  std::vector<TileBands> bands;
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    bands.push_back(analyse_time(boxes[i], std::move(values[i]), step));
+    for (int z = 0; z <= most; ++z) {
+      TileBands tried = bands.back();
+      analyse_space(boxes[i], z, tried);
+      add_size(tried.coefficients, step, bits[z]);
+    }
+  }
+  along_z = static_cast<int>(std::min_element(bits.begin(), bits.end()) - bits.begin());
+  for (size_t i = 0; i < boxes.size(); ++i) analyse_space(boxes[i], along_z, bands[i]);
+  return bands;
+}
+
+} // namespace
+
+TileBands analyse_tile(const TileBox& box, std::vector<float> values, float step, int halvings_along_z) {
+  if (values.empty()) return {};
+  TileBands b = analyse_time(box, std::move(values), step);
+  analyse_space(box, halvings_along_z, b);
   return b;
 }
 
 void choose_steps(TileBands& bands, const TileRule& rule) {
-  if (bands.steps.empty()) return;
+  if (bands.coefficients.empty()) return;
+  bands.steps.resize(bands.coefficients.size());
   BandWalk walk(bands.shape, bands.basis.frames);
   Weighing visit{bands, rule};
   walk.run(visit);
 }
 
-TileRule find_tile_rule(std::span<const TileBox> boxes, std::span<const std::vector<float>> values,
+TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<float>> values,
                         double mean_square) {
   constexpr double squares_of_step = 12, slope = .62, near_enough = .02, coarsest = 64;
   constexpr int rounds = 6;
   TileRule rule;
   const auto hint = static_cast<float>(std::sqrt(mean_square * squares_of_step));
-  std::vector<TileBands> bands = analyse_best(boxes, values, hint, rule.halvings_along_z);
+  std::vector<TileBands> bands = analyse_best(boxes, std::move(values), hint, rule.halvings_along_z);
   rule.steps.step = first_step(bands, mean_square);
   for (TileBands& b : bands) round_steps(b, rule.steps.step);
   const double goal = mean_square * sites_of(boxes);

@@ -31,7 +31,7 @@ struct TileBands {
   TimeBasis basis;
   bool own_basis = false; // it is in the stream, else cosines
   std::vector<float> coefficients;
-  std::vector<int32_t> steps;
+  std::vector<int32_t> steps; // once they have been chosen
 };
 
 inline constexpr int centre_middle = 128; // centres that say: the middle
@@ -56,10 +56,10 @@ struct TileRule {
 // The most that an axis is halved.
 [[nodiscard]] int most_halvings(int size);
 
-// Finds steps whose mean square error is about that, from some tiles that stand for all; analyse() makes the
-// bands of these with as many halvings along z.
-[[nodiscard]] TileRule find_tile_rule(std::span<const TileBox> boxes,
-                                      std::span<const std::vector<float>> values, double mean_square);
+// Finds steps whose mean square error is about that, from the values of some tiles that stand for all;
+// analyse_tile() makes the bands of these with as many halvings along z.
+[[nodiscard]] TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<float>> values,
+                                      double mean_square);
 
 // Chooses the steps: errors weighed against bits.
 void choose_steps(TileBands& bands, const TileRule& rule);

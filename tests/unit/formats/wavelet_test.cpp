@@ -44,7 +44,7 @@ TEST_P(WaveletTiles, TheDecoderHasWhatTheCoderForetold) {
   const auto [box, noise, error] = GetParam();
   const std::vector<float> values = waves(box, noise);
   const std::vector<TileBox> boxes{box, {}};
-  const TileRule rule = find_tile_rule(std::span(&box, 1), std::span(&values, 1), error * error);
+  const TileRule rule = find_tile_rule(std::span(&box, 1), {values}, error * error);
   std::vector<TileBands> bands(2);
   bands[0] = analyse_tile(box, values, rule.steps.step, rule.halvings_along_z);
   choose_steps(bands[0], rule);
@@ -84,7 +84,7 @@ TEST(WaveletTile, ABasisOfItsOwnWhereItSavesMore) {
 TEST(WaveletTile, BytesThatNoCoderMadeAreRefusedOrDecoded) {
   const TileBox box{{20, 18, 17}, 5};
   const std::vector<float> values = waves(box, 3);
-  const TileRule rule = find_tile_rule(std::span(&box, 1), std::span(&values, 1), 4);
+  const TileRule rule = find_tile_rule(std::span(&box, 1), {values}, 4);
   std::vector<TileBands> bands(1);
   bands[0] = analyse_tile(box, values, rule.steps.step, rule.halvings_along_z);
   choose_steps(bands[0], rule);
