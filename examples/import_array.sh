@@ -7,6 +7,8 @@
 #
 # The same on one machine: parallel -j2 bcc4 import --plan plan.json --part {}/8 --quiet -o smoke.part{}.bcc4 ::: {1..8}
 #
+# Frames that are larger than a node: with --blocks in the first line each task imports a box of all frames.
+#
 # A task that is requeued goes on where it was stopped. Cores and memory are those of the allocation.
 #SBATCH --job-name=bcc4-import
 #SBATCH --cpus-per-task=2

@@ -270,6 +270,7 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
   std::copy(settings.scales.begin(), settings.scales.end(), options.scales);
   options.store = settings.store;
   options.levels = settings.levels;
+  options.fixed_predictions = settings.fixed_predictions ? 1 : 0;
   options.nonfinite = settings.nonfinite;
   if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)
     options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
@@ -324,6 +325,14 @@ FrameSpan wanted_frames(const Writer& writer) {
   FrameSpan frames;
   check(bccsplat_writer_get_part_frames(writer.get(), &frames.first, &frames.end), "");
   return frames;
+}
+
+SampleBox wanted_box(const Writer& writer) {
+  std::array<uint64_t, 3> end{};
+  SampleBox box;
+  check(bccsplat_writer_get_part_box(writer.get(), box.begin.data(), end.data()), "");
+  for (size_t a = 0; a < 3; ++a) box.dims[a] = end[a] - box.begin[a];
+  return box;
 }
 
 FrameSpan part_frames(const Device& device, const SeriesDescription& series, const WriterSettings& settings,

@@ -33,7 +33,8 @@ struct WriterSettings {
   int32_t faces = BCCSPLAT_FACES_DEFAULT;
   int32_t periodic = 0; // axes: BCCSPLAT_PERIODIC_...
   int32_t store = BCCSPLAT_STORE_DEFAULT;
-  uint32_t levels = 0; // coarser ones
+  uint32_t levels = 0;            // coarser ones
+  bool fixed_predictions = false; // beyond faces and ends, which blocks need
   int32_t nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
   int32_t quantize = BCCSPLAT_TYPE_DEFAULT;
   double scale = 0; // 0: the library's default
@@ -112,6 +113,8 @@ void add_frame(const Writer& writer, uint32_t channel, double time, const Frame&
                const std::string& name);
 // Frames that a writer is to be given: of a part some more than its own.
 [[nodiscard]] FrameSpan wanted_frames(const Writer& writer);
+// Samples of each that it takes: of a block its own and a few around them.
+[[nodiscard]] SampleBox wanted_box(const Writer& writer);
 // Frames that a part is made of.
 [[nodiscard]] FrameSpan part_frames(const Device& device, const SeriesDescription& series,
                                     const WriterSettings& settings, const std::vector<ChannelScan>& scans,

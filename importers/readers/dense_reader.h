@@ -26,6 +26,9 @@ class DenseReader : public FrameReader {
   }
   const SeriesDescription& description() const override { return description_; }
   Frame read(uint64_t frame, size_t channel) override { return series_.read(frame, components_[channel]); }
+  Frame read_box(uint64_t frame, size_t channel, const SampleBox& wanted) override {
+    return series_.read_box(frame, components_[channel], wanted);
+  }
   std::string frame_name(uint64_t frame) const override { return series_.path_of(frame); }
 
  private:

@@ -81,10 +81,23 @@ DenseSeries::DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint
   const uint64_t frame = inner_ * outer_;
   const uint64_t held =
       frame / type_size(layout_.type) * std::max(type_size(layout_.type), type_size(frame_type_));
-  if (held > memory_limit)
-    fail(Exit::no_resources, bytes_.path_at(0), ": one frame takes ", byte_text(static_cast<double>(held)),
-         ", more than the ", byte_text(static_cast<double>(memory_limit)), " allowed: raise --max-mem");
+  memory_limit_ = memory_limit, frame_held_ = held;
+  if (!frame_fits() && !has_planes()) refuse_frame();
   if (outer_ > 1) batch_ = std::clamp<uint64_t>(memory_limit / 2 / held, 1, layout_.size_of(AxisRole::t));
+}
+
+void DenseSeries::refuse_frame() const {
+  fail(Exit::no_resources, bytes_.path_at(0), ": one frame takes ",
+       byte_text(static_cast<double>(frame_held_)), ", more than the ",
+       byte_text(static_cast<double>(memory_limit_)), " allowed: raise --max-mem",
+       has_planes() ? ", or import it in --blocks" : "");
+}
+
+bool DenseSeries::has_planes() const {
+  const auto& axes = layout_.axes;
+  const size_t space = axes.size() - (axes.back().role == AxisRole::t ? 1 : 0);
+  return outer_ == 1 && space == 3 && axes[2].role == AxisRole::z &&
+         layout_.size_of(AxisRole::component) == 1;
 }
 
 const std::string& DenseSeries::path_of(uint64_t t) const {
@@ -129,8 +142,24 @@ void DenseSeries::fetch(uint64_t t) {
 }
 
 Frame DenseSeries::read(uint64_t t, uint64_t component) {
+  if (!frame_fits()) refuse_frame();
   if (held_.empty() || t < first_ || t >= first_ + held_.size()) fetch(t);
   return dense_frame(frame_type_, held_[t - first_], layout_.axes, component);
+}
+
+Frame DenseSeries::read_box(uint64_t t, uint64_t component, const SampleBox& wanted) {
+  if (!has_planes() || wanted.dims[2] == layout_.size_of(AxisRole::z)) return read(t, component);
+  held_.clear(); // they would stay beside the planes
+  const uint64_t plane = inner_ / layout_.size_of(AxisRole::z);
+  const auto bytes = std::make_shared<Bytes>(plane * wanted.dims[2]);
+  bytes_.read(t * inner_ + wanted.begin[2] * plane, *bytes);
+  if (layout_.swap) swap_bytes(*bytes, type_size(layout_.type));
+  layout_.convert(*bytes);
+  std::vector<FileAxis> axes = layout_.axes;
+  axes[2].size = wanted.dims[2];
+  Frame frame = dense_frame(frame_type_, bytes, axes, component);
+  frame.boxes[0].begin[2] = wanted.begin[2];
+  return frame;
 }
 
 } // namespace bcc4

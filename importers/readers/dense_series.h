@@ -44,18 +44,26 @@ class DenseSeries {
   // Returns the type of the frames handed out: the source's, or a float type where values are converted.
   [[nodiscard]] Type frame_type() const { return frame_type_; }
   [[nodiscard]] Frame read(uint64_t t, uint64_t component);
+  // Returns at least these samples: of arrays whose slowest axis of space is z, and time behind it, planes.
+  [[nodiscard]] Frame read_box(uint64_t t, uint64_t component, const SampleBox& wanted);
+  // Returns whether a frame fits the memory limit; else read refuses it, and read_box does not where it reads
+  // planes alone.
+  [[nodiscard]] bool frame_fits() const { return frame_held_ <= memory_limit_; }
   [[nodiscard]] const std::string& path_of(uint64_t t) const;
   // Says how a file is read in which time is not the slowest axis; "" where it is.
   [[nodiscard]] std::string passes_text() const;
 
  private:
   void fetch(uint64_t t);
+  [[noreturn]] void refuse_frame() const; // more than memory allows
+  [[nodiscard]] bool has_planes() const;  // one after the other, of one component
 
   SegmentedBytes bytes_;
   DenseLayout layout_;
   Type frame_type_;
   uint64_t inner_;                                 // bytes of the axes faster than t
   uint64_t outer_ = 1;                             // product of the axes slower than t
+  uint64_t memory_limit_ = 0, frame_held_ = 0;     // bytes; of one frame
   uint64_t batch_ = 1;                             // frames held
   uint64_t first_ = 0;                             // frame number of held_[0]
   std::vector<std::shared_ptr<const Bytes>> held_; // all components of a frame, converted

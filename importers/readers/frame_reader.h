@@ -104,6 +104,11 @@ class FrameReader {
   virtual ~FrameReader() = default;
   [[nodiscard]] virtual const SeriesDescription& description() const = 0;
   [[nodiscard]] virtual Frame read(uint64_t frame, size_t channel) = 0;
+  // Returns a frame of which only these samples are wanted: what it has elsewhere may be there or not, and is
+  // no air. Readers that can leave bytes unread do.
+  [[nodiscard]] virtual Frame read_box(uint64_t frame, size_t channel, const SampleBox& /*wanted*/) {
+    return read(frame, channel);
+  }
   // Returns the file that a frame comes from, for error texts.
   [[nodiscard]] virtual std::string frame_name(uint64_t frame) const = 0;
   // May read() be called by another thread than the one that made the reader?

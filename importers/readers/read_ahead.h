@@ -18,6 +18,12 @@ class ReadAhead {
       : reader_(reader), end_(end), channels_(reader.description().channels.size()), frame_(first) {
     start();
   }
+  // The same of some samples of each frame (FrameReader::read_box).
+  ReadAhead(FrameReader& reader, uint64_t first, uint64_t end, const SampleBox& wanted)
+      : reader_(reader), end_(end), channels_(reader.description().channels.size()), wanted_(wanted),
+        frame_(first) {
+    start();
+  }
   // Returns the next frame; throws what the reader threw.
   [[nodiscard]] Frame next() {
     Frame frame = pending_.get();
@@ -33,12 +39,15 @@ class ReadAhead {
   void start() {
     if (frame_ == end_) return;
     const auto when = reader_.any_thread() ? std::launch::async : std::launch::deferred;
-    pending_ = std::async(when, [this, f = frame_, c = channel_] { return reader_.read(f, c); });
+    pending_ = std::async(when, [this, f = frame_, c = channel_] {
+      return wanted_ ? reader_.read_box(f, c, *wanted_) : reader_.read(f, c);
+    });
   }
 
   FrameReader& reader_;
   uint64_t end_;
   size_t channels_;
+  std::optional<SampleBox> wanted_; // none: all of each frame
   uint64_t frame_;
   size_t channel_ = 0;
   std::future<Frame> pending_; // its destructor waits for the thread

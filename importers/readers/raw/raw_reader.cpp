@@ -146,7 +146,8 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
   // The middle frame is looked at, for the first one of a simulation is often empty; of a packed file it is
   // the first, because unpacking begins at the start.
   const bool packed = is_gzip(first) && !file_per_frame;
-  d.warnings = suspicions_of(series.read(plan.frames[packed ? 0 : plan.frames.size() / 2].a, 0), layout);
+  if (series.frame_fits())
+    d.warnings = suspicions_of(series.read(plan.frames[packed ? 0 : plan.frames.size() / 2].a, 0), layout);
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series), wanted),
                         std::move(plan), options);
 }

@@ -12,6 +12,7 @@
 #include "tool/commands/commands.h"
 #include "tool/import/air_in_file.h"
 #include "tool/import/append.h"
+#include "tool/import/block.h"
 #include "tool/import/estimate.h"
 #include "tool/import/import_arguments.h"
 #include "tool/import/part_argument.h"
@@ -111,9 +112,19 @@ Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesD
 // The part of a planned series that was asked for, none for all of it.
 void take_part(const ImportArguments& a, const Device& device, const SeriesDescription& s,
                const std::vector<ChannelScan>& scans, ImportScope& scope) {
-  if (a.part.empty()) return;
+  if (!a.block.empty()) scope.block = parse_block(a.block, s.dims);
+  if (a.settings.fixed_predictions && a.block.empty()) scope.block = parse_block_number(a.part, s.dims);
+  if (a.part.empty() || (scope.block && a.block.empty())) return;
   scope.part = parse_part(a.part, s.dims[3]);
   scope.lead = lead_of(scans, part_frames(device, s, a.settings, scans, *scope.part).first);
+}
+
+// The boxes that the series is imported in, one after the other: where frames do not fit the library's memory
+// more than one.
+std::vector<SampleBox> blocks_of(const ImportArguments& a, const SeriesDescription& s,
+                                 const ImportScope& scope) {
+  if (!a.settings.fixed_predictions || scope.part || scope.block || a.resume.append) return {};
+  return blocks_that_fit(s, a.common.max_memory - a.common.max_memory / 4);
 }
 
 void save_plan(const ImportArguments& a, const ImportPlan& plan) {
@@ -185,6 +196,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   refuse_sources_as_output(a, s);
   const bool scattered = is_scattered(s);
   if (!planned) a.settings.levels = read_levels(a, s), warn_of_precision(*reader, watch);
+  if (a.blocks) settle_for_blocks(s, bound, !a.auto_levels() && a.settings.levels > 0, a.settings);
   if (scattered && !a.common.quiet) warn_of_scattered(s);
 
   a.settings.own_air =
@@ -199,7 +211,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   }
 
   ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}, {}, {}};
-  plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a);
+  plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a) && !a.blocks;
   plan.levels.scattered = plan.levels.automatic && scattered;
   ImportScope scope;
   scope.output = a.output;
@@ -223,18 +235,21 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   if (!planned) scope.sources = sources_of(s, appended.sources);
 
   const Progress clock("", 0, false, true);
-  const ImportResult result = a.resume.append && scope.part
-                                  ? append_series(*reader, device, a.settings, plan.scans, scope, a.common)
-                                  : write_series(*reader, device, a.settings, plan.scans, scope, a.common);
+  const std::vector<SampleBox> blocks = blocks_of(a, s, scope);
+  const ImportResult result =
+      blocks.size() > 1 ? write_blocks(*reader, device, a.settings, plan.scans, scope, a.common, blocks)
+      : a.resume.append && scope.part
+          ? append_series(*reader, device, a.settings, plan.scans, scope, a.common)
+          : write_series(*reader, device, a.settings, plan.scans, scope, a.common);
   report_import(a, plan, scope, result, clock.seconds(), command_line);
   return Exit::ok;
 }
 
 // What the plan has decided cannot be typed again.
 void refuse_planned_options(const Command& import) {
-  static const std::vector<std::string> allowed{"--output",  "--plan", "--part",   "--threads",
-                                                "--max-mem", "--live", "--resume", "--overwrite",
-                                                "--json",    "--quiet"};
+  static const std::vector<std::string> allowed{"--output",    "--plan",    "--part", "--block",
+                                                "--threads",   "--max-mem", "--live", "--resume",
+                                                "--overwrite", "--json",    "--quiet"};
   for (const OptionText& option : import.options()) {
     if (!option.given || option.is_argument()) continue;
     const auto is_allowed = [](const std::string& name) {

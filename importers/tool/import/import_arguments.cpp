@@ -143,8 +143,20 @@ void add_output_options(const Command& import, ImportArguments& a) {
   import
       .add_option(
           "--part", a.part,
-          "With --plan: import frames A-B, counted from 0, or the K-th of N parts; bcc4 concat joins them")
+          "With --plan: import frames A-B, counted from 0, or the K-th of N parts (of a plan with --blocks: "
+          "boxes of all frames); bcc4 concat joins them")
       .type_name("A-B|K/N");
+  import
+      .add_option("--block", a.block,
+                  "With --plan, of a series planned with --blocks: import these samples of its frames, or of "
+                  "those of --part; bcc4 concat joins all blocks. An axis may be left empty: ,,0:256")
+      .type_name("X0:X1,Y0:Y1,Z0:Z1");
+  import.add_flag(
+      "--blocks", a.blocks,
+      "Decide such that frames can be imported in blocks of space, and do so, one after the other, "
+      "where whole ones do not fit --max-mem: nothing depends on more of a frame than what is near "
+      "(samples unless --store asks for coefficients, no measured errors, predictions outside faces of one "
+      "boldness)");
   import.add_flag("--overwrite", a.settings.overwrite, "Replace an existing output");
   add_resume_options(import, a.resume);
   import.add_flag("--json", a.common.json, "Report as JSON");
@@ -174,8 +186,12 @@ void check_outputs(const ImportArguments& a) {
                  "; export writes others");
     refuse_existing(a.output, a.settings.overwrite || a.resume.append);
     require_writable_folder(a.output);
+    if (!a.block.empty() && a.plan.empty())
+      fail_usage("--block needs the --plan that all blocks share; --blocks --dry-run --plan FILE makes one");
     if (!a.part.empty() && a.plan.empty())
       fail_usage("--part needs the --plan that all parts share; --dry-run --plan FILE makes one");
+  } else if (!a.block.empty()) {
+    fail_usage("--block with --dry-run: a plan is made of the whole series");
   } else if (!a.part.empty()) {
     fail_usage("--part with --dry-run: a plan is made of the whole series");
   } else if (!a.plan.empty()) {

@@ -27,7 +27,8 @@ struct ImportArguments {
   bool exact = false;
   std::string output;
   bool dry_run = false;
-  std::string plan, part; // file; frames as typed
+  std::string plan, part, block; // file; frames and samples as typed
+  bool blocks = false;
   ResumeArguments resume;
   ImportArguments() { settings.measure = BCCSPLAT_MEASURE_SOME; }
   [[nodiscard]] bool follows_plan() const { return !plan.empty() && !dry_run; }

@@ -41,6 +41,7 @@ Json settings_json(const WriterSettings& s) {
   j["faces"] = name_of(s.faces, kFacesChoices);
   j["periodic"] = name_of(s.periodic, kPeriodicChoices);
   j["store"] = name_of(s.store, kStoreChoices);
+  j["fixed_predictions"] = s.fixed_predictions;
   j["levels"] = s.levels;
   j["nonfinite"] = name_of(s.nonfinite, kNonfiniteChoices);
   j["quantize"] = name_of(s.quantize, kTypeChoices);
@@ -66,7 +67,8 @@ WriterSettings read_settings(const Json& j) {
   s.faces = value_of(j.at("faces"), kFacesChoices, BCCSPLAT_FACES_DEFAULT);
   s.periodic = value_of(j.value("periodic", Json()), kPeriodicChoices, 0); // which older plans do not have
   s.store = value_of(j.at("store"), kStoreChoices, BCCSPLAT_STORE_DEFAULT);
-  s.levels = j.value("levels", uint32_t{0}); // which older plans do not have
+  s.fixed_predictions = j.value("fixed_predictions", false); // which older plans do not have
+  s.levels = j.value("levels", uint32_t{0});                 // which older plans do not have
   s.nonfinite = value_of(j.at("nonfinite"), kNonfiniteChoices, BCCSPLAT_NONFINITE_DEFAULT);
   s.quantize = value_of(j.at("quantize"), kTypeChoices, BCCSPLAT_TYPE_DEFAULT);
   s.scale = j.at("scale").get<double>(), s.time_scale = j.at("time_scale").get<double>();

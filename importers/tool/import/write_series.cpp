@@ -62,29 +62,35 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
                         const CommonOptions& common) {
   const SeriesDescription& s = reader.description();
   auto part = sized<bccsplat_series_part>();
-  if (scope.part) {
-    part.first = scope.part->first, part.end = scope.part->end;
-    part.lead = scope.lead;
-    part.times = s.times.values.data();
+  const bool is_part = scope.part || scope.block;
+  const FrameSpan frames = scope.part.value_or(FrameSpan{0, s.dims[3]});
+  part.first = frames.first, part.end = frames.end;
+  part.lead = scope.lead;
+  part.times = s.times.values.data();
+  for (size_t a = 0; a < 3 && scope.block; ++a) {
+    part.box_begin[a] = scope.block->begin[a];
+    part.box_end[a] = scope.block->begin[a] + scope.block->dims[a];
   }
   const bool anew = settings.partial != BCCSPLAT_PARTIAL_RESUME && !common.quiet;
   const std::string unfinished = anew ? unfinished_work(device, scope.output) : "";
   const Writer writer =
-      create_writer(device, scope.output, s, settings, scans, s.dims[3], scope.part ? &part : nullptr);
+      create_writer(device, scope.output, s, settings, scans, s.dims[3], is_part ? &part : nullptr);
   if (!unfinished.empty())
     std::fprintf(stderr, "bcc4: %s is begun anew; --resume would have gone on with it\n", unfinished.c_str());
   record_origin(writer, s, settings, scope);
 
   ImportResult result;
   result.given = wanted_frames(writer);
+  const SampleBox wanted = wanted_box(writer);
   result.nonfinite.resize(s.channels.size());
   RunWatch watch(common.prints_text());
-  read_series(reader, result.given, "import", watch, [&](uint64_t f, uint32_t c, const Frame& values) {
+  const auto take = [&](uint64_t f, uint32_t c, const Frame& values) {
     const uint64_t nonfinite = count_nonfinite(values);
     refuse_missing_frame(reader, f, nonfinite, settings);
     add_frame(writer, c, s.times.values[f], values, reader.frame_name(f));
     if (nonfinite > 0) result.nonfinite[c][f] = nonfinite;
-  });
+  };
+  read_series(reader, result.given, "import", watch, take, &wanted);
   check(bccsplat_writer_finish(writer.get(), &result.report), scope.output);
   result.errors = measured_errors(writer, s.channels.size(), result.report.frames_measured);
   return result;

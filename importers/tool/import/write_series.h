@@ -23,7 +23,8 @@ struct ImportScope {
   std::vector<PlannedSource> sources;
   std::vector<std::pair<std::string, std::string>> attributes; // how the input was read
   std::optional<FrameSpan> part;                               // of the series; none: all of it
-  uint64_t lead = 0; // frames before the part, back to one that is there in every channel
+  std::optional<SampleBox> block; // of the part, or of the series; none: all of space
+  uint64_t lead = 0;              // frames before the part, back to one that is there in every channel
 };
 
 // How frames become layers where it is not the usual way, as the attribute import.filtering of a file tells;

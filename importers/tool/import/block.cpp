@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// Divides frames into boxes by the memory that importing one takes, writes each as a part of the series, and
+// joins them without coding anything again.
+#include "tool/import/block.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "readers/system.h"
+#include "tool/interrupt.h"
+#include "tool/options.h"
+
+namespace bcc4 {
+namespace {
+
+// Samples that a block is given along an axis beyond its own (tests/bench/notes/blocks.md).
+constexpr uint64_t kHalo = 48;
+constexpr uint64_t kThinnest = 48; // samples of a block along an axis, while another one can be divided
+
+// By their number, too, so that a run with other memory takes none of this one's.
+std::string block_name(const std::string& output, size_t number, size_t count) {
+  return concat(output, ".block", number, "of", count);
+}
+
+// One of `pieces` parts of nearly equal length of an axis.
+void cut_axis(SampleBox& box, size_t axis, uint64_t n, uint64_t piece, uint64_t pieces) {
+  box.begin[axis] = n * piece / pieces;
+  box.dims[axis] = n * (piece + 1) / pieces - box.begin[axis];
+}
+
+// Returns the bytes that an import holds for each sample of a frame that it is given: what waits for the
+// filter in time takes 12 or 16 bits of integers, and floats else.
+uint64_t bytes_of_sample(const SeriesDescription& series) {
+  constexpr uint64_t of_bytes = 16, of_words = 24, of_floats = 48;
+  uint64_t bytes = 0;
+  for (const Channel& c : series.channels) {
+    const uint64_t size = type_size(c.precision);
+    bytes += is_float(c.precision) || size > 2 ? of_floats : size == 1 ? of_bytes : of_words;
+  }
+  return bytes;
+}
+
+uint64_t samples_of(const std::array<uint64_t, 4>& dims, const std::array<uint64_t, 3>& pieces) {
+  uint64_t samples = 1;
+  for (size_t a = 0; a < 3; ++a)
+    samples *= std::min(dims[a], (dims[a] + pieces[a] - 1) / pieces[a] + (pieces[a] > 1 ? kHalo : 0));
+  return samples;
+}
+
+void join_blocks(const Device& device, const std::vector<std::string>& names, const ImportScope& scope,
+                 bool overwrite, bccsplat_writer_report& report) {
+  auto options = sized<bccsplat_join_options>();
+  options.overwrite = overwrite ? 1 : 0;
+  options.cancel_token = interrupt_token();
+  std::vector<const char*> paths;
+  for (const std::string& name : names) paths.push_back(name.c_str());
+  check(
+      bccsplat_join_parts(device.get(), paths.size(), paths.data(), scope.output.c_str(), &options, &report),
+      "");
+  std::error_code ignored;
+  for (const std::string& name : names) std::filesystem::remove(to_path(name), ignored);
+}
+
+ImportResult write_block(FrameReader& reader, const Device& device, WriterSettings settings,
+                         const std::vector<ChannelScan>& scans, ImportScope scope,
+                         const CommonOptions& common, const std::string& name, const SampleBox& block) {
+  scope.output = name, scope.block = block;
+  settings.overwrite = true; // what an earlier run has left
+  return write_series(reader, device, settings, scans, scope, common);
+}
+
+// Samples of halos are read by several blocks: the frames that lack some are told, with the largest count.
+void add_nonfinite(const ImportResult& block, ImportResult& all) {
+  all.nonfinite.resize(block.nonfinite.size());
+  for (size_t c = 0; c < block.nonfinite.size(); ++c)
+    for (const auto& [frame, count] : block.nonfinite[c]) {
+      uint64_t& most = all.nonfinite[c][frame];
+      most = std::max<uint64_t>(most, count);
+    }
+}
+
+// Says what stays of an import whose blocks were not joined.
+class UnjoinedBlocks {
+ public:
+  UnjoinedBlocks(const std::vector<std::string>& finished, bool quiet) : finished_(finished), quiet_(quiet) {}
+  UnjoinedBlocks(const UnjoinedBlocks&) = delete;
+  UnjoinedBlocks& operator=(const UnjoinedBlocks&) = delete;
+  ~UnjoinedBlocks() {
+    if (finished_.empty() || quiet_) return;
+    std::fprintf(stderr,
+                 "bcc4: finished blocks stay, the last one in %s; the same command with --resume "
+                 "does not write them again\n",
+                 finished_.back().c_str());
+  }
+
+ private:
+  const std::vector<std::string>& finished_;
+  bool quiet_;
+};
+
+} // namespace
+
+SampleBox parse_block(const std::string& text, const std::array<uint64_t, 4>& dims) {
+  SampleBox box;
+  size_t begin = 0;
+  for (size_t a = 0; a < 3; ++a) {
+    const size_t end = a < 2 ? text.find(',', begin) : text.size();
+    if (end == std::string::npos || text.find(',', begin) < end)
+      fail_usage("--block ", text, ": X0:X1,Y0:Y1,Z0:Z1, samples from X0 to X1 - 1 and so on");
+    const std::string part = text.substr(begin, end - begin);
+    begin = end + 1;
+    uint64_t first = 0, last = dims[a];
+    if (const size_t colon = part.find(':'); !part.empty()) {
+      if (colon == std::string::npos) fail_usage("--block ", text, ": ", part, " has no colon");
+      if (colon > 0) first = option_number<uint64_t>("--block", part.substr(0, colon));
+      if (colon + 1 < part.size()) last = option_number<uint64_t>("--block", part.substr(colon + 1));
+    }
+    if (first >= last || last > dims[a])
+      fail_usage("--block ", text, ": samples along ", "xyz"[a], " run from 0 to ", dims[a],
+                 ", the end excluded");
+    box.begin[a] = first, box.dims[a] = last - first;
+  }
+  return box;
+}
+
+std::optional<SampleBox> parse_block_number(const std::string& text, const std::array<uint64_t, 4>& dims) {
+  const size_t slash = text.find('/');
+  if (slash == std::string::npos) return std::nullopt;
+  const auto k = option_number<uint64_t>("--part", text.substr(0, slash));
+  const auto n = option_number<uint64_t>("--part", text.substr(slash + 1));
+  if (k < 1 || k > n) fail_usage("--part ", text, ": the first of ", n, " parts is 1/", n);
+  std::array<uint64_t, 3> pieces{1, 1, 1};
+  for (uint64_t rest = n, factor = 2; rest > 1; rest % factor == 0 ? rest /= factor : ++factor) {
+    if (rest % factor != 0) continue;
+    const auto length = [&](size_t a) { return dims[a] / pieces[a]; };
+    const size_t longer = length(1) > length(0) ? 1 : 0;
+    pieces[length(2) >= length(longer) ? 2 : longer] *= factor;
+  }
+  for (size_t a = 0; a < 3; ++a)
+    if (pieces[a] > dims[a])
+      fail_usage("--part ", text, ": ", pieces[a], " parts of ", dims[a], " samples along ", "xyz"[a]);
+  SampleBox box;
+  cut_axis(box, 0, dims[0], (k - 1) % pieces[0], pieces[0]);
+  cut_axis(box, 1, dims[1], (k - 1) / pieces[0] % pieces[1], pieces[1]);
+  cut_axis(box, 2, dims[2], (k - 1) / (pieces[0] * pieces[1]), pieces[2]);
+  return box;
+}
+
+void settle_for_blocks(const SeriesDescription& series, const ErrorBound& bound, bool levels_asked,
+                       WriterSettings& settings) {
+  const auto refuse = [](bool asked, const auto&... why) {
+    if (asked) fail_usage("--blocks: ", why..., "; divide the series by --part instead");
+  };
+  const auto has_fill = [](const Channel& c) { return c.has_fill; };
+  const bool fill = std::any_of(series.channels.begin(), series.channels.end(), has_fill);
+  refuse(settings.store == BCCSPLAT_STORE_WAVELETS, "the step of wavelets is chosen by whole frames: choose ",
+         "--store samples or coefficients");
+  refuse(bound.any(), "--abs and --psnr are kept by whole frames");
+  refuse(settings.measure == BCCSPLAT_MEASURE_ALL, "--measure all compares whole frames");
+  refuse(settings.lowpass, "--lowpass holds whole frames");
+  refuse(levels_asked, "--levels are made of whole frames");
+  refuse(settings.periodic != 0, "what follows the last sample of a --periodic axis is far away");
+  refuse(settings.nonfinite == BCCSPLAT_NONFINITE_HOLE ||
+             (fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT),
+         "missing values are filled from data however far away (--on-nonfinite clamp replaces them by air)");
+  if (settings.store == BCCSPLAT_STORE_DEFAULT) settings.store = BCCSPLAT_STORE_SAMPLES;
+  settings.fixed_predictions = true;
+  settings.levels = 0;
+  settings.measure = BCCSPLAT_MEASURE_DEFAULT;
+}
+
+std::vector<SampleBox> blocks_that_fit(const SeriesDescription& series, uint64_t memory) {
+  const auto& n = series.dims;
+  const uint64_t most = memory / bytes_of_sample(series);
+  std::array<uint64_t, 3> pieces{1, 1, 1};
+  for (size_t i = 3; i > 0; --i) // planes first: files have them one after the other
+    while (samples_of(n, pieces) > most && n[i - 1] / (pieces[i - 1] + 1) >= kThinnest) ++pieces[i - 1];
+  std::vector<SampleBox> blocks;
+  for (uint64_t z = 0; z < pieces[2]; ++z)
+    for (uint64_t y = 0; y < pieces[1]; ++y)
+      for (uint64_t x = 0; x < pieces[0]; ++x) {
+        SampleBox& box = blocks.emplace_back();
+        cut_axis(box, 0, n[0], x, pieces[0]), cut_axis(box, 1, n[1], y, pieces[1]);
+        cut_axis(box, 2, n[2], z, pieces[2]);
+      }
+  return blocks;
+}
+
+ImportResult write_blocks(FrameReader& reader, const Device& device, const WriterSettings& settings,
+                          const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                          const CommonOptions& common, const std::vector<SampleBox>& blocks) {
+  ImportResult all;
+  std::vector<std::string> names;
+  const UnjoinedBlocks unjoined(names, common.quiet);
+  for (const SampleBox& block : blocks) {
+    const std::string name = block_name(scope.output, names.size() + 1, blocks.size());
+    std::error_code ignored;
+    const bool there =
+        settings.partial == BCCSPLAT_PARTIAL_RESUME && std::filesystem::exists(to_path(name), ignored);
+    if (common.prints_text())
+      std::printf("  block %zu of %zu%s\n", names.size() + 1, blocks.size(), there ? " is there" : "");
+    if (!there) add_nonfinite(write_block(reader, device, settings, scans, scope, common, name, block), all);
+    names.push_back(name);
+  }
+  all.given = {0, reader.description().dims[3]};
+  join_blocks(device, names, scope, settings.overwrite, all.report);
+  names.clear();
+  return all;
+}
+
+} // namespace bcc4

@@ -1,0 +1,148 @@
+"""Series imported in blocks of space and joined: the bytes of one import, and what does not fit together."""
+import array
+import os
+import re
+import resource
+import signal
+import subprocess
+import time
+
+from harness import BCC4, ToolTest, main
+
+DIMS = (52, 40, 66, 9)
+
+
+def rough(x, y, z, t):
+    """A rough blob that moves through air."""
+    r2 = (x - 20 - 2 * t) ** 2 / 8 + (y - 18) ** 2 / 4 + (z - 30) ** 2 / 9
+    return 0 if r2 > 60 else int(200 / (1 + r2 / 9)) + (x * 7 + y * 13 + z * 29 + t * 3) % 17
+
+
+class Blocks(ToolTest):
+    def setUp(self):
+        super().setUp()
+        values = bytes(rough(x, y, z, t) for t in range(DIMS[3]) for z in range(DIMS[2]) for y in range(DIMS[1])
+                       for x in range(DIMS[0]))
+        self.write('a.raw', values)
+        self.args = ['a.raw', '--dims', ','.join(map(str, DIMS)), '--dtype', 'u8', '--axes', 'xyzt']
+
+    def read(self, name):
+        with open(self.path(name), 'rb') as f:
+            return f.read()
+
+    def block(self, box, *more):
+        name = f'b{len([n for n in os.listdir(self.folder) if n.startswith("b")])}.bcc4'
+        self.bcc4('import', '--plan', 'plan.json', '--block', box, *more, '-o', name, '--quiet')
+        return name
+
+    def joined_equals_one(self, args, *more):
+        self.bcc4('import', *args, '--blocks', *more, '-o', 'one.bcc4', '--quiet', '--overwrite')
+        self.bcc4('import', *args, '--blocks', *more, '--dry-run', '--plan', 'plan.json', '--overwrite')
+        names = [self.block(',,40:'), self.block(':26,,0:40', '--part', '0-4'), self.block('26:,,:40', '--part', '0-4'),
+                 self.block(',0:17,:40', '--part', '5-8'), self.block(',17:40,:40', '--part', '5-8')]
+        self.bcc4('concat', *names, '-o', 'joined.bcc4', '--quiet', '--overwrite')
+        self.assertEqual(self.read('joined.bcc4'), self.read('one.bcc4'), more)
+        self.assertEqual(self.json('info', 'one.bcc4')['dims'], list(DIMS))
+        for name in names:
+            os.remove(self.path(name))
+
+    def test_blocks_are_the_bytes_of_one_import(self):
+        for more in ([], ['--store', 'coefficients'], ['--lattice', 'd4star', '--scale', 1.3]):
+            self.joined_equals_one(self.args, *more)
+        self.assertTrue(self.json('verify', 'joined.bcc4')['ok'])
+
+    def test_words_and_floats(self):
+        for dtype, code, scale in (('u16', 'H', 250), ('f32', 'f', .37)):
+            with open(self.path('a.raw'), 'rb') as f:
+                values = array.array(code, (scale * v for v in f.read()) if code == 'f' else (scale * v for v in f.read()))
+            self.write('w.raw', values)
+            self.joined_equals_one(['w.raw', *self.args[1:4], dtype, *self.args[5:]], '--lattice', 'd4star')
+
+    def test_numbered_parts_are_boxes(self):
+        self.write('still.raw', bytes(rough(x, y, z, 3) for z in range(DIMS[2]) for y in range(DIMS[1]) for x in range(DIMS[0])))
+        args = ['still.raw', '--dims', ','.join(map(str, DIMS[:3])), '--dtype', 'u8', '--blocks']
+        self.bcc4('import', *args, '-o', 'one.bcc4', '--quiet')
+        self.bcc4('import', *args, '--dry-run', '--plan', 'plan.json')
+        names = []
+        for k in range(1, 7):
+            names.append(f'b{k}.bcc4')
+            self.bcc4('import', '--plan', 'plan.json', '--part', f'{k}/6', '-o', names[-1], '--quiet')
+        self.bcc4('concat', *names, '-o', 'joined.bcc4', '--quiet')
+        self.assertEqual(self.read('joined.bcc4'), self.read('one.bcc4'))
+        self.refused(2, 'the first of 6', 'import', '--plan', 'plan.json', '--part', '7/6', '-o', 'x.bcc4', output='x.bcc4')
+
+    def large(self):
+        """Arguments of a series whose import takes more than 24 MiB."""
+        dims = (120, 100, 196, 5)
+        one = [bytes(rough(x // 2, y // 2, z // 3, t) for z in range(dims[2]) for y in range(dims[1]) for x in range(dims[0]))
+               for t in range(2)]
+        self.write('large.raw', b''.join(one[t % 2] for t in range(dims[3])))
+        return ['large.raw', '--dims', ','.join(map(str, dims)), '--dtype', 'u8', '--blocks', '--exact', '--lattice', 'd4star']
+
+    def left(self, what=r'\.block'):
+        return [n for n in os.listdir(self.folder) if re.search(what, n)]
+
+    def test_an_import_without_memory_divides_itself(self):
+        args = self.large()
+        self.bcc4('import', *args, '-o', 'one.bcc4', '--quiet')
+        said = self.bcc4('import', *args, '-o', 'two.bcc4', '--max-mem', '24M')[0]
+        self.assertIn('block 2 of', said)
+        self.assertEqual(self.read('two.bcc4'), self.read('one.bcc4'))
+        self.assertEqual(self.left(), [])
+        # A frame that is larger than its part of the memory is read by planes, or refused by name.
+        small = ['--max-mem', '8M', '-o', 'three.bcc4']
+        self.refused(4, 'or import it in --blocks', 'import', *(a for a in args if a != '--blocks'), '--store', 'samples', *small,
+                     output='three.bcc4')
+        self.bcc4('import', *args, '--quiet', *small)
+        self.assertEqual(self.read('three.bcc4'), self.read('one.bcc4'))
+
+    def test_a_killed_import_goes_on_with_its_blocks(self):
+        args = self.large()
+        self.bcc4('import', *args, '-o', 'one.bcc4', '--quiet')
+        command = ['import', *args, '-o', 'x.bcc4', '--max-mem', '24M', '--resume']
+        with subprocess.Popen([BCC4, *command], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as p:
+            while not self.left(r'\.block1of\d+$') and p.poll() is None:
+                time.sleep(.005)
+            p.kill()
+        self.assertFalse(os.path.exists(self.path('x.bcc4')), 'it was too late to kill it')
+        self.assertIn(' is there', self.bcc4(*command)[0])
+        self.assertEqual(self.read('x.bcc4'), self.read('one.bcc4'))
+        self.assertEqual(self.left(), [])
+
+    def test_a_full_disk_leaves_the_blocks_that_are_finished(self):
+        args = self.large()
+        self.bcc4('import', *args, '-o', 'one.bcc4', '--quiet')
+        command = ['import', *args, '-o', 'x.bcc4', '--max-mem', '24M']
+        limit = len(self.read('one.bcc4')) * 3 // 4  # which blocks do not need, and what is joined does
+        p = subprocess.run([BCC4, *command], capture_output=True, text=True, cwd=self.folder,
+                           preexec_fn=lambda: (signal.signal(signal.SIGXFSZ, signal.SIG_DFL),
+                                               resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))))
+        self.assertEqual(p.returncode, 4, p.stderr)
+        self.assertIn('x.bcc4', p.stderr)
+        self.assertIn('finished blocks stay', p.stderr)
+        self.assertFalse(os.path.exists(self.path('x.bcc4')))
+        self.assertNotIn('import ', self.bcc4(*command, '--resume')[0].split('block 1 of')[1].split('is there')[0])
+        self.assertEqual(self.read('x.bcc4'), self.read('one.bcc4'))
+
+    def test_what_does_not_fit_is_refused(self):
+        self.bcc4('import', *self.args, '--blocks', '--dry-run', '--plan', 'plan.json')
+        run = ['import', '--plan', 'plan.json', '-o', 'x.bcc4']
+        for box, text in (('0:60,,', 'from 0 to 52'), ('9:9,,', 'from 0 to 52'), ('1:2,3:4', 'X0:X1'), ('5,,', 'no colon'),
+                          ('a:9,,', 'a number is expected')):
+            self.refused(2, text, *run, '--block', box, output='x.bcc4')
+        self.refused(2, '--block needs the --plan', 'import', *self.args, '--block', ',,0:9', '-o', 'x.bcc4', output='x.bcc4')
+        for more, text in ((['--psnr', 40], 'kept by whole frames'), (['--lowpass'], 'holds whole frames'),
+                           (['--store', 'wavelets'], 'step of wavelets'), (['--levels', 1], 'made of whole frames'),
+                           (['--measure', 'all'], 'compares whole frames'), (['--periodic', 'x'], 'far away'),
+                           (['--on-nonfinite', 'hole'], 'missing values')):
+            self.refused(2, text, 'import', *self.args, '--blocks', *more, '-o', 'x.bcc4', output='x.bcc4')
+        a, b = self.block(',,:40'), self.block(',,40:')
+        self.refused(2, 'x 0:52, y 0:40, z 40:66 of 9 are in none of the parts', 'concat', a, '-o', 'x.bcc4', output='x.bcc4')
+        self.refused(2, f'z 40:66 are both in {b} and in {b}', 'concat', a, b, b, '-o', 'x.bcc4', output='x.bcc4')
+        self.bcc4('import', *self.args, '--dry-run', '--lattice', 'd4star', '--ends', 'predict', '--measure', 'none', '--levels',
+                  'none', '--plan', 'other.json')
+        self.refused(2, 'fixed_predictions', 'import', '--plan', 'other.json', '--block', ',,:40', '-o', 'x.bcc4', output='x.bcc4')
+
+
+if __name__ == '__main__':
+    main()
