@@ -9,7 +9,7 @@
 #
 # Frames that are larger than a node: with --blocks in the first line each task imports a box of all frames.
 #
-# A task that is requeued goes on where it was stopped. Cores and memory are those of the allocation.
+# A task that is requeued goes on where it was stopped (tests/examples/slurm_blocks.sh). Cores and memory are those of the allocation.
 #SBATCH --job-name=bcc4-import
 #SBATCH --cpus-per-task=2
 #SBATCH --mem=4G
