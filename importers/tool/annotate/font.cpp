@@ -14,6 +14,15 @@
 #define STB_TRUETYPE_IMPLEMENTATION
 #include <stb_truetype.h>
 
+#if defined(_WIN32) // no sections to come back to there, nor names to hide
+asm(".section .rdata,\"dr\"\n"
+    ".balign 16\n"
+    ".globl bcc4_font\n"
+    "bcc4_font:\n"
+    ".incbin \"" BCCSPLAT_FONT "\"\n"
+    ".byte 0\n"
+    ".text\n");
+#else
 asm(".pushsection .rodata\n"
     ".balign 16\n"
     ".global bcc4_font\n"
@@ -22,6 +31,7 @@ asm(".pushsection .rodata\n"
     ".incbin \"" BCCSPLAT_FONT "\"\n"
     ".byte 0\n"
     ".popsection\n");
+#endif
 extern "C" const unsigned char bcc4_font[]; // NOLINT(modernize-avoid-c-arrays): its length is the assembler's
 
 namespace bcc4 {
