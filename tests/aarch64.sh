@@ -1,7 +1,7 @@
 #!/bin/bash
 # aarch64.sh [--build | --all | --third_N]: library, tool and tests for 64-bit ARM, cross-compiled, and run by qemu-user: the
-# vector loops against their reference (NEON), and eleven imports byte for byte against this machine's; with --all every unit,
-# API and stability test, with --third_N a third of them. Installs what is missing (Debian 12).
+# vector loops against their reference (NEON), the host in C, and eleven imports byte for byte against this machine's; with
+# --all every unit, API and stability test, with --third_N a third of them. Installs what is missing (Debian 12).
 set -euo pipefail
 top=$(cd "$(dirname "$0")/.." && pwd)
 # shellcheck source=tests/cross/cross.sh
@@ -10,6 +10,6 @@ check_words aarch64.sh "$@"
 install_missing "${build_packages[@]}" g++-aarch64-linux-gnu qemu-user python3 dpkg-dev
 build=$top/build-aarch64
 bash "$top/tests/cross/aarch64_libraries.sh" "$build/libraries"
-configure "$build" aarch64-linux-gnu -DBCCSPLAT_AARCH64_ROOT="$build/libraries/root" -DBCCSPLAT_TOOL_HERE="$(tool_here)"
-cmake --build "$build" --target bccsplat bcc4 bccsplat_unit bccsplat_api bccsplat_stability
+configure "$build" aarch64-linux-gnu "${1:-}" -DBCCSPLAT_AARCH64_ROOT="$build/libraries/root" -DBCCSPLAT_TOOL_HERE="$(tool_here)"
+build "$build" "${1:-}" bccsplat_plugin_host bccsplat_budget_host
 run_tests "$build" "$@"

@@ -27,25 +27,40 @@ tool_here() {
   echo "$build/importers/bcc4"
 }
 
-# configure BUILD TOOLCHAIN OPTION...: without what has no package there.
+# is_quick [WORD]: whether a script's word asks for the loops' tests alone, which then alone are built.
+is_quick() { [[ ! ${1:-} ]]; }
+
+# configure BUILD TOOLCHAIN "WORD" OPTION...: without what has no package there.
 configure() {
-  local build=$1 toolchain=$2
-  shift 2
+  local build=$1 toolchain=$2 files=
+  is_quick "$3" && files=$(files_of_loops | tr '\n' '|')
+  shift 3
   cmake -S "$top" -B "$build" -G Ninja "${launchers[@]}" -DCMAKE_TOOLCHAIN_FILE="$top/src/cmake/$toolchain.cmake" \
     -DCMAKE_BUILD_TYPE=Release -DBCCSPLAT_WERROR=ON -DCMAKE_UNITY_BUILD=ON -DBCCSPLAT_TEST_SHARDS=24 \
     -DBCCSPLAT_WITH_GPU=OFF -DBCCSPLAT_WITH_OPENVDB=OFF -DBCCSPLAT_WITH_NETCDF=OFF -DBCCSPLAT_TOOL_MODULES=OFF \
-    -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_EXAMPLES=OFF "$@"
+    -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_EXAMPLES=OFF -DBCCSPLAT_TEST_FILES="${files%|}" "$@"
 }
 
-# The suites of the vector loops, which are compared with their reference, and of the calls of the system.
+# build BUILD "WORD" TARGET...: library, tool, the host in C and unit tests, what else is named, and all tests where they are
+# asked for.
+build() {
+  local build=$1 targets=(bccsplat bcc4 bccsplat_c_host bccsplat_unit)
+  is_quick "$2" || targets+=(bccsplat_api bccsplat_stability)
+  shift 2
+  cmake --build "$build" --target "${targets[@]}" "$@"
+}
+
+# The tests of the vector loops, which are compared with their reference, and of the calls of the system: their files, and the
+# suites in them.
+files_of_loops() { cd "$top" && grep -rlE 'support/targets\.h|base/os/' tests/unit | sort; }
 suites_of_loops() {
   local files
-  mapfile -t files < <(cd "$top" && grep -rlE 'support/targets\.h|base/os/' tests/unit)
+  mapfile -t files < <(files_of_loops)
   (cd "$top" && sed -nE 's/^(TYPED_)?TEST(_F|_P)?\(([A-Za-z0-9_]+),.*/\3/p' "${files[@]}") | sort -u |
     awk '{ printf "%s%s.*:%s/*:*/%s.*", (NR > 1 ? ":" : ""), $0, $0, $0 }'
 }
 
-# run_tests BUILD [WORD]: the loops, or all tests, or a third of them; and always those of tests/cross.
+# run_tests BUILD [WORD]: the loops, or all tests, or a third of them; and always those of tests/cross and the host in C.
 run_tests() {
   local build=$1 labels='unit|api|stability|cross'
   case ${2:-} in

@@ -80,6 +80,25 @@ class Windows(unittest.TestCase):
             self.assertEqual(a.read(), b.read())
         os.remove(self.path('large.raw'))
 
+    def test_a_full_disk(self):
+        """On a file system of half a MiB, which is mounted for the test."""
+        disk = self.path('voll')
+        os.makedirs(disk, exist_ok=True)
+        if subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=512k', 'none', disk], capture_output=True, check=False).returncode:
+            os.rmdir(disk)
+            self.skipTest('file systems can be mounted by root only')
+        try:
+            words = self.series('much.raw', (96, 96, 64, 4))
+            said = self.bcc4('import', *words, '--exact', '--measure', 'none', '-o', 'voll/much.bcc4', code=4)
+            self.assertIn('free some space or write elsewhere', said)
+            self.assertNotIn('much.bcc4', os.listdir(disk))
+            subprocess.run(['mount', '-o', 'remount,size=16m', disk], check=True)
+            self.bcc4('import', *words, '--exact', '--measure', 'none', '-o', 'voll/more.bcc4')
+            self.bcc4('verify', 'voll/more.bcc4')
+        finally:
+            subprocess.run(['umount', disk], check=True)
+            os.rmdir(disk)
+
     def stopped(self, number):
         """An import that is stopped by a signal when its journal has something; its exit code."""
         words = self.series('long.raw', (96, 96, 64, 24))

@@ -22,9 +22,9 @@ static void states(bccsplat_cancel_token* token) {
   OK(bccsplat_cancel_token_is_cancelled(token, &cancelled));
   EXPECT(cancelled == 0);
   at_signal = token;
-  signal(SIGUSR1, on_signal);
-  raise(SIGUSR1);
-  signal(SIGUSR1, SIG_DFL);
+  signal(SIGINT, on_signal);
+  raise(SIGINT);
+  signal(SIGINT, SIG_DFL);
   OK(bccsplat_cancel_token_is_cancelled(token, &cancelled));
   EXPECT(cancelled == 1);
   OK(bccsplat_cancel_token_reset(token));

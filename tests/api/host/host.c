@@ -2,9 +2,15 @@
 /* host SCRATCH NAME: one of the tests below; 0 when everything held. */
 #include "host.h"
 
-#include <dirent.h>
 #include <math.h>
 #include <stdlib.h>
+#if defined(_WIN32)
+#include <windows.h>
+
+#include <tlhelp32.h>
+#else
+#include <dirent.h>
+#endif
 
 int failures = 0;
 static const char* folder = ".";
@@ -94,6 +100,18 @@ const char* scratch(const char* name) {
   return path;
 }
 
+#if defined(_WIN32)
+int thread_count(void) {
+  HANDLE all = CreateToolhelp32Snapshot(TH32CS_SNAPTHREAD, 0);
+  THREADENTRY32 thread;
+  int n = 0, more;
+  thread.dwSize = sizeof thread;
+  for (more = Thread32First(all, &thread); more; more = Thread32Next(all, &thread))
+    if (thread.th32OwnerProcessID == GetCurrentProcessId()) ++n;
+  CloseHandle(all);
+  return n;
+}
+#else
 int thread_count(void) {
   DIR* tasks = opendir("/proc/self/task");
   int n = 0;
@@ -101,6 +119,7 @@ int thread_count(void) {
   if (tasks) closedir(tasks);
   return n - 2; /* . and .. */
 }
+#endif
 
 int main(int argc, char** argv) {
   static const struct {

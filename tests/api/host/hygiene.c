@@ -72,7 +72,7 @@ static int same_file(const char* a, const char* b) {
 
 /* The same bytes and texts whatever the host's locale writes for a decimal point. */
 static void locales(void) {
-  static const char* const names[] = {"de_DE.UTF-8", "fr_FR.UTF-8", "bccsplat_comma"};
+  static const char* const names[] = {"de_DE.UTF-8", "fr_FR.UTF-8", "bccsplat_comma", "German"};
   bccsplat_device* device = NULL;
   bccsplat_volume* volume;
   double index;
@@ -118,7 +118,9 @@ static void floating_point_mode(void) {
 
 static void utf8_paths(void) {
   use_everything(scratch("Wei\xc3\x9f \xe6\xb0\xb4 \xf0\x9f\x92\xa8.bcc4"), scratch("\xc3\xbc.image"));
+#if !defined(_WIN32) /* where fopen takes no UTF-8 */
   EXPECT(size_of(scratch("Wei\xc3\x9f \xe6\xb0\xb4 \xf0\x9f\x92\xa8.bcc4")) > 1000);
+#endif
 }
 
 void test_hygiene(void) {
