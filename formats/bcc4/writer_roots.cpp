@@ -65,6 +65,8 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   // The older root comes first: there is a valid one at any moment.
   if (shown.times > 0) file.overwrite(root_offsets[older], write_root(roots[older]));
   file.overwrite(0, write_preamble(roots, lowest_reader(info)));
+  // It may have the name of this one, and not every system replaces a file that is open.
+  options.earlier.reset();
   file.commit();
   if (options.journal) options.journal->remove();
 

@@ -47,6 +47,9 @@ class Continuation {
   }
   // Adds what the old file tells of its frames, and of the slabs that were copied, to the report of the rest.
   void add_to(FitReport& report, const Context& context) const;
+  // Lets go of the old file, whose name the new one is about to get: not every system replaces a file that is
+  // open. Nothing but slabs() and rest() may be asked behind it.
+  void close_file() { old_.reset(); }
 
  private:
   void find_places();

@@ -116,6 +116,7 @@ WriteReport VolumeWriter::finish() {
     if (const RoundTrip* const measured = measuring_.round_trip())
       report.frames_measured = measured->frames().size();
     if (continued_) report.slabs_reused = continued_->slabs() * added_.size();
+    if (continued_) continued_->close_file();
     const Bcc4Report written = container_->finish(context_);
     report.set_file(written);
   });

@@ -50,7 +50,7 @@ static long size_of(const char* path) {
 static void no_output(void) {
   const int out = dup(1), error = dup(2), sink = open(scratch("printed"), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   fflush(stdout);
-  EXPECT(sink >= 0 && dup2(sink, 1) == 1 && dup2(sink, 2) == 2);
+  EXPECT(sink >= 0 && dup2(sink, 1) >= 0 && dup2(sink, 2) >= 0);
   use_everything(scratch("quiet.bcc4"), scratch("quiet.image"));
   fflush(stdout);
   dup2(out, 1);
