@@ -203,11 +203,11 @@ struct ByIntegrals {
     V e0 = e_front, em = e, e1 = e_back;
     // Some rays begin or end in the segment.
     if (!hn::AllTrue(d, hn::And(hn::Le(t0, hn::Neg(half)), hn::Ge(t1, half)))) {
-      const auto value = [&](V t) HWY_ATTR {
-        const V rise = hn::IfThenElse(hn::Lt(t, zero), hn::Sub(e, e_front), hn::Sub(e_back, e));
-        const V inside = hn::MulAdd(hn::Add(t, t), rise, e);
-        return hn::IfThenElse(hn::Le(t, hn::Neg(half)), e_front,
-                              hn::IfThenElse(hn::Ge(t, half), e_back, inside));
+      const auto value = [&](V at) HWY_ATTR {
+        const V rise = hn::IfThenElse(hn::Lt(at, zero), hn::Sub(e, e_front), hn::Sub(e_back, e));
+        const V inside = hn::MulAdd(hn::Add(at, at), rise, e);
+        return hn::IfThenElse(hn::Le(at, hn::Neg(half)), e_front,
+                              hn::IfThenElse(hn::Ge(at, half), e_back, inside));
       };
       e0 = value(t0), em = value(tm), e1 = value(t1);
     }
