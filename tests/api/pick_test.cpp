@@ -10,16 +10,17 @@ namespace {
 
 using Position = std::array<double, 3>;
 
-constexpr double middle = 16, width = 50; // of the ball
-double ball(double x, double y, double z, double) {
-  const double r = (x - middle) * (x - middle) + (y - middle) * (y - middle) + (z - middle) * (z - middle);
-  return 100 * std::exp(-r / width);
+constexpr double ball_at = 16, ball_width = 50; // of the ball
+double soft_ball(double x, double y, double z, double) {
+  const double r =
+      (x - ball_at) * (x - ball_at) + (y - ball_at) * (y - ball_at) + (z - ball_at) * (z - ball_at);
+  return 100 * std::exp(-r / ball_width);
 }
-double ramp(double x, double, double, double) { return x; }
+double along_x(double x, double, double, double) { return x; }
 
 class Pick : public testing::Test {
  protected:
-  void write(const Field& field) {
+  void write(const decltype(Series::field)& field) {
     Series s;
     s.nx = s.ny = s.nz = 33, s.nt = 2, s.field = field;
     auto o = options_of(s);
@@ -57,21 +58,21 @@ class Pick : public testing::Test {
 };
 
 TEST_F(Pick, FindsTheSurfaceOfABall) {
-  write(ball);
-  // Obliquely through the centre: the surface at 50 is sqrt(width ln 2) around it.
+  write(soft_ball);
+  // Obliquely through the centre: the surface at 50 is sqrt(ball_width ln 2) around it.
   const Position from{-20, -4, 10}, along{36, 20, 6};
-  const double far = std::sqrt(36 * 36 + 20 * 20 + 6 * 6), radius = std::sqrt(width * std::log(2));
+  const double far = std::sqrt(36 * 36 + 20 * 20 + 6 * 6), radius = std::sqrt(ball_width * std::log(2));
   const bccsplat_ray ray = towards(BCCSPLAT_PICK_VALUE, from, {16, 16, 16}, 50);
   const bccsplat_hit hit = pick(ray);
   ASSERT_EQ(hit.found, 1);
   EXPECT_NEAR(hit.distance, scale * (far - radius), 0.02);
   EXPECT_NEAR(hit.value, 50, 0.05);
   for (size_t a = 0; a < 3; ++a) {
-    EXPECT_NEAR(hit.uvw[a], middle - radius * along[a] / far, 0.01);
+    EXPECT_NEAR(hit.uvw[a], ball_at - radius * along[a] / far, 0.01);
     EXPECT_NEAR(hit.world[a], scale * hit.uvw[a] + shift[a], 1e-9);
-    // It rises towards the centre, by 2 r / width of the value and unit, of which the kernel's ripple changes
-    // some hundredths.
-    EXPECT_NEAR(hit.gradient[a], 50 * 2 * radius / width * along[a] / far / scale, 0.25);
+    // It rises towards the centre, by 2 r / ball_width of the value and unit, of which the kernel's ripple
+    // changes some hundredths.
+    EXPECT_NEAR(hit.gradient[a], 50 * 2 * radius / ball_width * along[a] / far / scale, 0.25);
   }
   // The value and the gradient are those of the slice there.
   float value = 0;
@@ -90,17 +91,17 @@ TEST_F(Pick, FindsTheSurfaceOfABall) {
 }
 
 TEST_F(Pick, FindsTheLargestValue) {
-  write(ball);
+  write(soft_ball);
   // Past the centre by 3: the largest is nearest to it.
   const bccsplat_hit hit = pick(towards(BCCSPLAT_PICK_MAXIMUM, {-10, 19, 16}, {40, 19, 16}, 0));
   ASSERT_EQ(hit.found, 1);
-  EXPECT_NEAR(hit.uvw[0], middle, 0.02);
-  EXPECT_NEAR(hit.value, 100 * std::exp(-9 / width), 0.3); // which the field itself is off by
+  EXPECT_NEAR(hit.uvw[0], ball_at, 0.02);
+  EXPECT_NEAR(hit.value, 100 * std::exp(-9 / ball_width), 0.3); // which the field itself is off by
   EXPECT_NEAR(hit.distance, scale * 26, 0.04);
 }
 
 TEST_F(Pick, FindsWhereTheOpacityIsReached) {
-  write(ramp);
+  write(along_x);
   // The extinction of a value is value / 1000 per world unit: along x it is that of the ramp's integral.
   constexpr uint32_t points = 65;
   std::array<double, 2 * points> opacities{};
@@ -126,7 +127,7 @@ TEST_F(Pick, FindsWhereTheOpacityIsReached) {
 }
 
 TEST_F(Pick, OfAPixelIsTheDepthOfThePicture) {
-  write(ball);
+  write(soft_ball);
   auto camera = sized<bccsplat_camera>();
   ASSERT_OK(bccsplat_slice_fit_camera(slice.get(), BCCSPLAT_PROJECTION_PERSPECTIVE, 20, 30, 40, 30, &camera));
   auto view = sized<bccsplat_view>();

@@ -152,6 +152,9 @@ KIND_SIGNED = 4
 KIND_SOLID = 5
 KIND_FOG = 6
 KIND_DENSE = 7
+PICK_VALUE = 1
+PICK_MAXIMUM = 2
+PICK_OPACITY = 3
 QUALITY_DEFAULT = 0
 QUALITY_DRAFT = 1
 QUALITY_NORMAL = 2
@@ -836,6 +839,30 @@ class Lights(Struct):
         ("shadow", c_uint32), ("occlusion", c_uint32)]
 
 
+class Ray(Struct):
+    pick: int
+    origin: Array[c_double]
+    direction: Array[c_double]
+    begin: float
+    end: float
+    threshold: float
+    transfer_function: Any
+    _fields_ = [("struct_size", c_uint32), ("pick", c_int32), ("origin", c_double * 3),
+        ("direction", c_double * 3), ("begin", c_double), ("end", c_double), ("threshold", c_double),
+        ("transfer_function", POINTER(TransferFunction))]
+
+
+class Hit(Struct):
+    found: int
+    distance: float
+    world: Array[c_double]
+    uvw: Array[c_double]
+    value: float
+    gradient: Array[c_double]
+    _fields_ = [("struct_size", c_uint32), ("found", c_int32), ("distance", c_double),
+        ("world", c_double * 3), ("uvw", c_double * 3), ("value", c_double), ("gradient", c_double * 3)]
+
+
 class IsoSurface(Structure):
     value: float
     opacity: float
@@ -902,9 +929,13 @@ class Trail(Struct):
     intervals: int
     reserved: int
     transfer_functions: Any
+    weights: int | None
+    unlit: int
+    reserved2: int
     _fields_ = [("struct_size", c_uint32), ("content", c_int32), ("combine", c_int32), ("samples", c_uint32),
         ("interval", c_double * 2), ("transfer_function", POINTER(TransferFunction)), ("colors", c_void_p),
-        ("intervals", c_uint32), ("reserved", c_uint32), ("transfer_functions", POINTER(TransferFunction))]
+        ("intervals", c_uint32), ("reserved", c_uint32), ("transfer_functions", POINTER(TransferFunction)),
+        ("weights", c_void_p), ("unlit", c_uint32), ("reserved2", c_uint32)]
 
 
 class RenderStats(Struct):
@@ -1022,11 +1053,13 @@ class Instance(Struct):
     mask_channel: int
     mask_label_count: int
     mask_labels: int | None
+    trail: Any
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("placement", c_double * 16),
         ("time_scale", c_double), ("time_offset", c_double), ("outside", c_int32), ("hidden", c_uint32),
         ("transfer_function", POINTER(TransferFunction)), ("density", c_double), ("set_mask", c_uint32),
         ("color_channel", c_uint32), ("color_function", POINTER(TransferFunction)),
-        ("mask_channel", c_uint32), ("mask_label_count", c_uint32), ("mask_labels", c_void_p)]
+        ("mask_channel", c_uint32), ("mask_label_count", c_uint32), ("mask_labels", c_void_p),
+        ("trail", POINTER(Trail))]
 
 
 class SceneStatus(Struct):
@@ -1148,6 +1181,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_slice_get_seen_bounds": (c_int32, c_void_p, POINTER(TransferFunction), c_void_p,),
     "bccsplat_volume_get_look": (c_int32, c_void_p, c_uint32, c_int32, c_int32, POINTER(Look),),
     "bccsplat_slice_get_look": (c_int32, c_void_p, c_int32, c_int32, POINTER(Look),),
+    "bccsplat_slice_pick": (c_int32, c_void_p, POINTER(Ray), POINTER(Hit),),
     "bccsplat_slice_get_picture_needs": (c_int32, c_void_p, POINTER(Camera), c_uint32, c_uint32,
         POINTER(RenderOptions), POINTER(PictureNeeds),),
     "bccsplat_slice_get_view_needs": (c_int32, c_void_p, POINTER(View), POINTER(Clip), c_uint64, c_uint32,
