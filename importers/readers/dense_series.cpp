@@ -90,7 +90,7 @@ void DenseSeries::refuse_frame() const {
   fail(Exit::no_resources, bytes_.path_at(0), ": one frame takes ",
        byte_text(static_cast<double>(frame_held_)), ", more than the ",
        byte_text(static_cast<double>(memory_limit_)), " allowed: raise --max-mem",
-       has_planes() ? ", or import it in --blocks" : "");
+       has_planes() ? ", or give --blocks with a --lattice and --exact, which need no whole frame" : "");
 }
 
 bool DenseSeries::has_planes() const {

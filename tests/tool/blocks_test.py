@@ -91,7 +91,7 @@ class Blocks(ToolTest):
         self.assertEqual(self.left(), [])
         # A frame that is larger than its part of the memory is read by planes, or refused by name.
         small = ['--max-mem', '8M', '-o', 'three.bcc4']
-        self.refused(4, 'or import it in --blocks', 'import', *(a for a in args if a != '--blocks'), '--store', 'samples', *small,
+        self.refused(4, 'or give --blocks with a --lattice and --exact', 'import', *(a for a in args if a != '--blocks'), '--store', 'samples', *small,
                      output='three.bcc4')
         self.bcc4('import', *args, '--quiet', *small)
         self.assertEqual(self.read('three.bcc4'), self.read('one.bcc4'))
