@@ -57,7 +57,7 @@ class SliceCounts {
 
 ValueSurvey survey_of_slice(const OpenVolume& volume, const OpenSlice& slice, Look look) {
   const ValueCounts counts = value_counts(volume, slice.channel);
-  const ValueSurvey whole = survey_for(counts, look);
+  ValueSurvey whole = survey_for(counts, look);
   if (slice.slice.is_time_slice()) return whole;
   return survey_part(whole, SliceCounts(slice.slice, counts).get());
 }

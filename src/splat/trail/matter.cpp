@@ -105,7 +105,7 @@ void pair_up(const MatterPair& pair, const MatterPlanes& into) {
       const auto [of_a, of_b] = shares(a, b, pair.combine);
       const float alpha = of_a * a + of_b * b;
       const float depth = alpha < 1 ? std::min(-std::log1p(-alpha), opaque) : opaque;
-      const auto add = [&](float* MatterPlanes::*plane) {
+      const auto add = [&, of_a = of_a, of_b = of_b](float* MatterPlanes::*plane) {
         if (float* const out = into.*plane)
           out[p] += depth / alpha * (of_a * of(plane, 0) + of_b * of(plane, 1));
       };
