@@ -1697,6 +1697,99 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_sample_grid(
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice,
     uint64_t capacity, float* uvw, float* coefficients, uint64_t* count);
 
+/* ---- Bricks: a slice as textures, for a host that draws by its own GPU ---- */
+
+/* What bricks hold.
+ *   SAMPLES  values of the field on a Cartesian grid, for the filters of a texture unit.
+ *   SITES    what the field is made of: v(s) at each site s, and at a point p
+ *              field(p) = empty + sum over the sites of both cosets of (v(s) - empty) phi(|p - s|),
+ *              phi(r) = sum over j of kernel[j] u^j, u = max(0, 1 - (r / kernel_radius)^2),
+ *            where lengths along each axis are in steps of the grid (bccsplat_brick_info). Sites
+ *            beyond the ends of the lattice are in the borders, as the field has them. Without
+ *            corrections and holes. UNSUPPORTED: EXTRACTED slices, labels. */
+typedef int32_t bccsplat_brick_grid;
+enum {
+  BCCSPLAT_BRICK_GRID_DEFAULT = 0, /* SAMPLES */
+  BCCSPLAT_BRICK_GRID_SAMPLES = 1,
+  BCCSPLAT_BRICK_GRID_SITES = 2
+};
+
+typedef struct bccsplat_brick_options {
+  uint32_t struct_size;
+  bccsplat_brick_grid grid;
+  /* U8, U16, F16 or F32; DEFAULT: F32. */
+  bccsplat_type type;
+  /* Samples along each axis that are a brick's own, 4 to 128; 0: 32. */
+  uint32_t edge;
+  /* Samples on each side of a brick that are its neighbours' too, 0 to 16: at least 1 for linear
+   * filters, 2 for cubic ones and for gradients, for SITES kernel_radius rounded up. Beyond the
+   * last sample of SAMPLES its value goes on. */
+  uint32_t border;
+  uint32_t reserved; /* 0 */
+  /* SAMPLES: their distance in units of slice space, at most; 0: 1. It is made smaller so that the
+   * first and the last sample stand at the ends of the extent. A linear filter smooths the field
+   * between samples one unit apart; half a unit shows what the field holds. */
+  double spacing;
+  /* U8, U16: the values that the smallest and the largest code stand for; what is beyond is one of
+   * these. Both 0: all values of the slice. */
+  double range[2];
+} bccsplat_brick_options;
+
+typedef struct bccsplat_brick_info {
+  uint32_t struct_size;
+  /* Grids of bricks, one behind the other: SITES of a BCC slice 2, else 1. */
+  uint32_t cosets;
+  /* Bricks along u, v, w, of each coset; 0 of an empty slice. */
+  uint32_t bricks[3];
+  /* Samples along each axis of a brick, borders included. */
+  uint32_t edge;
+  /* Samples along u, v, w of the first coset's grid, without borders; the last bricks may reach
+   * beyond. */
+  uint64_t dims[3];
+  /* Slice space of sample (0, 0, 0) of each coset: the first one that is brick 0's own. */
+  double origin[2][3];
+  /* Slice units from sample to sample. */
+  double step[3];
+  /* Bytes of a brick. */
+  uint64_t brick_bytes;
+  /* value = offset + scale * code for U8 and U16; 1 and 0 for floats. */
+  double scale;
+  double offset;
+  /* The value of bricks that are not listed. */
+  double empty;
+  /* SITES: of phi above; 0 for SAMPLES. */
+  double kernel_radius;
+  double kernel[20];
+  uint32_t kernel_terms;
+  /* 1: the sum is divided by that of phi over all sites, air included: to within a thousandth, as
+   * the library knows it in closed form (the kernel "paper"). */
+  uint32_t kernel_normalised;
+} bccsplat_brick_info;
+
+/* Where the bricks of a slice stand and how they are coded. options may be NULL.
+ * INVALID_ARGUMENT: options out of range. LIMIT_EXCEEDED: more than 2^20 samples along an axis or
+ * 2^31 - 1 bricks. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_brick_info(const bccsplat_slice* slice,
+    const bccsplat_brick_options* options, bccsplat_brick_info* info);
+/* Which bricks hold data. Cell (i, j, k) of coset c is number ((c * bricks[2] + k) * bricks[1] + j)
+ * * bricks[0] + i. index: for each cell 0 where the brick holds `empty` alone, else 1 for the first
+ * that does not, 2 for the next, and so on: a host's texture of brick numbers, of which 0 is one
+ * brick of `empty`. bounds: for each cell two floats that no value of the brick, its border
+ * included, is below or above; found without making the values, so that these need not reach them.
+ * Either array may be NULL. count (may be NULL) gets how many are not empty. Also: as
+ * bccsplat_slice_get_brick_info. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_find_bricks(const bccsplat_slice* slice,
+    const bccsplat_brick_options* options, uint32_t* index, float* bounds, uint64_t* count);
+/* Makes the bricks of `count` cells, by all threads of the device: brick_bytes for each in
+ * `values`, x fastest, one brick behind the other in the order of `cells`; aligned as the type.
+ * NaN where nothing is: outside the domain of an oblique slice, in holes; as U8 and U16 `empty`.
+ * ranges: NULL, or two floats for each brick, the smallest and the largest value before they are
+ * coded; NaN where there is none. The token of the slice cancels it. Also: as
+ * bccsplat_slice_get_brick_info; INVALID_ARGUMENT: a cell that is not there. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_bricks(const bccsplat_slice* slice,
+    const bccsplat_brick_options* options, uint64_t count, const uint32_t* cells, void* values,
+    float* ranges);
+
 /* ---- Renderer ---- */
 
 typedef struct bccsplat_renderer bccsplat_renderer;

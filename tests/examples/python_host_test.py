@@ -439,6 +439,24 @@ def pictures(device, volume, cut, folder):
     shared.close()
 
 
+def bricks_of_slice(cut):
+    """Bricks put together again are the slice; those that are not listed are empty."""
+    whole = cut.sample_grid()
+    for dtype, tolerance in ((np.float32, 1e-4), (np.uint16, 1e-4), (np.uint8, 2 / 255)):
+        bricks = cut.bricks(dtype=dtype, edge=4, border=2)
+        nz, ny, nx = bricks.index.shape[1:]
+        got = np.full((4 * nz, 4 * ny, 4 * nx), bricks.info.empty)
+        for k, j, i in np.argwhere(bricks.index[0]):
+            brick = bricks.values[bricks.index[0, k, j, i] - 1] * bricks.info.scale + bricks.info.offset
+            got[4 * k:4 * k + 4, 4 * j:4 * j + 4, 4 * i:4 * i + 4] = brick[2:6, 2:6, 2:6]
+            low, high = bricks.bounds[0, k, j, i]
+            assert brick.min() >= low - tolerance * np.ptp(whole) and brick.max() <= high + tolerance * np.ptp(whole)
+        got = got[:whole.shape[0], :whole.shape[1], :whole.shape[2]]
+        assert np.abs(got - whole).max() <= tolerance * np.ptp(whole), dtype
+    assert cut.bricks("sites").info.kernel_radius > 1
+    raises(ValueError, None, cut.bricks, dtype=np.float64, text="float64")
+
+
 def scenes(device, volume, cut):
     """A volume among a host's own things: by matrices, behind its depths, cut open, twice."""
     renderer, frame = Renderer(device), Frame(device, 60, 40)
@@ -465,6 +483,7 @@ def scenes(device, volume, cut):
     met = cut.pick(ends[0], ends[1] - ends[0], threshold=most.value / 2)
     assert met is not None and met.distance < most.distance and np.isclose(met.value, most.value / 2, rtol=1e-2)
     assert cut.pick(ends[0], ends[0] - ends[1]) is None  # nothing is behind the eye
+    bricks_of_slice(cut)
     near, behind = np.ones((40, 60), np.float32), np.full((40, 60, 4), 0.5, np.float32)  # depth 1 is the near plane
     renderer.set_view(View(world_to_view=world_to_view, projection=projection, depth_range="reversed", depth=near,
                            background=behind))

@@ -111,6 +111,9 @@ SPACE_DEFAULT = 0
 SPACE_INDEX = 1
 SPACE_EVEN = 2
 RANGES_MISSING = 1
+BRICK_GRID_DEFAULT = 0
+BRICK_GRID_SAMPLES = 1
+BRICK_GRID_SITES = 2
 PROJECTION_DEFAULT = 0
 PROJECTION_ORTHOGRAPHIC = 1
 PROJECTION_PERSPECTIVE = 2
@@ -738,6 +741,40 @@ class Grid(Struct):
         ("step", c_double * 3), ("dims", c_uint64 * 3)]
 
 
+class BrickOptions(Struct):
+    grid: int
+    type: int
+    edge: int
+    border: int
+    reserved: int
+    spacing: float
+    range: Array[c_double]
+    _fields_ = [("struct_size", c_uint32), ("grid", c_int32), ("type", c_int32), ("edge", c_uint32),
+        ("border", c_uint32), ("reserved", c_uint32), ("spacing", c_double), ("range", c_double * 2)]
+
+
+class BrickInfo(Struct):
+    cosets: int
+    bricks: Array[c_uint32]
+    edge: int
+    dims: Array[c_uint64]
+    origin: Array[Array[c_double]]
+    step: Array[c_double]
+    brick_bytes: int
+    scale: float
+    offset: float
+    empty: float
+    kernel_radius: float
+    kernel: Array[c_double]
+    kernel_terms: int
+    kernel_normalised: int
+    _fields_ = [("struct_size", c_uint32), ("cosets", c_uint32), ("bricks", c_uint32 * 3), ("edge", c_uint32),
+        ("dims", c_uint64 * 3), ("origin", c_double * 3 * 2), ("step", c_double * 3),
+        ("brick_bytes", c_uint64), ("scale", c_double), ("offset", c_double), ("empty", c_double),
+        ("kernel_radius", c_double), ("kernel", c_double * 20), ("kernel_terms", c_uint32),
+        ("kernel_normalised", c_uint32)]
+
+
 class Camera(Struct):
     projection: int
     position: Array[c_double]
@@ -1169,6 +1206,10 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_slice_evaluate": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_slice_sample_grid": (c_int32, c_void_p, POINTER(Grid), c_void_p,),
     "bccsplat_slice_get_points": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
+    "bccsplat_slice_get_brick_info": (c_int32, c_void_p, POINTER(BrickOptions), POINTER(BrickInfo),),
+    "bccsplat_slice_find_bricks": (c_int32, c_void_p, POINTER(BrickOptions), c_void_p, c_void_p, c_void_p,),
+    "bccsplat_slice_get_bricks": (c_int32, c_void_p, POINTER(BrickOptions), c_uint64, c_void_p, c_void_p,
+        c_void_p,),
     "bccsplat_slice_fit_camera": (c_int32, c_void_p, c_int32, c_double, c_double, c_uint32, c_uint32,
         POINTER(Camera),),
     "bccsplat_fit_camera": (c_int32, POINTER(Fit), c_uint32, c_uint32, POINTER(Camera),),

@@ -18,6 +18,38 @@ if TYPE_CHECKING:
     from .volume import Volume
 
 
+_BRICK_TYPES = {"uint8": "U8", "uint16": "U16", "float16": "F16", "float32": "F32"}
+
+
+class Bricks:
+    """Bricks of a slice, as Slice.bricks makes them.
+
+        bricks.index     [cosets, k, j, i], uint32: 0 where a brick holds info.empty alone, else its place in values, + 1
+        bricks.bounds    [cosets, k, j, i, 2]: no value of a brick is outside
+        bricks.values    [n, w, v, u] of those that hold data, with borders
+        bricks.info      place in slice space, scale and offset of codes, the kernel of sites
+    """
+
+    def __init__(self, cut: Slice, grid: int | str | None, dtype: Any, edge: int, border: int, spacing: float,
+                 value_range: tuple[float, float]) -> None:
+        kind = np.dtype(dtype)
+        if kind.name not in _BRICK_TYPES:
+            raise ValueError("bricks are of uint8, uint16, float16 or float32, not %s" % kind.name)
+        options = _abi.BrickOptions(grid=choose("BRICK_GRID", grid), type=choose("TYPE", _BRICK_TYPES[kind.name]),
+                                    edge=edge, border=border, spacing=spacing)
+        options.range[:] = [*value_range]
+        self.info = _abi.BrickInfo()
+        call("slice_get_brick_info", cut.pointer, byref(options), byref(self.info))
+        shape = (self.info.cosets, *self.info.bricks[::-1])
+        self.index, self.bounds = np.empty(shape, np.uint32), np.empty((*shape, 2), np.float32)
+        count = c_uint64()
+        call("slice_find_bricks", cut.pointer, byref(options), self.index.ctypes.data, self.bounds.ctypes.data,
+             byref(count))
+        cells = np.flatnonzero(self.index).astype(np.uint32)
+        self.values = np.empty((count.value, self.info.edge, self.info.edge, self.info.edge), kind)
+        call("slice_get_bricks", cut.pointer, byref(options), cells.size, cells.ctypes.data, self.values.ctypes.data, None)
+
+
 class Slice(Child):
     """The 3D field on the hyperplane a x + b y + c z + d t + e = 0 of index space; volume.slice makes one.
 
@@ -167,6 +199,13 @@ class Slice(Child):
         uvw, coefficients = np.empty((count.value, 3), np.float32), np.empty(count.value, np.float32)
         call("slice_get_points", self.pointer, count.value, uvw.ctypes.data, coefficients.ctypes.data, None)
         return uvw, coefficients
+
+    def bricks(self, grid: int | str | None = None, dtype: Any = np.float32, edge: int = 32, border: int = 1,
+               spacing: float = 0.0, value_range: tuple[float, float] = (0.0, 0.0)) -> Bricks:
+        """The slice as bricks for textures: of edge samples with a border on each side, those that hold data.
+        grid: "samples", of the field on a Cartesian grid at most spacing apart (0: 1), or "sites", what the field is
+        made of. dtype: uint8, uint16, float16 or float32; value_range: what the codes of integers span; both 0: all."""
+        return Bricks(self, grid, dtype, edge, border, spacing, value_range)
 
     def fit_camera(self, width: int, height: int, rotate_x: float = 20, rotate_y: float = 30,
                    projection: int | str | None = None) -> _abi.Camera:

@@ -102,6 +102,7 @@ void test_recode(void);
 void test_parts(void);
 void test_volume(void);
 void test_slice(void);
+void test_bricks(void);
 void test_renderer(void);
 void test_frame(void);
 void test_scene(void);
