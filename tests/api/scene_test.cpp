@@ -301,6 +301,41 @@ TEST_F(Scenes, InstancesAreRightInDepth) {
   }
 }
 
+// Magnified, sheets are raised from fewer samples, each instance's by tables of its own: as one picture over
+// the other, too, where the ranges of their sheets are apart.
+TEST_F(Scenes, MagnifiedInstancesAreRightInDepth) {
+  auto options = sized<bccsplat_render_options>();
+  options.opacity_stop = 1;
+  auto near = instance(), far = instance();
+  place(near, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -50});
+  place(far, {1, 0, 0, 4, 0, 1, 0, 3, 0, 0, 1, 10});
+  near.time_offset = -3;
+  const auto drawn = [&](const bccsplat_camera& c, std::initializer_list<const bccsplat_instance*> all) {
+    const Scene s = make_scene();
+    for (const bccsplat_instance* i : all) (void)add(*i, &s);
+    EXPECT_OK(bccsplat_scene_set_time(s.get(), 16));
+    return draw(c, &options, &s);
+  };
+  for (const bool perspective : {false, true}) {
+    auto c = sized<bccsplat_camera>();
+    c.projection = perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE : BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
+    c.ortho_height = 14, c.fovy_degrees = 10;
+    c.position[0] = c.target[0] = 19, c.position[1] = c.target[1] = 18.5, c.position[2] = -120, c.up[1] = 1;
+    for (const bccsplat_quality quality : {BCCSPLAT_QUALITY_NORMAL, BCCSPLAT_QUALITY_FINE}) {
+      SCOPED_TRACE(std::to_string(quality) + (perspective ? " perspective" : ""));
+      options.quality = quality;
+      const Pixels front = drawn(c, {&near}), back = drawn(c, {&far});
+      ASSERT_GT(sum_of(front), 500);
+      ASSERT_GT(sum_of(back), 500);
+      const Pixels both = drawn(c, {&far, &near});
+      double off = 0;
+      for (size_t p = 0; p < both.size(); ++p)
+        off = larger(off, std::fabs(both[p] - front[p] - (1 - front[p / 4 * 4 + 3]) * back[p]));
+      EXPECT_LT(off, 4e-3);
+    }
+  }
+}
+
 // What shows of the one is the same whatever the spacing of another that hardly absorbs: sheets are then
 // nearer to each other, and where that is too near deep pictures are merged.
 TEST_F(Scenes, InstancesOfOtherSpacingStandInEachOther) {

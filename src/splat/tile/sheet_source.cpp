@@ -37,8 +37,11 @@ SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, T
 void SheetSource::begin_sheets(int64_t first_sheet, int64_t last_sheet) {
   next_sheet_ = first_sheet;
   if (plan_.raise.depth_taps > 0) {
-    first_sheet = plan_.raise.z.at(static_cast<int>(first_sheet));
-    last_sheet = plan_.raise.z.at(static_cast<int>(last_sheet)) + plan_.raise.depth_taps - 1;
+    const auto of_ring = [&](int64_t sheet) {
+      return plan_.raise.z.at(static_cast<int>(std::clamp(sheet, first_raised(), last_raised())));
+    };
+    last_sheet = of_ring(last_sheet) + plan_.raise.depth_taps - 1;
+    first_sheet = of_ring(first_sheet);
   }
   first_gap_ = std::max(plan_.gaps.first, first_sheet - plan_.ring.after);
   last_gap_ = std::min(plan_.gaps.last, last_sheet + plan_.ring.before);
@@ -65,6 +68,10 @@ void SheetSource::complete_sheets(int64_t k, const OpenPixels* open, StageClock:
     return;
   }
   for (; next_sheet_ <= k; ++next_sheet_) {
+    if (!raised(next_sheet_)) {
+      filled_[next_sheet_] = false;
+      continue;
+    }
     finish_ring(plan_.raise.z.at(static_cast<int>(next_sheet_)) + plan_.raise.depth_taps - 1);
     blend_sheet(next_sheet_);
     correct_sheet(next_sheet_);

@@ -72,6 +72,11 @@ class SheetSource {
   void take_kept_sheet(int64_t k);
   void blend_sheet(int64_t k);
   void raise_sheet(int64_t k, const PixelRect& touched);
+  // The sheets that may be raised: those that rays inside the slice look at. Others are empty, where objects
+  // that reach further are drawn beside this one.
+  [[nodiscard]] int64_t first_raised() const { return plan_.sheets.first - 2 * plan_.sheets.lead; }
+  [[nodiscard]] int64_t last_raised() const { return plan_.sheets.last + 2 * plan_.sheets.lead; }
+  [[nodiscard]] bool raised(int64_t k) const { return k >= first_raised() && k <= last_raised(); }
   [[nodiscard]] static PixelRect whole_vectors(const PixelRect& r);
   [[nodiscard]] PixelRect raised_pixels(const PixelRect& touched) const;
   [[nodiscard]] size_t slot(int64_t k) const {

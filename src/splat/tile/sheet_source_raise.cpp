@@ -77,8 +77,11 @@ PixelRect SheetSource::raised_pixels(const PixelRect& touched) const {
 
 // Makes the pixels of sheet k out of its samples.
 void SheetSource::raise_sheet(int64_t k, const PixelRect& touched) {
-  // Nobody looks at those before; as a fan spreads, they would want samples beyond the tile's (gap_scales()).
-  if (k < plan_.sheets.first - 2 * plan_.sheets.lead) return;
+  // As a fan spreads, others would want samples beyond the tile's (gap_scales()).
+  if (!raised(k)) {
+    filled_[k] = false;
+    return;
+  }
   if (plan_.raise.fan.taps > 0) {
     const RaiseFan& fan = plan_.raise.fan;
     const double scale = fan.scale(static_cast<double>(k));

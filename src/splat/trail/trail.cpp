@@ -119,10 +119,6 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
   const bool apart = post || options.mode == RenderMode::isosurface;
   SplatOptions together = options;
   together.mode = RenderMode::composite;
-  // The objects of a trail share the samples of their sheets.
-  if (!std::all_of(sources.begin(), sources.end(),
-                   [&](const SplatScene& s) { return same_domain(s, slice); }))
-    together.raise = {};
   SplatOptions alone = apart ? options : together;
   if (apart) { // what is drawn apart goes into the trail's picture
     alone.with_deep = false;
@@ -205,7 +201,6 @@ struct TogetherList {
 DrawStats splat_together(std::span<const SplatObject> scenes, const SplatOptions& options,
                          const Context& context, const std::function<void(const TilePixels&)>& emit) {
   SplatOptions together = options;
-  together.raise = {}; // objects share the samples of their sheets
   const TogetherList all(scenes, together);
   Planned planned;
   TrailJob job;
