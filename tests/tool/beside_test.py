@@ -1,6 +1,7 @@
 """bcc4 render of several channels and volumes in one picture, with labels, shadow and ambient occlusion; bcc4 probe of many
 places."""
 import csv
+import json
 import math
 
 from harness import ToolTest, field, main, read_png
@@ -37,7 +38,8 @@ class Beside(ToolTest):
                   '-o', 'c.bcc4', '--quiet')
 
     def picture(self, *args, file='v.bcc4', name='p.png'):
-        self.bcc4('render', file, '-o', name, '--index', '--time', 0, '--size', PIXELS, '--quiet', '--view', 'front', *args)
+        where = () if '--time' in args else ('--index', '--time', 0, '--view', 'front')
+        self.bcc4('render', file, '-o', name, '--size', PIXELS, '--quiet', *where, *args)
         return read_png(self.path(name))
 
     def test_two_volumes_are_in_one_picture_whatever_their_order(self):
@@ -63,10 +65,65 @@ class Beside(ToolTest):
             self.refused(2, text, 'render', 'v.bcc4', '-o', 'w.png', '--with', wrong, output='w.png')
         self.refused(3, 'nowhere.bcc4', 'render', 'v.bcc4', '-o', 'w.png', '--time', 1, '--with', 'nowhere.bcc4',
                      output='w.png')
-        self.refused(2, '--trail goes with one channel', 'render', 'v.bcc4', '-o', 'w.png', '--time', 1, '--trail', 1, '--with',
-                     'w.bcc4', output='w.png')
         self.refused(2, 'a plane off the time axis', 'render', 'v.bcc4', '-o', 'w.png', '--plane', '1,0,0,0,-9', '--with',
                      'w.bcc4', output='w.png')
+
+    def test_volumes_have_trails(self):
+        self.volume((SIDE, SIDE, SIDE, 5), lambda x, y, z, t: ball(x - 2 * t + 4, y, z, 0), '--quiet', name='m.bcc4')
+        self.volume((SIDE, SIDE, SIDE, 5), lambda x, y, z, t: ball(x - 2 * t + 4, y, z, 0), '--quiet', '--dt', 0.5, name='h.bcc4')
+
+        def seen(x, *args, file='m.bcc4', time=2):
+            """From the front, around that x."""
+            camera = {'position': [x, MIDDLE, 100], 'target': [x, MIDDLE, 0], 'ortho_height': 24}
+            self.write('camera.json', json.dumps(camera).encode())
+            return self.picture('--time', time, '--camera', 'camera.json', '--range', '0,100', '--colormap', 'gray', *args, file=file)
+
+        looks = 'range=0:100,colormap=gray'
+        far = ('--with', f'm.bcc4,{looks},move=1000:0:0')
+        still = seen(MIDDLE)
+        self.assertEqual(still, seen(MIDDLE, *far))
+        for trail in (('--trail', 2), ('--trail', '-1:1f,3'), ('--trail', 2, '--shutter', 'triangle'), ('--trail', 2, '--trail-unlit'),
+                      ('--trail', 2, '--trail-colormap', 'fire', '--trail-opacity', 3), ('--trail', 2, '--iso', 50),
+                      ('--trail', 2, '--trail-mode', 'interleaved', '--trail-content', 'mean', '--trail-samples', 3)):
+            alone = seen(MIDDLE, *trail)
+            self.assertNotEqual(alone, seen(MIDDLE, *trail[2:] if '--iso' in trail else ()), trail)
+            self.assertEqual(alone, seen(MIDDLE, *trail, *far), trail)
+        # The trail of the other one, where that is.
+        for trail, key in ((('--trail', 2), 'trail=2'), (('--trail', '-1:1f'), 'trail=-1:1f'), (('--trail', -2), 'trail=-2')):
+            alone, other = seen(MIDDLE, *trail), seen(MIDDLE + 1000, '--with', f'm.bcc4,{looks},move=1000:0:0,{key}')
+            self.assertLessEqual(self.worst(alone, other), 2)
+            self.assertGreater(self.worst(still, other), 20)
+        past = seen(MIDDLE, '--trail', 2, '--shutter', 'triangle')
+        self.assertLessEqual(self.worst(past, seen(MIDDLE + 1000, '--shutter', 'triangle', '--with', f'm.bcc4,{looks},move=1000:0:0,trail=2')), 2)
+        # Times are those of the world, also where the first volume's frames say which: half as long are the other's frames.
+        there = MIDDLE + 1000
+        two = seen(there, '--with', f'h.bcc4,{looks},move=1000:0:0,trail=2f', time=1)
+        self.assertEqual(two, seen(there, '--with', f'h.bcc4,{looks},move=1000:0:0,trail=1', time=1))
+        self.assertNotEqual(two, seen(there, '--with', f'h.bcc4,{looks},move=1000:0:0,trail=1f', time=1))
+        frames = ('--frames', '1-2', '--overwrite')
+        camera = ('--camera', 'camera.json', '--size', PIXELS, '--quiet', '--range', '0,100', '--colormap', 'gray')
+        self.bcc4('render', 'm.bcc4', *frames, *camera, '-o', 'f.%d.png', '--with', f'h.bcc4,{looks},move=1000:0:0,trail=1')
+        self.assertEqual(two, read_png(self.path('f.1.png')))
+        # Extinctions add, those of trails as well: two of half are the volume, thin as it is.
+        thin = ('--no-shading', '--trail', 2)
+        whole, halves = (seen(MIDDLE, *thin, '--opacity', o, *more) for o, more in (
+            (.05, ()), (.025, ('--with', f'm.bcc4,{looks},opacity=.025,trail=2'))))
+        self.assertLessEqual(self.worst(whole, halves), 2)
+        self.assertGreater(max(p[3] for row in whole for p in row), 30)
+        self.assertGreater(self.worst(whole, seen(MIDDLE, *thin, '--opacity', .025, '--with', f'm.bcc4,{looks},opacity=.025')), 4)
+        self.channels()
+        go = ('render', 'm.bcc4', '-o', 'w.png', '--time', 1)
+        for args, words in ((('--trail', 1, '--color-channel', 0), 'without --color-channel'),
+                            (('--trail', 1, '--mask-channel', 0, '--mask-labels', 1), 'without --color-channel'),
+                            (('--with', 'h.bcc4,trail=1,color-channel=0'), 'not both'), (('--with', 'h.bcc4,trail=x'), 'a number'),
+                            (('--with', 'c.bcc4,trail=1'), 'c.bcc4 has one frame'), (('--with', 'h.bcc4', '--shutter', 'box'), '--trail DT'),
+                            (('--with', 'h.bcc4,trail=1', '--trail-opacity', 2), 'go with --trail DT'),
+                            (('--trail', 1, '--trail-mode', 'post', '--with', 'h.bcc4'), 'no place'),
+                            (('--with', 'h.bcc4,trail=1', '--shadow'), '--trail')):
+            self.refused(2, words, *go, *args, output='w.png')
+
+    def worst(self, one, other):
+        return max(abs(a - b) for r, s in zip(one, other) for p, q in zip(r, s) for a, b in zip(p, q))
 
     def test_shadow_and_occlusion_darken(self):
         plain = self.picture('--light', '0,1,0')

@@ -17,6 +17,7 @@
 #include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
+#include "tool/view/asked_trail.h"
 #include "tool/view/camera_choice.h"
 #include "tool/view/exposure.h"
 #include "tool/view/fitted_view.h"
@@ -65,42 +66,6 @@ bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_
   if (a.repeat > 1) o.disable_skips = BCCSPLAT_SKIP_UNCHANGED; // whole pictures are timed
   o.cancel_token = interrupt_token();
   return o;
-}
-
-// Beginning and end of the trail relative to the slice, as bccsplat_trail takes them.
-std::array<double, 2> trail_interval(const TrailInterval& t, bool index, const Volume& volume,
-                                     const Cut& where) {
-  if (!where.is_time_slice || t.frames || index) return {t.from, t.to};
-  const bccsplat_volume_info info = volume_info(volume);
-  const auto frame = [&](double offset) {
-    const double time = std::clamp(where.time + offset, info.time_first, info.time_last);
-    return frame_index(volume, time, false) - where.index;
-  };
-  return {frame(t.from), frame(t.to)};
-}
-
-// interval: both 0: there is none.
-void set_trail(const Renderer& renderer, const RenderArguments& a, const std::array<double, 2>& interval,
-               const std::vector<TransferFunction>& functions) {
-  auto trail = sized<bccsplat_trail>();
-  trail.content = a.trail_content;
-  trail.combine = a.trail_mode;
-  trail.intervals = trail_intervals(a);
-  trail.samples = a.trail_samples.value_or(0);
-  trail.unlit = a.trail_unlit ? 1 : 0;
-  const std::vector<double> colors = trail_colors(trail.intervals), weights = shutter_weights(a);
-  if (!weights.empty())
-    trail.weights = weights.data();
-  else if (trail.intervals > 1 && functions.size() < 2)
-    trail.colors = colors.data();
-  std::copy(interval.begin(), interval.end(), trail.interval);
-  std::vector<bccsplat_transfer_function> structs;
-  structs.reserve(functions.size());
-  for (const TransferFunction& f : functions) structs.push_back(as_struct(f));
-  if (!structs.empty())
-    (structs.size() > 1 ? trail.transfer_functions : trail.transfer_function) = structs.data();
-  const bool none = trail.interval[0] == 0 && trail.interval[1] == 0;
-  check(bccsplat_renderer_set_trail(renderer.get(), none ? nullptr : &trail), "--trail");
 }
 
 void write_text(const std::string& path, const std::string& text) {
@@ -197,6 +162,17 @@ struct Scene {
           a.view_matrix.empty() ? a.camera : a.view_matrix);
   }
 
+  // Sets the trails of a moment; what is set anew is made anew.
+  void set_trails(const Cut& where) {
+    const bool index = a.which.index || a.frames.has_value();
+    const std::array<double, 2> before = trail;
+    if (a.trail) trail = trail_interval(*a.trail, index, volume, where);
+    if (beside) return beside->set_trails(where, index, trail);
+    if (trail != before)
+      check(bccsplat_renderer_set_trail(renderer.get(), AskedTrail(a, trail, trail_functions).get()),
+            "--trail");
+  }
+
   [[nodiscard]] bccsplat_render_stats render(const Image& image) const {
     check(bccsplat_renderer_render(renderer.get(), image.get()), "render");
     auto stats = sized<bccsplat_render_stats>();
@@ -213,12 +189,7 @@ struct Scene {
     times.kernel = times.slice.kernel;
     const bccsplat_view seen = host.view(cut.camera);
     prepare(cut, seen, picture);
-    if (a.trail) {
-      // Set anew it would be made anew.
-      const auto interval = trail_interval(*a.trail, a.which.index || a.frames, volume, picture.where);
-      if (interval != trail) set_trail(renderer, a, interval, trail_functions);
-      trail = interval;
-    }
+    set_trails(picture.where);
     uint32_t planes = BCCSPLAT_FRAME_RGBA;
     if (a.deep)
       planes |= BCCSPLAT_FRAME_DEEP;
@@ -395,7 +366,7 @@ Renderer create_renderer(const Device& device, const bccsplat_render_options& op
 void draw_beside(Scene& scene, uint32_t channel, const std::vector<Picture>& pictures) {
   if (!scene.a.beside.needs_scene()) return;
   check_scene(scene.a, pictures);
-  scene.beside.emplace(scene.device, scene.volume, channel, scene.a, scene.function);
+  scene.beside.emplace(scene.device, scene.volume, channel, scene.a, scene.function, scene.trail_functions);
   scene.beside->set_clips(scene.host.clips);
 }
 
@@ -447,11 +418,11 @@ Exit run_render(RenderArguments a) {
               .options = options,
               .beside = std::nullopt};
   scene.dump_function();
+  scene.trail_functions = functions_of_trail(a, info, look);
   draw_beside(scene, channel, pictures);
   const TransferFunction seen = seen_function(a, scene.function, look, info.air);
   warn_of_nothing(a, seen, info);
   scene.fitted.emplace(volume, channel, a, seen, camera.projection, camera.size, pictures);
-  scene.trail_functions = functions_of_trail(a, info, look);
   if (a.annotate) scene.annotate(look, options.iso_value);
 
   const std::vector<RenderTimes> times = draw_pictures(scene, pictures);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* with_form =
     "FILE.bcc4,KEY=VALUE,... is expected; keys are channel, look, tf, colormap, range, opacity, density, "
-    "color-channel and move";
+    "color-channel, move and trail";
 
 // "A:B" or "X:Y:Z" as so many numbers.
 std::vector<double> numbers_between_colons(const std::string& key, const std::string& text, size_t count) {
@@ -40,6 +40,8 @@ void set_key(OtherVolume& other, const std::string& key, const std::string& valu
   } else if (key == "move") {
     const std::vector<double> by = numbers_between_colons(key, value, 3);
     other.move = {by[0], by[1], by[2]};
+  } else if (key == "trail") {
+    other.trail = parse_trail_span("--with: trail", value);
   } else if (key == "opacity") {
     other.opacity = option_number<double>("--with: opacity", value);
     if (!(*other.opacity >= 0)) fail_usage("--with: opacity=", value, ": must not be negative");
@@ -73,7 +75,7 @@ void add_beside(const Command& command, BesideArguments& a) {
       "--with", "FILE[,KEY=VALUE...]",
       "Another volume in the same picture, right in depth; may be given several times. Keys: channel, "
       "look, tf, colormap, range=LO:HI, opacity, density (a factor), color-channel, move=X:Y:Z (in the "
-      "world)",
+      "world), trail=DT[f] or A:B[f] (as --trail)",
       [&a](const std::string& t) { a.others.push_back(parse_other(t)); });
   command
       .add_option("--color-channel", a.color_channel,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tool/options.h"
+#include "tool/view/trail_interval.h"
 
 namespace bcc4 {
 
@@ -21,6 +22,7 @@ struct OtherVolume {
   double density = 0; // 0: 1
   int32_t look = 0;
   std::array<double, 3> move{};
+  std::optional<TrailInterval> trail;
 };
 
 struct BesideArguments {

@@ -53,9 +53,14 @@ std::vector<std::string> trail_tf_files(const RenderArguments& a) {
   return files;
 }
 
+bool has_trail(const RenderArguments& a) {
+  return a.trail || std::any_of(a.beside.others.begin(), a.beside.others.end(),
+                                [](const OtherVolume& o) { return o.trail.has_value(); });
+}
+
 std::vector<double> shutter_weights(const RenderArguments& a) {
   constexpr uint32_t parts_of_triangle = 16; // where nobody says how many
-  if (a.shutter.empty() || !a.trail) return {};
+  if (a.shutter.empty() || !has_trail(a)) return {};
   const bool triangle = a.shutter == "triangle";
   if (!triangle && a.shutter != "box") {
     std::vector<double> weights;
@@ -63,7 +68,8 @@ std::vector<double> shutter_weights(const RenderArguments& a) {
       weights.push_back(option_number<double>("--shutter", std::string(weight)));
     return weights;
   }
-  const uint32_t given = a.trail->intervals, parts = triangle && given == 0 ? parts_of_triangle : given;
+  const uint32_t given = a.trail ? a.trail->intervals : 0;
+  const uint32_t parts = triangle && given == 0 ? parts_of_triangle : given;
   std::vector<double> weights(std::max(parts, 1u), 1);
   for (size_t i = 0; triangle && i < weights.size(); ++i)
     weights[i] = 1 - std::fabs((2 * static_cast<double>(i) + 1) / static_cast<double>(weights.size()) - 1);
@@ -90,7 +96,7 @@ void check_shutter(const RenderArguments& a) {
   }
   if (!weights.empty() && !(sum > 0))
     fail_usage("--shutter ", a.shutter, ": a shutter that is never open shows nothing; leave --trail out");
-  if (!weights.empty() && a.trail->intervals > 0 && a.trail->intervals != weights.size())
+  if (!weights.empty() && a.trail && a.trail->intervals > 0 && a.trail->intervals != weights.size())
     fail_usage("--shutter names ", weights.size(), " weights for ", a.trail->intervals,
                " sub-intervals; ask for as many with --trail DT,", weights.size());
 }
@@ -107,7 +113,7 @@ void check_arguments(const RenderArguments& a) {
   check_output(a);
   check_beside(a.beside);
   if ((a.beside.shadow || a.beside.occlusion) &&
-      (a.no_shading || a.reference || a.trail || a.mode == BCCSPLAT_MODE_XRAY ||
+      (a.no_shading || a.reference || has_trail(a) || a.mode == BCCSPLAT_MODE_XRAY ||
        a.mode == BCCSPLAT_MODE_MAXIMUM || a.mode == BCCSPLAT_MODE_ISOSURFACE))
     fail_usage("--shadow and --ao are of lit composites, without --no-shading, --reference and --trail");
   if (a.deep && (a.mode == BCCSPLAT_MODE_XRAY || a.mode == BCCSPLAT_MODE_MAXIMUM || a.reference))
@@ -116,7 +122,7 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--deep: --trail-mode post lays two pictures over each other, which has no order in depth");
   if (!a.iso.empty() && a.mode != BCCSPLAT_MODE_DEFAULT && a.mode != BCCSPLAT_MODE_ISOSURFACE)
     fail_usage("--iso is the value of an isosurface; another --mode has none");
-  if (a.trail &&
+  if (has_trail(a) &&
       std::any_of(a.iso.begin(), a.iso.end(), [](const auto& s) { return s.opacity > 0 && s.opacity < 1; }))
     fail_usage("--trail goes with isosurfaces that are opaque; leave the opacities of --iso out");
   if (a.opacity_stop && !(*a.opacity_stop >= 1e-3 && *a.opacity_stop <= 1))
@@ -128,9 +134,11 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--deep-tolerance ", *a.deep_tolerance, ": above 0, at most 1");
   const bool trail_function =
       !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
-  if (!a.trail && (!a.shutter.empty() || a.trail_unlit || a.trail_content || a.trail_mode ||
-                   a.trail_samples || trail_function))
+  if (!has_trail(a) &&
+      (!a.shutter.empty() || a.trail_unlit || a.trail_content || a.trail_mode || a.trail_samples))
     fail_usage("--trail-content, --trail-mode and the like go with --trail DT");
+  if (!a.trail && trail_function)
+    fail_usage("--trail-tf, --trail-colormap, --trail-range and --trail-opacity go with --trail DT");
   check_shutter(a);
   const uint32_t parts = trail_intervals(a);
   if (const size_t files = trail_tf_files(a).size(); files > 1 && files != parts)

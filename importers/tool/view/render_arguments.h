@@ -11,18 +11,12 @@
 #include "tool/options.h"
 #include "tool/view/beside.h"
 #include "tool/view/slice_choice.h"
+#include "tool/view/trail_interval.h"
 
 namespace bcc4 {
 
 struct FrameRange {
   double first = 0, last = 0, step = 1;
-};
-
-// The trail's interval relative to the slice: in the unit of --time or in frames, past negative.
-struct TrailInterval {
-  double from = 0, to = 0;
-  bool frames = false;
-  uint32_t intervals = 0; // 0: one
 };
 
 // What --annotate draws into a picture.
@@ -87,7 +81,9 @@ void add_render_options(const Command& command, RenderArguments& arguments);
 [[nodiscard]] std::vector<std::string> trail_tf_files(const RenderArguments& arguments);
 // The weights of the trail's sub-intervals by --shutter; none: all alike.
 [[nodiscard]] std::vector<double> shutter_weights(const RenderArguments& arguments);
-// The sub-intervals of the trail; 0: there is none.
+// Whether anything in the picture has a trail.
+[[nodiscard]] bool has_trail(const RenderArguments& arguments);
+// The sub-intervals of the trail of --trail; 0: there is none.
 [[nodiscard]] uint32_t trail_intervals(const RenderArguments& arguments);
 // The rotations about x and y that the fitted view has.
 [[nodiscard]] std::array<double, 2> rotations(const RenderArguments& arguments);

@@ -61,16 +61,6 @@ FrameRange parse_frames(const std::string& text) {
   return {*first, *last, *step};
 }
 
-// "A:B" as two numbers.
-std::array<double, 2> parse_span(const std::string& option, const std::string& text) {
-  const auto parts = split(text, ":");
-  const auto from = parts.size() == 2 ? parse_number<double>(trim(parts[0])) : std::nullopt;
-  const auto to = parts.size() == 2 ? parse_number<double>(trim(parts[1])) : std::nullopt;
-  if (!from || !to || !std::isfinite(*from) || !std::isfinite(*to) || !(*from <= *to))
-    fail_usage(option, " ", text, ": A:B is expected, two numbers that rise");
-  return {*from, *to};
-}
-
 std::optional<double> parse_noise(const std::string& text) {
   if (text == "auto") return std::nullopt;
   if (text == "none") return 0;
@@ -81,25 +71,14 @@ std::optional<double> parse_noise(const std::string& text) {
 }
 
 TrailInterval parse_trail(const std::string& text) {
-  TrailInterval t;
   const auto parts = split(text, ",");
   if (parts.empty() || parts.size() > 2) fail_usage("--trail ", text, ": DT or DT,K is expected");
+  TrailInterval t = parse_trail_span("--trail", std::string(parts[0]));
   if (parts.size() == 2) {
     const double k = option_number<double>("--trail", std::string(parts[1]));
     if (!(k >= 1 && k <= 256) || k != std::floor(k))
       fail_usage("--trail: K must be a whole number of sub-intervals, at most 256");
     t.intervals = static_cast<uint32_t>(k);
-  }
-  std::string span(trim(parts[0]));
-  t.frames = !span.empty() && span.back() == 'f';
-  if (t.frames) span.pop_back();
-  if (span.find(':') != std::string::npos) {
-    const auto [from, to] = parse_span("--trail", span);
-    t.from = from, t.to = to;
-  } else {
-    const double length = option_number<double>("--trail", span);
-    if (!std::isfinite(length)) fail_usage("--trail ", text, ": a finite time is expected");
-    t.from = std::min(0.0, -length), t.to = std::max(0.0, -length);
   }
   return t;
 }

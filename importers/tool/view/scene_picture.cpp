@@ -2,6 +2,7 @@
 // Makes a scene of the volumes and channels that are asked for, and draws it.
 #include "tool/view/scene_picture.h"
 
+#include "tool/view/asked_trail.h"
 #include "tool/view/render_function.h"
 #include "tool/view/vectors.h"
 
@@ -50,7 +51,13 @@ void check_scene(const RenderArguments& a, const std::vector<Picture>& pictures)
       fail_usage(option,
                  " goes with one channel of one volume, without --with, --color-channel and --mask-channel");
   };
-  refuse(a.trail.has_value(), "--trail");
+  for (const OtherVolume& other : a.beside.others)
+    if (other.trail && !other.color_channel.empty())
+      fail_usage("--with: a volume has a trail or a color-channel, not both");
+  if (a.trail && !(a.beside.color_channel.empty() && a.beside.mask_channel.empty()))
+    fail_usage("--trail goes with --with, but without --color-channel and --mask-channel");
+  if (has_trail(a) && a.trail_mode == BCCSPLAT_TRAIL_POST)
+    fail_usage("--trail-mode post lays two pictures over each other, in which other volumes have no place");
   refuse(a.which.region.has_value(), "--roi (but --box does what it does)");
   refuse(a.which.level.has_value(), "--level");
   refuse(a.which.thickness.has_value(), "--thickness");
@@ -74,8 +81,9 @@ bccsplat_lights Lighting::as_struct() const {
 
 ScenePictures::ScenePictures(const Device& device, const Volume& volume, uint32_t channel,
                              const RenderArguments& arguments,
-                             const std::optional<TransferFunction>& function)
-    : a_(arguments) {
+                             const std::optional<TransferFunction>& function,
+                             const std::vector<TransferFunction>& trail_functions)
+    : a_(arguments), volume_(volume) {
   bccsplat_scene* created = nullptr;
   check(bccsplat_scene_create(device.get(), &created), "scene");
   scene_ = bccsplat::client::Scene(created);
@@ -83,18 +91,28 @@ ScenePictures::ScenePictures(const Device& device, const Volume& volume, uint32_
     color_channel_ = find_channel(volume, a_.beside.color_channel);
     color_function_ = function_of(volume, *color_channel_, color_choice(a_.beside));
   }
-  add(volume, channel, function, nullptr);
+  placed_.push_back({&volume, channel, function, nullptr, trail_functions});
   for (const OtherVolume& other : a_.beside.others) {
     const Volume& opened = others_.emplace_back(open_volume(device, other.file, ""));
+    if (other.trail && volume_info(opened).dims[3] == 1)
+      fail_usage("--with: trail: ", other.file, " has one frame, in which nothing moves");
     const uint32_t of_other = find_channel(opened, other.channel);
-    add(opened, of_other, function_of(opened, of_other, choice_of(other)), &other);
+    const bccsplat_look look = make_look(opened, of_other, other.look, BCCSPLAT_MODE_COMPOSITE);
+    Placed& placed = placed_.emplace_back();
+    placed.volume = &opened, placed.channel = of_other, placed.other = &other;
+    placed.function = transfer_function(choice_of(other), channel_info(opened, of_other), look);
+    if (auto dense = function_of_dense_trail(choice_of(other), look))
+      placed.trail_functions.push_back(std::move(*dense));
   }
+  for (Placed& placed : placed_) put(placed);
 }
 
-void ScenePictures::add(const Volume& volume, uint32_t channel,
-                        const std::optional<TransferFunction>& function, const OtherVolume* other) {
+void ScenePictures::put(Placed& placed) {
+  const Volume& volume = *placed.volume;
+  const std::optional<TransferFunction>& function = placed.function;
+  const OtherVolume* const other = placed.other;
   auto i = sized<bccsplat_instance>();
-  i.channel = channel;
+  i.channel = placed.channel;
   i.outside = BCCSPLAT_OUTSIDE_HOLD;
   bccsplat_transfer_function of_values, of_colors;
   if (function) of_values = as_struct(*function), i.transfer_function = &of_values;
@@ -117,8 +135,23 @@ void ScenePictures::add(const Volume& volume, uint32_t channel,
     i.mask_labels = a_.beside.mask_labels.data();
     i.mask_label_count = static_cast<uint32_t>(a_.beside.mask_labels.size());
   }
-  uint64_t id = 0;
-  check(bccsplat_scene_add(scene_.get(), volume.get(), &i, &id), other ? other->file : a_.file);
+  const AskedTrail trail(a_, placed.trail, placed.trail_functions, other != nullptr);
+  i.trail = trail.get();
+  const bccsplat_status status = placed.id == 0
+                                     ? bccsplat_scene_add(scene_.get(), volume.get(), &i, &placed.id)
+                                     : bccsplat_scene_set_instance(scene_.get(), placed.id, &i);
+  check(status, other ? other->file : a_.file);
+}
+
+void ScenePictures::set_trails(const Cut& where, bool index, const std::array<double, 2>& first) {
+  for (Placed& placed : placed_) {
+    const std::array<double, 2> before = placed.trail;
+    if (!placed.other)
+      placed.trail = first;
+    else if (placed.other->trail)
+      placed.trail = trail_interval_beside(*placed.other->trail, index, volume_, where, *placed.volume);
+    if (placed.trail != before) put(placed); // set anew it would be made anew
+  }
 }
 
 std::optional<bccsplat_camera> ScenePictures::fitted(int32_t projection, const std::array<uint32_t, 2>& size,

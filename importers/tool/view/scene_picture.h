@@ -6,6 +6,7 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "tool/handles.h"
 #include "tool/view/picture_sequence.h"
@@ -31,8 +32,10 @@ struct Lighting {
 class ScenePictures {
  public:
   // What is given must outlive it. function: of the first volume's channel; none: the library's own.
+  // trail_functions: of its trail; none: that one.
   ScenePictures(const Device& device, const Volume& volume, uint32_t channel,
-                const RenderArguments& arguments, const std::optional<TransferFunction>& function);
+                const RenderArguments& arguments, const std::optional<TransferFunction>& function,
+                const std::vector<TransferFunction>& trail_functions);
 
   // The fitted view of all volumes; none: there is one, which is looked at as without a scene.
   [[nodiscard]] std::optional<bccsplat_camera> fitted(int32_t projection, const std::array<uint32_t, 2>& size,
@@ -43,17 +46,31 @@ class ScenePictures {
 
   void set_lights(const bccsplat_lights& lights);
   void set_clips(const std::vector<bccsplat_clip>& clips);
+  // Sets the trails of a time slice of the first volume. first: the interval of its own, in its frames;
+  // index: moments are told by these.
+  void set_trails(const Cut& where, bool index, const std::array<double, 2>& first);
   // Draws at a time of the world, into `image`.
   [[nodiscard]] bccsplat_render_stats draw(double time, const bccsplat_view& view, const Image& image,
                                            const bccsplat_render_options& options);
 
  private:
-  void add(const Volume& volume, uint32_t channel, const std::optional<TransferFunction>& function,
-           const OtherVolume* other);
+  // A volume in its place.
+  struct Placed {
+    const Volume* volume = nullptr;
+    uint32_t channel;
+    std::optional<TransferFunction> function;      // none: the library's own
+    const OtherVolume* other;                      // none: it is the first
+    std::vector<TransferFunction> trail_functions; // none: its function
+    uint64_t id = 0;                               // 0: it is not in the scene yet
+    std::array<double, 2> trail{0, 0};             // in its frames; both 0: it has none
+  };
+  void put(Placed& placed);
 
   const RenderArguments& a_;
+  const Volume& volume_;
   bccsplat::client::Scene scene_;
   std::deque<Volume> others_;
+  std::vector<Placed> placed_;
   std::optional<uint32_t> color_channel_;
   std::optional<TransferFunction> color_function_;
 };
