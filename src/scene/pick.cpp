@@ -24,18 +24,19 @@ constexpr int rounds = 4, finer = 8;
 class RayValues {
  public:
   RayValues(const OpenSlice& slice, const PickRay& ray, const Context& context)
-      : slice_(slice), ray_(ray), context_(context), to_slice_(slice.slice.slice_to_world.inverse()) {
+      : slice_(slice), ray_(ray), context_(context), to_slice_(slice.slice.slice_to_world.inverse()),
+        to_lattice_(slice.slice.lattice_to_slice.inverse().after(to_slice_)), box_(drawn_box(slice.slice)) {
     begin_ = ray.begin;
     end_ = ray.end.value_or(std::numeric_limits<double>::infinity());
-    const Vec3 origin = to_slice_.point(ray.origin), along = to_slice_.vector(ray.direction);
-    const DrawnBox box = drawn_box(slice.slice);
+    const Vec3 origin = to_lattice_.point(ray.origin), along = to_lattice_.vector(ray.direction);
     for (size_t a = 0; a < 3; ++a)
-      keep(along[a], origin[a] - box.begin[a]), keep(-along[a], box.end[a] - origin[a]);
+      keep(along[a], origin[a] - box_.begin[a]), keep(-along[a], box_.end[a] - origin[a]);
     for (const HalfSpace& plane : slice.slice.clip)
       keep(dot(plane.normal, along), dot(plane.normal, origin) + plane.offset);
     if (any())
       count_ = static_cast<size_t>(
-          std::clamp(std::ceil((end_ - begin_) * length(along) * samples_per_unit), 1.0, most_samples));
+          std::clamp(std::ceil((end_ - begin_) * length(to_slice_.vector(ray.direction)) * samples_per_unit),
+                     1.0, most_samples));
   }
 
   [[nodiscard]] bool any() const { return begin_ <= end_ && std::isfinite(begin_) && std::isfinite(end_); }
@@ -78,16 +79,16 @@ class RayValues {
   }
   // A point of slice space; rounding leaves none outside the domain.
   [[nodiscard]] Vec3 place(double distance) const {
-    Vec3 p = to_slice_.point(ray_.origin + distance * ray_.direction);
-    const DrawnBox box = drawn_box(slice_.slice);
-    for (size_t a = 0; a < 3; ++a) p[a] = std::clamp(p[a], box.begin[a], box.end[a]);
-    return p;
+    Vec3 p = to_lattice_.point(ray_.origin + distance * ray_.direction);
+    for (size_t a = 0; a < 3; ++a) p[a] = std::clamp(p[a], box_.begin[a], box_.end[a]);
+    return slice_.slice.lattice_to_slice.point(p);
   }
 
   const OpenSlice& slice_;
   const PickRay& ray_;
   const Context& context_;
-  Affine3 to_slice_;
+  Affine3 to_slice_, to_lattice_; // from the world
+  DrawnBox box_;                  // in units of the lattice, as the slice's clips are
   double begin_ = 0, end_ = 0;
   size_t count_ = 0;
 };

@@ -20,13 +20,14 @@ double along_x(double x, double, double, double) { return x; }
 
 class Pick : public testing::Test {
  protected:
-  void write(const decltype(Series::field)& field) {
+  void write(const decltype(Series::field)& field, double distance = 1, uint32_t levels = 0) {
     Series s;
     s.nx = s.ny = s.nz = 33, s.nt = 2, s.field = field;
     auto o = options_of(s);
     // The world is twice as large, and moved.
     for (size_t a = 0; a < 3; ++a) o.affine[5 * a] = scale, o.affine[4 * a + 3] = shift[a];
     o.affine[15] = 1;
+    o.scale = distance, o.levels = levels, o.overwrite = 1;
     const Writer w = make_writer(device, folder.file("v.bcc4"), o);
     EXPECT_OK(add_frames(w.get(), s));
     EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));
@@ -88,6 +89,76 @@ TEST_F(Pick, FindsTheSurfaceOfABall) {
   EXPECT_EQ(pick(rest).found, 0);
   rest.begin = 0, rest.end = hit.distance - 0.1;
   EXPECT_EQ(pick(rest).found, 0);
+}
+
+TEST_F(Pick, IsTheSameInSlicesOfOtherDistancesAndDirections) {
+  const Position from{-20, -4, 10}, to{16, 16, 16};
+  const double far = std::sqrt(36 * 36 + 20 * 20 + 6 * 6), radius = std::sqrt(ball_width * std::log(2));
+  const auto expect_ball = [&](const char* what) {
+    const bccsplat_ray ray = towards(BCCSPLAT_PICK_VALUE, from, to, 50);
+    const bccsplat_hit hit = pick(ray);
+    ASSERT_EQ(hit.found, 1) << what;
+    EXPECT_NEAR(hit.distance, scale * (far - radius), 0.3) << what;
+    bccsplat_ray rest = ray;
+    rest.begin = hit.distance + 1, rest.end = 1e3;
+    EXPECT_NEAR(pick(rest).distance, scale * (far + radius), 0.3) << what;
+  };
+  write(soft_ball, 1.3);
+  expect_ball("a lattice of other distances");
+  write(soft_ball, 1, 1);
+  auto h = sized<bccsplat_hyperplane>();
+  h.d = 1;
+  auto o = sized<bccsplat_slice_options>();
+  o.level = 1;
+  bccsplat_slice* s = nullptr;
+  ASSERT_OK(bccsplat_slice_create(volume.get(), &h, &o, &s));
+  slice = Slice(s);
+  expect_ball("a coarser level");
+  o.level = 0, o.spacing = 0.75;
+  ASSERT_OK(bccsplat_slice_create(volume.get(), &h, &o, &s));
+  slice = Slice(s);
+  expect_ball("a finer slice");
+  // Turned by an eighth about z; the field is the same at all times.
+  const std::array<double, 4> point{16, 16, 16, 0.5};
+  const double half = std::sqrt(0.5);
+  const std::array<double, 12> basis{half, half, 0, 0, -half, half, 0, 0, 0, 0, 1, 0};
+  o.spacing = 0, o.point = point.data(), o.basis = basis.data();
+  ASSERT_OK(bccsplat_slice_create(volume.get(), nullptr, &o, &s));
+  slice = Slice(s);
+  expect_ball("a slice along other axes");
+}
+
+TEST_F(Pick, OfUnevenAxes) {
+  // Samples along z stand at the squares of their numbers: the field is a slope along the world's z.
+  Series s;
+  s.nx = s.ny = s.nz = 12, s.nt = 1;
+  s.field = [](double, double, double z, double) { return z * z; };
+  std::array<double, 12> coordinates{};
+  for (size_t n = 0; n < coordinates.size(); ++n) coordinates[n] = static_cast<double>(n * n);
+  auto axes = std::array{sized<bccsplat_axis>(), sized<bccsplat_axis>(), sized<bccsplat_axis>()};
+  axes[2].count = coordinates.size(), axes[2].coordinates = coordinates.data();
+  auto o = options_of(s);
+  o.affine[0] = o.affine[5] = o.affine[15] = 1, o.affine[10] = 11; // of even positions, as far in all
+  o.axes = axes.data();
+  const Writer w = make_writer(device, folder.file("v.bcc4"), o);
+  ASSERT_OK(add_frames(w.get(), s));
+  ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+  volume = open(device, folder.file("v.bcc4"));
+  auto h = sized<bccsplat_hyperplane>();
+  h.d = 1;
+  auto even = sized<bccsplat_slice_options>();
+  even.space = BCCSPLAT_SPACE_EVEN;
+  bccsplat_slice* cut = nullptr;
+  ASSERT_OK(bccsplat_slice_create(volume.get(), &h, &even, &cut));
+  slice = Slice(cut);
+  for (const double height : {7.0, 30.0, 65.0}) {
+    auto ray = sized<bccsplat_ray>();
+    ray.pick = BCCSPLAT_PICK_VALUE, ray.threshold = height;
+    ray.origin[0] = 5, ray.origin[1] = 6, ray.origin[2] = -10, ray.direction[2] = 1;
+    const bccsplat_hit hit = pick(ray);
+    ASSERT_EQ(hit.found, 1) << height;
+    EXPECT_NEAR(hit.world[2], height, 1) << height;
+  }
 }
 
 TEST_F(Pick, FindsTheLargestValue) {
