@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// bcc4 probe: values of the field at places, at one moment or over time.
+// bcc4 probe: values of the field at places, and what is along rays, at one moment or over time.
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "readers/byte_stream.h"
 #include "readers/text.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/handles.h"
+#include "tool/interrupt.h"
 #include "tool/json.h"
 #include "tool/output/output_file.h"
+#include "tool/probe/ray_table.h"
+#include "tool/probe/rays.h"
 #include "tool/view/dates.h"
 #include "tool/view/time_slice.h"
 
@@ -20,6 +24,7 @@ struct ProbeArguments {
   std::string file, channel, kernel, points, output;
   std::vector<std::array<double, 3>> places;
   std::vector<std::string> names; // of places that a file lists; empty: none has one
+  RayArguments rays;
   std::optional<double> time;
   bool index = false, json = false, overwrite = false;
 };
@@ -161,27 +166,78 @@ void write_series(const ProbeArguments& a, const Volume& volume, const std::vect
   file.finish();
 }
 
-Exit run_probe(ProbeArguments a) {
+// Tells how much of what was asked for is not there, and whether anything is.
+Exit tell_missing(uint64_t missing, uint64_t all, const char* what, const char* why) {
+  if (missing > 0)
+    std::fprintf(stderr, "bcc4: warning: %llu of %llu %s (nan)%s\n", static_cast<unsigned long long>(missing),
+                 static_cast<unsigned long long>(all), what, why);
+  return missing == all ? Exit::check_failed : Exit::ok;
+}
+
+// Writes what is along rays, moment by moment.
+Exit probe_rays(const ProbeArguments& a, const Volume& volume, uint32_t channel,
+                const std::vector<double>& frames) {
+  const Rays rays(volume, channel, a.rays, a.index);
+  const Dates dates(volume);
+  RayTable table(a.output, a.overwrite, dates.known(), a.rays.picks());
+  Json list = Json::array();
+  uint64_t missing = 0, all = 0;
+  for (const double frame : frames) {
+    stop_if_interrupted();
+    double time = 0;
+    check(bccsplat_volume_index_to_time(volume.get(), frame, &time), "");
+    const std::vector<RayPlace> places = rays.at(frame);
+    for (const RayPlace& p : places) {
+      missing += p.value != p.value ? 1 : 0, ++all;
+      if (a.json) list.push_back(place_json(time, dates.of(time), p, a.rays.picks()));
+    }
+    if (!a.json) table.add(time, dates.of(time), places);
+  }
+  table.finish();
+  if (a.json) print_json(list);
+  return a.rays.picks()
+             ? tell_missing(missing, all, "rays meet nothing of what is looked for", "")
+             : tell_missing(
+                   missing, all, "values are outside the data or missing in it",
+                   a.index
+                       ? ""
+                       : "; --ray is between places in the world (bcc4 info: affine), with --index samples");
+}
+
+void check_arguments(ProbeArguments& a) {
   require_option(a.file, "FILE", "bcc4 probe smoke.bcc4 --at 12,30,31");
+  check_rays(a.rays);
   if (!a.points.empty()) read_points(a);
-  if (a.places.empty())
-    fail_usage("--at X,Y,Z or --points FILE.csv is missing; with --index they count samples");
+  if (a.places.empty() && a.rays.rays.empty())
+    fail_usage("--at X,Y,Z or --points FILE.csv is missing, or a --ray; with --index they count samples");
+  if (!a.places.empty() && !a.rays.rays.empty()) fail_usage("--ray excludes --at and --points");
   if (!a.output.empty()) {
     if (a.json) fail_usage("-o writes CSV, --json prints JSON; leave one of them out");
     refuse_existing(a.output, a.overwrite), refuse_source_as_output(a.output, a.file);
   }
+}
+
+// What is looked for along rays is where pictures show it: between samples kernel exact ripples.
+Volume open_for_probe(const Device& device, const ProbeArguments& a) {
+  Volume volume = open_volume(device, a.file, a.kernel);
+  const bool ripples = volume_info(volume).recommended_kernel == std::string_view("exact");
+  return a.rays.picks() && a.kernel.empty() && ripples ? open_volume(device, a.file, "default")
+                                                       : std::move(volume);
+}
+
+Exit run_probe(ProbeArguments a) {
+  check_arguments(a);
   const Device device = create_device(0, 0);
-  const Volume volume = open_volume(device, a.file, a.kernel);
+  const Volume volume = open_for_probe(device, a);
   warn_of_part(volume, a.file);
   const uint32_t channel = find_channel(volume, a.channel);
   const std::vector<double> frames = moments_of(volume, a);
+  if (!a.rays.rays.empty()) return probe_rays(a, volume, channel, frames);
   uint64_t missing = 0;
   const std::vector<float> values = values_at(volume, a, channel, frames, missing);
-  if (missing > 0)
-    std::fprintf(stderr, "bcc4: warning: %llu of %zu values are outside the data or missing in it (nan)%s\n",
-                 static_cast<unsigned long long>(missing), values.size(),
-                 a.index ? "" : "; --at is a place in the world (bcc4 info: affine), with --index a sample");
-  const Exit found = missing == values.size() ? Exit::check_failed : Exit::ok;
+  const Exit found = tell_missing(
+      missing, values.size(), "values are outside the data or missing in it",
+      a.index ? "" : "; --at is a place in the world (bcc4 info: affine), with --index a sample");
   if (!a.output.empty()) {
     write_series(a, volume, frames, values);
     return found;
@@ -207,12 +263,14 @@ Run add_probe(const Command& tool) {
   const auto a = std::make_shared<ProbeArguments>();
   const Command probe = tool.add_command(
       "probe",
-      "Print the values of the field at places. Without --time it prints a line for every frame: the "
-      "time, and a value for each --at.");
+      "Print the values of the field at places, or what is along rays. Without --time it prints a line for "
+      "every frame: the time, and a value for each --at.");
   probe.set_examples({"bcc4 probe smoke.bcc4 --at 28,32,30",
                       "bcc4 probe smoke.bcc4 --at 28,32,30 --time 0.06",
                       "bcc4 probe smoke.bcc4 --at 28,32,30.5 --at 5,5,5 --index --json",
-                      "bcc4 probe smoke.bcc4 --points places.csv -o series.csv"});
+                      "bcc4 probe smoke.bcc4 --points places.csv -o series.csv",
+                      "bcc4 probe smoke.bcc4 --ray 0,32,30:63,32,30 --time 0.06 -o along.csv",
+                      "bcc4 probe smoke.bcc4 --ray 0,32,30:63,32,30 --first 0.5"});
   probe.add_option("FILE", a->file, "A .bcc4 file");
   probe.add_texts("--at", "X,Y,Z", "A place in the world, in the file's unit; may be given several times",
                   [a](const std::string& text) {
@@ -223,18 +281,26 @@ Run add_probe(const Command& tool) {
       .add_option("--points", a->points,
                   "A CSV file of places: lines of X,Y,Z, or the columns x, y, z and name of a first line")
       .type_name("FILE.csv");
+  add_rays(probe, a->rays);
   probe
       .add_option(
           "-o,--output,--out", a->output,
-          "Write a CSV file of all moments: a line for each, with the time and a column for each place")
+          "Write a CSV file of all moments: a line for each, with the time and a column for each place; of "
+          "rays a line for each of their places")
       .type_name("SERIES.csv");
   probe.add_flag("--overwrite", a->overwrite, "Replace an existing output");
   add_number(probe, "--time", a->time, "One moment, in the file's unit of time (default: every frame)");
-  probe.add_flag("--index", a->index,
-                 "Take --at as a sample and --time as a frame number; fractions are allowed");
+  probe.add_flag(
+      "--index", a->index,
+      "Take --at and the ends of --ray as samples and --time as a frame number; fractions are allowed");
   probe.add_option("--channel", a->channel, "Channel, by name or number (default: the first)")
       .type_name("NAME");
-  probe.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)").type_name("NAME");
+  probe
+      .add_option("--kernel", a->kernel,
+                  "Reconstruction kernel (default: the file's; for what is looked for along rays of a file "
+                  "with kernel "
+                  "exact the smoother default)")
+      .type_name("NAME");
   probe.add_flag("--json", a->json, "Report as JSON");
   return [a] { return run_probe(*a); };
 }
