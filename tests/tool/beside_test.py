@@ -63,6 +63,17 @@ class Beside(ToolTest):
         for wrong, text in (('w.bcc4,hue=3', 'no key hue'), ('w.bcc4,range=3', '2 numbers'),
                             ('w.bcc4,look=bones', 'must be auto'), ('w.bcc4,density=0', 'positive')):
             self.refused(2, text, 'render', 'v.bcc4', '-o', 'w.png', '--with', wrong, output='w.png')
+        # They are seen from the side that one of them is, and fill the picture: what is moved to the right is on the right.
+        self.volume((SIDE, SIDE, SIDE, 1), lambda x, y, z, t: 100 if abs(x - 3) + abs(y - 9) + abs(z - 9) < 3 else 0, '--quiet', name='d.bcc4')
+        dots = self.picture('--range', '0,100', '--colormap', 'gray', '--no-shading', '--with',
+                            'd.bcc4,move=12:0:0,range=0:100,colormap=magma', file='d.bcc4')
+        across = [[sum(r[x][c] * r[x][3] for r in dots) for c in range(3)] for x in range(PIXELS)]
+        seen = [x for x, column in enumerate(across) if sum(column) > 999]
+        self.assertLess(seen[0], 6)
+        self.assertGreater(seen[-1], PIXELS - 11)
+        left, right = across[seen[0] + 2], across[seen[-1] - 2]
+        self.assertLess(max(left), 1.05 * min(left), 'gray')
+        self.assertGreater(max(right), 1.3 * min(right), 'and pink')
         self.refused(3, 'nowhere.bcc4', 'render', 'v.bcc4', '-o', 'w.png', '--time', 1, '--with', 'nowhere.bcc4',
                      output='w.png')
         self.refused(2, 'a plane off the time axis', 'render', 'v.bcc4', '-o', 'w.png', '--plane', '1,0,0,0,-9', '--with',

@@ -99,11 +99,7 @@ struct Scene {
   std::optional<ScenePictures> beside; // none: one channel of one volume, which the renderer draws
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) {
-    const bool by_scene = beside && !camera.file;
-    const auto of_all =
-        by_scene ? beside->fitted(camera.projection, camera.size, picture.turn) : std::nullopt;
     const bccsplat_camera view = camera.file ? turned(camera.file->cameras[picture.camera], picture.turn)
-                                 : of_all    ? *of_all
                                              : fitted->camera(slice, picture);
     return zoomed(view, a.zoom.value_or(1));
   }
@@ -423,6 +419,8 @@ Exit run_render(RenderArguments a) {
   const TransferFunction seen = seen_function(a, scene.function, look, info.air);
   warn_of_nothing(a, seen, info);
   scene.fitted.emplace(volume, channel, a, seen, camera.projection, camera.size, pictures);
+  if (scene.beside && !camera.file)
+    if (const auto others = scene.beside->seen_of_others()) scene.fitted->also_show(*others);
   if (a.annotate) scene.annotate(look, options.iso_value);
 
   const std::vector<RenderTimes> times = draw_pictures(scene, pictures);

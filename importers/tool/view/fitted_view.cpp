@@ -12,12 +12,6 @@ namespace {
 
 constexpr size_t most_moments = 4; // of a series, that are looked at
 
-std::array<double, 6> united(const std::array<double, 6>& a, const std::array<double, 6>& b) {
-  std::array<double, 6> out{};
-  for (size_t i = 0; i < 3; ++i) out[i] = std::min(a[i], b[i]), out[i + 3] = std::max(a[i + 3], b[i + 3]);
-  return out;
-}
-
 // The box of the world around all of a slice.
 std::array<double, 6> box_of(const bccsplat_slice_info& s) {
   std::array<double, 6> box{HUGE_VAL, HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -31,6 +25,12 @@ std::array<double, 6> box_of(const bccsplat_slice_info& s) {
 }
 
 } // namespace
+
+FittedView::Bounds united(const FittedView::Bounds& a, const FittedView::Bounds& b) {
+  FittedView::Bounds out{};
+  for (size_t i = 0; i < 3; ++i) out[i] = std::min(a[i], b[i]), out[i + 3] = std::max(a[i + 3], b[i + 3]);
+  return out;
+}
 
 FittedView::FittedView(const Volume& volume, uint32_t channel, const RenderArguments& arguments,
                        TransferFunction function, int32_t projection, const std::array<uint32_t, 2>& size,
@@ -55,7 +55,6 @@ FittedView::Bounds FittedView::seen(const Slice& slice) const {
   return bounds;
 }
 
-// What is seen at some moments of the file, in slices of the picture's shape.
 std::optional<FittedView::Bounds> FittedView::seen_of_series(const Cut& shape) const {
   const bccsplat_volume_info v = volume_info(volume_);
   const uint64_t first = v.part_first, end = v.part_end > 0 ? v.part_end : v.dims[3];
@@ -84,7 +83,8 @@ bccsplat_camera FittedView::camera(const Slice& slice, const Picture& picture) {
   if (!bounds_) bounds_ = seen(slice);
   bccsplat_fit fit = fit_;
   fit.rotate_y_degrees += picture.turn;
-  std::copy(bounds_->begin(), bounds_->end(), fit.bounds);
+  const Bounds all = beside_ ? united(*bounds_, *beside_) : *bounds_;
+  std::copy(all.begin(), all.end(), fit.bounds);
   auto camera = sized<bccsplat_camera>();
   check(bccsplat_fit_camera(&fit, size_[0], size_[1], &camera), "camera");
   return camera;

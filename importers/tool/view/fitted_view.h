@@ -17,6 +17,8 @@ namespace bcc4 {
 
 class FittedView {
  public:
+  using Bounds = std::array<double, 6>; // of the world: x0 y0 z0 x1 y1 z1
+
   // What is given must outlive it. function: what is seen by.
   FittedView(const Volume& volume, uint32_t channel, const RenderArguments& arguments,
              TransferFunction function, int32_t projection, const std::array<uint32_t, 2>& size,
@@ -24,11 +26,14 @@ class FittedView {
 
   // slice: any of the picture's.
   [[nodiscard]] bccsplat_camera camera(const Slice& slice, const Picture& picture);
+  // Has this box seen as well.
+  void also_show(const Bounds& box) { beside_ = box; }
+  // The box around what is seen at some moments of the file, in slices of the picture's shape; none: all are
+  // damaged.
+  [[nodiscard]] std::optional<Bounds> seen_of_series(const Cut& shape) const;
 
  private:
-  using Bounds = std::array<double, 6>;
   [[nodiscard]] Bounds seen(const Slice& slice) const;
-  [[nodiscard]] std::optional<Bounds> seen_of_series(const Cut& shape) const;
 
   const Volume& volume_;
   uint32_t channel_;
@@ -37,8 +42,11 @@ class FittedView {
   std::array<uint32_t, 2> size_;
   bool several_planes_; // that are no moments
   bccsplat_fit fit_ = sized<bccsplat_fit>();
-  std::optional<Bounds> bounds_;
+  std::optional<Bounds> bounds_, beside_;
 };
+
+// The box around two.
+[[nodiscard]] FittedView::Bounds united(const FittedView::Bounds& a, const FittedView::Bounds& b);
 
 // What is seen of a channel: what the function shows, or what lies within isosurfaces.
 [[nodiscard]] TransferFunction seen_function(const RenderArguments& arguments,

@@ -154,15 +154,22 @@ void ScenePictures::set_trails(const Cut& where, bool index, const std::array<do
   }
 }
 
-std::optional<bccsplat_camera> ScenePictures::fitted(int32_t projection, const std::array<uint32_t, 2>& size,
-                                                     double turn) const {
-  if (others_.empty()) return std::nullopt;
-  const auto [about_x, about_y] = rotations(a_);
-  auto camera = sized<bccsplat_camera>();
-  check(
-      bccsplat_scene_fit_camera(scene_.get(), projection, about_x, about_y + turn, size[0], size[1], &camera),
-      "camera");
-  return camera;
+std::optional<FittedView::Bounds> ScenePictures::seen_of_others() const {
+  std::optional<FittedView::Bounds> all;
+  for (const Placed& placed : placed_) {
+    if (!placed.other) continue;
+    const bccsplat_look look = make_look(*placed.volume, placed.channel, placed.other->look, a_.mode);
+    const double air = channel_info(*placed.volume, placed.channel).air;
+    const FittedView view(*placed.volume, placed.channel, a_, seen_function(a_, placed.function, look, air),
+                          BCCSPLAT_PROJECTION_ORTHOGRAPHIC, {1, 1}, {});
+    Cut shape;
+    shape.even = has_coordinates(*placed.volume);
+    auto seen = view.seen_of_series(shape);
+    if (!seen) continue;
+    for (size_t n = 0; n < seen->size(); ++n) (*seen)[n] += placed.other->move[n % 3];
+    all = all ? united(*all, *seen) : *seen;
+  }
+  return all;
 }
 
 void ScenePictures::set_lights(const bccsplat_lights& lights) {

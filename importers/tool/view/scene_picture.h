@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tool/handles.h"
+#include "tool/view/fitted_view.h"
 #include "tool/view/picture_sequence.h"
 #include "tool/view/render_arguments.h"
 #include "tool/view/render_stats.h"
@@ -37,9 +38,8 @@ class ScenePictures {
                 const RenderArguments& arguments, const std::optional<TransferFunction>& function,
                 const std::vector<TransferFunction>& trail_functions);
 
-  // The fitted view of all volumes; none: there is one, which is looked at as without a scene.
-  [[nodiscard]] std::optional<bccsplat_camera> fitted(int32_t projection, const std::array<uint32_t, 2>& size,
-                                                      double turn) const;
+  // The box of the world around what is seen of the other volumes; none: there are none.
+  [[nodiscard]] std::optional<FittedView::Bounds> seen_of_others() const;
   // The colours that a bar shows: those of the channel that says them.
   [[nodiscard]] std::optional<uint32_t> color_channel() const { return color_channel_; }
   [[nodiscard]] const std::vector<std::array<double, 4>>& colors() const { return color_function_->colors; }
