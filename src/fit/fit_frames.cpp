@@ -136,7 +136,10 @@ Lowpass::Sink Fit::State::filtered(Channel& c) {
 
 void Fit::State::take_frame(Channel& c, const FrameImage& image, bool known, const HoleMap& holes) {
   // What would end the series before this frame need not stay beside it.
-  if (!lattice.is_static() && !options.periodic) forget_frames(c, int64_t{c.frames} + 1);
+  if (!lattice.is_static() && !options.periodic) {
+    forget_frames(c, int64_t{c.frames} + 1);
+    if (known && layers_are_frames()) forget_made(c, 0);
+  }
   // A frame that is missing altogether holds what the one before holds, the first ones what follows them;
   // layers that reach the next one take what lies between (weigh_gaps).
   FrameSites sites;

@@ -79,7 +79,12 @@ uint8_t Fit::State::end_level(Channel& c, bool last, int64_t n) const {
   return *level;
 }
 
+void Fit::State::forget_made(Channel& c, size_t kept) {
+  while (c.window.size() > kept && int64_t{c.window_first} < c.next_layer) c.forget_first();
+}
+
 void Fit::State::forget_frames(Channel& c, int64_t frames) const {
+  if (layers_are_frames()) return forget_made(c, 1); // missing frames take what the last one holds
   const int reach = filter_reach(options.filter, time_widening(lattice));
   // The table of the last layer begins earlier (layer_table).
   const bool before_last = length_known() && c.next_layer < lattice.last_layer;

@@ -159,11 +159,18 @@ struct Fit::State {
         list.emplace_back(next, weight * share);
     }
   }
+  // Returns whether each layer is a frame, so that none depends on other frames.
+  [[nodiscard]] bool layers_are_frames() const {
+    return length_known() && !options.periodic && options.lead == 0 && lattice.time_step == 1 &&
+           time_widening(lattice) == 1;
+  }
   // Returns how bold predictions at an end of a series of n frames are, settled by the frames they look at.
   [[nodiscard]] uint8_t end_level(Channel& c, bool last, int64_t n) const;
   // Forgets frames that no further layer needs when so many have come: neither directly nor to predict those
   // beyond the last one.
   void forget_frames(Channel& c, int64_t frames) const;
+  // Of layers that are frames: forgets those that are made, but for so many.
+  static void forget_made(Channel& c, size_t kept);
   // Returns a frame by its number in a periodic series, as counted from turn.first_frame on.
   [[nodiscard]] const FrameSites& frame_at(const Channel& c, int64_t f) const;
   // Returns the number, from turn.first_frame on, of a frame of any turn.
