@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds source frames until the stored layers around them are there, makes the time slice that a reader
 // would, and has it compared. Layers that no later frame needs are let go. Of boxes the layers of a frame are
-// made at once, of a whole frame one by one: all of it at once takes several times the memory.
+// made at once, of a whole frame one by one: all of it at once takes several times the memory. Where the
+// field goes through the samples at their sites, a frame is compared with its layer alone.
 #include "store/round_trip.h"
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "slice/time_slice.h"
 #include "store/based_layers.h"
 #include "store/measured_boxes.h"
+#include "store/site_planes.h"
 
 namespace bccsplat {
 namespace {
@@ -88,6 +90,9 @@ struct RoundTrip::Channel {
   std::map<uint32_t, std::vector<HeldBox>> frames; // to be measured
   std::optional<EarlierFrames> earlier;            // before the next of them, where it is compared in boxes
   size_t next = 0;                                 // of the frames to be measured
+  std::span<const SampleLayer> given;              // those that are measured just now, as they were given
+  int32_t given_first = 0;
+  float largest = 0; // distance from the base of the layers so far, where these are compared
   // The layers of a periodic series come from one of them on until they are complete, which tells the frame
   // that is measured first. Those before it wait for the last layers, or all do.
   bool begun = false, all_wait = false;
@@ -108,8 +113,9 @@ struct RoundTrip::Channel {
     above_base = std::make_unique<MeasuredField>(based, kernel_name, 0.0f, cache);
   }
   [[nodiscard]] bool corrects() const { return options.bound > 0; }
-  [[nodiscard]] const MeasuredField& measured() const {
-    return above_base && (corrects() || based.far_from_air()) ? *above_base : above_air;
+  [[nodiscard]] float base() const { return above_base ? based.base(0) : window.air(0); }
+  [[nodiscard]] const MeasuredField& measured(bool at_sites) const {
+    return above_base && !at_sites && (corrects() || based.far_from_air()) ? *above_base : above_air;
   }
   void forget(int32_t first, int32_t end) const {
     above_air.field().forget(first, end);
@@ -145,6 +151,23 @@ void make_layers(const Coefficients& field, const LayerSpan& span, const Context
   }
 }
 
+ComparedPart::Plane plane_of(const HeldFrame& held) {
+  return [&held](int64_t z, double* to) { held.plane(z, to); };
+}
+
+ComparedPart part_of(const HeldFrame& held, uint32_t frame) {
+  return {plane_of(held), held.grid(), frame, 0};
+}
+
+// Is the field at each source sample what is stored of it?
+bool goes_through_samples(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
+                          const std::string& kernel, bool coefficients) {
+  const bool all_kept =
+      std::all_of(channels.begin(), channels.end(), [](const auto& c) { return c.threshold == 0; });
+  return all_kept && !coefficients && kernel == "exact" && !lattice.periodic && lattice.lead == 0 &&
+         lattice.sites_are_samples();
+}
+
 } // namespace
 
 RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
@@ -152,6 +175,7 @@ RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel
                      const Context& context, const RoundTripScope& scope)
     : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
       context_(context), scope_(scope) {
+  scope_.at_sites = scope.at_sites && goes_through_samples(lattice, channels, kernel_, coefficients);
   for (const RoundTripChannel& c : channels)
     channels_.push_back(std::make_unique<Channel>(
         lattice_, c, kernel_, coefficients, context.memory.limit() / 4 / channels.size(), scope.first_layer));
@@ -169,7 +193,10 @@ void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox>
   const auto measured = [&](uint32_t f) { return std::binary_search(frames_.begin(), frames_.end(), f); };
   Channel& c = *channels_[channel];
   const double air = c.options.air;
-  if (measured(frame)) {
+  const bool as_given = scope_.at_sites && c.options.as_given != SourceType::unknown &&
+                        std::all_of(boxes.begin(), boxes.end(),
+                                    [&](const FrameBox& b) { return b.type == c.options.as_given; });
+  if (measured(frame) && !as_given) {
     const std::vector<MeasuredBox> chosen =
         scope_.in_boxes
             ? choose_measured_boxes(lattice_, frame, boxes, air, c.earlier ? &*c.earlier : nullptr)
@@ -210,6 +237,10 @@ void RoundTrip::begin_turn(Channel& c, int32_t first) const {
 // The layers that must be there to measure a frame.
 LayerSpan RoundTrip::needed_for(const Channel& c, size_t at) const {
   const int32_t layers = lattice_.layers();
+  if (scope_.at_sites) {
+    const auto layer = static_cast<int32_t>(frames_[at]);
+    return {layer, layer + 1};
+  }
   LayerSpan needed = span_of(lattice_, layers_in_reach(c.window, kernel_), frames_[at]);
   if (!lattice_.periodic) return needed;
   if (c.all_wait) return {c.complete - layers, c.complete};
@@ -217,15 +248,19 @@ LayerSpan RoundTrip::needed_for(const Channel& c, size_t at) const {
   return {needed.begin, std::min(needed.end, c.complete)};
 }
 
-void RoundTrip::add_layers(int channel, int32_t first_layer, const SlabLayers& layers) {
+void RoundTrip::add_layers(int channel, int32_t first_layer, const SlabLayers& layers,
+                           std::span<const SampleLayer> given) {
   Channel& c = *channels_[channel];
+  c.given = given, c.given_first = first_layer;
   if (!c.begun && lattice_.periodic) begin_turn(c, first_layer);
   c.begun = true;
   for (const SampleLayer& layer : layers.compact()) {
     c.push(layer);
     // However many layers come at once.
-    if (!c.base_chosen && !frames_.empty() && c.window.end() >= needed_for(c, c.start).end) c.choose_base();
+    const bool at_once = !scope_.at_sites && !frames_.empty();
+    if (!c.base_chosen && at_once && c.window.end() >= needed_for(c, c.start).end) c.choose_base();
   }
+  if (scope_.at_sites) note_layers(c, layers.compact());
   while (c.next < frames_.size()) {
     const size_t at = (c.start + c.next) % frames_.size();
     const LayerSpan needed = needed_for(c, at);
@@ -234,6 +269,7 @@ void RoundTrip::add_layers(int channel, int32_t first_layer, const SlabLayers& l
     // Layers beyond the end mirror those before it.
     measure(c, channel, at);
     if (++c.next == frames_.size()) break;
+    if (scope_.at_sites) continue;
     const Coefficients& field = c.above_air.field();
     const uint32_t next = frames_[(c.start + c.next) % frames_.size()];
     const int32_t made = layers_of(field, frames_[at]).end, first = layers_of(field, next).begin;
@@ -251,26 +287,65 @@ void RoundTrip::measure(Channel& c, int index, size_t at) {
     to.each[at] = compare(c, to, frame, residuals);
     to.total.add(to.each[at]);
   };
-  if (c.above_base) add(*c.above_base);
-  if (!c.above_base || !c.corrects()) add(c.above_air);
+  if (scope_.at_sites) {
+    add(c.above_air);
+  } else {
+    if (c.above_base) add(*c.above_base);
+    if (!c.above_base || !c.corrects()) add(c.above_air);
+  }
   c.frames.erase(frame);
   if (!residuals.empty() && sink_) sink_(index, frame, residuals);
 }
 
+void RoundTrip::note_layers(Channel& c, std::span<const SampleLayer> layers) const {
+  c.choose_base(); // of the first ones
+  if (!c.corrects()) return;
+  const float air = static_cast<float>(c.options.air) - c.base();
+  for (const SampleLayer& layer : layers)
+    c.largest = std::max(c.largest, largest_at_sites(layer, air, context_));
+}
+
+SampleErrors RoundTrip::compare_at_sites(const Channel& c, uint32_t frame, FrameResiduals& residuals) const {
+  const SampleLayer& layer = c.window.layer(static_cast<int32_t>(frame));
+  const float air = c.window.air(0);
+  const auto read = [&](int64_t z, int64_t count, float* to) {
+    const int64_t samples = int64_t{layer.dims()[0]} * layer.dims()[1];
+    context_.tasks.parallel_for(static_cast<uint64_t>(count), [&](uint64_t i) {
+      context_.progress.check();
+      read_site_plane(layer, air, z + static_cast<int64_t>(i), to + static_cast<int64_t>(i) * samples);
+    });
+  };
+  ComparedPart part{{}, held_grid(whole_frame(lattice_).samples, 1), frame, exact_rounding * c.largest};
+  const auto held = c.frames.find(frame);
+  if (held != c.frames.end()) {
+    part.plane = plane_of(held->second.front().samples);
+  } else {
+    const SampleLayer& given = c.given[static_cast<int32_t>(frame) - c.given_first];
+    part.plane = [&given, air, &part](int64_t z, double* to) {
+      std::vector<float> values(static_cast<size_t>(part.grid.dims[0] * part.grid.dims[1]));
+      read_site_plane(given, air, z, values.data());
+      std::copy(values.begin(), values.end(), to);
+    };
+  }
+  return compare_samples(read, c.options, part, residuals, context_);
+}
+
 SampleErrors RoundTrip::compare(const Channel& c, const MeasuredField& field, uint32_t frame,
                                 FrameResiduals& residuals) const {
+  if (scope_.at_sites) return compare_at_sites(c, frame, residuals);
   const std::vector<HeldBox>& boxes = c.frames.at(frame);
   if (boxes.size() == 1 && boxes.front().box.is_whole()) {
     const Coefficients& all = field.field();
     make_layers(all, layers_of(all, frame), context_);
     const Slice slice = time_slice(all, frame, {0, 0}, {}, context_);
-    return compare_samples(slice, c.options, {boxes.front().samples, frame}, residuals, context_);
+    return compare_samples(slice, c.options, part_of(boxes.front().samples, frame), residuals, context_);
   }
   BoxErrors sum;
   for (const HeldBox& held : boxes) {
     const Coefficients part = field.part(held.box.bricks);
     const Slice slice = time_slice(part, frame, {0, 0}, {}, context_);
-    sum.add(compare_samples(slice, c.options, {held.samples, frame}, residuals, context_), held.box.weight);
+    sum.add(compare_samples(slice, c.options, part_of(held.samples, frame), residuals, context_),
+            held.box.weight);
   }
   return sum.of_frame();
 }
@@ -280,9 +355,11 @@ std::optional<float> RoundTrip::base(int channel) const {
   return c.above_base && c.corrects() ? std::optional(c.based.base(0)) : std::nullopt;
 }
 
-const SampleErrors& RoundTrip::errors(int channel) const { return channels_[channel]->measured().total; }
+const SampleErrors& RoundTrip::errors(int channel) const {
+  return channels_[channel]->measured(scope_.at_sites).total;
+}
 const SampleErrors& RoundTrip::frame_errors(int channel, size_t i) const {
-  return channels_[channel]->measured().each.at(i);
+  return channels_[channel]->measured(scope_.at_sites).each.at(i);
 }
 
 } // namespace bccsplat

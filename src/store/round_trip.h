@@ -42,6 +42,7 @@ struct RoundTripScope {
   int32_t first_layer = 0; // that is given: layers_to_measure before the first frame
   int32_t every = 1;       // of the samples, those whose indices it divides; 1 where there is a bound
   bool in_boxes = false;   // of large frames boxes (measured_boxes.h); false where there is a bound
+  bool at_sites = false;   // where the field goes through the samples, these are compared (site_planes.h)
 };
 
 class MeasuredField;
@@ -58,8 +59,10 @@ class RoundTrip {
   // Every frame of a channel, before the fit gets it.
   void add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes);
   // The next layers of a channel, `first` and up, as stored. Frames whose layers are all there are measured
-  // at once. Throws bound_not_met where even corrections cannot keep the bound.
-  void add_layers(int channel, int32_t first, const SlabLayers& layers);
+  // at once. Throws bound_not_met where even corrections cannot keep the bound. given: the same layers before
+  // they were coded with an error; read of channels that are as given.
+  void add_layers(int channel, int32_t first, const SlabLayers& layers,
+                  std::span<const SampleLayer> given = {});
 
   // The series ends sooner than was said; frames behind its end are not measured.
   void set_lattice(const Lattice4& lattice);
@@ -78,6 +81,9 @@ class RoundTrip {
   void begin_turn(Channel& c, int32_t first) const;
   [[nodiscard]] LayerSpan needed_for(const Channel& c, size_t at) const;
   void measure(Channel& c, int index, size_t at);
+  void note_layers(Channel& c, std::span<const SampleLayer> layers) const;
+  [[nodiscard]] SampleErrors compare_at_sites(const Channel& c, uint32_t frame,
+                                              FrameResiduals& residuals) const;
   [[nodiscard]] SampleErrors compare(const Channel& c, const MeasuredField& field, uint32_t frame,
                                      FrameResiduals& residuals) const;
 

@@ -25,9 +25,8 @@ struct PlaneErrors {
 
 struct PlaneJob {
   const RoundTripChannel& channel;
-  const HeldFrame& source;
-  HeldGrid grid;
-  std::array<int64_t, 3> n; // of it
+  const ComparedPart& source;
+  std::array<int64_t, 3> n; // of its grid
   uint32_t frame;
 
   void compare(int64_t z, const float* got, PlaneErrors& out) const;
@@ -60,20 +59,21 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
     }
     if (!lost) e.bare.add(value - want);
     const double from = lost ? air : static_cast<double>(value), off = want - from;
-    const double margin = rounding * std::max({std::fabs(want), std::fabs(from), std::fabs(air)});
+    const double margin =
+        rounding * std::max({std::fabs(want), std::fabs(from), std::fabs(air)}) + source.doubt;
     if (bound > 0 && (lost || (off != 0 && !(std::fabs(off) <= bound - margin)))) {
       const double steps = std::nearbyint(off / step);
       if (!(std::fabs(steps) < 0x1p53)) refuse(z, i, want, from);
       // The reader computes it in the same way.
       value = static_cast<float>(from) + static_cast<float>(steps * step);
-      if (!(std::fabs(value - want) <= bound)) refuse(z, i, want, value);
+      if (!(std::fabs(value - want) <= bound - source.doubt)) refuse(z, i, want, value);
       (lost ? out.residuals.set : out.residuals.add).push_back({voxel, static_cast<int64_t>(steps)});
       ++e.corrected;
     }
     const double difference = value - want;
     if (e.all.count == 0 || std::fabs(difference) > e.all.largest) {
       e.frame = frame;
-      e.voxel = grid.sample({i % n[0], i / n[0], z});
+      e.voxel = source.grid.sample({i % n[0], i / n[0], z});
       e.expected = want, e.got = value;
     }
     e.all.add(difference);
@@ -100,9 +100,23 @@ void append(std::span<const PlaneErrors> planes, ResidualList FrameResiduals::*l
 
 SampleErrors compare_samples(const Slice& slice, const RoundTripChannel& channel, const ComparedPart& part,
                              FrameResiduals& residuals, const Context& context) {
-  const HeldGrid& held = part.samples.grid();
-  const std::array<int64_t, 3>& n = held.dims;
-  const PlaneJob job{channel, part.samples, held, n, part.frame};
+  const HeldGrid& held = part.grid;
+  const auto read = [&](int64_t z, int64_t count, float* to) {
+    Grid grid;
+    for (size_t a = 0; a < 3; ++a) grid.origin[a] = static_cast<double>(held.begin[a] * held.every);
+    grid.origin[2] += static_cast<double>(z * held.every);
+    grid.step.fill(static_cast<double>(held.every));
+    grid.dims = {static_cast<int32_t>(held.dims[0]), static_cast<int32_t>(held.dims[1]),
+                 static_cast<int32_t>(count)};
+    sample_grid(slice, grid, to, context);
+  };
+  return compare_samples(read, channel, part, residuals, context);
+}
+
+SampleErrors compare_samples(const ReadPlanes& read, const RoundTripChannel& channel,
+                             const ComparedPart& part, FrameResiduals& residuals, const Context& context) {
+  const std::array<int64_t, 3>& n = part.grid.dims;
+  const PlaneJob job{channel, part, n, part.frame};
   const int64_t plane = n[0] * n[1], planes = std::clamp<int64_t>(samples_at_a_time / plane, 1, n[2]);
   const Reservation memory(context.memory, (planes * plane) * sizeof(float),
                            "samples of a frame to measure the error");
@@ -110,12 +124,7 @@ SampleErrors compare_samples(const Slice& slice, const RoundTripChannel& channel
   SampleErrors errors;
   for (int64_t z = 0; z < n[2]; z += planes) {
     const int64_t count = std::min(planes, n[2] - z);
-    Grid grid;
-    for (size_t a = 0; a < 3; ++a) grid.origin[a] = static_cast<double>(held.begin[a] * held.every);
-    grid.origin[2] += static_cast<double>(z * held.every);
-    grid.step.fill(static_cast<double>(held.every));
-    grid.dims = {static_cast<int32_t>(n[0]), static_cast<int32_t>(n[1]), static_cast<int32_t>(count)};
-    sample_grid(slice, grid, values.data(), context);
+    read(z, count, values.data());
     std::vector<PlaneErrors> parts(static_cast<size_t>(count));
     context.tasks.parallel_for(parts.size(), [&](uint64_t p) {
       context.progress.check();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "base/context.h"
@@ -20,20 +21,32 @@ struct RoundTripChannel {
   double bound = 0;       // 0: measured only
   bool whole = true;      // it is given all layers of the series
   double sample_step = 0; // of what is stored, as readers know it (formats/bcc4/sample_step.h)
+  // Layers whose sites are the samples hold boxes of this type as they are.
+  SourceType as_given = SourceType::unknown;
 };
 
 // Value of one step of the corrections.
 [[nodiscard]] constexpr double correction_step(double bound) { return bound; }
 
-// Samples that are held, and what they are samples of.
+// Source samples, and what they are samples of.
 struct ComparedPart {
-  const HeldFrame& samples;
+  // Fills a plane, x fastest, with absolute values; NaN and infinities as they are.
+  using Plane = std::function<void(int64_t z, double* to)>;
+  Plane plane;
+  HeldGrid grid;
   uint32_t frame = 0;
+  double doubt = 0; // how far what a reader gets may be from what is compared, beside rounding of values
 };
 
 // Adds the corrections that a bound asks for to residuals; of a channel with a bound a part is all of a
 // frame. Throws bound_not_met where even they cannot keep it.
 [[nodiscard]] SampleErrors compare_samples(const Slice& slice, const RoundTripChannel& channel,
+                                           const ComparedPart& part, FrameResiduals& residuals,
+                                           const Context& context);
+
+// Fills planes z .. z + count - 1 of the grid with what a reader gets; NaN where there is no value.
+using ReadPlanes = std::function<void(int64_t z, int64_t count, float* to)>;
+[[nodiscard]] SampleErrors compare_samples(const ReadPlanes& read, const RoundTripChannel& channel,
                                            const ComparedPart& part, FrameResiduals& residuals,
                                            const Context& context);
 

@@ -21,6 +21,13 @@ FieldGrid grid_of_frame(const std::array<uint32_t, 4>& dims, uint32_t frame) {
           static_cast<double>(frame)};
 }
 
+// Are the values of a channel's codes those of the source, and exact as floats?
+bool holds_source(const ChannelInfo& c) {
+  const bool bytes = c.source_type == SourceType::u8 && c.type == ValueType::u8,
+             words = c.source_type == SourceType::u16 && c.type == ValueType::u16;
+  return (bytes || words) && c.scale == 1 && c.offset == 0 && c.air == std::floor(c.air);
+}
+
 } // namespace
 
 void VolumeWriter::require_open() const {
@@ -290,6 +297,7 @@ void VolumeWriter::begin_measuring(bool frames_known) {
     const double bound = settings_.channels[i].abs_error;
     channels.push_back({c.name, settings_.channels[i].air, c.threshold, bound, part_made() == nullptr,
                         bound > 0 ? 0 : sample_step(c)});
+    if (holds_source(c)) channels.back().as_given = c.source_type;
     if (bound == 0) continue;
     c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
     c.residuals.local = true, c.residuals.shape = CorrectionShape::smooth;
@@ -304,7 +312,9 @@ void VolumeWriter::begin_measuring(bool frames_known) {
           store_residuals(channel, frame, residuals);
         },
         context_,
-        RoundTripScope{.first_layer = part ? part->first_layer : 0, .in_boxes = !measuring_.required()}));
+        RoundTripScope{.first_layer = part ? part->first_layer : 0,
+                       .in_boxes = !measuring_.required(),
+                       .at_sites = settings_.wavelets && measuring_.required()}));
   });
   begin_measuring_levels();
 }

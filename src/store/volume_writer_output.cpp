@@ -18,7 +18,8 @@ void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, const SlabLa
     const int32_t first = slab * fit_options_.slab_layers;
     if (!settings_.wavelets) return r.add_layers(at.channel, first, layers);
     make_container();
-    r.add_layers(at.channel, first, container_->as_read(slab, at, layers.compact(), context_));
+    const std::span<const SampleLayer> given = layers.compact();
+    r.add_layers(at.channel, first, container_->as_read(slab, at, given, context_), given);
   });
 }
 
