@@ -19,6 +19,7 @@ struct SeriesWish {
   double density = 0;             // sites per source sample; 0: as the data need
   bool exact = false;             // values as precise as the source's
   std::set<std::string> own_air;  // channels whose air was said
+  uint64_t memory = UINT64_MAX;   // as of Unsettled
 };
 
 class SeriesPlan {

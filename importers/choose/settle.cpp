@@ -11,6 +11,7 @@
 #include "choose/motion.h"
 #include "choose/read_series.h"
 #include "choose/sample.h"
+#include "choose/wavelet_memory.h"
 #include "choose/wavelet_share.h"
 
 namespace bcc4 {
@@ -119,15 +120,13 @@ bool leaves_store(const Unsettled& unsettled, const WriterSettings& settings, co
          settings.quantize == BCCSPLAT_TYPE_DEFAULT && has_cartesian(settings.kernel) && !is_scattered(s);
 }
 
-// A slab of wavelets is held as a whole, some 20 bytes a sample: is there room for that? Frames beyond 400^3
-// are not held so unless somebody asks for it.
-bool holds_slab(const Device& device, const SeriesDescription& s) {
-  constexpr uint64_t small = 1 << 22, large = 1 << 25, largest = 1 << 26, bytes = 20;
-  const uint64_t samples = s.dims[0] * s.dims[1] * s.dims[2];
-  const uint64_t layers = std::min<uint64_t>(s.dims[3], samples <= small ? 16 : samples <= large ? 8 : 4);
+// A slab of wavelets is held as a whole: is there room for that?
+bool holds_slab(const Device& device, const Unsettled& unsettled, const SeriesDescription& s,
+                const WriterSettings& settings) {
   auto info = sized<bccsplat_device_info>();
   check(bccsplat_device_get_info(device.get(), &info), "");
-  return samples <= largest && bytes * layers * samples * s.channels.size() <= info.memory_budget;
+  return memory_of_wavelets(s, settings, info.thread_count) <=
+         std::min<uint64_t>(info.memory_budget, unsettled.memory);
 }
 
 // Are codes of 16 bits fine enough for a bound, and is it coarse enough that wavelets take fewer bytes than
@@ -213,7 +212,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
     return settle_wavelets(reader, device, unsettled, bound, settings, plan);
   const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
                                   [&](const Channel& c) { return needs_range(c, settings); });
-  const bool open = leaves_store(unsettled, settings, s) && holds_slab(device, s);
+  const bool open = leaves_store(unsettled, settings, s) && holds_slab(device, unsettled, s, settings);
   if (unsettled.everything || ranged || bound.any() || open)
     plan.scans = scan_series(reader, settings, unsettled.progress);
   const bool rounded = !bound.any() && rounds(unsettled, settings, s);

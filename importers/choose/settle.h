@@ -18,6 +18,7 @@ struct Unsettled {
   bool exact = false;        // values as precise as the source's
   bool everything = false;   // whatever a plan can show
   Watch* progress = nullptr; // whoever waits; never null
+  uint64_t memory = UINT64_MAX; // bytes that what is chosen may take, beside the device's budget
 };
 
 // Scans and samples the series as far as something is left to find out, and completes the settings and the

@@ -9,6 +9,7 @@
 #include "api/numbers.h"
 #include "api/structs.h"
 #include "api/writer.h"
+#include "base/machine.h"
 #include "kernel/kernel.h"
 
 namespace bccsplat::plan {
@@ -153,6 +154,7 @@ void read_wish(const bccsplat_plan_options& o, const bccsplat_writer_options& w,
   out.wish.bound = bcc4::usual_bound({w.abs_error, w.psnr}, w.store);
   if (o.set_mask & BCCSPLAT_PLAN_SET_LEVELS) out.wish.levels = w.levels;
   out.wish.density = o.density, out.wish.exact = o.exact != 0;
+  out.wish.memory = machine_memory() / 2;
 }
 
 } // namespace

@@ -96,6 +96,7 @@ Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesD
   u.exact = a.exact;
   u.open_store = !a.resume.append && a.resume.live == 0; // which new frames alone continue
   u.everything = a.dry_run, u.progress = &watch;
+  if (const uint64_t all = machine_memory(); a.common.max_memory == 0 && all > 0) u.memory = all / 2;
   if (!appends_to_file(a) || bound.any()) return u;
   if (a.settings.store == BCCSPLAT_STORE_DEFAULT) adopt_wavelets(device, a.output, a.settings);
   if (u.auto_lattice && !a.density) {

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "choose/wavelet_memory.h"
+
+#include <algorithm>
+
+#include "readers/value_type.h"
+
+namespace bcc4 {
+namespace {
+
+// The layers of a slab (src/store/settings.h).
+uint64_t slab_layers(const SeriesDescription& s) {
+  constexpr uint64_t small = 1 << 22, large = 1 << 25;
+  const uint64_t samples = s.dims[0] * s.dims[1] * s.dims[2];
+  return std::min<uint64_t>(s.dims[3], samples <= small ? 16 : samples <= large ? 8 : 4);
+}
+
+// The samples of a frame in the tiles that are coded at a time.
+uint64_t tiles_at_once(const SeriesDescription& s, int threads) {
+  constexpr uint64_t edge = 64, at_first = 4; // tiles that stand for all
+  uint64_t tiles = 1, samples = 1;
+  for (size_t a = 0; a < 3; ++a) tiles *= (s.dims[a] + edge - 1) / edge, samples *= std::min(s.dims[a], edge);
+  return std::min(tiles, std::max<uint64_t>(static_cast<uint64_t>(threads), at_first)) * samples;
+}
+
+} // namespace
+
+uint64_t memory_of_wavelets(const SeriesDescription& s, const WriterSettings& settings, int threads) {
+  constexpr uint64_t of_tile_sample = 20, of_frame_sample = 4; // while it is coded; on its way to a layer
+  const uint64_t samples = s.dims[0] * s.dims[1] * s.dims[2], layers = slab_layers(s);
+  uint64_t slab = 0, frame = 0;
+  for (const Channel& c : s.channels) {
+    const int32_t type = stored_type(c, settings);
+    const uint64_t source = type_size(c.type), code = type == BCCSPLAT_TYPE_U8 ? 1 : 2;
+    const bool as_given =
+        source == code && !is_float(c.type); // frames are compared with the codes themselves
+    slab += (as_given ? 0 : source) + 2 * code;
+    frame += 2 * source + of_frame_sample; // in use, and read ahead
+  }
+  const uint64_t levels = settings.levels > 0 ? samples * layers * slab / 6 : 0;
+  return samples * (layers * slab + frame) + levels + tiles_at_once(s, threads) * layers * of_tile_sample;
+}
+
+} // namespace bcc4

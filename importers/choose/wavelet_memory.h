@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an import of wavelets holds at a time.
+#pragma once
+
+#include <cstdint>
+
+#include "choose/series_writer.h"
+#include "readers/frame_reader.h"
+
+namespace bcc4 {
+
+// Returns the bytes, about: a slab as codes, as codes that a reader gets, and where these are not the
+// source's own numbers as the source has it; frames on their way in; and what tiles are coded with.
+[[nodiscard]] uint64_t memory_of_wavelets(const SeriesDescription& series, const WriterSettings& settings,
+                                          int threads);
+
+} // namespace bcc4
