@@ -628,9 +628,9 @@ typedef struct bccsplat_channel_options {
  * A part may be a block of space as well: it holds the bricks that begin within its samples, made
  * of these and of a few around (bccsplat_writer_get_part_box). One frame may be divided so, too.
  * Every channel then needs source_type, and planes outside or layers beyond the ends (FACES_ and
- * ENDS_PREDICT, or by DEFAULT) fixed_predictions. What depends on more of a frame than its
- * surroundings is UNSUPPORTED, and the text says what to do instead: STORE_WAVELETS, lowpass,
- * NONFINITE_HOLE, abs_error, psnr, measure, levels, periodic axes. */
+ * ENDS_PREDICT, or by DEFAULT) and levels need fixed_predictions. What depends on more of a frame
+ * than its surroundings is UNSUPPORTED, and the text says what to do instead: STORE_WAVELETS,
+ * lowpass, NONFINITE_HOLE, abs_error, psnr, measure, periodic axes. */
 typedef struct bccsplat_series_part {
   uint32_t struct_size;
   /* 0 */
@@ -775,7 +775,9 @@ typedef struct bccsplat_writer_options {
   /* Non-zero: what lies outside faces and beyond ends is predicted with the same boldness for all
    * data, else with what does best next to each (FACES_PREDICT, ENDS_PREDICT). Parts that are
    * blocks of space know too little for a choice; a file that is to be the same byte for byte has
-   * it, too. 0: chosen. */
+   * it, too. Frames of coarser levels then are filtered as they are, to some units in the last
+   * place of a float, else as their difference from their least value where all are of one sign and
+   * within a factor of two. 0: chosen. */
   int32_t fixed_predictions;
   int32_t reserved; /* 0 */
 } bccsplat_writer_options;

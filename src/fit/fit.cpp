@@ -48,35 +48,33 @@ Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
                        options.scales, options.lead, options.margins, options.periodic, options.turning);
 }
 
-namespace {
-
-// Cells are scanned as wholes: their ranges are those of the frame's only where all of their samples come.
-void round_to_cells(Region& region, const std::array<int64_t, 3>& n) {
+Lattice4 lattice_over(const std::array<int64_t, 3>& dims, Lattice4 lattice) {
   for (size_t a = 0; a < 3; ++a) {
-    const int64_t edge = CellRanges::edge[a];
-    region.begin[a] = region.begin[a] / edge * edge;
-    region.end[a] = std::min(n[a], (region.end[a] + edge - 1) / edge * edge);
+    if (dims[a] == int64_t{lattice.dims[a]}) continue;
+    const double was = lattice.domain_end(a);
+    lattice.dims[a] = static_cast<uint32_t>(dims[a]);
+    lattice.space_step[a] *= lattice.domain_end(a) / was;
   }
+  return lattice;
 }
 
-} // namespace
+Region seen_samples(const FitOptions& options, const Lattice4& lattice, const std::array<int64_t, 3>& dims) {
+  const SpatialResampler resampler(lattice_over(dims, lattice), options.filter);
+  const BrickBox bricks = options.part ? options.part->bricks.made : BrickBox{};
+  const Region seen = resampler.seen_by(resampler.whole_tiles(bricks));
+  return seen.empty() ? Region{} : whole_cells(seen, dims);
+}
 
 FitScope scope_of(const FitOptions& options, const Lattice4& lattice) {
   const std::array<int64_t, 3> n{options.dims[0], options.dims[1], options.dims[2]};
-  FitScope scope{{{}, n}, {{}, n}, {}};
+  FitScope scope{{{}, n}, {{}, n}};
   if (!options.part || options.part->counted.all_space()) return scope;
   const SeriesBlock& block = options.part->counted;
   for (size_t a = 0; a < 3; ++a)
     scope.counted.begin[a] = block.begin[a], scope.counted.end[a] = std::min<int64_t>(block.end[a], n[a]);
-  const SpatialResampler resampler(lattice, options.filter);
-  scope.resampled = resampler.whole_tiles(options.part->bricks.made);
-  scope.given = scope.counted;
-  const Region seen = resampler.seen_by(scope.resampled);
-  for (size_t a = 0; a < 3 && !seen.empty(); ++a) {
-    scope.given.begin[a] = std::min(scope.given.begin[a], seen.begin[a]);
-    scope.given.end[a] = std::max(scope.given.end[a], seen.end[a]);
-  }
-  round_to_cells(scope.given, n);
+  // Cells are scanned as wholes: their ranges are those of the frame's only where all of their samples come.
+  scope.given =
+      whole_cells(scope.counted, n).joined(seen_samples(options, lattice, n)).joined(options.part->halved);
   return scope;
 }
 

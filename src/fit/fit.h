@@ -57,6 +57,7 @@ struct FitPart {
   // Of a block: the bricks that are handed out, and those of them that enter the report. Layers have no other
   // bricks.
   LayerBricks bricks;
+  Region halved; // of a block: the samples that coarser levels are made of, by whole cells of CellRanges
 };
 
 struct FitOptions {
@@ -84,8 +85,8 @@ struct FitOptions {
   // Layers are handed out one by one, as soon as they are made and numbered as layers; whoever takes them
   // holds them from the budget. Else by slabs.
   bool one_by_one = false;
-  // What lies outside faces and beyond ends is predicted with the usual boldness, whatever the data: blocks
-  // of a frame then need nothing of each other.
+  // What lies outside faces and beyond ends is predicted with the usual boldness, and frames are halved as
+  // they are, whatever the data: blocks of a frame then need nothing of each other.
   bool fixed_predictions = false;
   int32_t lasting_layers = 0;  // the first ones, which are counted by themselves as well
   std::optional<FitPart> part; // none: all of the series; else dims[3] > 0, and frames, not layers, are given
@@ -95,11 +96,17 @@ struct FitOptions {
 // The lattice of a series of `frames`.
 [[nodiscard]] Lattice4 lattice_of(const FitOptions& options, uint32_t frames);
 
-// The samples of a frame, and the bricks, that a fit of a block takes; of all others all of them.
+// A lattice in samples of what frames were halved to, whose first and last ones are those of the frames.
+[[nodiscard]] Lattice4 lattice_over(const std::array<int64_t, 3>& dims, Lattice4 lattice);
+// Returns the samples, by whole cells of CellRanges, that the bricks a fit makes are resampled from; of
+// frames that were halved to dims.
+[[nodiscard]] Region seen_samples(const FitOptions& options, const Lattice4& lattice,
+                                  const std::array<int64_t, 3>& dims);
+
+// The samples of a frame that a fit of a block takes; of all others all of them.
 struct FitScope {
   Region counted; // enter the report
-  Region given;   // beside these, what the layers are made of, by whole cells of CellRanges
-  BrickBox resampled{};
+  Region given;   // beside these, what the layers are made of, by whole cells
 };
 // lattice: that of the options.
 [[nodiscard]] FitScope scope_of(const FitOptions& options, const Lattice4& lattice);

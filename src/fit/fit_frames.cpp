@@ -147,8 +147,9 @@ void Fit::State::take_frame(Channel& c, const FrameImage& image, bool known, con
     sites.block = c.window.back().block;
     sites.gap = c.any_known ? c.window.back().gap + 1 : 0;
   } else {
-    sites = resampler_of(image).resample(image.frame, image.cells, c.options.unit, pool, context,
-                                         scope.resampled);
+    const SpatialResampler& resampler = resampler_of(image);
+    sites = resampler.resample(image.frame, image.cells, c.options.unit, pool, context,
+                               resampler.whole_tiles(layer_bricks().made));
   }
   if (known && !c.any_known) {
     for (FrameSites& earlier : c.head) earlier.block = sites.block;
@@ -168,19 +169,8 @@ void Fit::State::take_frame(Channel& c, const FrameImage& image, bool known, con
 const SpatialResampler& Fit::State::resampler_of(const FrameImage& image) {
   const auto found = resamplers.find(image.faces);
   if (found != resamplers.end()) return found->second;
-  const Lattice4 seen = lattice_over(image.frame.dims());
+  const Lattice4 seen = lattice_over(image.frame.dims(), lattice);
   return resamplers.try_emplace(image.faces, seen, options.filter, image.faces).first->second;
-}
-
-Lattice4 Fit::State::lattice_over(const std::array<int64_t, 3>& dims) const {
-  Lattice4 seen = lattice;
-  for (size_t a = 0; a < 3; ++a) {
-    if (dims[a] == int64_t{lattice.dims[a]}) continue;
-    const double was = lattice.domain_end(a);
-    seen.dims[a] = static_cast<uint32_t>(dims[a]);
-    seen.space_step[a] *= seen.domain_end(a) / was;
-  }
-  return seen;
 }
 
 std::array<int64_t, 3> Fit::State::mask_reach() const {

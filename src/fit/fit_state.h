@@ -120,9 +120,6 @@ struct Fit::State {
   // Takes a frame as resampled to the lattice. known: it is not missing altogether.
   void take_frame(Channel& c, const FrameImage& image, bool known, const HoleMap& holes);
   [[nodiscard]] const SpatialResampler& resampler_of(const FrameImage& image);
-  // The lattice in samples of what the frames were halved to, whose first and last ones are those of the
-  // source.
-  [[nodiscard]] Lattice4 lattice_over(const std::array<int64_t, 3>& dims) const;
   // Returns the reach in source samples; what is around a sample belongs to it for half a distance.
   [[nodiscard]] std::array<int64_t, 3> mask_reach() const;
 

@@ -32,8 +32,9 @@ void check_block(const WriterSettings& s) {
            "the joined file with its source");
   if (s.turning[0] || s.turning[1] || s.turning[2])
     refuse("what follows the last sample of a periodic axis is far away; divide the series by frames");
-  if (s.levels > 0)
-    refuse("coarser levels are made of whole frames; divide the series by frames, or store none");
+  if (s.levels > 0 && !s.fixed_predictions)
+    fail(Code::unsupported, "a block of space: frames are halved as their difference from the least of all ",
+         "their samples; set fixed_predictions, for all blocks alike, or store no coarser levels");
   for (const ChannelSettings& c : s.channels)
     if (!c.source_type)
       fail(Code::invalid_argument, "channel ", c.name, ": a block may begin with air, which has no type; ",

@@ -29,10 +29,31 @@ LevelFrames::LevelFrames(const std::vector<FitOptions>& levels, const Context& c
       predicted[a] = halved[a] && options.margins[a] > 0;
     }
     if (halved != AxisFlags{}) {
-      halvers_.emplace_back(dims, halved, predicted, options.filter, options.turning);
+      halvers_.emplace_back(dims, halved, predicted, options.filter, options.turning,
+                            options.fixed_predictions);
       dims = halvers_.back().dims();
     }
     used_.push_back(halvers_.size());
+  }
+  const auto& part = levels.front().part;
+  if (part && !part->counted.all_space()) make_block_only(levels);
+}
+
+// What a halved frame is needed for: the levels that are resampled from it, and the next halved frame.
+void LevelFrames::make_block_only(const std::vector<FitOptions>& levels) {
+  for (size_t halved = halvers_.size() + 1; halved-- > 0;) {
+    Region needed;
+    const auto& n = levels.front().dims;
+    const std::array<int64_t, 3> dims =
+        halved > 0 ? halvers_[halved - 1].dims() : std::array<int64_t, 3>{n[0], n[1], n[2]};
+    for (size_t level = 1; level < levels.size(); ++level)
+      if (used_[level] == halved)
+        needed = needed.joined(seen_samples(levels[level], lattice_of(levels[level], n[3]), dims));
+    if (halved < halvers_.size()) needed = needed.joined(halvers_[halved].seen());
+    if (halved == 0)
+      seen_ = needed;
+    else
+      halvers_[halved - 1].make_only(needed);
   }
 }
 

@@ -18,6 +18,9 @@ class LevelFrames {
   // levels: the options of their fits, level 0 first.
   LevelFrames(const std::vector<FitOptions>& levels, const Context& context);
 
+  // Returns the samples of a frame that the coarser levels of a block are made of, by whole cells.
+  [[nodiscard]] const Region& seen() const { return seen_; }
+
   // One frame at all levels.
   class Images {
    public:
@@ -37,9 +40,12 @@ class LevelFrames {
   [[nodiscard]] Images make(const PreparedFrame& frame, float ringing) { return {*this, frame, ringing}; }
 
  private:
+  void make_block_only(const std::vector<FitOptions>& levels);
+
   Context context_;
   std::vector<FrameHalver> halvers_; // each takes what the one before it made
   std::vector<size_t> used_;         // by level: how many of them
+  Region seen_;
 };
 
 } // namespace bccsplat

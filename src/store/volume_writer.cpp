@@ -271,6 +271,8 @@ void VolumeWriter::begin_part() {
     if (!measuring_.attempt([&] { plan(measured); })) plan({});
     begin_earlier(asked.early_frames, part_->fit);
     fit_options_.part = part_->fit;
+    if (!block.all_space() && settings_.levels > 0)
+      fit_options_.part->halved = LevelFrames(level_options(), context_).seen();
   }
   fit_options_.lead = initial_.lattice.lead, fit_options_.margins = initial_.lattice.before;
   times_ = asked.times;

@@ -103,6 +103,8 @@ class VolumeWriter {
   static constexpr int32_t frame_planes = 2, given_planes = 4;
   [[nodiscard]] Int3 outside_planes(int32_t wanted, int level = 0) const;
   [[nodiscard]] int levels() const;
+  // Returns the options of the fits of all levels, level 0 first.
+  [[nodiscard]] std::vector<FitOptions> level_options() const;
   void begin_levels();
   [[nodiscard]] LayerUse layer_use() const;
   // Returns what is made of the series; null: all of it.

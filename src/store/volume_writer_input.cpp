@@ -231,6 +231,16 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
   begin_levels();
 }
 
+std::vector<FitOptions> VolumeWriter::level_options() const {
+  std::vector<FitOptions> options{fit_options_};
+  for (int level = 1; level <= levels(); ++level) {
+    FitOptions& o =
+        options.emplace_back(options_of_level(fit_options_, level, outside_planes(frame_planes, level)));
+    if (part_) o.part->bricks = layer_bricks_of(part_->fit.counted, lattice_of(o, o.dims[3]), layer_use());
+  }
+  return options;
+}
+
 // Coarser levels come first, so that a coarse slab is one read. Level 0 prepares the frames of all, and tells
 // what is missing before any of them takes a frame.
 void VolumeWriter::begin_levels() {
@@ -243,14 +253,16 @@ void VolumeWriter::begin_levels() {
   };
   const int coarsest = levels();
   initial_.levels.resize(coarsest);
-  std::vector<FitOptions> options{fit_options_};
-  for (int level = 1; level <= coarsest; ++level)
-    options.push_back(options_of_level(fit_options_, level, outside_planes(frame_planes, level)));
+  const std::vector<FitOptions> options = level_options();
   level_frames_.emplace(options, context_);
   for (int level = coarsest; level >= 0; --level) {
     fits_.push_back(
         std::make_unique<LevelFit>(level, options[level], store, context_, level == 0 ? told : untold));
-    if (settings_.coefficients) fits_.back()->store_coefficients(initial_, part_made());
+    if (settings_.coefficients) {
+      std::optional<SeriesPart> part;
+      if (part_made()) part = *part_made(), part->fit.bricks = options[level].part->bricks;
+      fits_.back()->store_coefficients(initial_, part ? &*part : nullptr);
+    }
     if (level == 0) break;
     LevelInfo& info = initial_.levels[static_cast<size_t>(level) - 1];
     info.lattice = fits_.back()->fit().lattice(), info.slab_layers = initial_.slab_layers;

@@ -168,6 +168,21 @@ TEST(Blocks, GiveTheBytesOfOneWriter) {
        [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS, a.dims[3] = 1; }},
       {"a threshold", [](Asked& a) { a.channel.air_threshold = 9; }},
       {"one frame", [](Asked& a) { a.dims[3] = 1; }},
+      {"levels",
+       [](Asked& a) {
+         a.dims = {150, 100, 96, 3}, a.options.levels = 2;
+       }},
+      {"levels of coefficients with mirrors",
+       [](Asked& a) {
+         a.dims = {90, 100, 96, 5}, a.options.levels = 3, a.options.store = BCCSPLAT_STORE_COEFFICIENTS;
+         a.options.faces = BCCSPLAT_FACES_MIRROR;
+       }},
+      {"levels of floats far from air, on a finer Cartesian lattice",
+       [](Asked& a) {
+         a.dims = {120, 60, 64, 3}, a.options.levels = 2, a.type = BCCSPLAT_TYPE_F32;
+         a.options.lattice = BCCSPLAT_LATTICE_CC, a.options.scale = .8, a.channel.air = -150;
+         a.options.faces = BCCSPLAT_FACES_PREDICT_X;
+       }},
       {"many bricks along x", [](Asked& a) {
          a.dims = {150, 30, 24, 5};
        }}};
@@ -273,7 +288,10 @@ TEST(Blocks, WhatNeedsMoreOfAFrameIsRefused) {
           [](Asked& a, Part&) { a.options.measure = BCCSPLAT_MEASURE_SOME; });
   refused("periodic axis", unsupported,
           [](Asked& a, Part&) { a.options.periodic_axes = BCCSPLAT_PERIODIC_X; });
-  refused("coarser levels", unsupported, [](Asked& a, Part&) { a.options.levels = 1; });
+  refused("frames are halved", unsupported, [](Asked& a, Part&) {
+    a.options.levels = 1, a.options.fixed_predictions = 0;
+    a.options.ends = BCCSPLAT_ENDS_MIRROR, a.options.faces = BCCSPLAT_FACES_MIRROR;
+  });
   refused("fixed_predictions", unsupported, [](Asked& a, Part&) {
     a.options.fixed_predictions = 0, a.options.faces = BCCSPLAT_FACES_PREDICT_X;
   });

@@ -34,6 +34,16 @@ Region Region::cut(const Region& other) const {
   return r;
 }
 
+Region Region::joined(const Region& other) const {
+  if (empty()) return other;
+  Region r = *this;
+  for (size_t a = 0; a < 3 && !other.empty(); ++a) {
+    r.begin[a] = std::min(r.begin[a], other.begin[a]);
+    r.end[a] = std::max(r.end[a], other.end[a]);
+  }
+  return r;
+}
+
 Frame::Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims, double air,
              const std::string& what)
     : dims_(dims), given_{{}, dims}, air_(air) {

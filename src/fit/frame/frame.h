@@ -38,6 +38,8 @@ struct Region {
     return empty() ? 0 : static_cast<uint64_t>(length(0)) * length(1) * length(2);
   }
   [[nodiscard]] Region cut(const Region& other) const;
+  // Returns the least region that has both, either of which may be empty.
+  [[nodiscard]] Region joined(const Region& other) const;
   bool operator==(const Region&) const = default;
 };
 

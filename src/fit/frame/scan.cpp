@@ -186,6 +186,16 @@ CellRanges::CellRanges(const std::array<int64_t, 3>& dims) {
   cell.resize(count_[0] * count_[1] * count_[2]);
 }
 
+Region whole_cells(const Region& region, const std::array<int64_t, 3>& n) {
+  Region cells;
+  for (size_t a = 0; a < 3; ++a) {
+    const int64_t edge = CellRanges::edge[a];
+    cells.begin[a] = region.begin[a] / edge * edge;
+    cells.end[a] = std::min(n[a], (region.end[a] + edge - 1) / edge * edge);
+  }
+  return cells;
+}
+
 CellRanges::Cell CellRanges::range(const Region& region) const {
   Cell r;
   for (int64_t z = region.begin[2] / edge[2]; z <= (region.end[2] - 1) / edge[2]; ++z)

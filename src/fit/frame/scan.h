@@ -36,6 +36,9 @@ class CellRanges {
   std::array<int64_t, 3> count_{};
 };
 
+// Returns a region widened to whole cells of a frame of n samples.
+[[nodiscard]] Region whole_cells(const Region& region, const std::array<int64_t, 3>& n);
+
 struct FrameScan {
   CellRanges cells;
   uint64_t relevant = 0; // finite samples further than the threshold from air (0: other than air)

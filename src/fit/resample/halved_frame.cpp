@@ -82,6 +82,36 @@ void add_bricks(Tables& t) {
 
 size_t padded(int64_t n) { return (n + run - 1) / run * run; }
 
+// The samples that begin .. end - 1 of the halved frame depend on; what is looked at around them is of these.
+std::array<int64_t, 2> inside_of(const Tables::Axis& axis, int64_t begin, int64_t end) {
+  std::array<int64_t, 2> found = axis.inside[begin];
+  for (int64_t i = begin; i < end; ++i)
+    found = {std::min(found[0], axis.inside[i][0]), std::max(found[1], axis.inside[i][1])};
+  return found;
+}
+
+Region seen_by(const Tables& tables, const Region& made) {
+  Region seen;
+  if (made.empty()) return seen;
+  for (size_t a = 0; a < 3; ++a) {
+    const std::array<int64_t, 2> inside = inside_of(tables.axis[a], made.begin[a], made.end[a]);
+    seen.begin[a] = inside[0], seen.end[a] = inside[1];
+  }
+  return whole_cells(seen, tables.from);
+}
+
+// What is not made is not given, and the cells there are air, so that nobody looks at them.
+void leave_out(const Region& made, const std::array<int64_t, 3>& n, CellRanges& cells) {
+  if (made == Region{{}, n}) return;
+  for (int64_t z = 0; z < cells.count()[2]; ++z)
+    for (int64_t y = 0; y < cells.count()[1]; ++y)
+      for (int64_t x = 0; x < cells.count()[0]; ++x) {
+        const Region cell{{x * cell_edges[0], y * cell_edges[1], z * cell_edges[2]},
+                          {(x + 1) * cell_edges[0], (y + 1) * cell_edges[1], (z + 1) * cell_edges[2]}};
+        if (made.empty() || made.cut(cell).empty()) cells.cell[cells.index(x, y, z)] = {0, 0, false};
+      }
+}
+
 // Rows that are summed, with their weights: those that are not air.
 struct Sum {
   std::vector<int32_t> rows;
@@ -103,8 +133,13 @@ struct Job {
   const Frame& frame;
   const CellRanges& cells;
   float ringing;
-  float pivot; // what samples are filtered as their difference from
+  float pivot;       // what samples are filtered as their difference from
+  Region made, seen; // of the halved frame, and of the frame
   HalvedFrame& out;
+
+  // Bricks along x of what is made.
+  [[nodiscard]] size_t first_brick() const { return made.begin[0] / run; }
+  [[nodiscard]] size_t end_brick() const { return (made.end[0] + run - 1) / run; }
 
   // Samples along x of a row of cells that are not air.
   [[nodiscard]] std::array<int64_t, 2> span(int64_t cy, int64_t cz) const {
@@ -139,7 +174,7 @@ class Pass {
     return sizeof(float) * (10 * row + (t.from[1] + planes * t.to[1]) * pitch);
   }
 
-  // Planes begin .. end - 1 of the halved frame; begin at the edge of a cell.
+  // Planes begin .. end - 1 of what is made; begin at the edge of a cell.
   void make(int64_t begin, int64_t end, const Context& context) {
     const auto& inside = job_.tables.axis[2].inside;
     int64_t next = inside[begin][0];
@@ -147,7 +182,7 @@ class Pass {
       context.progress.check();
       for (; next < inside[k][1]; ++next) filter_plane(next);
       if ((k - begin) % cell_edges[2] == 0) find_ranges(k);
-      for (int64_t j = 0; j < job_.tables.to[1]; ++j) sum_row(j, k);
+      for (int64_t j = job_.made.begin[1]; j < job_.made.end[1]; ++j) sum_row(j, k);
     }
   }
 
@@ -160,7 +195,7 @@ class Pass {
   void filter_plane(int64_t z) {
     const Tables& t = job_.tables;
     std::fill(plane_bits_.begin(), plane_bits_.end(), uint64_t{0});
-    for (int64_t y = 0; y < t.from[1]; y += cell_edges[1]) {
+    for (int64_t y = job_.seen.begin[1]; y < job_.seen.end[1]; y += cell_edges[1]) {
       const int64_t end = std::min(y + cell_edges[1], t.from[1]);
       const auto [low, high] = job_.span(y / cell_edges[1], z / cell_edges[2]);
       std::fill(empty_rows_.begin() + y, empty_rows_.begin() + end, low >= high);
@@ -168,7 +203,7 @@ class Pass {
     }
     const Tables::Axis& axis = t.axis[1];
     const size_t taps = axis.table.taps;
-    for (size_t j = 0; j < my(); ++j) {
+    for (size_t j = job_.made.begin[1]; j < static_cast<size_t>(job_.made.end[1]); ++j) {
       sum_.clear();
       for (size_t k = j * taps; k < (j + 1) * taps; ++k)
         if (const size_t y = axis.sample[k]; !empty_rows_[y]) sum_.add(y, axis.table.weight[k]);
@@ -225,7 +260,7 @@ class Pass {
     for (int64_t y = region.begin[1]; y < region.end[1]; ++y) {
       float* out = filtered_.data() + y * pitch_;
       bricks_.clear();
-      for (size_t b = 0; b < t.x.size(); ++b) {
+      for (size_t b = job_.first_brick(); b < job_.end_brick(); ++b) {
         const Tables::BrickX& brick = t.x[b];
         if (brick.inside[0] < region.end[0] && brick.inside[1] > region.begin[0])
           bricks_.push_back(
@@ -242,19 +277,16 @@ class Pass {
   void find_ranges(int64_t k) {
     const Tables& t = job_.tables;
     const auto reach = [&](size_t a, int64_t begin) {
-      const auto& inside = t.axis[a].inside;
-      const int64_t end = std::min(begin + cell_edges[a], t.to[a]);
-      std::array<int64_t, 2> found = inside[begin];
-      for (int64_t i = begin; i < end; ++i)
-        found = {std::min(found[0], inside[i][0]), std::max(found[1], inside[i][1])};
-      return found;
+      return inside_of(t.axis[a], begin, std::min(begin + cell_edges[a], t.to[a]));
     };
     const auto z = reach(2, k);
     ranges_.clear();
-    for (int64_t j = 0; j < t.to[1]; j += cell_edges[1]) {
+    for (int64_t j = job_.made.begin[1]; j < job_.made.end[1]; j += cell_edges[1]) {
       const auto y = reach(1, j);
-      for (const Tables::BrickX& x : t.x)
-        ranges_.push_back(job_.cells.range({{x.inside[0], y[0], z[0]}, {x.inside[1], y[1], z[1]}}));
+      for (size_t b = job_.first_brick(); b < job_.end_brick(); ++b) {
+        const auto& x = t.x[b].inside;
+        ranges_.push_back(job_.cells.range({{x[0], y[0], z[0]}, {x[1], y[1], z[1]}}));
+      }
     }
   }
 
@@ -266,20 +298,25 @@ class Pass {
     sum_.clear();
     for (size_t i = k * taps; i < (static_cast<size_t>(k) + 1) * taps; ++i)
       if (const size_t at = held(axis.sample[i]) + row; !empty_[at]) sum_.add(at, axis.table.weight[i]);
-    float* out = job_.out.values.data() + ((k * t.to[1] + j) * t.to[0]);
+    const Region& made = job_.made;
+    const int64_t width = made.length(0), out_row = (k - made.begin[2]) * made.length(1) + j - made.begin[1];
+    float* out = job_.out.values.data() + out_row * width;
     const size_t cell_row = job_.out.cells.index(0, j / cell_edges[1], k / cell_edges[2]);
     CellRanges::Cell* cells = &job_.out.cells.cell[cell_row];
     if (sum_.rows.empty()) {
-      std::fill_n(out, t.to[0], 0.0f);
-      for (size_t b = 0; b < t.x.size(); ++b) widen(cells[b], 0, 0);
+      std::fill_n(out, width, 0.0f);
+      for (size_t b = job_.first_brick(); b < job_.end_brick(); ++b) widen(cells[b], 0, 0);
       return;
     }
     sum_.write(ring_.data(), pitch_, sum_row_.data());
-    const CellRanges::Cell* ranges = &ranges_[(j / cell_edges[1]) * t.x.size()];
+    const size_t first = job_.first_brick(), bricks = job_.end_brick() - first;
+    const CellRanges::Cell* ranges = &ranges_[(j - made.begin[1]) / cell_edges[1] * bricks];
     join(axis, k, t.from[2], near_.data(), [&](int64_t z) { return &held_bits_[(held(z) + row) * words_]; });
-    for (size_t b = 0; b < t.x.size(); ++b)
-      finish_run(sum_row_.data() + b * run, ranges[b], job_.ringing > 0 ? near_bits(b) : uint16_t{0xffff},
-                 std::min(run, t.to[0] - static_cast<int64_t>(b) * run), out + b * run, cells[b]);
+    for (size_t i = 0; i < bricks; ++i) {
+      const size_t b = first + i;
+      finish_run(sum_row_.data() + b * run, ranges[i], job_.ringing > 0 ? near_bits(b) : uint16_t{0xffff},
+                 std::min(run, width - static_cast<int64_t>(i) * run), out + i * run, cells[b]);
+    }
   }
 
   static void widen(CellRanges::Cell& cell, float low, float high) {
@@ -337,8 +374,9 @@ float pivot_of(const CellRanges& cells) {
 } // namespace
 
 FrameHalver::FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved,
-                         const AxisFlags& predicted, Filter filter, const AxisFlags& turning)
-    : from_(dims), predicted_(predicted), filter_(filter), grid_(grid_of(dims, halved, turning)) {}
+                         const AxisFlags& predicted, Filter filter, const AxisFlags& turning, bool local)
+    : from_(dims), predicted_(predicted), filter_(filter), local_(local),
+      grid_(grid_of(dims, halved, turning)), made_{{}, this->dims()} {}
 
 std::array<int64_t, 3> FrameHalver::dims() const {
   const Int3 n = grid_.space.dims(0);
@@ -357,27 +395,33 @@ const Tables& FrameHalver::tables_of(const FaceLevels& faces) {
   return t;
 }
 
+Region FrameHalver::seen() { return seen_by(tables_of(usual_face_levels), made_); }
+
 HalvedFrame FrameHalver::halve(const Frame& frame, const CellRanges& cells, const FaceLevels& faces,
                                float ringing, const Context& context) {
   const Tables& tables = tables_of(faces);
   const std::array<int64_t, 3>& n = tables.to;
   HalvedFrame out;
+  const std::array<int64_t, 3> made{made_.length(0), made_.length(1), made_.length(2)};
   const uint64_t samples = checked_product(
-      {static_cast<uint64_t>(n[0]), static_cast<uint64_t>(n[1]), static_cast<uint64_t>(n[2])});
+      {static_cast<uint64_t>(made[0]), static_cast<uint64_t>(made[1]), static_cast<uint64_t>(made[2])});
   out.memory = Reservation(context.memory, checked_mul(samples, sizeof(float)) + samples / 64,
                            "a frame that coarser levels are made of");
   out.values.resize(samples);
   out.cells = CellRanges(n);
-  const Job job{tables, frame, cells, ringing, pivot_of(cells), out};
+  const float pivot = local_ ? 0 : pivot_of(cells);
+  const Job job{tables, frame, cells, ringing, pivot, made_, seen_by(tables, made_), out};
   // Stretches of whole cells; each filters the planes around it anew.
-  const int64_t stretch = std::max<int64_t>(n[2] / context.tasks.threads() / 8 + 1, 2) * cell_edges[2];
-  context.tasks.parallel_for((n[2] + stretch - 1) / stretch, [&](uint64_t i) {
+  const int64_t stretch = std::max<int64_t>(made[2] / context.tasks.threads() / 8 + 1, 2) * cell_edges[2];
+  context.tasks.parallel_for((made[2] + stretch - 1) / stretch, [&](uint64_t i) {
     const Reservation memory(context.memory, Pass::bytes(job), "halving a frame");
-    const int64_t begin = static_cast<int64_t>(i) * stretch;
-    Pass(job).make(begin, std::min(begin + stretch, n[2]), context);
+    const int64_t begin = made_.begin[2] + static_cast<int64_t>(i) * stretch;
+    Pass(job).make(begin, std::min(begin + stretch, made_.end[2]), context);
   });
-  const FrameBox box{out.values.data(), SourceType::f32, {0, 0, 0}, n, {0, 0, 0}};
+  leave_out(made_, n, out.cells);
+  const FrameBox box{out.values.data(), SourceType::f32, made_.begin, made, {0, 0, 0}};
   out.frame.emplace(std::span(&box, 1), n, 0.0f, "a halved frame");
+  out.frame->set_given(made_);
   return out;
 }
 

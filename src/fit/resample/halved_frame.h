@@ -24,7 +24,7 @@ namespace bccsplat {
 
 // Relative to the air of its source; what was missing is filled.
 struct HalvedFrame {
-  std::vector<float> values; // x fastest
+  std::vector<float> values; // of the box that is made, x fastest
   std::optional<Frame> frame;
   CellRanges cells;
   Reservation memory;
@@ -34,11 +34,17 @@ class FrameHalver {
  public:
   // dims: of the frames. halved: the axes along which they are. predicted: those beyond whose faces samples
   // are predicted (face_table.h); beyond the others they are mirror images, or along `turning` axes the
-  // samples at the other face.
+  // samples at the other face. local: what varies little around a large value is filtered as it is, to some
+  // units in the last place, and not as the difference from the least of all samples.
   FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved, const AxisFlags& predicted,
-              Filter filter, const AxisFlags& turning = {});
+              Filter filter, const AxisFlags& turning = {}, bool local = false);
 
   [[nodiscard]] std::array<int64_t, 3> dims() const;
+  // Lets a box of the halved frame, of whole cells, be all that is made and given of it from now on.
+  void make_only(const Region& box) { made_ = box; }
+  // Returns the samples of the frame that the box is made of, by whole cells, where faces are predicted as
+  // usual. Not along axes that turn.
+  [[nodiscard]] Region seen();
   // faces: how boldly samples are predicted. ringing: what the filter leaves up to this fraction of the
   // largest departure from air in its reach is air, and so is, unless this is 0, what it leaves where all of
   // the frame around are air, whatever that is. The result has the same bits for any number of threads and
@@ -75,7 +81,9 @@ class FrameHalver {
   std::array<int64_t, 3> from_;
   AxisFlags predicted_;
   Filter filter_;
+  bool local_;
   Lattice4 grid_; // of the halved samples
+  Region made_;
   std::map<FaceLevels, Tables> tables_;
 };
 

@@ -168,6 +168,61 @@ bool air_around(const std::vector<float>& values, const Dims& n, const Dims& pla
 }
 
 // All of what rings where everything around is air, however loud, and nothing but murmurs elsewhere.
+// A box, made of the samples that it asks for and no others, is that part of the whole.
+TEST(HalvedFrame, ABoxNeedsWhatIsNearAlone) {
+  for (const double radius : {14.0, 1000.0}) { // air, and none
+    const std::vector<float> values = noise_in_ball(radius);
+    Bench bench(2);
+    FrameBox whole;
+    whole.data = values.data(), whole.dims = frame_dims;
+    const auto made_of = [&](const Region* box) {
+      FrameHalver halver(frame_dims, {true, true, true}, {true, false, true}, Filter::kaiser8, {}, true);
+      Frame frame(std::span(&whole, 1), frame_dims, 0, "frame");
+      if (box) halver.make_only(*box), frame.set_given(halver.seen());
+      const FrameScan scan = scan_frame(frame, 0, bench.context);
+      HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, 1.0f / 512, bench.context);
+      made.memory = {};
+      return made;
+    };
+    const HalvedFrame all = made_of(nullptr);
+    const Dims n = all.frame->dims();
+    for (const Region& box : {Region{{16, 8, 8}, {23, 16, 19}}, Region{{0, 0, 16}, {16, 8, 19}}}) {
+      const HalvedFrame part = made_of(&box);
+      EXPECT_EQ(part.frame->given(), box);
+      size_t i = 0;
+      for (int64_t z = box.begin[2]; z < box.end[2]; ++z)
+        for (int64_t y = box.begin[1]; y < box.end[1]; ++y)
+          for (int64_t x = box.begin[0]; x < box.end[0]; ++x)
+            ASSERT_EQ(part.values[i++], all.values[at(n, x, y, z)]) << x << " " << y << " " << z;
+      EXPECT_EQ(part.values.size(), i);
+      for (size_t c = 0; c < all.cells.cell.size(); ++c)
+        EXPECT_TRUE(part.cells.cell[c].air() || part.cells.cell[c].low == all.cells.cell[c].low) << c;
+      EXPECT_EQ(part.cells.range(box).high, all.cells.range(box).high);
+    }
+  }
+}
+
+// Without the least of all samples taken off first a few units in the last place are lost.
+TEST(HalvedFrame, WhatVariesLittleLosesNextToNothing) {
+  std::vector<float> values = noise_in_ball(1000);
+  for (float& v : values) v = 300 + v / 100;
+  std::array<std::vector<float>, 2> made;
+  for (const bool local : {false, true}) {
+    Bench bench(1);
+    FrameBox whole;
+    whole.data = values.data(), whole.dims = frame_dims;
+    const Frame frame(std::span(&whole, 1), frame_dims, 0, "frame");
+    const FrameScan scan = scan_frame(frame, 0, bench.context);
+    FrameHalver halver(frame_dims, {true, true, true}, {}, Filter::kaiser8, {}, local);
+    made[local ? 1 : 0] = halver.halve(frame, scan.cells, usual_face_levels, 0, bench.context).values;
+  }
+  const float unit = std::ldexp(1.0f, -15); // in the last place, of 256 to 512
+  float most = 0;
+  for (size_t i = 0; i < made[0].size(); ++i) most = std::max(most, std::fabs(made[0][i] - made[1][i]));
+  EXPECT_GT(most, 0);
+  EXPECT_LE(most, 8 * unit);
+}
+
 TEST(HalvedFrame, RingingInAirIsAir) {
   const std::vector<float> values = noise_in_ball(11);
   const HalvedFrame rings = halve(values, {}, 1, 0), clean = halve(values, {}, 1, 1.0f / 512);
