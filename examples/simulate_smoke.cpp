@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A little smoke simulation that makes a 4D data set: two puffing jets collide, billow and rise.
-// Writes smoke.0000.raw ... (float32, x fastest) and smoke.0000.vdb ... (fog volume "density"). y is up.
+// Writes smoke.0000.raw ... (float32, x fastest) and smoke.0000.vdb ... (fog volume "density"), and with
+// --heat heat.0000.raw ... (how much of its heat the smoke still has, 0 to 1). y is up.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -25,7 +26,7 @@ struct Settings {
   int size = 96;  // cells per edge of the cube
   int steps = 48; // frames written
   std::filesystem::path folder = "out";
-  bool raw = false, vdb = false, half = false;
+  bool raw = false, vdb = false, half = false, heat = false;
   int threads = 0; // 0: one per core
   bool progress = isatty(2) != 0;
 };
@@ -36,7 +37,8 @@ constexpr int lead = 34;                // steps before the first frame: the jet
 void usage(std::FILE* to) {
   std::fprintf(
       to,
-      "usage: simulate_smoke [--size N] [--steps S] [-o FOLDER] [--raw] [--vdb] [--half] [--threads N]\n"
+      "usage: simulate_smoke [--size N] [--steps S] [-o FOLDER] [--raw] [--vdb] [--half] [--heat] [--threads "
+      "N]\n"
       "  --size N     cells per edge of the cube, even, 16 to 512 (96)\n"
       "  --steps S    frames, 1 to 9999, %g per second (48)\n"
       "  -o FOLDER    made when missing (out)\n"
@@ -44,6 +46,7 @@ void usage(std::FILE* to) {
       "  --vdb        write smoke.%%04d.vdb, fog volume \"density\"%s\n"
       "               neither: raw, and vdb where it is built in\n"
       "  --half       store 16-bit floats in the .vdb\n"
+      "  --heat       write heat.%%04d.raw, too: 1 where smoke comes in, less the longer it has been there\n"
       "  --threads N  0: one per core; the result does not depend on it (0)\n",
       static_cast<double>(frames_per_second), smoke::has_vdb ? "" : " (not built in)");
 }
@@ -75,6 +78,8 @@ bool read_settings(int argc, char** argv, Settings& s) {
       s.vdb = true;
     else if (option == "--half")
       s.half = true;
+    else if (option == "--heat")
+      s.heat = true;
     else {
       std::fprintf(stderr, "simulate_smoke: unknown option %s\n", option.c_str());
       return false;
@@ -115,15 +120,17 @@ std::array<smoke::Source, 2> sources(float seconds) {
 
 void simulate(const Settings& s) {
   std::filesystem::create_directories(s.folder);
-  smoke::Solver solver(s.size, s.threads);
+  smoke::Solver solver(s.size, s.threads, s.heat);
   for (int step = 0; step < lead + s.steps; ++step) {
     const float seconds = static_cast<float>(step) / frames_per_second;
     solver.step(1 / frames_per_second, sources(seconds), smoke::Physics{});
     if (step < lead) continue;
     const int number = step - lead;
     const smoke::Grid frame = smoke::expose(solver.density());
-    if (s.raw) smoke::write_raw(smoke::frame_path(s.folder, number, "raw"), frame);
-    if (s.vdb) smoke::write_vdb(smoke::frame_path(s.folder, number, "vdb"), frame, 1.0 / s.size, s.half);
+    if (s.raw) smoke::write_raw(smoke::frame_path(s.folder, "smoke", number, "raw"), frame);
+    if (s.heat) smoke::write_raw(smoke::frame_path(s.folder, "heat", number, "raw"), solver.heat());
+    if (s.vdb)
+      smoke::write_vdb(smoke::frame_path(s.folder, "smoke", number, "vdb"), frame, 1.0 / s.size, s.half);
     if (s.progress) std::fprintf(stderr, "\rsmoke: frame %d of %d", number + 1, s.steps);
   }
   if (s.progress) std::fprintf(stderr, "\n");

@@ -10,10 +10,11 @@ namespace smoke {
 
 static_assert(std::endian::native == std::endian::little, "raw files are little-endian");
 
-std::filesystem::path frame_path(const std::filesystem::path& folder, int frame, const char* extension) {
-  char name[40];
-  std::snprintf(name, sizeof name, "smoke.%04d.%s", frame, extension);
-  return folder / name;
+std::filesystem::path frame_path(const std::filesystem::path& folder, const char* name, int frame,
+                                 const char* extension) {
+  char file[60];
+  std::snprintf(file, sizeof file, "%s.%04d.%s", name, frame, extension);
+  return folder / file;
 }
 
 void write_raw(const std::filesystem::path& path, const Grid& grid) {

@@ -8,8 +8,9 @@
 
 namespace smoke {
 
-// Returns FOLDER/smoke.0007.raw and so on.
-std::filesystem::path frame_path(const std::filesystem::path& folder, int frame, const char* extension);
+// Returns FOLDER/NAME.0007.raw and so on.
+std::filesystem::path frame_path(const std::filesystem::path& folder, const char* name, int frame,
+                                 const char* extension);
 
 // Writes bare little-endian float32, x fastest. Throws std::runtime_error.
 void write_raw(const std::filesystem::path& path, const Grid& grid);

@@ -40,11 +40,12 @@ template<class Body> void for_each(int threads, const Grid& grid, const Body& bo
 
 } // namespace
 
-Solver::Solver(int n, int threads)
-    : n_(n), threads_(threads), density_(n, n, n), u_(n + 1, n, n), v_(n, n + 1, n), w_(n, n, n + 1),
-      next_density_(n, n, n), next_u_(n + 1, n, n), next_v_(n, n + 1, n), next_w_(n, n, n + 1),
-      curl_size_(n, n, n), curl_(density_.samples.size()), origin_(u_.samples.size()),
-      corrected_(u_.samples.size()), poisson_(n, threads) {}
+Solver::Solver(int n, int threads, bool heat)
+    : n_(n), threads_(threads), has_heat_(heat), density_(n, n, n), u_(n + 1, n, n), v_(n, n + 1, n),
+      w_(n, n, n + 1), next_density_(n, n, n), next_u_(n + 1, n, n), next_v_(n, n + 1, n),
+      next_w_(n, n, n + 1), heat_(heat ? n : 0, n, n), next_heat_(heat ? n : 0, n, n), curl_size_(n, n, n),
+      curl_(density_.samples.size()), origin_(u_.samples.size()), corrected_(u_.samples.size()),
+      poisson_(n, threads) {}
 
 void Solver::step(float seconds, std::span<const Source> sources, const Physics& physics) {
   add_sources(sources, seconds);
@@ -52,6 +53,8 @@ void Solver::step(float seconds, std::span<const Source> sources, const Physics&
   project();
   advect(seconds);
   const float keep = std::exp(-physics.decay * seconds), lose = physics.fade * seconds;
+  const float warm = std::exp(-physics.cooling * seconds);
+  for (float& heat : heat_.samples) heat *= warm;
   for_each(threads_, density_,
            [&](int i, int j, int k) { density_(i, j, k) = std::max(0.0f, density_(i, j, k) * keep - lose); });
 }
@@ -72,6 +75,10 @@ void Solver::add_sources(std::span<const Source> sources, float seconds) {
     for_each(threads_, density_, [&](int i, int j, int k) {
       float& value = density_(i, j, k);
       value = std::max(value, source.density * inside(source, h * place(i, j, k, centre_offset)));
+    });
+    for_each(threads_, heat_, [&](int i, int j, int k) {
+      const bool blows = source.density > 0;
+      if (blows) heat_(i, j, k) = std::max(heat_(i, j, k), inside(source, h * place(i, j, k, centre_offset)));
     });
   }
 }
@@ -154,10 +161,12 @@ Vec3 Solver::velocity_at(Vec3 cells) const {
 void Solver::advect(float seconds) {
   const float cells_per_speed = seconds * static_cast<float>(n_);
   advect_one(density_, next_density_, centre_offset, cells_per_speed);
+  if (has_heat_) advect_one(heat_, next_heat_, centre_offset, cells_per_speed);
   advect_one(u_, next_u_, u_offset, cells_per_speed);
   advect_one(v_, next_v_, v_offset, cells_per_speed);
   advect_one(w_, next_w_, w_offset, cells_per_speed);
   std::swap(density_, next_density_);
+  std::swap(heat_, next_heat_);
   std::swap(u_, next_u_);
   std::swap(v_, next_v_);
   std::swap(w_, next_w_);

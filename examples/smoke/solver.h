@@ -24,14 +24,17 @@ struct Physics {
   float confinement = 0.5f; // strength of vorticity confinement, 1: as strong as the vorticity itself
   float decay = 0.15f;      // fraction of the density lost per second
   float fade = 0.02f;       // density lost per second whatever its value, so that smoke ends somewhere
+  float cooling = 1.2f;     // fraction of the heat lost per second
 };
 
 class Solver {
  public:
-  // There are n cells per axis; n must be even.
-  Solver(int n, int threads);
+  // There are n cells per axis; n must be even. heat: whether heat is carried along, which moves nothing.
+  Solver(int n, int threads, bool heat = false);
 
   [[nodiscard]] const Grid& density() const { return density_; }
+  // 1 in a source that blows, 0 far from any.
+  [[nodiscard]] const Grid& heat() const { return heat_; }
   void step(float seconds, std::span<const Source> sources, const Physics& physics);
   // Returns the largest divergence of the velocity times the cell size, edges / s.
   [[nodiscard]] float divergence();
@@ -45,10 +48,12 @@ class Solver {
   [[nodiscard]] Vec3 velocity_at(Vec3 cells) const;
 
   int n_, threads_;
+  bool has_heat_;
   // Cell (i, j, k) has its centre at (i + 1/2, j + 1/2, k + 1/2) cells; u, v, w are on the faces across x, y,
   // z.
   Grid density_, u_, v_, w_;
   Grid next_density_, next_u_, next_v_, next_w_;
+  Grid heat_, next_heat_; // at the centres; empty without
   Grid curl_size_;
   std::vector<Vec3> curl_;
   std::vector<Vec3>
