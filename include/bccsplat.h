@@ -2157,7 +2157,8 @@ typedef struct bccsplat_hit {
 } bccsplat_hit;
 /* Looks along a ray at the field that bccsplat_slice_evaluate gives, eight times as finely as
  * its samples; what is thinner may be missed. Holes are passed over, as is what lies outside the
- * domain. Also: UNSUPPORTED for slices of uneven axes but of BCCSPLAT_SPACE_EVEN. */
+ * domain. Of labels the value is the one that begins there. Also: UNSUPPORTED for slices of uneven
+ * axes but of BCCSPLAT_SPACE_EVEN. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_pick(
     const bccsplat_slice* slice, const bccsplat_ray* ray, bccsplat_hit* hit);
 
@@ -2859,7 +2860,8 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_set_lights(
  * whatever the time; without any WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_get_bounds(
     const bccsplat_scene* scene, double bounds[6]);
-/* As bccsplat_slice_fit_camera, of the box around the instances. Also: WRONG_STATE without any. */
+/* As bccsplat_slice_fit_camera, so from behind, of the box around the instances; from other sides
+ * by bccsplat_fit_camera with bccsplat_scene_get_bounds. Also: WRONG_STATE without any. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* scene,
     int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
     uint32_t height, bccsplat_camera* camera);

@@ -112,7 +112,7 @@ std::optional<double> find_value(const RayValues& ray, double threshold) {
     const double width = (to - from) / finer;
     from += width * static_cast<double>(part), to = from + width;
   }
-  return (from + to) / 2;
+  return to; // of labels the one that is met, not the one before
 }
 
 // Returns the number of the largest value; none where all are NaN.

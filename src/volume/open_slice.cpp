@@ -68,14 +68,19 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
   OpenSlice result;
   result.channel = request.channel, result.level = request.level;
   const bool labels = cuts_labels(volume, request);
+  result.cut = request.cut;
+  const std::optional<IndexBox>& box = request.cut.box;
+  for (size_t a = 0; labels && box && a < 3; ++a) // labels stand at samples, wherever a box ends
+    result.cut.box->begin[a] = std::floor(box->begin[a]), result.cut.box->end[a] = std::ceil(box->end[a]);
   if (request.extracted)
     extract(result, request, volume.affine(), context);
   else
     result.slice =
         hyperslice(*request.coefficients, labels ? plane_of_samples(volume, request.plane) : request.plane,
-                   request.cut, volume.affine(), context);
-  result.cut = request.cut;
+                   result.cut, volume.affine(), context);
   if (labels) add_labels(result, volume, context);
+  if (labels && box) cut_to_box(result.slice, clip_to_samples(*box, volume.lattice(0)));
+  result.cut = request.cut;
   result.slice.bytes_read = volume.reader()->bytes_read() - read_before;
   result.memory = Reservation(context.memory, result.slice.bytes(), "slice");
   return result;

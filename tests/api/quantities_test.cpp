@@ -233,6 +233,37 @@ TEST_F(Quantities, LabelsAreThoseOfTheNearestSample) {
   }
 }
 
+TEST_F(Quantities, LabelsStandAtSamplesWhereverABoxEnds) {
+  auto plane = sized<bccsplat_hyperplane>();
+  plane.d = 1, plane.e = -1;
+  auto o = sized<bccsplat_slice_options>();
+  const std::array<double, 6> box{8.6, 4.3, 5, 23.1, 7.7, 5};
+  o.channel = 2, o.box = box.data();
+  bccsplat_slice* created = nullptr;
+  ASSERT_OK(bccsplat_slice_create(volume.get(), &plane, &o, &created));
+  const Slice slice(created);
+  auto info = sized<bccsplat_slice_info>();
+  ASSERT_OK(bccsplat_slice_get_info(created, &info));
+  for (size_t a = 0; a < 3; ++a) {
+    EXPECT_NEAR(info.extent[a][0], box[a], 1e-9);
+    EXPECT_NEAR(info.extent[a][1], box[a + 3], 1e-9);
+  }
+  for (double x = box[0]; x < box[3]; x += 0.07) {
+    const std::array<double, 3> uvw{x, 5.5, 5};
+    float value = 0;
+    ASSERT_OK(bccsplat_slice_evaluate(created, 1, uvw.data(), &value, nullptr));
+    EXPECT_EQ(value, static_cast<float>(label(std::floor(x + 0.5), 0, 0))) << x;
+  }
+  // What a ray meets of labels is the one behind the border.
+  auto ray = sized<bccsplat_ray>();
+  ray.pick = BCCSPLAT_PICK_VALUE, ray.threshold = 1;
+  ray.origin[0] = -5, ray.origin[1] = 5.5, ray.origin[2] = 5, ray.direction[0] = 1;
+  auto hit = sized<bccsplat_hit>();
+  ASSERT_OK(bccsplat_slice_pick(created, &ray, &hit));
+  EXPECT_EQ(hit.value, 3);
+  EXPECT_NEAR(hit.world[0], first_border, 1e-3);
+}
+
 TEST_F(Quantities, PicturesOfLabelsMixNoColours) {
   // Each label has a colour of its own, and so have the values between them, which are of no label.
   const std::vector<double> colors{0, 0, 0,   0, 2.4, 0, 1,   0, 2.5, 1, 0,   0, 3.5, 1,
