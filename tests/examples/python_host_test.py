@@ -517,6 +517,9 @@ def scenes(device, volume, cut):
     assert status.drawn == 2
     scene.set_instance(second, outside="hold", placement=beside, trail={"interval": (0, 2), "weights": (1, 2)})
     assert scene.render(frame, View(scene.fit_camera(60, 40))).drawn == 2
+    scene.set_instance(second, channel="density", color_channel="density", outside="hold", placement=beside)
+    assert scene.render(frame, View(scene.fit_camera(60, 40))).drawn == 2
+    raises(Error, Status.NOT_FOUND, scene.add, volume, color_channel="colour")
     scene.set_instance(second, hidden=True)
     scene.render(frame, view, RenderOptions(quality="draft"))
     assert np.isclose(frame.rgba()[..., 3].sum(), one)

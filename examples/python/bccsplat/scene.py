@@ -33,10 +33,16 @@ class Scene(Child):
         self._create("scene_create", device.pointer)
 
     @staticmethod
-    def _instance(placement: Any, outside: int | str | None, hidden: bool,
-                  transfer_function: TransferFunction | None, color_channel: int | None,
-                  color_function: TransferFunction | None, mask_channel: int | None, mask_labels: Sequence[float],
+    def _instance(volume: Volume | None, placement: Any, outside: int | str | None, hidden: bool,
+                  transfer_function: TransferFunction | None, color_channel: int | str | None,
+                  color_function: TransferFunction | None, mask_channel: int | str | None,
+                  mask_labels: Sequence[float],
                   trail: dict[str, Any] | None, options: dict[str, Any]) -> tuple[_abi.Instance, Any]:
+        def channel_number(channel: int | str) -> Any:
+            return channel if volume is None else volume.channel_number(channel)
+
+        if "channel" in options:
+            options = {**options, "channel": channel_number(options["channel"])}
         instance = _abi.Instance(outside=choose("OUTSIDE", outside), hidden=int(hidden), **options)
         if placement is not None:
             instance.placement[:] = np.asarray(placement, np.float64).reshape(16).tolist()
@@ -45,13 +51,13 @@ class Scene(Child):
             instance.transfer_function = ctypes.pointer(functions[0])
         if color_channel is not None:
             instance.set_mask |= _abi.INSTANCE_SET_COLOR_CHANNEL
-            instance.color_channel = color_channel
+            instance.color_channel = channel_number(color_channel)
             if functions[1] is not None:
                 instance.color_function = ctypes.pointer(functions[1])
         labels = (ctypes.c_double * max(len(mask_labels), 1))(*mask_labels)
         if mask_channel is not None:
             instance.set_mask |= _abi.INSTANCE_SET_MASK_CHANNEL
-            instance.mask_channel, instance.mask_label_count = mask_channel, len(mask_labels)
+            instance.mask_channel, instance.mask_label_count = channel_number(mask_channel), len(mask_labels)
             instance.mask_labels = ctypes.addressof(labels)
         moved = None if trail is None else trail_struct(**trail)
         if moved is not None:
@@ -59,14 +65,15 @@ class Scene(Child):
         return instance, (functions, labels, moved)
 
     def add(self, volume: Volume, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
-            transfer_function: TransferFunction | None = None, color_channel: int | None = None,
-            color_function: TransferFunction | None = None, mask_channel: int | None = None,
+            transfer_function: TransferFunction | None = None, color_channel: int | str | None = None,
+            color_function: TransferFunction | None = None, mask_channel: int | str | None = None,
             mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, **options: Any) -> int:
         """Returns the instance's number. placement: 4x4. outside: "hide", "hold" or "loop". color_channel: another channel,
         whose values say the colours, by color_function. mask_channel: one of labels, of which only mask_labels are drawn.
+        Channels go by number or name.
         trail: what moved, as arguments of Renderer.set_trail: {"interval": (-2, 0)}.
         Further options by the names of bccsplat_instance: channel, time_scale, time_offset, density."""
-        instance, _kept = self._instance(placement, outside, hidden, transfer_function, color_channel, color_function,
+        instance, _kept = self._instance(volume, placement, outside, hidden, transfer_function, color_channel, color_function,
                                          mask_channel, mask_labels, trail, options)
         number = ctypes.c_uint64()
         call("scene_add", self.pointer, volume.pointer, byref(instance), byref(number))
@@ -74,11 +81,11 @@ class Scene(Child):
         return number.value
 
     def set_instance(self, number: int, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
-                     transfer_function: TransferFunction | None = None, color_channel: int | None = None,
-                     color_function: TransferFunction | None = None, mask_channel: int | None = None,
+                     transfer_function: TransferFunction | None = None, color_channel: int | str | None = None,
+                     color_function: TransferFunction | None = None, mask_channel: int | str | None = None,
                      mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, **options: Any) -> None:
         """All of it anew: what is not given is the default."""
-        instance, _kept = self._instance(placement, outside, hidden, transfer_function, color_channel, color_function,
+        instance, _kept = self._instance(self._volumes.get(number), placement, outside, hidden, transfer_function, color_channel, color_function,
                                          mask_channel, mask_labels, trail, options)
         call("scene_set_instance", self.pointer, number, byref(instance))
 
