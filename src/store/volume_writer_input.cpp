@@ -25,7 +25,9 @@ FieldGrid grid_of_frame(const std::array<uint32_t, 4>& dims, uint32_t frame) {
 bool holds_source(const ChannelInfo& c) {
   const bool bytes = c.source_type == SourceType::u8 && c.type == ValueType::u8,
              words = c.source_type == SourceType::u16 && c.type == ValueType::u16;
-  return (bytes || words) && c.scale == 1 && c.offset == 0 && c.air == std::floor(c.air);
+  const float most = bytes ? UINT8_MAX : UINT16_MAX;
+  const bool air_has_code = c.air >= 0 && c.air <= most && c.air == std::floor(c.air);
+  return (bytes || words) && air_has_code && c.scale == 1 && c.offset == 0;
 }
 
 } // namespace
