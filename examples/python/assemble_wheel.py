@@ -1,4 +1,5 @@
-"""assemble_wheel.py STAGE LICENSE OUTPUT: a wheel of what `cmake --install` put into STAGE; prints its name.
+"""assemble_wheel.py STAGE LICENSE OUTPUT [ROOT]: a wheel of what `cmake --install` put into STAGE; prints its name. ROOT is where
+the root of the system is that it was built for, /.
 
 Inside are the package, the library in bccsplat/lib, the tool in bccsplat/bin, and copies of the shared libraries that the
 policy manylinux_2_36 does not count on, under names of their own so that they do not meet those of other packages in one
@@ -15,9 +16,11 @@ import sys
 import tempfile
 import zipfile
 
-TAG = "py3-none-manylinux_2_36_x86_64"
+POLICY = "manylinux_2_36"
+# The numbers that ELF files have for machines.
+MACHINES = {62: "x86_64", 183: "aarch64"}
 # What every system of the policy has (PEP 600): the C and C++ runtimes and zlib.
-ALLOWED = {"ld-linux-x86-64.so.2", "libc.so.6", "libm.so.6", "libdl.so.2", "librt.so.1", "libpthread.so.0", "libgcc_s.so.1",
+ALLOWED = {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libm.so.6", "libdl.so.2", "librt.so.1", "libpthread.so.0", "libgcc_s.so.1",
            "libstdc++.so.6", "libz.so.1"}
 # The newest versions of symbols that it has.
 NEWEST = {"GLIBC": (2, 36), "GLIBCXX": (3, 4, 30), "CXXABI": (1, 3, 13), "GCC": (12, 0, 0)}
@@ -36,23 +39,32 @@ def needed(binary):
     return run("patchelf", "--print-needed", binary).split()
 
 
-def resolved(binary, folder):
-    """What the loader takes for each library that a binary needs, directly or not."""
-    found = {}
-    for line in run("env", "LD_LIBRARY_PATH=" + folder, "ldd", binary).splitlines():
-        if match := re.match(r"\s*(\S+) => (/\S+)", line):
-            found[match[1]] = match[2]
-        elif "not found" in line:
-            sys.exit("assemble_wheel.py: %s: %s" % (binary, line.strip()))
+def machine(binary):
+    with open(binary, "rb") as file:
+        return MACHINES[int.from_bytes(file.read(20)[18:], "little")]
+
+
+def resolved(binary, folder, root):
+    """The file of each library that a binary needs, directly or not, but for those of the policy: in a folder, or where Debian
+    has it."""
+    found, left = {}, [binary]
+    places = [folder, *(os.path.join(root, lib, machine(binary) + "-linux-gnu") for lib in ("usr/lib", "lib"))]
+    while left:
+        for name in set(needed(left.pop())) - ALLOWED - set(found):
+            files = [path for place in places if os.path.exists(path := os.path.join(place, name))]
+            if not files:
+                sys.exit("assemble_wheel.py: %s: %s not found" % (binary, name))
+            found[name] = files[0]
+            left.append(files[0])
     return found
 
 
 def check_versions(binary):
     """That nothing newer than the policy is needed."""
-    for family, version in re.findall(r"\b(GLIBC|GLIBCXX|CXXABI|GCC)_([\d.]+)\b", run("objdump", "-T", binary)):
+    for family, version in re.findall(r"\b(GLIBC|GLIBCXX|CXXABI|GCC)_([\d.]+)\b", run("readelf", "--dyn-syms", "-W", binary)):
         if tuple(map(int, version.split("."))) > NEWEST[family]:
             sys.exit("assemble_wheel.py: %s needs %s_%s, which %s does not have: build on Debian 12" %
-                     (os.path.basename(binary), family, version, TAG))
+                     (os.path.basename(binary), family, version, POLICY))
 
 
 def debian_package(library):
@@ -65,14 +77,14 @@ def debian_package(library):
     sys.exit("assemble_wheel.py: no Debian package has %s, so that its licence is unknown: build on Debian 12" % library)
 
 
-def bundle(tree):
+def bundle(tree, root):
     """Copies what library and tool need beside them, and returns the packages that it came from."""
     lib = os.path.join(tree, "bccsplat", "lib")
     programs = [os.path.join(lib, name) for name in sorted(os.listdir(lib))] + [os.path.join(tree, "bccsplat", "bin", "bcc4")]
     own = {os.path.basename(program) for program in programs}
     sources, packages = {}, set()
     for program in programs:
-        sources |= {name: path for name, path in resolved(program, lib).items() if name not in ALLOWED | own}
+        sources |= {name: path for name, path in resolved(program, lib, root).items() if name not in own}
     renamed = {}
     for name, path in sorted(sources.items()):
         with open(path, "rb") as file:
@@ -160,11 +172,11 @@ def pack(tree, files, path):
                 wheel.writestr(entry, file.read())
 
 
-def add_metadata(folder, names):
+def add_metadata(folder, names, tag):
     with open(os.path.join(folder, "METADATA"), "a", encoding="utf-8") as file:
         file.write("".join("License-File: %s\n" % name for name in names))
     with open(os.path.join(folder, "WHEEL"), "w", encoding="utf-8") as file:
-        file.write("Wheel-Version: 1.0\nGenerator: bccsplat\nRoot-Is-Purelib: false\nTag: %s\n" % TAG)
+        file.write("Wheel-Version: 1.0\nGenerator: bccsplat\nRoot-Is-Purelib: false\nTag: %s\n" % tag)
     entries = os.path.join(folder, "entry_points.txt")
     with open(entries, encoding="utf-8") as file:
         text = file.read()
@@ -172,13 +184,14 @@ def add_metadata(folder, names):
         file.write(ENTRY_POINTS + text)
 
 
-def main(stage, licence, output):
+def main(stage, licence, output, root="/"):
     with tempfile.TemporaryDirectory() as tree:
         info = lay_out(stage, tree)
-        packages = bundle(tree) + COMPILED_IN
+        tag = "py3-none-%s_%s" % (POLICY, machine(os.path.join(tree, "bccsplat", "bin", "bcc4")))
+        packages = bundle(tree, root) + COMPILED_IN
         names = licences(packages, licence, os.path.join(tree, info, "licenses"))
-        add_metadata(os.path.join(tree, info), names)
-        name = "%s-%s.whl" % (info.removesuffix(".dist-info"), TAG)
+        add_metadata(os.path.join(tree, info), names, tag)
+        name = "%s-%s.whl" % (info.removesuffix(".dist-info"), tag)
         pack(tree, record(tree, info), os.path.join(output, name))
     print(os.path.join(output, name))
 

@@ -5,6 +5,8 @@ set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
 set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+# GCC tells of every struct of floats that it hands over as it did not before GCC 7.
+set(CMAKE_CXX_FLAGS_INIT -Wno-psabi)
 set(CMAKE_SYSROOT ${BCCSPLAT_AARCH64_ROOT})
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L ${BCCSPLAT_AARCH64_ROOT})
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES BCCSPLAT_AARCH64_ROOT)

@@ -1,5 +1,6 @@
-"""python_wheel_test.py TOP EXAMPLES SCRATCH BUILD: the wheel of a build folder is whole and says what is in it, and runs in an
-environment of its own that has neither the sources nor a compiler. Exits with 77 without patchelf or venv."""
+"""python_wheel_test.py TOP EXAMPLES SCRATCH BUILD [EMULATOR...]: the wheel of a build folder is whole and says what is in it, and
+runs in an environment of its own that has neither the sources nor a compiler; of a build for 64-bit ARM its tool runs under an
+emulator. Exits with 77 without patchelf or venv."""
 import base64
 import csv
 import glob
@@ -12,16 +13,17 @@ import subprocess
 import sys
 import zipfile
 
-top, _examples, scratch, build = sys.argv[1:]
-for tool in ("patchelf", "objdump", "dpkg"):
+top, _examples, scratch, build, *emulator = sys.argv[1:]
+for tool in ("patchelf", "readelf", "dpkg"):
     if shutil.which(tool) is None:
         print("skipped: THIS MACHINE HAS NO %s, no wheel was made" % tool.upper())
         sys.exit(77)
 try:
-    import ensurepip  # noqa: F401  of python3-venv
-    import venv  # noqa: F401
+    if not emulator:
+        import ensurepip  # noqa: F401  of python3-venv
+        import venv  # noqa: F401
 
-    import numpy  # noqa: F401
+        import numpy  # noqa: F401
 except ImportError as error:
     print("skipped: THIS PYTHON LACKS %s (python3-venv, python3-numpy), no wheel was made" % error.name)
     sys.exit(77)
@@ -54,7 +56,8 @@ def told(*command):
 def made(output):
     script = os.path.join(top, "examples", "python", "build_wheel.sh")
     wheel = told("bash", script, output, build).split()[-1]
-    assert re.fullmatch(r"bccsplat-\d+\.\d+\.\d+-py3-none-manylinux_2_36_x86_64\.whl", os.path.basename(wheel)), wheel
+    machine = "aarch64" if emulator else "x86_64"
+    assert re.fullmatch(r"bccsplat-\d+\.\d+\.\d+-py3-none-manylinux_2_36_%s\.whl" % machine, os.path.basename(wheel)), wheel
     return wheel
 
 
@@ -138,6 +141,23 @@ def check_installed(wheel, folder):
     assert not left and not os.path.exists(os.path.join(binaries, "bcc4")), left
 
 
+def check_emulated(folder):
+    """The tool with the libraries of the wheel, without a Python of that machine. The loader is called by its name: qemu 7.2 itself
+    does not load programs that patchelf has changed."""
+    loader = [*emulator, os.path.join(emulator[-1], "lib", "ld-linux-aarch64.so.1")]
+    bcc4 = [*loader, os.path.join(folder, "bccsplat", "bin", "bcc4")]
+    inside = told(*loader, "--list", bcc4[-1])
+    for name in ("libbccsplat", "libOpenEXR", "libpng16", "libdeflate", "libpugixml"):
+        assert re.search(r"\b%s[^ ]* => %s/" % (name, re.escape(os.path.join(folder, "bccsplat"))), inside), (name, inside)
+    assert told(*bcc4, "--version").startswith("bcc4 ")
+    raw, stored, picture = (os.path.join(folder, "a." + kind) for kind in ("raw", "bcc4", "exr"))
+    with open(raw, "wb") as file:
+        file.write(bytes(i * i % 251 for i in range(16 ** 3 * 4)))
+    told(*bcc4, "import", raw, "--dims", "16,16,16,4", "--dtype", "u8", "-o", stored)
+    told(*bcc4, "render", stored, "--time", "1", "-o", picture, "--size", "64x64")
+    assert os.path.getsize(picture) > 1000
+
+
 shutil.rmtree(scratch, ignore_errors=True)
 os.makedirs(scratch)
 first = made(os.path.join(scratch, "first"))
@@ -145,5 +165,8 @@ with zipfile.ZipFile(first) as archive:
     check_contents(archive, check_record(archive), os.path.join(scratch, "unpacked"))
 with open(first, "rb") as one, open(made(os.path.join(scratch, "second")), "rb") as two:
     assert one.read() == two.read(), "two wheels of one build differ"
-check_installed(first, scratch)
+if emulator:
+    check_emulated(os.path.join(scratch, "unpacked"))
+else:
+    check_installed(first, scratch)
 shutil.rmtree(scratch)
