@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """same_files.py FOLDER HERE... -- THERE...: imports the same series by two tools, that of this machine and one for another
-system under its emulator, and compares the files byte by byte, and what each reads of the other's file. Each command runs
-in a folder of its own, with the same names, so that what a file says of its making is the same."""
+system under its emulator, and compares byte by byte the files and the frames that are read of them, and pictures as PNG, whose
+pixels may differ by the rounding of other vectors. Each command runs in a folder of its own, with the same names, so that what a
+file says of its making is the same."""
 import gzip
 import math
 import os
@@ -10,6 +11,7 @@ import random
 import struct
 import subprocess
 import sys
+import zlib
 
 DIMS = (22, 20, 18, 14)
 
@@ -106,6 +108,40 @@ def difference(here, there):
     return f'{len(apart)} of {len(here)} bytes differ, the first at {apart[0]}' if apart else ''
 
 
+def pixels(png):
+    """Width, height, channels and bytes of a PNG file of 8 bits."""
+    place, packed_rows, shape = 8, b'', None
+    while place < len(png):
+        size, kind = struct.unpack_from('>I4s', png, place)
+        body = png[place + 8:place + 8 + size]
+        if kind == b'IHDR':
+            shape = *struct.unpack_from('>II', body), {2: 3, 6: 4}[body[9]]
+        elif kind == b'IDAT':
+            packed_rows += body
+        place += 12 + size
+    width, height, channels = shape
+    rows, row, above = zlib.decompress(packed_rows), bytearray(), bytearray(width * channels)
+    out = bytearray()
+    for y in range(height):
+        begin = y * (width * channels + 1)
+        rule, row = rows[begin], bytearray(rows[begin + 1:begin + 1 + width * channels])
+        for i in range(len(row)):
+            left, up, corner = (row[i - channels], above[i], above[i - channels]) if i >= channels else (0, above[i], 0)
+            nearest = min((left, up, corner), key=lambda v, p=left + up - corner: abs(p - v))
+            row[i] = (row[i] + (0, left, up, (left + up) // 2, nearest)[rule]) & 255
+        out += row
+        above = row
+    return shape, bytes(out)
+
+
+def picture_difference(here, there):
+    (shape, a), (other, b) = pixels(here), pixels(there)
+    if shape != other or len(set(a)) < 8:
+        return f'pictures of {shape} and {other}, with {len(set(a))} values'
+    most = max(abs(i - j) for i, j in zip(a, b))
+    return f'pixels differ by {most} of 255' if most > 1 else ''
+
+
 def main():
     split = sys.argv.index('--')
     top, commands = sys.argv[1], (sys.argv[2:split], sys.argv[split + 1:])
@@ -122,9 +158,14 @@ def main():
             run(command, folder, 'import', *words, '-o', name, '--overwrite', '--quiet')
             run(command, folder, 'export', name, '--all', '-o', f'{i}.%04d.raw', '--overwrite', '--quiet')
             run(command, folder, 'export', name, '--index', '--time', '2.3', '-o', f'{i}.between.raw', '--overwrite', '--quiet')
+            run(command, folder, 'render', name, '--time', '1.3', '--size', '96x80', '-o', f'{i}.png', '--overwrite', '--quiet')
         parts = [name, *sorted(n for n in os.listdir(folders[0]) if n.startswith(f'{i}.') and n.endswith('.raw'))]
         wrong = {n: d for n in parts if (d := difference(*(read(os.path.join(f, n)) for f in folders)))}
-        print(f'{what}: {f"{wrong}" if wrong else f"the same file, and {len(parts) - 1} frames read of it"}', flush=True)
+        pictures = [read(os.path.join(f, f'{i}.png')) for f in folders]
+        if d := picture_difference(*pictures):
+            wrong['picture'] = d
+        same = 'the same' if pictures[0] == pictures[1] else 'rounded otherwise'
+        print(f'{what}: {wrong or f"the same file, and {len(parts) - 1} frames read of it; a picture, {same}"}', flush=True)
         bad += bool(wrong) or len(parts) < 2
     if bad:
         sys.exit(f'FAILED: {bad} of {len(IMPORTS)} imports differ')
