@@ -55,10 +55,9 @@ if(TARGET bccsplat)
     DESTINATION ${BCCSPLAT_PYTHON_DIR}/bccsplat-${PROJECT_VERSION}.dist-info COMPONENT python)
 endif()
 
-# The viewer for browsers, where examples/web/build.sh has made it; `bcc4 view` finds it from its own place.
-install(DIRECTORY build-web/site/ DESTINATION ${CMAKE_INSTALL_DATADIR}/bccsplat/web COMPONENT tools OPTIONAL)
-
 if(TARGET bcc4)
+  # The viewer for browsers, where examples/web/build.sh has made it; `bcc4 view` finds it from its own place.
+  install(DIRECTORY build-web/site/ DESTINATION ${CMAKE_INSTALL_DATADIR}/bccsplat/web COMPONENT tools OPTIONAL)
   # The installed tool finds the library beside itself, wherever the prefix is moved.
   file(RELATIVE_PATH lib_from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
   set_target_properties(bcc4 PROPERTIES INSTALL_RPATH $ORIGIN/${lib_from_bin})
