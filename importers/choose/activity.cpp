@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "readers/frame_planes.h"
+
 namespace bcc4 {
 namespace {
 
@@ -96,23 +98,16 @@ class ActivityPlanes {
 uint64_t one_before(uint64_t i, uint64_t n) { return i > 0 ? i - 1 : std::min<uint64_t>(1, n - 1); }
 uint64_t one_after(uint64_t i, uint64_t n) { return i + 1 < n ? i + 1 : n - std::min<uint64_t>(n, 2); }
 
-// Whether a box of a frame has samples in planes begin to end.
-bool has_boxes(const Frame& frame, uint64_t begin, uint64_t end) {
-  return std::any_of(frame.boxes.begin(), frame.boxes.end(), [&](const Box& box) {
-    return box.begin[2] < end && begin < box.begin[2] + box.dims[2];
-  });
-}
-
 // Adds the planes of a channel at a moment, those first that come after `offset` parts of a step.
 void add_moment(FrameReader& reader, uint64_t moment, size_t channel, double offset, double air,
                 const Divisions& axes, ChannelScan& range, Activity& sum, Watch& watch) {
   const std::array<uint64_t, 4>& dims = reader.description().dims;
-  const Frame before = reader.read(one_before(moment, dims[3]), channel);
-  const Frame frame = reader.read(moment, channel);
-  const Frame after = reader.read(one_after(moment, dims[3]), channel);
+  FramePlanes before(reader, one_before(moment, dims[3]), channel);
+  FramePlanes frame(reader, moment, channel);
+  FramePlanes after(reader, one_after(moment, dims[3]), channel);
   ActivityPlanes planes(dims, axes, air);
-  const auto read = [&](const Frame& f, uint64_t z, std::vector<double>& plane) {
-    gather_plane(f, dims, z, air, plane.data());
+  const auto read = [&](FramePlanes& f, uint64_t z, std::vector<double>& plane) {
+    f.gather(z, air, plane.data());
     for (double& v : plane) {
       if (!std::isfinite(v)) v = air;
       range.min = std::min(range.min, v), range.max = std::max(range.max, v);
@@ -121,8 +116,8 @@ void add_moment(FrameReader& reader, uint64_t moment, size_t channel, double off
   const uint64_t nz = dims[2], step = std::max<uint64_t>(1, nz / kPlanesSeen);
   for (auto z = static_cast<uint64_t>(offset * static_cast<double>(step)); z < nz; z += step) {
     watch.go_on();
-    if (std::isfinite(air) && !has_boxes(frame, z > 0 ? z - 1 : 0, z + 2) && !has_boxes(before, z, z + 1) &&
-        !has_boxes(after, z, z + 1)) { // of parts far apart most planes have none
+    if (std::isfinite(air) && !frame.may_have(z > 0 ? z - 1 : 0, z + 2) && !before.may_have(z, z + 1) &&
+        !after.may_have(z, z + 1)) { // of parts far apart most planes have none
       range.min = std::min(range.min, air), range.max = std::max(range.max, air);
       continue;
     }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "readers/frame_planes.h"
 #include "readers/text.h"
 
 namespace bcc4 {
@@ -25,12 +26,12 @@ struct Moments {
   double smallest = std::numeric_limits<double>::infinity(), of_smallest = 0;
 };
 
-Moments moments_of(const Frame& frame, const std::array<uint64_t, 4>& dims, double air, Watch& watch) {
+Moments moments_of(FramePlanes planes, const std::array<uint64_t, 4>& dims, double air, Watch& watch) {
   Moments m;
   std::vector<double> plane(dims[0] * dims[1]);
   for (uint64_t z = 0; z < dims[2]; ++z) {
     watch.go_on();
-    gather_plane(frame, dims, z, air, plane.data());
+    planes.gather(z, air, plane.data());
     for (const double v : plane) {
       if (!std::isfinite(v)) continue;
       const double d = v - air;
@@ -53,7 +54,7 @@ std::map<std::string, double> dense_air(FrameReader& reader, const WriterSetting
     const Channel& channel = s.channels[c];
     if (!is_float(channel.type)) continue;
     const double empty = air_of(channel, settings);
-    const Moments m = moments_of(reader.read(0, c), s.dims, empty, watch);
+    const Moments m = moments_of(FramePlanes(reader, 0, c), s.dims, empty, watch);
     if (m.count == 0 || m.air > kShareOfAir * m.count) continue;
     const double mean = m.sum / m.count, variance = m.squares / m.count - mean * mean;
     const double deviation = std::sqrt(std::max(variance, 0.0));

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "choose/labels.h"
+#include "readers/frame_planes.h"
 
 namespace bcc4 {
 namespace {
@@ -17,12 +18,12 @@ struct Rounding {
   double most = 0; // |value - float|
 };
 
-Rounding rounding_of(const Frame& frame, const std::array<uint64_t, 4>& dims, Watch& watch) {
+Rounding rounding_of(FramePlanes planes, const std::array<uint64_t, 4>& dims, Watch& watch) {
   Rounding r;
   std::vector<double> plane(dims[0] * dims[1]);
   for (uint64_t z = 0; z < dims[2]; ++z) {
     watch.go_on();
-    gather_plane(frame, dims, z, std::numeric_limits<double>::quiet_NaN(), plane.data());
+    planes.gather(z, std::numeric_limits<double>::quiet_NaN(), plane.data());
     for (const double v : plane) {
       const double rounded = static_cast<float>(v);
       if (!std::isfinite(rounded)) continue;
@@ -42,7 +43,7 @@ std::vector<std::string> precision_warnings(FrameReader& reader, Watch& watch) {
     const Channel& channel = s.channels[c];
     const bool whole = has_wide_integers(channel);
     if (!whole && channel.type != Type::f64) continue;
-    const Rounding r = rounding_of(reader.read(0, c), s.dims, watch);
+    const Rounding r = rounding_of(FramePlanes(reader, 0, c), s.dims, watch);
     if (!(r.most > (whole ? 0 : kSeen * (r.high - r.low)))) continue;
     warnings.push_back(concat(
         "channel '", channel.name, "': its values, ", r.low, " to ", r.high,

@@ -202,8 +202,11 @@ void read_boxes(FrameReader& reader, const std::vector<double>& air, std::span<S
   for (uint64_t f = 0; f < boxes.front().frames; ++f)
     for (size_t c = 0; c < s.channels.size(); ++c) {
       watch.go_on();
-      const Frame frame = reader.read(boxes.front().first + f, c);
-      for (SampleStretch& b : boxes) append_box(frame, b.box, air[c], b.values[c]);
+      const uint64_t number = boxes.front().first + f;
+      const bool whole = reader.frames_fit();
+      const Frame frame = whole ? reader.read(number, c) : Frame{};
+      for (SampleStretch& b : boxes)
+        append_box(whole ? frame : reader.read_box(number, c, b.box), b.box, air[c], b.values[c]);
     }
 }
 

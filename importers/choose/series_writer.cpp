@@ -343,6 +343,15 @@ FrameSpan part_frames(const Device& device, const SeriesDescription& series, con
   return wanted_frames(create_writer(device, "", series, settings, scans, series.dims[3], &own));
 }
 
+SampleBox block_samples(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
+                        const std::vector<ChannelScan>& scans, const SampleBox& block) {
+  auto own = sized<bccsplat_series_part>();
+  own.end = series.dims[3], own.times = series.times.values.data();
+  for (size_t a = 0; a < 3; ++a)
+    own.box_begin[a] = block.begin[a], own.box_end[a] = block.begin[a] + block.dims[a];
+  return wanted_box(create_writer(device, "", series, settings, scans, series.dims[3], &own));
+}
+
 uint64_t lattice_sites(const Writer& writer) {
   uint64_t sites = 0;
   auto layer = sized<bccsplat_layer_geometry>();

@@ -119,6 +119,10 @@ void add_frame(const Writer& writer, uint32_t channel, double time, const Frame&
 [[nodiscard]] FrameSpan part_frames(const Device& device, const SeriesDescription& series,
                                     const WriterSettings& settings, const std::vector<ChannelScan>& scans,
                                     const FrameSpan& part);
+// Samples that a block of all frames is made of.
+[[nodiscard]] SampleBox block_samples(const Device& device, const SeriesDescription& series,
+                                      const WriterSettings& settings, const std::vector<ChannelScan>& scans,
+                                      const SampleBox& block);
 // Sum over the layers of the lattice, per channel.
 [[nodiscard]] uint64_t lattice_sites(const Writer& writer);
 

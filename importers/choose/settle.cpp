@@ -13,6 +13,7 @@
 #include "choose/sample.h"
 #include "choose/wavelet_memory.h"
 #include "choose/wavelet_share.h"
+#include "readers/text.h"
 
 namespace bcc4 {
 namespace {
@@ -20,6 +21,14 @@ namespace {
 std::vector<ChannelScan> scan_series(FrameReader& reader, const WriterSettings& settings, Watch* progress) {
   const SeriesDescription& s = reader.description();
   std::vector<ChannelScan> scans(s.channels.size());
+  for (uint64_t f = 0; f < s.dims[3] && !reader.frames_fit(); ++f)
+    for (uint32_t c = 0; c < scans.size(); ++c) {
+      progress->go_on();
+      progress->show(
+          {"scan", f * scans.size() + c, s.dims[3] * scans.size(), concat("frame ", f + 1, "/", s.dims[3])});
+      scan_large_frame(reader, f, c, air_of(s.channels[c], settings), settings.air_threshold, scans[c]);
+    }
+  if (!reader.frames_fit()) return scans;
   read_series(reader, {0, s.dims[3]}, "scan", *progress, [&](uint64_t f, uint32_t c, const Frame& values) {
     scan_frame(values, f, s.dims, air_of(s.channels[c], settings), settings.air_threshold, scans[c]);
   });

@@ -7,6 +7,8 @@
 #include <map>
 #include <vector>
 
+#include "readers/frame_planes.h"
+
 namespace bcc4 {
 namespace {
 
@@ -39,11 +41,11 @@ class Planes {
     std::vector<float>& held = held_[frame];
     if (!held.empty()) return held;
     watch_.go_on();
-    const Frame values = reader_.read(frame, channel_);
+    FramePlanes values(reader_, frame, channel_);
     std::vector<double> plane(dims_[0] * dims_[1]);
     const uint64_t step = std::max<uint64_t>(1, dims_[2] / kPlanesCompared);
     for (uint64_t z = step / 2; z < dims_[2]; z += step) {
-      gather_plane(values, dims_, z, air_, plane.data());
+      values.gather(z, air_, plane.data());
       held.insert(held.end(), plane.begin(), plane.end());
     }
     return held;
@@ -75,12 +77,12 @@ Turn turn_of(Planes planes, uint64_t frames) {
 class Columns {
  public:
   Columns(FrameReader& reader, size_t channel) : dims_(reader.description().dims) {
-    const Frame values = reader.read(dims_[3] / 2, channel);
+    FramePlanes values(reader, dims_[3] / 2, channel);
     const double air = reader.description().channels[channel].air;
     std::vector<double> plane(dims_[0] * dims_[1]);
     const uint64_t step = std::max<uint64_t>(1, dims_[2] / kPlanesCompared);
     for (uint64_t z = step / 2; z < dims_[2]; z += step) {
-      gather_plane(values, dims_, z, air, plane.data());
+      values.gather(z, air, plane.data());
       values_.insert(values_.end(), plane.begin(), plane.end());
     }
   }

@@ -29,6 +29,7 @@ class DenseReader : public FrameReader {
   Frame read_box(uint64_t frame, size_t channel, const SampleBox& wanted) override {
     return series_.read_box(frame, components_[channel], wanted);
   }
+  bool frames_fit() const override { return series_.frame_fits(); }
   std::string frame_name(uint64_t frame) const override { return series_.path_of(frame); }
 
  private:

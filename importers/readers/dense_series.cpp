@@ -89,8 +89,7 @@ DenseSeries::DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint
 void DenseSeries::refuse_frame() const {
   fail(Exit::no_resources, bytes_.path_at(0), ": one frame takes ",
        byte_text(static_cast<double>(frame_held_)), ", more than the ",
-       byte_text(static_cast<double>(memory_limit_)), " allowed: raise --max-mem",
-       has_planes() ? ", or give --blocks with a --lattice and --exact, which need no whole frame" : "");
+       byte_text(static_cast<double>(memory_limit_)), " allowed: raise --max-mem");
 }
 
 bool DenseSeries::has_planes() const {
@@ -147,18 +146,37 @@ Frame DenseSeries::read(uint64_t t, uint64_t component) {
   return dense_frame(frame_type_, held_[t - first_], layout_.axes, component);
 }
 
+// Whole planes are read one after the other, and what is wanted is cut out of each.
+std::shared_ptr<Bytes> DenseSeries::read_planes(uint64_t t, const SampleBox& wanted) {
+  const uint64_t size = type_size(layout_.type), plane = inner_ / layout_.size_of(AxisRole::z);
+  const auto fast = static_cast<size_t>(layout_.axes[0].role),
+             slow = static_cast<size_t>(layout_.axes[1].role);
+  const uint64_t row = size * layout_.axes[0].size, part = size * wanted.dims[fast];
+  const uint64_t rows = wanted.dims[slow];
+  const auto bytes = std::make_shared<Bytes>(part * rows * wanted.dims[2]);
+  const bool all = part * rows == plane;
+  Bytes one(all ? 0 : plane);
+  for (uint64_t z = 0; z < wanted.dims[2]; ++z) {
+    const std::span<std::byte> to = std::span(*bytes).subspan(z * part * rows, part * rows);
+    bytes_.read(t * inner_ + (wanted.begin[2] + z) * plane, all ? to : std::span(one));
+    for (uint64_t r = 0; r < rows && !all; ++r)
+      std::memcpy(to.data() + r * part,
+                  one.data() + (wanted.begin[slow] + r) * row + wanted.begin[fast] * size, part);
+  }
+  return bytes;
+}
+
 Frame DenseSeries::read_box(uint64_t t, uint64_t component, const SampleBox& wanted) {
-  if (!has_planes() || wanted.dims[2] == layout_.size_of(AxisRole::z)) return read(t, component);
+  if (!has_planes() || (frame_fits() && wanted.dims[2] == layout_.size_of(AxisRole::z)))
+    return read(t, component);
   held_.clear(); // they would stay beside the planes
-  const uint64_t plane = inner_ / layout_.size_of(AxisRole::z);
-  const auto bytes = std::make_shared<Bytes>(plane * wanted.dims[2]);
-  bytes_.read(t * inner_ + wanted.begin[2] * plane, *bytes);
+  const std::shared_ptr<Bytes> bytes = read_planes(t, wanted);
   if (layout_.swap) swap_bytes(*bytes, type_size(layout_.type));
   layout_.convert(*bytes);
   std::vector<FileAxis> axes = layout_.axes;
-  axes[2].size = wanted.dims[2];
+  for (FileAxis& axis : std::span(axes).first(3)) axis.size = wanted.dims[static_cast<size_t>(axis.role)];
   Frame frame = dense_frame(frame_type_, bytes, axes, component);
-  frame.boxes[0].begin[2] = wanted.begin[2];
+  frame.boxes[0].begin = wanted.begin;
   return frame;
 }
 

@@ -44,10 +44,10 @@ class DenseSeries {
   // Returns the type of the frames handed out: the source's, or a float type where values are converted.
   [[nodiscard]] Type frame_type() const { return frame_type_; }
   [[nodiscard]] Frame read(uint64_t t, uint64_t component);
-  // Returns at least these samples: of arrays whose slowest axis of space is z, and time behind it, planes.
+  // Returns at least these samples: of arrays whose slowest axis of space is z, and time behind it, no others
+  // where the frame does not fit.
   [[nodiscard]] Frame read_box(uint64_t t, uint64_t component, const SampleBox& wanted);
-  // Returns whether a frame fits the memory limit; else read refuses it, and read_box does not where it reads
-  // planes alone.
+  // Returns whether a frame fits the memory limit; else read refuses it, and read_box does not.
   [[nodiscard]] bool frame_fits() const { return frame_held_ <= memory_limit_; }
   [[nodiscard]] const std::string& path_of(uint64_t t) const;
   // Says how a file is read in which time is not the slowest axis; "" where it is.
@@ -55,6 +55,7 @@ class DenseSeries {
 
  private:
   void fetch(uint64_t t);
+  [[nodiscard]] std::shared_ptr<Bytes> read_planes(uint64_t t, const SampleBox& wanted);
   [[noreturn]] void refuse_frame() const; // more than memory allows
   [[nodiscard]] bool has_planes() const;  // one after the other, of one component
 

@@ -20,6 +20,8 @@ class PlannedReader : public FrameReader {
   const SeriesDescription& description() const override { return description_; }
   std::string frame_name(uint64_t frame) const override { return source_->frame_name(frames_[frame].a); }
 
+  bool frames_fit() const override { return source_->frames_fit(); }
+
   Frame read_box(uint64_t frame, size_t channel, const SampleBox& wanted) override {
     const PlannedFrame& p = frames_[frame];
     return p.weight == 0 ? source_->read_box(p.a, channel, wanted) : read(frame, channel);

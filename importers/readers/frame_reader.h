@@ -109,6 +109,9 @@ class FrameReader {
   [[nodiscard]] virtual Frame read_box(uint64_t frame, size_t channel, const SampleBox& /*wanted*/) {
     return read(frame, channel);
   }
+  // Returns whether whole frames fit the memory for reading; else read() refuses them, and read_box() reads
+  // no more than it is asked for.
+  [[nodiscard]] virtual bool frames_fit() const { return true; }
   // Returns the file that a frame comes from, for error texts.
   [[nodiscard]] virtual std::string frame_name(uint64_t frame) const = 0;
   // May read() be called by another thread than the one that made the reader?

@@ -43,6 +43,23 @@ void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 
   }
 }
 
+void scan_large_frame(FrameReader& reader, uint64_t number, size_t channel, double air, double air_threshold,
+                      ChannelScan& scan) {
+  constexpr uint64_t bytes_at_once = 16 << 20;
+  const SeriesDescription& s = reader.description();
+  const uint64_t plane = frame_bytes(s, channel) / s.dims[2], samples = s.dims[0] * s.dims[1] * s.dims[2];
+  const uint64_t planes = std::clamp<uint64_t>(bytes_at_once / plane, 1, s.dims[2]);
+  const std::vector<uint64_t> missing = scan.missing; // of whole frames
+  const uint64_t nonfinite = scan.nonfinite;
+  for (uint64_t z = 0; z < s.dims[2]; z += planes) {
+    const SampleBox box{{0, 0, z}, {s.dims[0], s.dims[1], std::min(planes, s.dims[2] - z)}};
+    scan_frame(reader.read_box(number, channel, box), number, {s.dims[0], s.dims[1], box.dims[2], 1}, air,
+               air_threshold, scan);
+  }
+  scan.missing = missing;
+  if (scan.nonfinite - nonfinite == samples) scan.missing.push_back(number);
+}
+
 uint64_t count_nonfinite(const Frame& frame) {
   uint64_t count = 0;
   for (const Box& box : frame.boxes) {

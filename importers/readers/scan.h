@@ -28,6 +28,9 @@ struct ChannelScan {
 // Adds a frame. Values that no box covers count as air.
 void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 4>& dims, double air,
                 double air_threshold, ChannelScan& scan);
+// The same of a frame that does not fit the memory.
+void scan_large_frame(FrameReader& reader, uint64_t number, size_t channel, double air, double air_threshold,
+                      ChannelScan& scan);
 
 // Values of a frame that are not finite as 32-bit floats.
 [[nodiscard]] uint64_t count_nonfinite(const Frame& frame);

@@ -47,7 +47,7 @@ class Blocks(ToolTest):
             os.remove(self.path(name))
 
     def test_blocks_are_the_bytes_of_one_import(self):
-        for more in ([], ['--store', 'coefficients'], ['--lattice', 'd4star', '--scale', 1.3]):
+        for more in ([], ['--store', 'coefficients'], ['--lattice', 'd4star', '--scale', 1.3], ['--levels', 2]):
             self.joined_equals_one(self.args, *more)
         self.assertTrue(self.json('verify', 'joined.bcc4')['ok'])
 
@@ -89,12 +89,30 @@ class Blocks(ToolTest):
         self.assertIn('block 2 of', said)
         self.assertEqual(self.read('two.bcc4'), self.read('one.bcc4'))
         self.assertEqual(self.left(), [])
-        # A frame that is larger than its part of the memory is read by planes, or refused by name.
-        small = ['--max-mem', '8M', '-o', 'three.bcc4']
-        self.refused(4, 'or give --blocks with a --lattice and --exact', 'import', *(a for a in args if a != '--blocks'), '--store', 'samples', *small,
-                     output='three.bcc4')
-        self.bcc4('import', *args, '--quiet', *small)
+        self.bcc4('import', *args, '--quiet', '--max-mem', '8M', '-o', 'three.bcc4')
         self.assertEqual(self.read('three.bcc4'), self.read('one.bcc4'))
+
+    def test_a_frame_larger_than_its_memory_needs_no_option(self):
+        args = [a for a in self.large() if a not in ('--blocks', '--exact', '--lattice', 'd4star')]
+        small = ['--max-mem', '8M']  # a quarter of it is less than a frame
+        self.bcc4('import', *args, '--blocks', '-o', 'one.bcc4', '--quiet')
+        said = self.bcc4('import', *args, '-o', 'two.bcc4', *small)[0]
+        self.assertIn('block 2 of', said)
+        self.assertEqual(self.read('two.bcc4'), self.read('one.bcc4'))  # the lattice and steps among it
+        whole, planes = (self.json('import', *args, '--blocks', '--dry-run', *more) for more in ([], small))
+        for key in ('channels', 'spectrum', 'motion', 'choice', 'round', 'levels'):
+            self.assertEqual(planes[key], whole[key], key)
+        self.refused(4, '--abs and --psnr are kept by whole frames: raise --max-mem', 'import', *args, '--psnr', 40, *small,
+                     '-o', 'three.bcc4', output='three.bcc4')
+
+    def test_floats_and_ranges_are_read_by_planes(self):
+        self.large()
+        with open(self.path('large.raw'), 'rb') as f:
+            self.write('w.raw', array.array('f', (90 + .37 * v for v in f.read(2 * 120 * 100 * 196))))
+        args = ['w.raw', '--dims', '120,100,196,2', '--dtype', 'f32', '--blocks', '--quantize', 'u16']
+        self.bcc4('import', *args, '-o', 'one.bcc4', '--quiet')
+        self.bcc4('import', *args, '-o', 'two.bcc4', '--quiet', '--max-mem', '36M')
+        self.assertEqual(self.read('two.bcc4'), self.read('one.bcc4'))
 
     def test_a_killed_import_goes_on_with_its_blocks(self):
         args = self.large()
@@ -132,8 +150,7 @@ class Blocks(ToolTest):
             self.refused(2, text, *run, '--block', box, output='x.bcc4')
         self.refused(2, '--block needs the --plan', 'import', *self.args, '--block', ',,0:9', '-o', 'x.bcc4', output='x.bcc4')
         for more, text in ((['--psnr', 40], 'kept by whole frames'), (['--lowpass'], 'holds whole frames'),
-                           (['--store', 'wavelets'], 'step of wavelets'), (['--levels', 1], 'made of whole frames'),
-                           (['--measure', 'all'], 'compares whole frames'), (['--periodic', 'x'], 'far away'),
+                           (['--store', 'wavelets'], 'step of wavelets'), (['--measure', 'all'], 'compares whole frames'), (['--periodic', 'x'], 'far away'),
                            (['--on-nonfinite', 'hole'], 'missing values')):
             self.refused(2, text, 'import', *self.args, '--blocks', *more, '-o', 'x.bcc4', output='x.bcc4')
         a, b = self.block(',,:40'), self.block(',,40:')

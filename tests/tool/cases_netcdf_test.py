@@ -179,6 +179,15 @@ class Cases(ToolTest):
         _, values = self.there_and_back(first, classic(axes(time=later, lat=line('lat', 'degrees_north', -5, 15)) + [
             field('float', north_first)]))
         self.expect(values, wave(range(8)))
+        # Blocks read their own part of either file.
+        args = ['in0.nc', 'in1.nc', '--blocks', '--on-nonfinite', 'clamp']
+        self.bcc4('import', *args, '-o', 'one.bcc4')
+        self.bcc4('import', *args, '--dry-run', '--plan', 'plan.json')
+        for name, box in (('a', ',:2,'), ('b', ':5,2:,'), ('c', '5:,2:,')):
+            self.bcc4('import', '--plan', 'plan.json', '--block', box, '-o', f'block_{name}.bcc4')
+        self.bcc4('concat', *(f'block_{n}.bcc4' for n in 'abc'), '-o', 'joined.bcc4')
+        with open(self.path('one.bcc4'), 'rb') as one, open(self.path('joined.bcc4'), 'rb') as joined:
+            self.assertEqual(joined.read(), one.read())
         self.write('in1.nc', classic(axes(time=later, lat=line('lat', 'degrees_north', 5, 0)) + [field('float', wave())]))
         self.refused(3, 'in1.nc: the samples along lat', 'import', 'in0.nc', 'in1.nc', '-o', 'p.bcc4', output='p.bcc4')
 

@@ -27,6 +27,11 @@ class NetcdfReader : public FrameReader {
   std::string frame_name(uint64_t frame) const override { return part_of(frame).path; }
 
   Frame read(uint64_t frame, size_t channel) override {
+    const auto& n = description_.dims;
+    return read_box(frame, channel, {{0, 0, 0}, {n[0], n[1], n[2]}});
+  }
+
+  Frame read_box(uint64_t frame, size_t channel, const SampleBox& wanted) override {
     const NetcdfPart& part = part_of(frame);
     const NetcdfFile& file = hold_file(file_, part.path);
     const NetcdfChannel& c = channels_[channel];
@@ -43,10 +48,14 @@ class NetcdfReader : public FrameReader {
       if (v->dims[a].size != size)
         fail_input(part.path, ": dimension ", v->dims[a].name, " has ", v->dims[a].size, " samples, not ",
                    size);
-      if (roles_[a] == AxisRole::t)
+      if (roles_[a] == AxisRole::t) {
         start[a] = frame - part.first;
-      else
-        bytes *= count[a] = size;
+        continue;
+      }
+      const auto axis = static_cast<size_t>(roles_[a]);
+      const uint64_t begin = wanted.begin[axis], length = wanted.dims[axis];
+      start[a] = part.turned[axis] ? size - begin - length : begin;
+      bytes *= count[a] = length;
     }
     for (size_t a = roles_.size(); a-- > 0;) axes.push_back({roles_[a], count[a]});
     auto values = std::make_shared<Bytes>(bytes);
@@ -54,7 +63,9 @@ class NetcdfReader : public FrameReader {
     const Type type = description_.channels[channel].type;
     stored.convert(*values, type);
     turn(*values, part, axes, type_size(type));
-    return dense_frame(type, std::move(values), axes);
+    Frame box = dense_frame(type, std::move(values), axes);
+    box.boxes[0].begin = wanted.begin;
+    return box;
   }
 
  private:

@@ -120,12 +120,33 @@ void take_part(const ImportArguments& a, const Device& device, const SeriesDescr
   scope.lead = lead_of(scans, part_frames(device, s, a.settings, scans, *scope.part).first);
 }
 
+uint64_t memory_of_library(const ImportArguments& a) { return a.common.max_memory - a.common.max_memory / 4; }
+
+// Frames are imported in blocks of space where that is asked for, where they do not fit the memory for
+// reading, and where frames beyond 400^3 would not fit that of the library, if nothing needs whole ones.
+void settle_blocks(const ImportArguments& a, const FrameReader& reader, const ErrorBound& bound,
+                   WriterSettings& settings) {
+  constexpr uint64_t small = 1 << 26; // samples
+  const SeriesDescription& s = reader.description();
+  const bool large = !s.sparse && s.dims[0] * s.dims[1] * s.dims[2] > small &&
+                     memory_of_frames(s, settings) > memory_of_library(a);
+  const bool open = !a.resume.append && a.resume.live == 0;
+  if (!a.blocks && reader.frames_fit() && !(large && open)) return;
+  std::string why = needs_whole_frames(s, bound, settings);
+  if (why.empty() && !open && !a.blocks) why = "a series that goes on takes whole frames";
+  if (a.blocks && !why.empty()) fail_usage("--blocks: ", why, "; divide the series by --part instead");
+  if (!reader.frames_fit() && !why.empty())
+    fail(Exit::no_resources, reader.frame_name(0), ": a frame is more than a quarter of the memory allowed, ",
+         "and blocks of it do not do, as ", why, ": raise --max-mem");
+  if (why.empty()) settle_for_blocks(settings);
+}
+
 // The boxes that the series is imported in, one after the other: where frames do not fit the library's memory
 // more than one.
-std::vector<SampleBox> blocks_of(const ImportArguments& a, const SeriesDescription& s,
+std::vector<SampleBox> blocks_of(const ImportArguments& a, const Device& device, const ImportPlan& plan,
                                  const ImportScope& scope) {
   if (!a.settings.fixed_predictions || scope.part || scope.block || a.resume.append) return {};
-  return blocks_that_fit(s, a.common.max_memory - a.common.max_memory / 4);
+  return blocks_that_fit(device, plan.series, a.settings, plan.scans, memory_of_library(a));
 }
 
 void save_plan(const ImportArguments& a, const ImportPlan& plan) {
@@ -147,7 +168,9 @@ void save_plan(const ImportArguments& a, const ImportPlan& plan) {
 Exit report_plan(const ImportArguments& a, FrameReader& reader, const Device& device, bool planned,
                  ImportPlan& plan, Watch& watch) {
   if (!a.plan.empty()) save_plan(a, plan);
-  plan.estimate = estimate_import(reader, device, a.settings, plan.scans);
+  // What is imported in blocks is not estimated: the sample would have to be, too.
+  if (reader.frames_fit() && blocks_of(a, device, plan, {}).size() < 2)
+    plan.estimate = estimate_import(reader, device, a.settings, plan.scans);
   const bool whole = !planned && a.part.empty() && !a.resume.append;
   if (whole && a.settings.ends != BCCSPLAT_ENDS_PERIODIC) plan.turn = measure_turn(reader, watch);
   if (whole && a.settings.periodic == 0) plan.round = measure_round(reader, watch);
@@ -190,14 +213,14 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
 
   // A quarter of the memory for frames being read, the rest for the library.
   a.reader.options.max_memory = a.common.max_memory / 4;
-  const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
+  const Device device = create_device(a.common.threads, memory_of_library(a));
   std::unique_ptr<FrameReader> reader = open_input(a);
   if (appends_to_file(a)) reader = keep_channel_name(device, a.output, std::move(reader));
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
   const bool scattered = is_scattered(s);
   if (!planned) a.settings.levels = read_levels(a, s), warn_of_precision(*reader, watch);
-  if (a.blocks) settle_for_blocks(s, bound, !a.auto_levels() && a.settings.levels > 0, a.settings);
+  if (!planned) settle_blocks(a, *reader, bound, a.settings);
   if (scattered && !a.common.quiet) warn_of_scattered(s);
 
   a.settings.own_air =
@@ -212,7 +235,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   }
 
   ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}, {}, {}};
-  plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a) && !a.blocks;
+  plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a);
   plan.levels.scattered = plan.levels.automatic && scattered;
   ImportScope scope;
   scope.output = a.output;
@@ -236,7 +259,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   if (!planned) scope.sources = sources_of(s, appended.sources);
 
   const Progress clock("", 0, false, true);
-  const std::vector<SampleBox> blocks = blocks_of(a, s, scope);
+  const std::vector<SampleBox> blocks = blocks_of(a, device, plan, scope);
   const ImportResult result =
       blocks.size() > 1 ? write_blocks(*reader, device, a.settings, plan.scans, scope, a.common, blocks)
       : a.resume.append && scope.part

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
+#include <utility>
 
 #include "readers/system.h"
 #include "tool/interrupt.h"
@@ -29,7 +31,7 @@ void cut_axis(SampleBox& box, size_t axis, uint64_t n, uint64_t piece, uint64_t 
   box.dims[axis] = n * (piece + 1) / pieces - box.begin[axis];
 }
 
-// Returns the bytes that an import holds for each sample of a frame that it is given: what waits for the
+// Returns the bytes that an import holds for each sample of a frame that it resamples: what waits for the
 // filter in time takes 12 or 16 bits of integers, and floats else.
 uint64_t bytes_of_sample(const SeriesDescription& series) {
   constexpr uint64_t of_bytes = 16, of_words = 24, of_floats = 48;
@@ -41,12 +43,51 @@ uint64_t bytes_of_sample(const SeriesDescription& series) {
   return bytes;
 }
 
-uint64_t samples_of(const std::array<uint64_t, 4>& dims, const std::array<uint64_t, 3>& pieces) {
-  uint64_t samples = 1;
-  for (size_t a = 0; a < 3; ++a)
-    samples *= std::min(dims[a], (dims[a] + pieces[a] - 1) / pieces[a] + (pieces[a] > 1 ? kHalo : 0));
-  return samples;
+// Returns the bytes of a sample that coarser levels alone are made of: read, read ahead, and halved.
+uint64_t bytes_of_level_sample(const SeriesDescription& series) {
+  uint64_t most = 0;
+  for (const Channel& c : series.channels) most = std::max<uint64_t>(most, type_size(c.type));
+  return 2 * most + 1;
 }
+
+// What importing the largest of the blocks takes, for divisions of the axes.
+class BlockMemory {
+ public:
+  BlockMemory(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
+              const std::vector<ChannelScan>& scans)
+      : device_(device), series_(series), settings_(settings), scans_(scans) {}
+
+  [[nodiscard]] uint64_t bytes(const std::array<uint64_t, 3>& pieces) {
+    uint64_t own = 1, given = 1;
+    for (size_t a = 0; a < 3; ++a) {
+      const uint64_t n = series_.dims[a], length = (n + pieces[a] - 1) / pieces[a];
+      own *= std::min(n, length + (pieces[a] > 1 ? kHalo : 0));
+      if (settings_.levels > 0) given *= longest_given(a, pieces[a]);
+    }
+    return own * bytes_of_sample(series_) +
+           (settings_.levels > 0 ? given * bytes_of_level_sample(series_) : 0);
+  }
+
+ private:
+  // Samples that the first, the second, the middle or the last of the pieces of an axis is made of.
+  uint64_t longest_given(size_t axis, uint64_t pieces) {
+    if (pieces == 1) return series_.dims[axis];
+    uint64_t& longest = given_[{axis, pieces}];
+    for (const uint64_t piece : {uint64_t{0}, uint64_t{1}, pieces / 2, pieces - 1}) {
+      if (longest > 0 && piece == 0) break; // asked before
+      SampleBox box{{}, {series_.dims[0], series_.dims[1], series_.dims[2]}};
+      cut_axis(box, axis, series_.dims[axis], piece, pieces);
+      longest = std::max(longest, block_samples(device_, series_, settings_, scans_, box).dims[axis]);
+    }
+    return longest;
+  }
+
+  const Device& device_;
+  const SeriesDescription& series_;
+  const WriterSettings& settings_;
+  const std::vector<ChannelScan>& scans_;
+  std::map<std::pair<size_t, uint64_t>, uint64_t> given_;
+};
 
 void join_blocks(const Device& device, const std::vector<std::string>& names, const ImportScope& scope,
                  bool overwrite, bccsplat_writer_report& report) {
@@ -147,35 +188,50 @@ std::optional<SampleBox> parse_block_number(const std::string& text, const std::
   return box;
 }
 
-void settle_for_blocks(const SeriesDescription& series, const ErrorBound& bound, bool levels_asked,
-                       WriterSettings& settings) {
-  const auto refuse = [](bool asked, const auto&... why) {
-    if (asked) fail_usage("--blocks: ", why..., "; divide the series by --part instead");
-  };
+std::string needs_whole_frames(const SeriesDescription& series, const ErrorBound& bound,
+                               const WriterSettings& settings) {
   const auto has_fill = [](const Channel& c) { return c.has_fill; };
   const bool fill = std::any_of(series.channels.begin(), series.channels.end(), has_fill);
-  refuse(settings.store == BCCSPLAT_STORE_WAVELETS, "the step of wavelets is chosen by whole frames: choose ",
-         "--store samples or coefficients");
-  refuse(bound.any(), "--abs and --psnr are kept by whole frames");
-  refuse(settings.measure == BCCSPLAT_MEASURE_ALL, "--measure all compares whole frames");
-  refuse(settings.lowpass, "--lowpass holds whole frames");
-  refuse(levels_asked, "--levels are made of whole frames");
-  refuse(settings.periodic != 0, "what follows the last sample of a --periodic axis is far away");
-  refuse(settings.nonfinite == BCCSPLAT_NONFINITE_HOLE ||
-             (fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT),
-         "missing values are filled from data however far away (--on-nonfinite clamp replaces them by air)");
+  if (settings.store == BCCSPLAT_STORE_WAVELETS)
+    return "the step of wavelets is chosen by whole frames: choose --store samples or coefficients";
+  if (bound.any()) return "--abs and --psnr are kept by whole frames";
+  if (settings.measure == BCCSPLAT_MEASURE_ALL) return "--measure all compares whole frames";
+  if (settings.lowpass) return "--lowpass holds whole frames";
+  if (settings.periodic != 0) return "what follows the last sample of a --periodic axis is far away";
+  if (settings.nonfinite == BCCSPLAT_NONFINITE_HOLE ||
+      (fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT))
+    return "missing values are filled from data however far away (--on-nonfinite clamp replaces them by air)";
+  return "";
+}
+
+void settle_for_blocks(WriterSettings& settings) {
   if (settings.store == BCCSPLAT_STORE_DEFAULT) settings.store = BCCSPLAT_STORE_SAMPLES;
   settings.fixed_predictions = true;
-  settings.levels = 0;
   settings.measure = BCCSPLAT_MEASURE_DEFAULT;
 }
 
-std::vector<SampleBox> blocks_that_fit(const SeriesDescription& series, uint64_t memory) {
+uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings) {
+  return series.dims[0] * series.dims[1] * series.dims[2] *
+         (bytes_of_sample(series) + (settings.levels > 0 ? bytes_of_level_sample(series) : 0));
+}
+
+std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescription& series,
+                                       const WriterSettings& settings, const std::vector<ChannelScan>& scans,
+                                       uint64_t memory) {
   const auto& n = series.dims;
-  const uint64_t most = memory / bytes_of_sample(series);
+  BlockMemory needed(device, series, settings, scans);
   std::array<uint64_t, 3> pieces{1, 1, 1};
-  for (size_t i = 3; i > 0; --i) // planes first: files have them one after the other
-    while (samples_of(n, pieces) > most && n[i - 1] / (pieces[i - 1] + 1) >= kThinnest) ++pieces[i - 1];
+  while (needed.bytes(pieces) > memory) {
+    std::array<uint64_t, 3> best{};
+    uint64_t least = UINT64_MAX;
+    for (size_t i = 3; i > 0; --i) { // planes first: files have them one after the other
+      std::array<uint64_t, 3> more = pieces;
+      if (n[i - 1] / ++more[i - 1] < kThinnest) continue;
+      if (const uint64_t bytes = needed.bytes(more); bytes < least) least = bytes, best = more;
+    }
+    if (least == UINT64_MAX) break;
+    pieces = best;
+  }
   std::vector<SampleBox> blocks;
   for (uint64_t z = 0; z < pieces[2]; ++z)
     for (uint64_t y = 0; y < pieces[1]; ++y)

@@ -19,14 +19,22 @@ namespace bcc4 {
 [[nodiscard]] std::optional<SampleBox> parse_block_number(const std::string& text,
                                                           const std::array<uint64_t, 4>& dims);
 
+// Returns what was asked for that whole frames are needed for, in words; "" for nothing.
+[[nodiscard]] std::string needs_whole_frames(const SeriesDescription& series, const ErrorBound& bound,
+                                             const WriterSettings& settings);
 // Settles what blocks need: samples where no store was asked for, predictions of fixed boldness, nothing
-// measured. Refuses options that whole frames are needed for.
-void settle_for_blocks(const SeriesDescription& series, const ErrorBound& bound, bool levels_asked,
-                       WriterSettings& settings);
+// measured.
+void settle_for_blocks(WriterSettings& settings);
+
+// Returns the bytes that importing whole frames takes at most, by what was measured
+// (tests/bench/notes/blocks.md).
+[[nodiscard]] uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings);
 
 // Returns boxes that share the samples of a series among them, each so small that importing it takes no more
-// than `memory` bytes by what was measured (tests/bench/notes/blocks.md); one where all fits.
-[[nodiscard]] std::vector<SampleBox> blocks_that_fit(const SeriesDescription& series, uint64_t memory);
+// than `memory` bytes by what was measured; one where all fits.
+[[nodiscard]] std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescription& series,
+                                                     const WriterSettings& settings,
+                                                     const std::vector<ChannelScan>& scans, uint64_t memory);
 
 // Writes the series block by block, each into a file beside the output that goes when all are joined.
 [[nodiscard]] ImportResult write_blocks(FrameReader& reader, const Device& device,

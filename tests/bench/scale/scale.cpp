@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "tests/bench/scale/scale_blocks.h"
 #include "tests/bench/scale/scale_host.h"
 
 namespace bccsplat::bench {
@@ -223,6 +224,10 @@ void projection(const Report& report, const UnitCosts& c) {
 
 int run_scale_suite(std::span<const std::string> args, const Report& report) {
   std::string folder;
+  if (args.size() == 3 && args[0] == "--blocks") {
+    write_block_series(report, parse_block_series(args[1]), args[2]);
+    return 0;
+  }
   for (size_t i = 0; i < args.size(); ++i) {
     if (args[i] != "--large" || i + 1 == args.size())
       fail(Code::invalid_argument, "scale: unknown option ", args[i]);
