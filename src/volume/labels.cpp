@@ -110,7 +110,10 @@ bool is_labels(const OpenVolume& volume, uint32_t channel) {
   if (lattice.kind != LatticeKind::cc || lattice.space_step != own) return false;
   if (!lattice.is_static() && lattice.time_step != 1) return false;
   if (volume.info().tile_edge > 1) return false; // wavelets are near to what they store, and no labels
-  return survey_values(value_counts(volume, channel)).kind == ValueKind::labels;
+  if (const auto known = volume.known_labels(channel)) return *known;
+  const bool labels = survey_values(value_counts(volume, channel)).kind == ValueKind::labels;
+  volume.note_labels(channel, labels);
+  return labels;
 }
 
 void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points) {

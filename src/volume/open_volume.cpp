@@ -120,6 +120,7 @@ OpenVolume::OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& 
                                                                 memory, cache / masks_part)
                                       : nullptr);
   }
+  labels_ = std::make_unique<std::atomic<Labels>[]>(info().channels.size());
 }
 
 void OpenVolume::take_over(const OpenVolume& older) {
@@ -184,6 +185,16 @@ const ChannelInfo& OpenVolume::channel(uint32_t index) const {
   if (index >= info().channels.size())
     fail(Code::not_found, "channel ", index, " of a file with ", info().channels.size());
   return info().channels[index];
+}
+
+std::optional<bool> OpenVolume::known_labels(uint32_t channel) const {
+  if (channel >= info().channels.size()) return std::nullopt;
+  const Labels known = labels_[channel];
+  return known == Labels::unknown ? std::nullopt : std::optional(known == Labels::yes);
+}
+
+void OpenVolume::note_labels(uint32_t channel, bool labels) const {
+  labels_[channel] = labels ? Labels::yes : Labels::no;
 }
 
 const Lattice4& OpenVolume::lattice(uint32_t level) const {

@@ -81,6 +81,11 @@ class OpenVolume {
                                                         uint32_t level, const BrickBox& region,
                                                         const SampleSource& samples, bool holding) const;
 
+  // Whether a channel is of labels, once somebody has found out (labels.h). Any number of threads may ask and
+  // tell.
+  [[nodiscard]] std::optional<bool> known_labels(uint32_t channel) const;
+  void note_labels(uint32_t channel, bool labels) const;
+
   // Says how large the caches are.
   [[nodiscard]] std::string describe_caches() const;
   // Says, once, that the cache is too small and how large it should be, after layers had to be read or made
@@ -123,6 +128,8 @@ class OpenVolume {
   };
   mutable std::map<uint32_t, Probed> probed_;
   mutable std::atomic<bool> repeats_told_{false};
+  enum class Labels : uint8_t { unknown, no, yes };
+  mutable std::unique_ptr<std::atomic<Labels>[]> labels_; // of channels
 };
 
 } // namespace bccsplat
