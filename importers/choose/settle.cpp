@@ -134,7 +134,7 @@ bool holds_slab(const Device& device, const Unsettled& unsettled, const SeriesDe
                 const WriterSettings& settings) {
   auto info = sized<bccsplat_device_info>();
   check(bccsplat_device_get_info(device.get(), &info), "");
-  return memory_of_wavelets(s, settings, info.thread_count) <=
+  return memory_of_wavelets(s, settings, unsettled.bound.abs, info.thread_count) <=
          std::min<uint64_t>(info.memory_budget, unsettled.memory);
 }
 

@@ -2,6 +2,7 @@
 #include "choose/wavelet_memory.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "readers/value_type.h"
 
@@ -23,22 +24,32 @@ uint64_t tiles_at_once(const SeriesDescription& s, int threads) {
   return std::min(tiles, std::max<uint64_t>(static_cast<uint64_t>(threads), at_first)) * samples;
 }
 
+// Is an error of just the bound one of the values?
+bool is_step(const Channel& c, double bound) {
+  const double step = source_step(c), steps = bound / (step > 0 ? step : 1);
+  return bound > 0 && step > 0 && std::fabs(steps - std::nearbyint(steps)) < .01;
+}
+
 } // namespace
 
-uint64_t memory_of_wavelets(const SeriesDescription& s, const WriterSettings& settings, int threads) {
+uint64_t memory_of_wavelets(const SeriesDescription& s, const WriterSettings& settings, double bound,
+                            int threads) {
   constexpr uint64_t of_tile_sample = 20, of_frame_sample = 4; // while it is coded; on its way to a layer
+  constexpr uint64_t reach = 10, of_field_sample = 20;         // layers on either side; the field of a frame
   const uint64_t samples = s.dims[0] * s.dims[1] * s.dims[2], layers = slab_layers(s);
-  uint64_t slab = 0, frame = 0;
+  const uint64_t waiting = std::min(s.dims[3], layers + 2 * reach);
+  uint64_t sample = 0, levels = 0; // bytes of one
   for (const Channel& c : s.channels) {
     const int32_t type = stored_type(c, settings);
     const uint64_t source = type_size(c.type), code = type == BCCSPLAT_TYPE_U8 ? 1 : 2;
-    const bool as_given =
-        source == code && !is_float(c.type); // frames are compared with the codes themselves
-    slab += (as_given ? 0 : source) + 2 * code;
-    frame += 2 * source + of_frame_sample; // in use, and read ahead
+    const bool waits = is_step(c, bound), as_given = source == code && !is_float(c.type);
+    const uint64_t held = waits ? waiting : layers;
+    sample += layers * code + held * code + (waits || !as_given ? held * source : 0);
+    sample += (waits ? of_field_sample : 0) + 2 * source + of_frame_sample; // in use, and read ahead
+    levels += layers * (source + 2 * code) / 6;
   }
-  const uint64_t levels = settings.levels > 0 ? samples * layers * slab / 6 : 0;
-  return samples * (layers * slab + frame) + levels + tiles_at_once(s, threads) * layers * of_tile_sample;
+  return samples * (sample + (settings.levels > 0 ? levels : 0)) +
+         tiles_at_once(s, threads) * layers * of_tile_sample;
 }
 
 } // namespace bcc4

@@ -30,6 +30,16 @@ bool holds_source(const ChannelInfo& c) {
   return (bytes || words) && air_has_code && c.scale == 1 && c.offset == 0;
 }
 
+// May a stored value be off by just the bound, as of integers? Then rounding decides what is corrected, and a
+// reader's own value has to be known: with a margin for it a bound of 3 would be one of 2.
+bool meets_bound(const ChannelInfo& c, double bound) {
+  constexpr double near = .01; // of a step
+  const bool floats = c.source_type == SourceType::f16 || c.source_type == SourceType::f32 ||
+                      c.source_type == SourceType::f64;
+  const double steps = bound / c.scale;
+  return bound > 0 && !floats && std::fabs(steps - std::nearbyint(steps)) < near;
+}
+
 } // namespace
 
 void VolumeWriter::require_open() const {
@@ -306,11 +316,13 @@ void VolumeWriter::begin_measuring(bool frames_known) {
     return;
   }
   std::vector<RoundTripChannel> channels;
+  bool at_sites = settings_.wavelets && measuring_.required();
   for (size_t i = 0; i < initial_.channels.size(); ++i) {
     ChannelInfo& c = initial_.channels[i];
     const double bound = settings_.channels[i].abs_error;
     channels.push_back({c.name, settings_.channels[i].air, c.threshold, bound, part_made() == nullptr,
                         bound > 0 ? 0 : sample_step(c)});
+    at_sites = at_sites && (settings_.psnr > 0 || !meets_bound(c, bound));
     if (holds_source(c)) channels.back().as_given = c.source_type;
     if (bound == 0) continue;
     c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
@@ -328,7 +340,7 @@ void VolumeWriter::begin_measuring(bool frames_known) {
         context_,
         RoundTripScope{.first_layer = part ? part->first_layer : 0,
                        .in_boxes = !measuring_.required(),
-                       .at_sites = settings_.wavelets && measuring_.required()}));
+                       .at_sites = at_sites}));
   });
   begin_measuring_levels();
 }
