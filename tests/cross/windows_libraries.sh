@@ -1,7 +1,7 @@
 #!/bin/bash
 # windows_libraries.sh FOLDER: what a build for Windows is linked with and Debian has no package of, made of Debian's own
-# sources: Highway, libdeflate, libpng, pugixml and GoogleTest; headers that know no system are linked to. What is there
-# stays, so that a second call takes no time.
+# sources: Highway, libdeflate, libpng, OpenEXR with Imath, pugixml and GoogleTest; headers that know no system are linked to.
+# What is there stays, so that a second call takes no time.
 set -euo pipefail
 top=$(cd "$(dirname "$0")/../.." && pwd)
 mkdir -p "${1:?usage: windows_libraries.sh FOLDER}"
@@ -48,6 +48,8 @@ if [[ ! -d $out/include/hwy/contrib/math ]]; then # of what its build installs w
 fi
 build pugixml .
 build libpng1.6 . -DPNG_SHARED=OFF -DPNG_TESTS=OFF -DPNG_EXECUTABLES=OFF
+build imath . -DBUILD_TESTING=OFF
+build openexr . -DBUILD_TESTING=OFF -DOPENEXR_BUILD_TOOLS=OFF -DOPENEXR_INSTALL_EXAMPLES=OFF -DOPENEXR_FORCE_INTERNAL_IMATH=OFF
 install_by_cmake googletest /usr/src/googletest -DBUILD_GMOCK=OFF
 
 # libdeflate 1.14 has a Makefile alone.

@@ -51,6 +51,9 @@ class Windows(unittest.TestCase):
         self.bcc4('verify', 'Ergebnis für €.bcc4')
         said = self.bcc4('info', 'fehlt für immer.bcc4', code=3)
         self.assertIn('fehlt für immer.bcc4', said)
+        for more in ['Bild für €.png'], ['Bild für €.exr'], ['darüber.png', '--over', 'Bild für €.exr']:
+            self.bcc4('render', 'Ergebnis für €.bcc4', '--time', '1', '--size', '32x32', '-o', *more)
+            self.assertGreater(os.path.getsize(self.path(more[0])), 100)
 
     def test_wildcards_and_numbers(self):
         for t in range(4):
