@@ -34,7 +34,7 @@ void cut_axis(SampleBox& box, size_t axis, uint64_t n, uint64_t piece, uint64_t 
 // Returns the bytes that an import holds for each sample of a frame that it resamples: what waits for the
 // filter in time takes 12 or 16 bits of integers, and floats else.
 uint64_t bytes_of_sample(const SeriesDescription& series) {
-  constexpr uint64_t of_bytes = 16, of_words = 24, of_floats = 48;
+  constexpr uint64_t of_bytes = 16, of_words = 32, of_floats = 48;
   uint64_t bytes = 0;
   for (const Channel& c : series.channels) {
     const uint64_t size = type_size(c.precision);
