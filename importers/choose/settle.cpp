@@ -129,9 +129,13 @@ bool leaves_store(const Unsettled& unsettled, const WriterSettings& settings, co
          settings.quantize == BCCSPLAT_TYPE_DEFAULT && has_cartesian(settings.kernel) && !is_scattered(s);
 }
 
-// A slab of wavelets is held as a whole: is there room for that?
+// A slab of wavelets is held as a whole, here and where a moment is made of several: is there room for that?
+// Of 512^3 the first slice takes ten times as long as of samples and 2.9 GB (tests/bench/notes/coder.md), so
+// that frames beyond 400^3 are stored so only where somebody asks for it.
 bool holds_slab(const Device& device, const Unsettled& unsettled, const SeriesDescription& s,
                 const WriterSettings& settings) {
+  constexpr uint64_t largest = 1 << 26; // samples of a frame
+  if (s.dims[0] * s.dims[1] * s.dims[2] > largest) return false;
   auto info = sized<bccsplat_device_info>();
   check(bccsplat_device_get_info(device.get(), &info), "");
   return memory_of_wavelets(s, settings, unsettled.bound.abs, info.thread_count) <=

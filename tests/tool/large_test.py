@@ -41,12 +41,12 @@ class Large(ToolTest):
         report = self.json('import', *series, '-o', 'a.bcc4', '--max-mem', '8G')
         self.assertLess(report['bytes']['file'], N ** 3 * FRAMES / 2)
         verified = self.json('verify', 'a.bcc4', '--against', 'a.raw', '--frames', '0-3')
-        self.assertGreater(verified['psnr'], 50)
+        self.assertGreater(verified['psnr'], 55)
         self.bcc4('slice', 'a.bcc4', '--index', '--time', 1, '-o', 't.nrrd', '--quiet')
         got = Nrrd(self.path('t.nrrd')).values
         off = [abs(got[(z * N + y) * N + x] - value(x, y, z, 1)) for z in range(100, 412, 13) for y in range(100, 412, 11)
                for x in range(140, 372, 7)]
-        self.assertLess(sum(off) / len(off), 1)
+        self.assertLess(sum(off) / len(off), .5)
         self.bcc4('slice', 'a.bcc4', '--plane', f'1,0,0,0,{-N // 2}', '-o', 'x.nrrd', '--quiet')
         self.assertEqual(Nrrd(self.path('x.nrrd')).sizes, [N, N, FRAMES])
         self.bcc4('render', 'a.bcc4', '--index', '--time', 1.5, '--size', '512x512', '-o', 'p.png', '--quiet')
