@@ -11,7 +11,6 @@ namespace bcc4 {
 AskedTrail::AskedTrail(const RenderArguments& a, const std::array<double, 2>& interval,
                        const std::vector<TransferFunction>& functions, bool of_other)
     : any_(interval[0] != 0 || interval[1] != 0), weights_(shutter_weights(a)) {
-  trail_ = sized<bccsplat_trail>();
   trail_.content = a.trail_content;
   trail_.combine = a.trail_mode;
   trail_.intervals =

@@ -26,7 +26,7 @@ class AskedTrail {
   bool any_;
   std::vector<double> colors_, weights_;
   std::vector<bccsplat_transfer_function> functions_;
-  bccsplat_trail trail_{};
+  bccsplat_trail trail_ = sized<bccsplat_trail>();
 };
 
 } // namespace bcc4
