@@ -36,13 +36,13 @@ BrickSettings read_settings(const bccsplat_brick_options* options) {
 }
 
 // A slice's bricks, and how the call that asks is cancelled.
-struct Asked {
+struct AskedBricks {
   BrickSettings settings;
   Progress progress;
   Context context;
   SliceBricks bricks;
 
-  Asked(const bccsplat_slice* slice, const bccsplat_brick_options* options)
+  AskedBricks(const bccsplat_slice* slice, const bccsplat_brick_options* options)
       : settings(read_settings(options)), context(watched(slice)), bricks(slice->open, settings, context) {}
 
  private:
@@ -53,7 +53,7 @@ struct Asked {
   }
 };
 
-bccsplat_brick_info info_of(const Asked& asked, const Slice& slice) {
+bccsplat_brick_info info_of(const AskedBricks& asked, const Slice& slice) {
   const BrickGrid& grid = asked.bricks.grid();
   bccsplat_brick_info out{};
   out.cosets = static_cast<uint32_t>(grid.cosets);
@@ -84,7 +84,7 @@ bccsplat_status bccsplat_slice_get_brick_info(const bccsplat_slice* slice,
   return guard([&] {
     require(slice, "slice"), require(info, "info");
     check_output(info, "info");
-    const Asked asked(slice, options);
+    const AskedBricks asked(slice, options);
     write_struct(info, info_of(asked, slice->open.slice), "info");
   });
 }
@@ -93,7 +93,7 @@ bccsplat_status bccsplat_slice_find_bricks(const bccsplat_slice* slice, const bc
                                            uint32_t* index, float* bounds, uint64_t* count) {
   return guard([&] {
     require(slice, "slice");
-    const Asked asked(slice, options);
+    const AskedBricks asked(slice, options);
     const std::vector<ValueBounds> of = asked.bricks.bounds(asked.context);
     const ValueBounds nothing{asked.bricks.empty(), asked.bricks.empty()};
     uint32_t found = 0;
@@ -111,7 +111,7 @@ bccsplat_status bccsplat_slice_get_bricks(const bccsplat_slice* slice, const bcc
                                           float* ranges) {
   return guard([&] {
     require(slice, "slice");
-    const Asked asked(slice, options);
+    const AskedBricks asked(slice, options);
     if (count == 0) return;
     require(cells, "cells"), require(values, "values");
     require_count(count, asked.bricks.grid().brick_samples() * value_bytes(asked.settings.type), "count");
