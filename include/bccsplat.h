@@ -1771,8 +1771,8 @@ typedef struct bccsplat_brick_info {
 /* Where the bricks of a slice stand and how they are coded. options may be NULL.
  * INVALID_ARGUMENT: options out of range. LIMIT_EXCEEDED: more than 2^20 samples along an axis or
  * 2^31 - 1 bricks. */
-BCCSPLAT_API bccsplat_status bccsplat_slice_get_brick_info(const bccsplat_slice* slice,
-    const bccsplat_brick_options* options, bccsplat_brick_info* info);
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_brick_info(
+    const bccsplat_slice* slice, const bccsplat_brick_options* options, bccsplat_brick_info* info);
 /* Which bricks hold data. Cell (i, j, k) of coset c is number ((c * bricks[2] + k) * bricks[1] + j)
  * * bricks[0] + i. index: for each cell 0 where the brick holds `empty` alone, else 1 for the first
  * that does not, 2 for the next, and so on: a host's texture of brick numbers, of which 0 is one
