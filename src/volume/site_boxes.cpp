@@ -39,9 +39,9 @@ std::array<Int3, 2> sites_in_reach(const Slice& slice, size_t coset, const std::
   std::array<Int3, 2> sites;
   for (size_t a = 0; a < 3; ++a) {
     const auto [low, high] = std::minmax(box[0][a], box[1][a]);
-    const double half = 0.5 * static_cast<double>(coset);
-    sites[0][a] = static_cast<int32_t>(std::ceil((low - radius) / pitch - half));
-    sites[1][a] = static_cast<int32_t>(std::floor((high + radius) / pitch - half));
+    const double shift = 0.5 * static_cast<double>(coset);
+    sites[0][a] = static_cast<int32_t>(std::ceil((low - radius) / pitch - shift));
+    sites[1][a] = static_cast<int32_t>(std::floor((high + radius) / pitch - shift));
   }
   return sites;
 }
