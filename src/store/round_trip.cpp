@@ -164,6 +164,9 @@ bool goes_through_samples(const Lattice4& lattice, const std::vector<RoundTripCh
                           const std::string& kernel, bool coefficients) {
   const bool all_kept =
       std::all_of(channels.begin(), channels.end(), [](const auto& c) { return c.threshold == 0; });
+  const Int3 sites = lattice.space.dims(0);
+  for (size_t a = 0; a < 3; ++a) // an axis of one sample has two sites
+    if (static_cast<uint32_t>(sites[a]) != lattice.dims[a]) return false;
   return all_kept && !coefficients && kernel == "exact" && !lattice.periodic && lattice.lead == 0 &&
          lattice.sites_are_samples();
 }
