@@ -153,7 +153,7 @@ std::shared_ptr<Bytes> DenseSeries::read_planes(uint64_t t, const SampleBox& wan
              slow = static_cast<size_t>(layout_.axes[1].role);
   const uint64_t row = size * layout_.axes[0].size, part = size * wanted.dims[fast];
   const uint64_t rows = wanted.dims[slow];
-  const auto bytes = std::make_shared<Bytes>(part * rows * wanted.dims[2]);
+  auto bytes = std::make_shared<Bytes>(part * rows * wanted.dims[2]);
   const bool all = part * rows == plane;
   Bytes one(all ? 0 : plane);
   for (uint64_t z = 0; z < wanted.dims[2]; ++z) {
