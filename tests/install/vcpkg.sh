@@ -41,6 +41,7 @@ for type in Release Debug; do
   cmake --build "$scratch/host_$type" >>"$scratch/host.log"
   "$scratch/host_$type/host"
 done
-ldd "$scratch/host_Release/host" | grep -qF "$installed/lib/libbccsplat.so" || failed "the host takes another library"
-ldd "$scratch/host_Debug/host" | grep -qF "$installed/debug/lib/libbccsplat.so" || failed "the debug host takes another library"
+# Whole outputs: a grep that ends early would end ldd with an error.
+[[ $(ldd "$scratch/host_Release/host") == *" $installed/lib/libbccsplat.so"* ]] || failed "the host takes another library"
+[[ $(ldd "$scratch/host_Debug/host") == *" $installed/debug/lib/libbccsplat.so"* ]] || failed "the debug host takes another library"
 rm -rf "$scratch"
