@@ -995,18 +995,22 @@ typedef struct bccsplat_join_options {
   bccsplat_progress_fn progress; /* NULL: none; fraction of the bytes */
   void* progress_user;
   bccsplat_cancel_token* cancel_token; /* NULL: none */
+  /* Non-zero: coarser levels that no part has measured, as those of blocks, are compared with level
+   * 0 in a few boxes of at most three frames, and the file tells their relative_rmse, by which
+   * pictures choose a level; some 1 % of the work that writing them was. */
+  int32_t compare_levels;
 } bccsplat_join_options;
 
 /* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory
  * does not depend on their size. The file is the same byte for byte as one written without parts by
- * the same version, each frame's channels added in order, but for channels with a bound (abs_error,
- * psnr) far from their air: parts do not know each other's values, keep air as base of the field,
- * take more corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files,
- * frames and samples, when they are not parts of one series, or a frame, or a sample of one, is in
- * none or in two of them;
- * BOUND_NOT_MET when the series misses the psnr of its options. Also: opening, writing. options and
- * report may be NULL; the report's slabs_reused are those joined. With `overwrite` the output may
- * be one of the inputs, which it replaces at the end. */
+ * the same version, each frame's channels added in order, but for compare_levels, and for channels
+ * with a bound (abs_error, psnr) far from their air: parts do not know each other's values, keep
+ * air as base of the field, take more corrections and ripple between samples (see air).
+ * INVALID_ARGUMENT, naming the files, frames and samples, when they are not parts of one series, or
+ * a frame, or a sample of one, is in none or in two of them; BOUND_NOT_MET when the series misses
+ * the psnr of its options. Also: opening, writing. options and report may be NULL; the report's
+ * slabs_reused are those joined. With `overwrite` the output may be one of the inputs, which it
+ * replaces at the end. */
 BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count,
     const char* const* parts, const char* path, const bccsplat_join_options* options,
     bccsplat_writer_report* report);

@@ -259,8 +259,8 @@ class Bcc4Reader {
 // one; what is left of such a chunk is held as it is stored.
 class Bcc4Samples final : public SampleSource {
  public:
-  Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20,
-              RelativeTo to = RelativeTo::air, int level = 0);
+  Bcc4Samples(std::shared_ptr<const Bcc4Reader> reader, MemoryBudget& budget,
+              uint64_t cache_bytes = 256 << 20, RelativeTo to = RelativeTo::air, int level = 0);
   ~Bcc4Samples() override;
 
   // Shares the chunks that are unchanged and that another one holds, of the file before it grew.
@@ -321,7 +321,7 @@ class Bcc4Samples final : public SampleSource {
   // The slabs that it looks at for a layer, in a region that is wider than the layer's.
   [[nodiscard]] std::set<int32_t> slabs_beside(int32_t layer) const;
 
-  std::shared_ptr<Bcc4Reader> reader_;
+  std::shared_ptr<const Bcc4Reader> reader_;
   std::unique_ptr<Cache> cache_;
   RelativeTo to_;
   int level_;

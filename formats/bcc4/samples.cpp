@@ -90,7 +90,7 @@ struct Bcc4Samples::Cache {
   }
 };
 
-Bcc4Samples::Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes,
+Bcc4Samples::Bcc4Samples(std::shared_ptr<const Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes,
                          RelativeTo to, int level)
     : reader_(std::move(reader)), cache_(std::make_unique<Cache>(budget, cache_bytes)), to_(to),
       level_(level) {

@@ -250,20 +250,20 @@ bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count, con
       require(parts[i], "parts[i]");
       paths.emplace_back(parts[i]);
     }
-    return join_parts(open_parts(paths), path, o.overwrite != 0, context);
+    return join_parts(open_parts(paths), path, o.overwrite != 0, o.compare_levels != 0, context);
   });
 }
 
 bccsplat_status bccsplat_join_streams(bccsplat_device* device, uint64_t count,
                                       const bccsplat_read_stream* parts, const bccsplat_write_stream* stream,
                                       const bccsplat_join_options* options, bccsplat_writer_report* report) {
-  return join(device, options, report, [&](const bccsplat_join_options&, const Context& context) {
+  return join(device, options, report, [&](const bccsplat_join_options& o, const Context& context) {
     require_count(count, sizeof *parts, "count");
     if (count > 0) require(parts, "parts");
     std::unique_ptr<ByteSink> sink = sink_of(stream);
     std::vector<std::unique_ptr<ByteSource>> sources;
     for (uint64_t i = 0; i < count; ++i) sources.push_back(source_of(element(parts, i), concat("part ", i)));
-    return join_parts(open_parts(std::move(sources)), std::move(sink), context);
+    return join_parts(open_parts(std::move(sources)), std::move(sink), o.compare_levels != 0, context);
   });
 }
 

@@ -6,6 +6,7 @@
 
 #include "formats/bcc4/part.h"
 #include "store/channel_info.h"
+#include "store/compared_levels.h"
 #include "store/part_report.h"
 #include "store/series_part.h"
 
@@ -101,16 +102,18 @@ SeriesParts open_parts(std::vector<std::unique_ptr<ByteSource>> sources) {
   return order_parts(std::move(parts), names);
 }
 
-WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite,
+WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite, bool with_levels,
                        const Context& context) {
-  return join_parts(parts, create_file_sink(path, overwrite), context);
+  return join_parts(parts, create_file_sink(path, overwrite), with_levels, context);
 }
 
-WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink, const Context& context) {
+WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink, bool with_levels,
+                       const Context& context) {
   PartReport sum = add_reports(parts);
   std::vector<FitChannelReport> fits;
   for (PartChannelReport& channel : sum.channels) fits.push_back(std::move(channel.fit));
-  const VolumeInfo joined = joined_info(parts, sum, fits);
+  VolumeInfo joined = joined_info(parts, sum, fits);
+  if (with_levels) compare_levels(parts, fits, joined, context);
   Bcc4Writer writer(std::move(sink), joined);
   const std::vector<JoinedWrite> writes = joined_writes(parts);
   WriteReport report;

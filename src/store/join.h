@@ -20,9 +20,11 @@ using SeriesParts = std::vector<std::shared_ptr<const Bcc4Reader>>;
 [[nodiscard]] SeriesParts open_parts(std::vector<std::unique_ptr<ByteSource>> sources);
 
 // Copies what the parts hold, in the order in which one writer of the whole series puts it: nothing is coded
-// again. Throws bound_not_met when the series misses the PSNR that was asked for.
-WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite,
+// again. with_levels: coarser levels that no part has measured are compared with level 0
+// (compared_levels.h). Throws bound_not_met when the series misses the PSNR that was asked for.
+WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite, bool with_levels,
                        const Context& context);
-WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink, const Context& context);
+WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink, bool with_levels,
+                       const Context& context);
 
 } // namespace bccsplat

@@ -7,22 +7,34 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 namespace bccsplat {
 namespace {
 
-constexpr size_t fewest_boxes = 6;     // of a frame
-constexpr size_t most_boxes = 9;       // of one of several frames
-constexpr size_t most_of_still = 20;   // of the only one
-constexpr size_t cells_a_box = 5;      // in between
-constexpr size_t fewest_cells = 12;    // of a frame that is not taken whole
-constexpr int cell_bricks = 2;         // along an axis, or one more
+constexpr size_t cells_a_box = 5;      // between the fewest and the most boxes
 constexpr int kernel_sites = 4;        // a kernel takes at most so many in a row
-constexpr int64_t least_edge = 8;      // of a box, in samples
-constexpr int64_t planes_apart = 8;    // of those that are looked at for bends
-constexpr int64_t rows_apart = 2;      // likewise
+constexpr int64_t rows_apart = 2;      // of a plane, those that are looked at for bends
 constexpr double golden = 0.618033989; // the fractions of its multiples are spread evenly
 constexpr double even_share = 0.05;    // of the picks: anywhere
+
+int bricks_along(const Lattice4& lattice, size_t axis) {
+  return (lattice.space.dims(0)[axis] + brick_edge - 1) / brick_edge;
+}
+
+// The samples, begin and end, around which a kernel stays within these bricks.
+std::pair<int64_t, int64_t> samples_inside(const Lattice4& lattice, size_t axis, int first_brick,
+                                           int end_brick) {
+  const int64_t n = lattice.dims[axis];
+  // The first sample at or behind a site.
+  const auto sample = [&](int site) {
+    const double position = lattice.plane_position(axis, lattice.space.plane(0, site));
+    return std::clamp(static_cast<int64_t>(std::ceil(position)), int64_t{0}, n);
+  };
+  return {first_brick == 0 ? 0 : sample(first_brick * brick_edge + kernel_sites),
+          end_brick >= bricks_along(lattice, axis) ? n : sample(end_brick * brick_edge - kernel_sites)};
+}
 
 // How an axis is divided.
 struct CellAxis {
@@ -32,24 +44,18 @@ struct CellAxis {
   };
   std::vector<Cell> cells;
 
-  // later: all cells but the first begin so many bricks later than they do by themselves.
-  CellAxis(const Lattice4& lattice, size_t axis, int later) {
-    const int sites = lattice.space.dims(0)[axis], bricks = (sites + brick_edge - 1) / brick_edge;
-    const int count = std::max(1, (2 * sites + cell_bricks * brick_edge) / (2 * cell_bricks * brick_edge));
-    const int64_t n = lattice.dims[axis];
-    // The first sample at or behind a site.
-    const auto sample = [&](int site) {
-      const double position = lattice.plane_position(axis, lattice.space.plane(0, site));
-      return std::clamp(static_cast<int64_t>(std::ceil(position)), int64_t{0}, n);
-    };
+  // edge: bricks of a cell, or one more; later: all cells but the first begin so many bricks later than they
+  // do by themselves.
+  CellAxis(const Lattice4& lattice, size_t axis, int edge, int later) {
+    const int sites = lattice.space.dims(0)[axis], bricks = bricks_along(lattice, axis);
+    const int count = std::max(1, (2 * sites + edge * brick_edge) / (2 * edge * brick_edge));
     for (int i = 0; i < count; ++i) {
       const auto boundary = [&](int at) {
         return std::min(bricks * at / count + (at > 0 ? later : 0), bricks);
       };
       Cell c;
       c.first_brick = boundary(i), c.end_brick = boundary(i + 1);
-      c.begin = i == 0 ? 0 : sample(c.first_brick * brick_edge + kernel_sites);
-      c.end = i + 1 == count ? n : sample(c.end_brick * brick_edge - kernel_sites);
+      std::tie(c.begin, c.end) = samples_inside(lattice, axis, c.first_brick, c.end_brick);
       cells.push_back(c);
     }
   }
@@ -78,8 +84,9 @@ struct Division {
   std::array<CellAxis, 3> axes;
   std::vector<Cell> cells; // x fastest
 
-  Division(const Lattice4& lattice, int later)
-      : axes{CellAxis(lattice, 0, later), CellAxis(lattice, 1, later), CellAxis(lattice, 2, later)} {
+  Division(const Lattice4& lattice, int edge, int later)
+      : axes{CellAxis(lattice, 0, edge, later), CellAxis(lattice, 1, edge, later),
+             CellAxis(lattice, 2, edge, later)} {
     for (const CellAxis::Cell& z : axes[2].cells)
       for (const CellAxis::Cell& y : axes[1].cells)
         for (const CellAxis::Cell& x : axes[0].cells) {
@@ -105,12 +112,14 @@ struct Division {
 // Sums over a frame and over the boxes of its divisions, from some of its planes.
 class ContentSums {
  public:
-  ContentSums(const std::array<int64_t, 3>& n, std::vector<Division>& divisions)
-      : n_(n), divisions_(divisions), bends_(static_cast<size_t>(n[0])), filled_(static_cast<size_t>(n[0])) {}
+  // planes_apart: of those that are looked at for bends.
+  ContentSums(const std::array<int64_t, 3>& n, int64_t planes_apart, std::vector<Division>& divisions)
+      : n_(n), planes_apart_(planes_apart), divisions_(divisions), bends_(static_cast<size_t>(n[0])),
+        filled_(static_cast<size_t>(n[0])) {}
 
   void look_at(const Frame& frame) {
     for (auto& p : planes_) p.resize(n_[0] * n_[1]);
-    for (int64_t z = SeenPlanes{planes_apart, n_[2]}.first(); z < n_[2]; z += planes_apart) {
+    for (int64_t z = SeenPlanes{planes_apart_, n_[2]}.first(); z < n_[2]; z += planes_apart_) {
       const Region around{{0, 0, std::max<int64_t>(z - 1, 0)}, {n_[0], n_[1], std::min(z + 2, n_[2])}};
       if (frame.boxes_in(around).empty()) { // of parts far apart most planes have none
         for (int64_t y = 0; y < n_[1]; y += rows_apart) add_air(y, z);
@@ -192,13 +201,14 @@ class ContentSums {
   }
 
   std::array<int64_t, 3> n_;
+  int64_t planes_apart_;
   std::vector<Division>& divisions_;
   std::array<std::vector<float>, 3> planes_;
   std::vector<float> bends_, filled_; // of a row
   Content frame_;
 };
 
-[[nodiscard]] bool is_thin(const Region& box) {
+[[nodiscard]] bool is_thin(const Region& box, int64_t least_edge) {
   return std::min({box.length(0), box.length(1), box.length(2)}) < least_edge;
 }
 
@@ -220,8 +230,8 @@ void find_probabilities(std::vector<Cell>& cells) {
 
 // In even steps, the first one `offset` of a step behind the beginning. Cells stand by what part of them
 // changes, so that even steps take all parts of it.
-std::vector<Cell> pick_cells(std::vector<Cell> cells, double offset, size_t most) {
-  const auto wanted = static_cast<int>(std::clamp(cells.size() / 2 / cells_a_box, fewest_boxes, most));
+std::vector<Cell> pick_cells(std::vector<Cell> cells, double offset, size_t fewest, size_t most) {
+  const auto wanted = static_cast<int>(std::clamp(cells.size() / 2 / cells_a_box, fewest, most));
   std::stable_sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
     return a.content.changes * b.probability < b.content.changes * a.probability;
   });
@@ -267,23 +277,23 @@ MeasuredBox whole_frame(const Lattice4& lattice) {
 
 std::vector<MeasuredBox> choose_measured_boxes(const Lattice4& lattice, uint32_t frame,
                                                std::span<const FrameBox> boxes, double air,
-                                               EarlierFrames* earlier) {
+                                               EarlierFrames* earlier, const MeasuredCells& kind) {
   const std::array<int64_t, 3> n{lattice.dims[0], lattice.dims[1], lattice.dims[2]};
-  std::vector<Division> divisions{Division(lattice, 0)};
-  if (divisions.front().cells.size() < fewest_cells) return {whole_frame(lattice)};
-  divisions.emplace_back(lattice, 1);
+  std::vector<Division> divisions{Division(lattice, kind.bricks, 0)};
+  if (divisions.front().cells.size() < kind.fewest) return {whole_frame(lattice)};
+  if (kind.bricks > 1) divisions.emplace_back(lattice, kind.bricks, 1);
   const Frame samples(boxes, n, air, "a frame to be measured");
-  ContentSums sums(n, divisions);
+  ContentSums sums(n, kind.planes_apart, divisions);
   sums.look_at(samples);
   if (earlier && earlier->knows(frame)) sums.look_at_changes(samples, *earlier);
   std::vector<Cell> cells;
   for (const Division& d : divisions)
     std::copy_if(d.cells.begin(), d.cells.end(), std::back_inserter(cells),
-                 [](const Cell& c) { return !is_thin(c.box.samples); });
+                 [&](const Cell& c) { return !is_thin(c.box.samples, kind.least_edge); });
   make_parts(sums.frame(), cells);
   find_probabilities(cells);
-  std::vector<Cell> picks = pick_cells(cells, std::fmod(golden * (frame + 1.0), 1.0),
-                                       lattice.is_static() ? most_of_still : most_boxes);
+  std::vector<Cell> picks = pick_cells(cells, std::fmod(golden * (frame + 1.0), 1.0), kind.fewest_boxes,
+                                       lattice.is_static() ? kind.most_of_still : kind.most_boxes);
   calibrate(picks);
   std::vector<MeasuredBox> chosen;
   for (const Cell& c : picks) {
@@ -291,6 +301,13 @@ std::vector<MeasuredBox> choose_measured_boxes(const Lattice4& lattice, uint32_t
     chosen.back().weight = c.times * c.content.samples;
   }
   return chosen;
+}
+
+Region samples_inside(const Lattice4& lattice, const BrickBox& bricks) {
+  Region samples;
+  for (size_t a = 0; a < 3; ++a)
+    std::tie(samples.begin[a], samples.end[a]) = samples_inside(lattice, a, bricks.begin[a], bricks.end[a]);
+  return samples;
 }
 
 void BoxErrors::Mean::add(const ErrorSum& errors, double times) {

@@ -30,13 +30,25 @@ struct MeasuredBox {
   [[nodiscard]] bool is_whole() const { return bricks == BrickBox{}; }
 };
 
+// How frames are cut into cells, and how many boxes are picked.
+struct MeasuredCells {
+  int bricks = 2;                                              // along an axis, or one more
+  size_t fewest = 12;                                          // of a frame that is not taken whole
+  size_t fewest_boxes = 6, most_boxes = 9, most_of_still = 20; // of a frame; of the only one
+  int64_t least_edge = 8;                                      // of a box, in samples
+  int64_t planes_apart = 8;                                    // of those that are looked at for bends
+};
+
 // The one box that is all of a frame.
 [[nodiscard]] MeasuredBox whole_frame(const Lattice4& lattice);
 // Boxes of the frame of that number: others of another one. A frame of few cells is taken whole. earlier:
-// frames before it, where any are known.
+// frames before it, where any are known. Where cells are single bricks, there is one division.
 [[nodiscard]] std::vector<MeasuredBox> choose_measured_boxes(const Lattice4& lattice, uint32_t frame,
                                                              std::span<const FrameBox> boxes, double air,
-                                                             EarlierFrames* earlier = nullptr);
+                                                             EarlierFrames* earlier = nullptr,
+                                                             const MeasuredCells& kind = {});
+// The samples around which a kernel stays within these bricks; those of a box that was chosen.
+[[nodiscard]] Region samples_inside(const Lattice4& lattice, const BrickBox& bricks);
 
 // Errors of the boxes of a frame. Numbers of samples and the largest difference are those of the boxes, sums
 // of squares are such that mean squares are those of the frame.

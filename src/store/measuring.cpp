@@ -19,7 +19,10 @@ std::vector<uint32_t> Measuring::choose_frames(uint32_t first, uint32_t end) con
 }
 
 std::vector<uint32_t> Measuring::choose_level_frames(uint32_t first, uint32_t end) const {
-  if (!wanted_) return {};
+  return wanted_ ? some_frames(first, end) : std::vector<uint32_t>();
+}
+
+std::vector<uint32_t> some_frames(uint32_t first, uint32_t end) {
   const uint32_t frames = end - first, count = std::min(frames, frames_of_some);
   std::vector<uint32_t> list;
   for (uint32_t i = 0; i < count; ++i)

@@ -17,6 +17,9 @@
 
 namespace bccsplat {
 
+// Up to three of the frames first .. end - 1, evenly spread.
+[[nodiscard]] std::vector<uint32_t> some_frames(uint32_t first, uint32_t end);
+
 class Measuring {
  public:
   explicit Measuring(const WriterSettings& settings)

@@ -76,8 +76,6 @@ LayerBricks layer_bricks_of(const SeriesBlock& block, const Lattice4& lattice, c
 SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
                           const SeriesBlock& block) {
   const uint32_t frames = options.dims[3], first = block.first_frame(), end = block.end_frame();
-  if (lattice.is_static() && block.all_space())
-    fail(Code::invalid_argument, "a part: the series has one frame only; it may be divided in space");
   if (first >= end || end > frames)
     fail(Code::invalid_argument, "a part of frames ", first, " to ", end, " (excluded): the series has ",
          frames, ", and a part has at least one");

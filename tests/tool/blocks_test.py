@@ -92,6 +92,15 @@ class Blocks(ToolTest):
         self.bcc4('import', *args, '--quiet', '--max-mem', '8M', '-o', 'three.bcc4')
         self.assertEqual(self.read('three.bcc4'), self.read('one.bcc4'))
 
+    def test_without_a_limit_all_is_one_block(self):
+        said = self.bcc4('import', *self.args, '--blocks', '-o', 'one.bcc4')[0]
+        self.assertNotIn('block 1 of', said)
+        self.assertEqual(self.left(), [])
+
+    def test_levels_tell_what_they_lose(self):
+        self.bcc4('import', *self.args, '--blocks', '--levels', 1, '-o', 'one.bcc4', '--quiet')
+        self.assertGreater(self.json('info', 'one.bcc4')['levels'][0]['relative_rmse'], 0)
+
     def test_a_frame_larger_than_its_memory_needs_no_option(self):
         args = [a for a in self.large() if a not in ('--blocks', '--exact', '--lattice', 'd4star')]
         small = ['--max-mem', '8M']  # a quarter of it is less than a frame

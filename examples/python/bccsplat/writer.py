@@ -252,22 +252,24 @@ class Writer(Child):
 
 
 def join_parts(device: Device, parts: Sequence[Union[str, "os.PathLike[str]"]], path: Union[str, "os.PathLike[str]"], *,
-               overwrite: bool = False, progress: Progress | None = None,
+               overwrite: bool = False, compare_levels: bool = False, progress: Progress | None = None,
                cancel: CancelToken | None = None) -> _abi.WriterReport:
-    """One file of the parts of a series, in any order."""
+    """One file of the parts of a series, in any order. compare_levels: coarser levels that no part has measured, as those
+    of blocks, are compared with level 0, so that pictures know which of them will do."""
     watch, report = Watch(progress), _abi.WriterReport()
     names = (ctypes.c_char_p * len(parts))(*[os.fsencode(part) for part in parts])
-    options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function, cancel_token=token_of(cancel))
+    options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function, cancel_token=token_of(cancel),
+                               compare_levels=compare_levels)
     call("join_parts", device.pointer, len(parts), names, os.fsencode(path), byref(options), byref(report), watch=watch)
     return report
 
 
-def join_streams(device: Device, parts: Sequence[Source], write_at: WriteAt, *, progress: Progress | None = None,
-                 cancel: CancelToken | None = None) -> _abi.WriterReport:
+def join_streams(device: Device, parts: Sequence[Source], write_at: WriteAt, *, compare_levels: bool = False,
+                 progress: Progress | None = None, cancel: CancelToken | None = None) -> _abi.WriterReport:
     """The same of parts (size, read_at), by write_at(offset, bytes)."""
     watch, report = Watch(progress), _abi.WriterReport()
     streams = (_abi.ReadStream * len(parts))(*[read_stream(part) for part in parts])
     stream = write_stream(write_at, watch)
-    options = _abi.JoinOptions(progress=watch.function, cancel_token=token_of(cancel))
+    options = _abi.JoinOptions(progress=watch.function, cancel_token=token_of(cancel), compare_levels=compare_levels)
     call("join_streams", device.pointer, len(parts), streams, byref(stream), byref(options), byref(report), watch=watch)
     return report

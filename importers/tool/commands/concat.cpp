@@ -31,6 +31,7 @@ Exit run_concat(const ConcatArguments& a) {
   Progress progress("join  parts", Progress::fraction_steps, false, a.common.quiet || a.common.json);
   auto options = sized<bccsplat_join_options>();
   options.overwrite = a.overwrite ? 1 : 0;
+  options.compare_levels = 1;
   options.progress = Progress::show_fraction;
   options.cancel_token = interrupt_token();
   options.progress_user = &progress;

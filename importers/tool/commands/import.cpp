@@ -122,6 +122,11 @@ void take_part(const ImportArguments& a, const Device& device, const SeriesDescr
 
 uint64_t memory_of_library(const ImportArguments& a) { return a.common.max_memory - a.common.max_memory / 4; }
 
+// What an import may hold: without a limit half of what the machine has.
+uint64_t memory_of_import(const ImportArguments& a) {
+  return a.common.max_memory > 0 ? memory_of_library(a) : memory_limit({});
+}
+
 // Frames are imported in blocks of space where that is asked for, where they do not fit the memory for
 // reading, and where frames beyond 400^3 would not fit that of the library, if nothing needs whole ones.
 void settle_blocks(const ImportArguments& a, const FrameReader& reader, const ErrorBound& bound,
@@ -129,7 +134,7 @@ void settle_blocks(const ImportArguments& a, const FrameReader& reader, const Er
   constexpr uint64_t small = 1 << 26; // samples
   const SeriesDescription& s = reader.description();
   const bool large = !s.sparse && s.dims[0] * s.dims[1] * s.dims[2] > small &&
-                     memory_of_frames(s, settings) > memory_of_library(a);
+                     memory_of_frames(s, settings) > memory_of_import(a);
   const bool open = !a.resume.append && a.resume.live == 0;
   if (!a.blocks && reader.frames_fit() && !(large && open)) return;
   std::string why = needs_whole_frames(s, bound, settings);
@@ -141,12 +146,12 @@ void settle_blocks(const ImportArguments& a, const FrameReader& reader, const Er
   if (why.empty()) settle_for_blocks(settings);
 }
 
-// The boxes that the series is imported in, one after the other: where frames do not fit the library's memory
-// more than one.
+// The boxes that the series is imported in, one after the other: where frames do not fit the memory more than
+// one; none where frames are imported as they are.
 std::vector<SampleBox> blocks_of(const ImportArguments& a, const Device& device, const ImportPlan& plan,
                                  const ImportScope& scope) {
   if (!a.settings.fixed_predictions || scope.part || scope.block || a.resume.append) return {};
-  return blocks_that_fit(device, plan.series, a.settings, plan.scans, memory_of_library(a));
+  return blocks_that_fit(device, plan.series, a.settings, plan.scans, memory_of_import(a));
 }
 
 void save_plan(const ImportArguments& a, const ImportPlan& plan) {
@@ -261,7 +266,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const Progress clock("", 0, false, true);
   const std::vector<SampleBox> blocks = blocks_of(a, device, plan, scope);
   const ImportResult result =
-      blocks.size() > 1 ? write_blocks(*reader, device, a.settings, plan.scans, scope, a.common, blocks)
+      !blocks.empty() ? write_blocks(*reader, device, a.settings, plan.scans, scope, a.common, blocks)
       : a.resume.append && scope.part
           ? append_series(*reader, device, a.settings, plan.scans, scope, a.common)
           : write_series(*reader, device, a.settings, plan.scans, scope, a.common);

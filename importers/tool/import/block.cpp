@@ -93,6 +93,7 @@ void join_blocks(const Device& device, const std::vector<std::string>& names, co
                  bool overwrite, bccsplat_writer_report& report) {
   auto options = sized<bccsplat_join_options>();
   options.overwrite = overwrite ? 1 : 0;
+  options.compare_levels = 1;
   options.cancel_token = interrupt_token();
   std::vector<const char*> paths;
   for (const std::string& name : names) paths.push_back(name.c_str());
@@ -254,7 +255,7 @@ ImportResult write_blocks(FrameReader& reader, const Device& device, const Write
     std::error_code ignored;
     const bool there =
         settings.partial == BCCSPLAT_PARTIAL_RESUME && std::filesystem::exists(to_path(name), ignored);
-    if (common.prints_text())
+    if (common.prints_text() && blocks.size() > 1)
       std::printf("  block %zu of %zu%s\n", names.size() + 1, blocks.size(), there ? " is there" : "");
     if (!there) add_nonfinite(write_block(reader, device, settings, scans, scope, common, name, block), all);
     names.push_back(name);

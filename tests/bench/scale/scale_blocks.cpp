@@ -137,7 +137,7 @@ void write_block_series(const Report& report, const BlockSeries& s, const std::s
     std::vector<const char*> paths;
     for (const std::string& name : names) paths.push_back(name.c_str());
     auto options = sized<bccsplat_join_options>();
-    options.overwrite = 1;
+    options.overwrite = 1, options.compare_levels = 1;
     const auto device = make_api_device(0);
     api(bccsplat_join_parts(device.get(), paths.size(), paths.data(), path.c_str(), &options, &joined));
   });

@@ -182,7 +182,7 @@ TEST_F(Levels, ResumedPartsAndAppendedTheBytesAreTheSame) {
     }
     Bench bench(1);
     for (std::string& name : names) name = file(name);
-    (void)join_parts(open_parts(names), file("joined"), true, bench.context);
+    (void)join_parts(open_parts(names), file("joined"), true, false, bench.context);
     EXPECT_EQ(bytes("joined"), whole) << "joined";
 
     WriterSettings shorter = settings;
@@ -256,7 +256,7 @@ TEST_F(Levels, PartsTellTheErrorsOfTheSeries) {
     write(one, "part" + std::to_string(first));
   }
   Bench bench(1);
-  (void)join_parts(open_parts(names), file("joined"), true, bench.context);
+  (void)join_parts(open_parts(names), file("joined"), true, false, bench.context);
   ASSERT_EQ(open("whole")->info().errors.size(), 3u);
   EXPECT_EQ(bytes("joined"), bytes("whole"));
 }

@@ -139,7 +139,7 @@ TEST_F(CoefficientsOfSeveralTargets, PartsJoined) {
       }
       Bench bench(1);
       for (std::string& name : names) name = file(name);
-      (void)join_parts(open_parts(names), file("joined"), true, bench.context);
+      (void)join_parts(open_parts(names), file("joined"), true, false, bench.context);
       EXPECT_EQ(bytes("joined"), bytes("whole"));
     }
   }
