@@ -55,9 +55,9 @@ std::array<double, 2> coefficient_bounds(const Slice& slice) {
 }
 
 std::array<double, 2> coefficient_bounds(const Slice& slice, const std::array<float, 2>& range) {
-  constexpr double largest_site_sum = 1.02; // radial16 has the largest ripple
   const double low = std::min(range[0], 0.0f), high = std::max(range[1], 0.0f);
-  return {slice.base + largest_site_sum * low, slice.base + largest_site_sum * high};
+  const double most = largest_site_sum(slice.lattice.bcc);
+  return {slice.base + most * low, slice.base + most * high};
 }
 
 double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {

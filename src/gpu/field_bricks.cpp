@@ -110,8 +110,7 @@ void widen_ranges(FieldBricks& bricks, int around) {
 
 // Makes ranges of coefficients those of the field without corrections.
 void bound_field(FieldBricks& bricks, bool bcc) {
-  // The largest sum of a kernel over the sites: the ripple of those on BCC, and more than that of any on CC.
-  const float most = bcc ? 1.02f : 1.1f;
+  const auto most = static_cast<float>(largest_site_sum(bcc));
   for (auto& [low, high] : bricks.range) low *= most, high *= most;
 }
 

@@ -78,6 +78,10 @@ struct Reach {
 };
 [[nodiscard]] Reach prefilter_reach(std::span<const PrefilterStage> stages);
 
+// The largest sum of any kernel over the sites of its lattice: the ripple of radial16 on BCC, and more than
+// that of any on CC.
+[[nodiscard]] constexpr double largest_site_sum(bool bcc) { return bcc ? 1.02 : 1.1; }
+
 struct Kernel {
   std::string name; // canonical, "radial20+b3"
   RadialKernel space;

@@ -14,9 +14,6 @@
 namespace bccsplat {
 namespace {
 
-// A little more than any kernel's ripple makes of a constant.
-constexpr float site_sum = 1.02f;
-
 // The sites in reach of two corners half a plane apart, `first` being planes from a lane's site.
 std::vector<CornerTap> pair_taps(const RadialKernel& kernel, const ColumnSites& sites, const Vec3& first) {
   constexpr int reach = 4; // sites of a coset
@@ -99,7 +96,7 @@ CellMarker::CellMarker(const Slice& slice, double target, SurfaceCells& cells, c
   args_.stencils = &stencils_;
   args_.target = static_cast<float>(target);
   args_.of_range = static_cast<float>(bound.of_range), args_.of_middle = static_cast<float>(bound.of_middle);
-  args_.site_sum = site_sum;
+  args_.site_sum = static_cast<float>(largest_site_sum(true));
   args_.blocks = cells.blocks[0];
   args_.row = cells.blocks[0], args_.layer = args_.row * cells.blocks[1];
 }

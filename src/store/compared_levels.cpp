@@ -11,6 +11,7 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/sample_grid.h"
+#include "formats/bcc4/sample_step.h"
 #include "slice/part.h"
 #include "slice/time_slice.h"
 #include "store/channel_info.h"
@@ -22,7 +23,11 @@
 namespace bccsplat {
 namespace {
 
-// Boxes as wide as a brick of the coarsest level are many bricks of level 0.
+// What a box of level 0, and what is kept beside it, may take.
+constexpr int64_t widest_box = 96; // samples
+constexpr uint64_t most_cache = 64 << 20;
+
+// A brick of a coarse level is many of level 0.
 MeasuredCells cells_of(int level) {
   MeasuredCells cells;
   cells.bricks = level == 1 ? 2 : 1;
@@ -38,17 +43,20 @@ struct Overview {
 
 class LevelComparison {
  public:
-  LevelComparison(const SeriesParts& parts, const VolumeInfo& info, const Context& context)
-      : info_(info), context_(context) {
-    const uint64_t cache = context.memory.limit() / 8 / info.level_count();
+  LevelComparison(const SeriesParts& parts, std::span<const FitChannelReport> fits, const VolumeInfo& info,
+                  const Context& context)
+      : info_(info), fits_(fits), context_(context) {
     for (int l = 0; l < info.level_count(); ++l)
-      levels_.push_back(std::make_unique<JoinedSamples>(parts, l, context.memory, cache));
+      levels_.push_back(std::make_unique<JoinedSamples>(parts, l, context.memory, cache_bytes()));
   }
 
-  // Returns the errors of a level of a channel in these frames.
+  // Returns the errors of a level of a channel in these frames: what it differs from level 0, whose own
+  // rounding is no error of the level.
   [[nodiscard]] SampleErrors compare(int channel, int level, std::span<const uint32_t> frames) const {
     SampleErrors sum;
     for (const uint32_t frame : frames) sum.add(compare_frame(channel, level, frame));
+    const double rounding = rounding_of(channel) * static_cast<double>(sum.bare.count);
+    sum.bare.squares = std::max(0.0, sum.bare.squares - rounding);
     return sum;
   }
 
@@ -58,8 +66,15 @@ class LevelComparison {
             channel,
             make_kernel(info_.recommended_kernel),
             info_.channels[channel].threshold / 2,
-            context_.memory.limit() / 8,
+            cache_bytes(),
             bricks};
+  }
+
+  // The mean square over all sites of what rounding to steps makes of those that are kept.
+  [[nodiscard]] double rounding_of(int channel) const {
+    const double step = sample_step(info_.channels[channel]);
+    const auto kept = static_cast<double>(fits_[channel].sites_kept);
+    return step * step / 12 * kept / static_cast<double>(info_.lattice.sites());
   }
 
   [[nodiscard]] Overview look_at(int channel, uint32_t frame) const {
@@ -94,14 +109,16 @@ class LevelComparison {
 
   [[nodiscard]] SampleErrors compare_box(int channel, int level, uint32_t frame,
                                          const BrickBox& bricks) const {
-    const Region samples = samples_inside(levels_[level]->lattice(), bricks);
+    Region samples = samples_inside(levels_[level]->lattice(), bricks);
     IndexBox around;
     for (size_t a = 0; a < 3; ++a) {
+      samples.begin[a] += std::max<int64_t>(0, samples.length(a) - widest_box) / 2;
+      samples.end[a] = std::min(samples.end[a], samples.begin[a] + widest_box);
       around.begin[a] = static_cast<double>(samples.begin[a]);
       around.end[a] = static_cast<double>(samples.end[a] - 1);
     }
-    // Samples between those of the level, in all places relative to them.
-    const HeldGrid held = held_grid(samples, (1 << level) + 1);
+    // Samples in all places relative to those of the level.
+    const HeldGrid held = held_grid(samples, level == 1 ? 3 : 5);
     const Coefficients fine = field(channel, 0, bricks_around(around, info_.lattice, BeyondBox::field)),
                        coarse = field(channel, level, bricks);
     const Slice slice = time_slice(fine, frame, {0, 0}, {}, context_);
@@ -127,7 +144,10 @@ class LevelComparison {
     return values;
   }
 
+  [[nodiscard]] uint64_t cache_bytes() const { return std::min(context_.memory.limit() / 16, most_cache); }
+
   const VolumeInfo& info_;
+  std::span<const FitChannelReport> fits_;
   const Context& context_;
   std::vector<std::unique_ptr<JoinedSamples>> levels_;
 };
@@ -138,7 +158,7 @@ void compare_levels(const SeriesParts& parts, std::span<const FitChannelReport> 
                     const Context& context) {
   const auto of_level = [](const MeasuredError& e) { return e.level > 0; };
   if (info.levels.empty() || std::any_of(info.errors.begin(), info.errors.end(), of_level)) return;
-  const LevelComparison levels(parts, info, context);
+  const LevelComparison levels(parts, fits, info, context);
   const std::vector<uint32_t> frames = some_frames(0, info.lattice.dims[3]);
   std::vector<MeasuredError> errors;
   for (size_t c = 0; c < info.channels.size(); ++c)

@@ -116,8 +116,7 @@ std::array<float, 2> value_bounds(const OpenSlice& slice, const std::array<Vec3,
   std::array<float, 2> range{};
   for (size_t c = 0; c < static_cast<size_t>(s.lattice.cosets()); ++c)
     include(range, coefficient_range(s.coset[c], sites_in_reach(s, c, of_lattice), scratch));
-  // The largest sum of a kernel over the sites: the ripple of those on BCC, and more than that of any on CC.
-  const float most = s.lattice.bcc ? 1.02f : 1.1f;
+  const auto most = static_cast<float>(largest_site_sum(s.lattice.bcc));
   std::array<float, 2> bounds{s.base + most * range[0], s.base + most * range[1]};
   if (s.corrections) add_corrections(*s.corrections, box, bounds);
   return bounds;

@@ -16,7 +16,7 @@ packages=("$scratch"/packages/*.deb)
 
 contents() { dpkg-deb -c "$scratch"/packages/"$1"_*.deb | awk '{ print $6 }'; }
 field() { dpkg-deb -f "$scratch"/packages/"$1"_*.deb "$2"; }
-has() { contents "$1" | grep -qE "$2" || { echo "$1 lacks $2" && contents "$1" && exit 1; }; }
+has() { contents "$1" | grep -E "$2" >/dev/null || { echo "$1 lacks $2" && contents "$1" && exit 1; }; }
 has libbccsplat0 '/libbccsplat\.so\.0\.[0-9]+\.[0-9]+$'
 has libbccsplat-dev '/include/bccsplat\.h$'
 has libbccsplat-dev '/libbccsplat\.so$'

@@ -67,6 +67,6 @@ def in_cluster(array: Any) -> bool:
 def join_task(parts: Sequence[str], path: str) -> str:
     """Joins the parts to the file, which takes its name when it is whole."""
     attempt = "%s.%s" % (parts[0], uuid.uuid4().hex)
-    join_parts(default_device(), parts, attempt)
+    join_parts(default_device(), parts, attempt, compare_levels=True)
     os.replace(attempt, path)
     return path
