@@ -17,7 +17,6 @@ constexpr size_t most_of_still = 20;   // of the only one
 constexpr size_t cells_a_box = 5;      // in between
 constexpr size_t fewest_cells = 12;    // of a frame that is not taken whole
 constexpr int cell_bricks = 2;         // along an axis, or one more
-constexpr int kernel_sites = 4;        // a kernel takes at most so many in a row
 constexpr int64_t least_edge = 8;      // of a box, in samples
 constexpr int64_t planes_apart = 8;    // of those that are looked at for bends
 constexpr int64_t rows_apart = 2;      // likewise
