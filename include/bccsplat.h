@@ -600,14 +600,14 @@ typedef struct bccsplat_channel_options {
    * the data: where 0 is a value like others and another one means empty, as -1024 of CT, set it.
    * Where all sites but a sixteenth are stored, and air is further from all samples than these from
    * each other, or eight times as far from nine tenths of them, readers take their median for the
-   * base of the field and give a constant back. Elsewhere, and in parts with abs_error, values come
-   * back within a small share of their distance from air, the ripple of the kernel: of a field
-   * about a large constant air is that constant there. A file with abs_error tells such a base, and
-   * readers that do not know of it refuse it. Floats, and integers of 32 bits, are stored as floats
-   * relative to air, far from it in coarse steps. The file has the nearest float of air; samples
-   * that equal air as it was given count as air, also doubles of 273.15. finish warns (the device's
-   * log) of the share in such parts where the distance is more than 8 times the range of the
-   * values, and of steps that are more than 1/256 of it. */
+   * base of the field and give a constant back. Elsewhere, and where abs_error meets parts or
+   * fixed_predictions, values come back within a small share of their distance from air, the ripple
+   * of the kernel: of a field about a large constant air is that constant there. A file with
+   * abs_error tells such a base, and readers that do not know of it refuse it. Floats, and integers
+   * of 32 bits, are stored as floats relative to air, far from it in coarse steps. The file has the
+   * nearest float of air; samples that equal air as it was given count as air, also doubles of
+   * 273.15. finish warns (the device's log) of the share in such parts where the distance is more
+   * than 8 times the range of the values, and of steps that are more than 1/256 of it. */
   double air;
   /* A site within this of air is not stored; 0: sites that equal air in the stored type, and for
    * floats the filter's ringing beside air, up to 1/512 of the values nearby, are not stored. */
@@ -628,9 +628,10 @@ typedef struct bccsplat_channel_options {
  * A part may be a block of space as well: it holds the bricks that begin within its samples, made
  * of these and of a few around (bccsplat_writer_get_part_box). One frame may be divided so, too.
  * Every channel then needs source_type, and planes outside or layers beyond the ends (FACES_ and
- * ENDS_PREDICT, or by DEFAULT) and levels need fixed_predictions. What depends on more of a frame
- * than its surroundings is UNSUPPORTED, and the text says what to do instead: STORE_WAVELETS,
- * lowpass, NONFINITE_HOLE, abs_error, psnr, measure, periodic axes. */
+ * ENDS_PREDICT, or by DEFAULT) and levels need fixed_predictions. abs_error is kept, and psnr and
+ * MEASURE_ALL measured, at the samples of each block, which then takes a few more around them. What
+ * depends on more of a frame than its surroundings is UNSUPPORTED, and the text says what to do
+ * instead: STORE_WAVELETS, lowpass, NONFINITE_HOLE, MEASURE_SOME, periodic axes. */
 typedef struct bccsplat_series_part {
   uint32_t struct_size;
   /* 0 */
@@ -725,7 +726,8 @@ typedef struct bccsplat_writer_options {
   /* Number of coarser levels, 0 to 15. Level l is the same series at 2^l times the distance in
    * space, for small pictures (bccsplat_slice_options.level). Made of frames only: with layers and
    * fields UNSUPPORTED. Bounds and corrections belong to level 0. PARTIAL_APPEND keeps the levels
-   * of the file. With `measure` their errors are reported as well (relative_rmse). */
+   * of the file. With `measure`, but without fixed_predictions, their errors are reported as well
+   * (relative_rmse). */
   uint32_t levels;
   /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
    * series, and those of bccsplat_writer_get_part_frames are added. */
@@ -777,7 +779,8 @@ typedef struct bccsplat_writer_options {
    * blocks of space know too little for a choice; a file that is to be the same byte for byte has
    * it, too. Frames of coarser levels then are filtered as they are, to some units in the last
    * place of a float, else as their difference from their least value where all are of one sign and
-   * within a factor of two. 0: chosen. */
+   * within a factor of two; their errors are not measured. With abs_error air is the base of the
+   * field (air). 0: chosen. */
   int32_t fixed_predictions;
   int32_t reserved; /* 0 */
 } bccsplat_writer_options;
@@ -1003,14 +1006,14 @@ typedef struct bccsplat_join_options {
 
 /* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory
  * does not depend on their size. The file is the same byte for byte as one written without parts by
- * the same version, each frame's channels added in order, but for compare_levels, and for channels
- * with a bound (abs_error, psnr) far from their air: parts do not know each other's values, keep
- * air as base of the field, take more corrections and ripple between samples (see air).
- * INVALID_ARGUMENT, naming the files, frames and samples, when they are not parts of one series, or
- * a frame, or a sample of one, is in none or in two of them; BOUND_NOT_MET when the series misses
- * the psnr of its options. Also: opening, writing. options and report may be NULL; the report's
- * slabs_reused are those joined. With `overwrite` the output may be one of the inputs, which it
- * replaces at the end. */
+ * the same version, each frame's channels added in order, but for compare_levels, and without
+ * fixed_predictions for channels with a bound (abs_error, psnr) far from their air: parts do not
+ * know each other's values, keep air as base of the field, take more corrections and ripple between
+ * samples (see air). INVALID_ARGUMENT, naming the files, frames and samples, when they are not
+ * parts of one series, or a frame, or a sample of one, is in none or in two of them; BOUND_NOT_MET
+ * when the series misses the psnr of its options. Also: opening, writing. options and report may be
+ * NULL; the report's slabs_reused are those joined. With `overwrite` the output may be one of the
+ * inputs, which it replaces at the end. */
 BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count,
     const char* const* parts, const char* path, const bccsplat_join_options* options,
     bccsplat_writer_report* report);

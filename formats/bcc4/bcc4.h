@@ -98,7 +98,9 @@ class Bcc4Writer {
   // Write the corrections of one frame, in any order of channels and frames; a frame that gets none has none.
   // Those to add go into bricks where the channel's are local (ResidualInfo).
   void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals, const Context& context);
-  void copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from);
+  // Copies them from files that have those of some of its samples each; see FrameBlocks::copy_corrections.
+  void copy_residuals(int channel, uint32_t frame, std::span<const Bcc4Reader* const> from,
+                      const Context& context);
   // Write which samples of one frame are missing, as MaskRunWriter has it; empty: none.
   void write_mask(int channel, uint32_t frame, std::span<const std::byte> runs, const Context& context);
   void copy_mask(int channel, uint32_t frame, const Bcc4Reader& from);

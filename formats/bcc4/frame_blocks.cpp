@@ -33,10 +33,6 @@ BlockRef FrameBlocks::append_corrections(const PackedBlock& block) {
   return file_.append(block);
 }
 
-BlockRef FrameBlocks::copy_block(const BlockRef& block, const Bcc4Reader& from) {
-  return append_corrections({block, from.stored_block(block, "corrections")});
-}
-
 void FrameBlocks::append_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table) {
   ByteWriter out;
   write_correction_table(out, table);
@@ -81,13 +77,86 @@ void FrameBlocks::write_corrections(const VolumeInfo& info, int channel, uint32_
     write_whole({.add = {}, .set = residuals.set});
 }
 
-void FrameBlocks::copy_corrections(int channel, uint32_t frame, const Bcc4Reader& from) {
-  std::vector<CorrectionBrick> table = from.correction_bricks(channel, frame);
-  for (CorrectionBrick& brick : table) brick.block = copy_block(brick.block, from);
+namespace {
+
+// A brick as one file has it.
+struct FileBrick {
+  CorrectionBrick entry;
+  const Bcc4Reader* file;
+};
+
+PackedBlock stored_corrections(const BlockRef& block, const Bcc4Reader& file) {
+  return {block, file.stored_block(block, "corrections")};
+}
+
+// Returns the bricks of all files, by number.
+std::vector<FileBrick> bricks_of(int channel, uint32_t frame, std::span<const Bcc4Reader* const> files) {
+  std::vector<FileBrick> bricks;
+  for (const Bcc4Reader* file : files)
+    for (const CorrectionBrick& entry : file->correction_bricks(channel, frame))
+      bricks.push_back({entry, file});
+  std::ranges::stable_sort(bricks, {}, [](const FileBrick& b) { return b.entry.brick; });
+  return bricks;
+}
+
+// Returns what files have of one brick.
+ResidualList joined_list(int channel, std::span<const FileBrick> bricks) {
+  ResidualList all;
+  for (const FileBrick& b : bricks) {
+    const ResidualList list = b.file->corrections(channel, b.entry);
+    all.insert(all.end(), list.begin(), list.end());
+  }
+  std::ranges::sort(all, {}, &ResidualSample::voxel);
+  if (std::ranges::adjacent_find(all, {}, &ResidualSample::voxel) != all.end())
+    fail(Code::invalid_argument, "two parts correct the same sample of a frame");
+  return all;
+}
+
+} // namespace
+
+void FrameBlocks::copy_corrections(const VolumeInfo& info, int channel, uint32_t frame,
+                                   std::span<const Bcc4Reader* const> from, const Context& context) {
+  constexpr size_t at_once = 64; // bricks that are held
+  const double step = info.channels[channel].residuals.step;
+  const std::vector<FileBrick> bricks = bricks_of(channel, frame, from);
+  std::vector<std::span<const FileBrick>> groups; // of one brick each
+  for (size_t i = 0; i < bricks.size();) {
+    size_t end = i + 1;
+    while (end < bricks.size() && bricks[end].entry.brick == bricks[i].entry.brick) ++end;
+    groups.push_back(std::span(bricks).subspan(i, end - i));
+    i = end;
+  }
+  std::vector<CorrectionBrick> table(groups.size());
+  for (size_t first = 0; first < groups.size(); first += at_once) {
+    std::vector<PackedBlock> blocks(std::min(at_once, groups.size() - first));
+    context.tasks.parallel_for(blocks.size(), [&](uint64_t i) {
+      context.progress.check();
+      const std::span<const FileBrick> group = groups[first + i];
+      CorrectionBrick& entry = table[first + i] = group.front().entry;
+      if (group.size() == 1) {
+        blocks[i] = stored_corrections(entry.block, *group.front().file);
+        return;
+      }
+      const ResidualList list = joined_list(channel, group);
+      entry = brick_entry(entry.brick, list, step);
+      blocks[i] = pack_block(bccsplat::write_corrections(list), &context.progress);
+    });
+    for (size_t i = 0; i < blocks.size(); ++i) table[first + i].block = append_corrections(blocks[i]);
+  }
   if (!table.empty()) append_table(channel, frame, table);
-  const auto& frames = from.info().channels[channel].residuals.frames;
-  if (frame < frames.size() && frames[frame].stored > 0)
-    set_block(at(channel).residuals, frame, copy_block(frames[frame], from));
+  copy_whole(channel, frame, from);
+}
+
+// Blocks of space have no holes of the lattice.
+void FrameBlocks::copy_whole(int channel, uint32_t frame, std::span<const Bcc4Reader* const> from) {
+  bool copied = false;
+  for (const Bcc4Reader* file : from) {
+    const auto& frames = file->info().channels[channel].residuals.frames;
+    if (frame >= frames.size() || frames[frame].stored == 0) continue;
+    if (std::exchange(copied, true))
+      fail(Code::unsupported, "corrections in holes of the lattice are in several parts of frame ", frame);
+    set_block(at(channel).residuals, frame, append_corrections(stored_corrections(frames[frame], *file)));
+  }
 }
 
 void FrameBlocks::add_mask(int channel, uint32_t frame, PackedBlock block) {

@@ -22,8 +22,11 @@ class FrameBlocks {
   // Writes the corrections of a frame. Those to add go into bricks where the channel's are local.
   void write_corrections(const VolumeInfo& info, int channel, uint32_t frame, const FrameResiduals& residuals,
                          const Context& context);
-  // Copies the corrections of a frame, undecoded.
-  void copy_corrections(int channel, uint32_t frame, const Bcc4Reader& from);
+  // Copies the corrections of a frame from files that have those of some of its samples each. Bricks of one
+  // file alone are not decoded. Throws invalid_argument where two correct the same sample, unsupported where
+  // two have corrections in holes of the lattice.
+  void copy_corrections(const VolumeInfo& info, int channel, uint32_t frame,
+                        std::span<const Bcc4Reader* const> from, const Context& context);
   // Writes a mask, or refers to one that says the same.
   void add_mask(int channel, uint32_t frame, PackedBlock block);
 
@@ -43,7 +46,7 @@ class FrameBlocks {
   void write_bricks(const VolumeInfo& info, int channel, uint32_t frame, std::span<const ResidualSample> list,
                     const Context& context);
   [[nodiscard]] BlockRef append_corrections(const PackedBlock& block);
-  [[nodiscard]] BlockRef copy_block(const BlockRef& block, const Bcc4Reader& from);
+  void copy_whole(int channel, uint32_t frame, std::span<const Bcc4Reader* const> from);
   void append_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table);
 
   AppendSink& file_;

@@ -126,11 +126,12 @@ void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResidua
   s.whole([&] { s.frames->write_corrections(s.info, channel, frame, residuals, context); });
 }
 
-void Bcc4Writer::copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from) {
+void Bcc4Writer::copy_residuals(int channel, uint32_t frame, std::span<const Bcc4Reader* const> from,
+                                const Context& context) {
   State& s = *state_;
   s.begin();
   s.check_channel(channel);
-  s.whole([&] { s.frames->copy_corrections(channel, frame, from); });
+  s.whole([&] { s.frames->copy_corrections(s.info, channel, frame, from, context); });
 }
 
 void Bcc4Writer::State::add_mask(int channel, uint32_t frame, PackedBlock block) {

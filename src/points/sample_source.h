@@ -40,6 +40,17 @@ struct BrickBox {
     }
     return box;
   }
+  [[nodiscard]] bool empty() const { return begin[0] >= end[0] || begin[1] >= end[1] || begin[2] >= end[2]; }
+  // Returns the least box that has both, either of which may be empty.
+  [[nodiscard]] BrickBox joined(const BrickBox& other) const {
+    if (empty() || other.empty()) return empty() ? other : *this;
+    BrickBox both;
+    for (size_t a = 0; a < 3; ++a) {
+      both.begin[a] = std::min(begin[a], other.begin[a]);
+      both.end[a] = std::max(end[a], other.end[a]);
+    }
+    return both;
+  }
   bool operator==(const BrickBox&) const = default;
 };
 // The same box, but along a periodic axis all of it where it comes so near to an end that what lies beside it

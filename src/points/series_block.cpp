@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "points/series_block.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace bccsplat {
@@ -44,6 +45,21 @@ BrickBox bricks_of(const SeriesBlock& block, const Lattice4& lattice) {
   for (size_t a = 0; a < 3; ++a) {
     box.begin[a] = brick_at(block.begin[a], lattice, a);
     box.end[a] = brick_at(block.end[a], lattice, a);
+  }
+  return box;
+}
+
+BrickBox bricks_near(const SeriesBlock& block, const Lattice4& lattice, int32_t sites) {
+  if (block.all_space()) return {};
+  BrickBox box;
+  for (size_t a = 0; a < 3; ++a) {
+    const int32_t count = lattice.space.dims(0)[a];
+    const auto place = [&](int32_t site) { return lattice.plane_position(a, lattice.space.plane(0, site)); };
+    const double first = place(0), edge = place(1) - first;
+    const double last_sample = std::min(block.end[a], lattice.dims[a]) - 1.0;
+    const auto site = [&](double at) { return static_cast<int32_t>(std::clamp(at, 0.0, count - 1.0)); };
+    box.begin[a] = site(std::floor((block.begin[a] - first) / edge) - sites) / brick_edge;
+    box.end[a] = site(std::ceil((last_sample - first) / edge) + sites) / brick_edge + 1;
   }
   return box;
 }

@@ -54,4 +54,7 @@ struct SeriesBlock {
 // level. Some blocks have no brick.
 [[nodiscard]] BrickBox bricks_of(const SeriesBlock& block, const Lattice4& lattice);
 
+// Returns the bricks that have sites within so many sites of a sample of the block, along each axis.
+[[nodiscard]] BrickBox bricks_near(const SeriesBlock& block, const Lattice4& lattice, int32_t sites);
+
 } // namespace bccsplat

@@ -27,9 +27,10 @@ void check_block(const WriterSettings& s) {
   if (s.nonfinite == NonFinite::hole)
     refuse("holes are filled from data however far away; clamp what is not finite, or divide the series by ",
            "frames");
-  if (s.bounds_samples() || s.psnr > 0 || s.measure != Measure::bounded)
-    refuse("errors are measured, and bounds kept, by whole frames; divide the series by frames, or compare ",
-           "the joined file with its source");
+  if (s.measure == Measure::some)
+    refuse(
+        "measure SOME compares boxes that are picked from whole frames; choose ALL, or divide the series by ",
+        "frames");
   if (s.turning[0] || s.turning[1] || s.turning[2])
     refuse("what follows the last sample of a periodic axis is far away; divide the series by frames");
   if (s.levels > 0 && !s.fixed_predictions)

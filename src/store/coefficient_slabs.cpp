@@ -8,9 +8,7 @@ namespace bccsplat {
 CoefficientSlabs::CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& info, const SeriesPart* part)
     : slab_layers_(info.slab_layers), periodic_(lattice.periodic) {
   CoefficientSpan span{.end = lattice.layers(), .slab_layers = slab_layers_};
-  if (part)
-    span = {part->fit.first_layer, part->first_layer, part->end_layer, slab_layers_,
-            part->fit.bricks.counted};
+  if (part) span = {part->fit.first_layer, part->first_layer, part->end_layer, slab_layers_, part->bricks};
   for (const ChannelInfo& c : info.channels)
     channels_.push_back(
         std::make_unique<Channel>(Channel{.maker{lattice, c, c.threshold, info.coefficient_kernel, span}}));

@@ -56,7 +56,9 @@ class LevelComparison {
     SampleErrors sum;
     for (const uint32_t frame : frames) sum.add(compare_frame(channel, level, frame));
     const double rounding = rounding_of(channel) * static_cast<double>(sum.bare.count);
-    sum.bare.squares = std::max(0.0, sum.bare.squares - rounding);
+    const double squares = std::max(0.0, sum.bare.squares.value() - rounding);
+    sum.bare.squares = {};
+    sum.bare.squares.add(squares);
     return sum;
   }
 

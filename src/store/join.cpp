@@ -40,9 +40,9 @@ std::vector<const Bcc4Reader*> files_of(const std::vector<size_t>& numbers, cons
   return files;
 }
 
-// Masks and corrections of a frame are those of one part.
+// Masks of a frame are those of one part.
 const Bcc4Reader& one_of(const std::vector<size_t>& numbers, const SeriesParts& parts) {
-  if (numbers.size() > 1) fail(Code::unsupported, "masks or corrections of one frame are in several blocks");
+  if (numbers.size() > 1) fail(Code::unsupported, "masks of one frame are in several blocks");
   return *parts[numbers.front()];
 }
 
@@ -126,7 +126,7 @@ WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink,
     } else if (write.slab == PartWrite::mask) {
       writer.copy_mask(channel, static_cast<uint32_t>(write.frame), one_of(from, parts));
     } else {
-      writer.copy_residuals(channel, static_cast<uint32_t>(write.frame), one_of(from, parts));
+      writer.copy_residuals(channel, static_cast<uint32_t>(write.frame), files_of(from, parts), context);
     }
     context.progress.report(0.99 * static_cast<double>(++done) / static_cast<double>(writes.size()));
     context.progress.check();

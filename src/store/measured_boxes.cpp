@@ -14,7 +14,6 @@ namespace bccsplat {
 namespace {
 
 constexpr size_t cells_a_box = 5;      // between the fewest and the most boxes
-constexpr int kernel_sites = 4;        // a kernel takes at most so many in a row
 constexpr int64_t rows_apart = 2;      // of a plane, those that are looked at for bends
 constexpr double golden = 0.618033989; // the fractions of its multiples are spread evenly
 constexpr double even_share = 0.05;    // of the picks: anywhere
@@ -311,7 +310,7 @@ Region samples_inside(const Lattice4& lattice, const BrickBox& bricks) {
 }
 
 void BoxErrors::Mean::add(const ErrorSum& errors, double times) {
-  squares += times * errors.squares, count += times * static_cast<double>(errors.count);
+  squares += times * errors.squares.value(), count += times * static_cast<double>(errors.count);
 }
 
 double BoxErrors::Mean::squares_of(uint64_t samples) const {
@@ -321,7 +320,7 @@ double BoxErrors::Mean::squares_of(uint64_t samples) const {
 void BoxErrors::add(const SampleErrors& errors, double weight) {
   sum_.add(errors);
   const auto mean = [](const ErrorSum& e) {
-    return e.count > 0 ? e.squares / static_cast<double>(e.count) : 0;
+    return e.count > 0 ? e.squares.value() / static_cast<double>(e.count) : 0;
   };
   squares_ += weight * mean(errors.all), bare_ += weight * mean(errors.bare);
   if (errors.all.count > 0) non_air_.add(errors.non_air, weight / static_cast<double>(errors.all.count));
@@ -329,9 +328,13 @@ void BoxErrors::add(const SampleErrors& errors, double weight) {
 
 SampleErrors BoxErrors::of_frame() const {
   SampleErrors e = sum_;
-  e.all.squares = squares_ * static_cast<double>(e.all.count);
-  e.bare.squares = bare_ * static_cast<double>(e.bare.count);
-  e.non_air.squares = non_air_.squares_of(e.non_air.count);
+  const auto set = [](ErrorSum& errors, double squares) {
+    errors.squares = {};
+    errors.squares.add(squares);
+  };
+  set(e.all, squares_ * static_cast<double>(e.all.count));
+  set(e.bare, bare_ * static_cast<double>(e.bare.count));
+  set(e.non_air, non_air_.squares_of(e.non_air.count));
   return e;
 }
 

@@ -23,6 +23,8 @@
 
 namespace bccsplat {
 
+inline constexpr int kernel_sites = 4; // a kernel takes at most so many in a row
+
 struct MeasuredBox {
   Region samples;    // of the source
   BrickBox bricks{}; // what the field in there depends on; all of them for a whole frame

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes and reads a part's report, field by field behind the number of its version, and adds reports up:
-// counts are summed, ranges widened, and what is kept by frame or slab is appended.
+// counts are summed, ranges widened, and what is kept by frame or slab is joined to that of others.
 #include "store/part_report.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr uint32_t report_version = 3;
+constexpr uint32_t report_version = 4;
 
 void write_range(ByteWriter& out, const Range& r) { out.write(r.low), out.write(r.high); }
 Range read_range(ByteReader& in) {
@@ -21,11 +21,13 @@ Range read_range(ByteReader& in) {
 }
 
 void write_sum(ByteWriter& out, const ErrorSum& e) {
-  out.write(e.largest), out.write(e.squares), out.write(e.count);
+  out.write(e.largest), out.write(e.count);
+  e.squares.write(out);
 }
 ErrorSum read_sum(ByteReader& in) {
   ErrorSum e;
-  e.largest = in.read<double>(), e.squares = in.read<double>(), e.count = in.read<uint64_t>();
+  e.largest = in.read<double>(), e.count = in.read<uint64_t>();
+  e.squares = ExactSum::read(in);
   return e;
 }
 
@@ -133,6 +135,17 @@ void add_list(std::vector<T>& all, const std::vector<T>& part, size_t first, con
   for (size_t i = 0; i < part.size(); ++i) add(all[first + i], part[i]);
 }
 
+// Adds the errors of a frame to those that other blocks have of it.
+void add_frame_errors(PartChannelReport& series, uint32_t frame, const SampleErrors& errors) {
+  const auto at = std::lower_bound(series.measured.begin(), series.measured.end(), frame);
+  const auto i = at - series.measured.begin();
+  if (at == series.measured.end() || *at != frame) {
+    series.measured.insert(at, frame);
+    series.errors.insert(series.errors.begin() + i, SampleErrors());
+  }
+  series.errors[static_cast<size_t>(i)].add(errors);
+}
+
 void add_channel(PartChannelReport& series, PartChannelReport& next, const PartPlace& place) {
   FitChannelReport &a = series.fit, &b = next.fit;
   if (b.any_finite) {
@@ -151,8 +164,8 @@ void add_channel(PartChannelReport& series, PartChannelReport& next, const PartP
            [](uint64_t& sum, uint64_t more) { sum += more; });
   a.coding_max = std::max(a.coding_max, b.coding_max);
   if (a.sites_total > 0) a.coding_rmse = std::sqrt(squares / static_cast<double>(a.sites_total));
-  series.measured.insert(series.measured.end(), next.measured.begin(), next.measured.end());
-  series.errors.insert(series.errors.end(), next.errors.begin(), next.errors.end());
+  for (size_t i = 0; i < next.measured.size(); ++i)
+    add_frame_errors(series, next.measured[i], next.errors[i]);
 }
 
 } // namespace

@@ -37,12 +37,15 @@ LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel, 
 // What is measured of a channel with one base of its field.
 class MeasuredField {
  public:
-  MeasuredField(const SampleSource& layers, std::string kernel, float prune, uint64_t cache_bytes)
-      : layers_(layers), kernel_(std::move(kernel)), prune_(prune), cache_bytes_(cache_bytes) {
+  // bricks: those of its coefficients that are made.
+  MeasuredField(const SampleSource& layers, std::string kernel, float prune, uint64_t cache_bytes,
+                const BrickBox& bricks)
+      : layers_(layers), kernel_(std::move(kernel)), prune_(prune), cache_bytes_(cache_bytes),
+        bricks_(bricks) {
     renew();
   }
   // Makes its coefficients anew, of layers that end elsewhere.
-  void renew() { field_.emplace(layers_, 0, make_kernel(kernel_), prune_, cache_bytes_); }
+  void renew() { field_.emplace(layers_, 0, make_kernel(kernel_), prune_, cache_bytes_, bricks_); }
   [[nodiscard]] const Coefficients& field() const { return *field_; }
   // Returns the coefficients of some bricks alone.
   [[nodiscard]] Coefficients part(const BrickBox& bricks) const {
@@ -57,6 +60,7 @@ class MeasuredField {
   std::string kernel_;
   float prune_;
   uint64_t cache_bytes_;
+  BrickBox bricks_;
   std::optional<Coefficients> field_;
 };
 
@@ -68,18 +72,19 @@ struct HeldBox {
 
 struct RoundTrip::Channel {
   Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients,
-          uint64_t cache_bytes, int32_t first_layer)
+          uint64_t cache_bytes, const RoundTripScope& scope)
       : options(o),
         window(lattice, static_cast<float>(o.air), coefficients ? make_kernel(kernel).name : std::string(),
-               first_layer, o.sample_step),
-        kernel_name(kernel), based(window),
+               scope.first_layer, o.sample_step),
+        kernel_name(kernel), bricks(scope.bricks), based(window),
         cache(std::min(coefficient_cache_bytes(window, kernel), cache_bytes)),
         // The prune threshold of an open volume.
-        above_air(window, kernel, o.threshold / 2, cache) {}
+        above_air(window, kernel, o.threshold / 2, cache, bricks) {}
 
   RoundTripChannel options;
   LayerWindow window;
   std::string kernel_name;
+  BrickBox bricks;
   BasedLayers based;
   uint64_t cache;
   MeasuredField above_air;
@@ -110,7 +115,7 @@ struct RoundTrip::Channel {
     base_chosen = true;
     if (!options.whole || !based.far_from_air()) return;
     based.settle();
-    above_base = std::make_unique<MeasuredField>(based, kernel_name, 0.0f, cache);
+    above_base = std::make_unique<MeasuredField>(based, kernel_name, 0.0f, cache, bricks);
   }
   [[nodiscard]] bool corrects() const { return options.bound > 0; }
   [[nodiscard]] float base() const { return above_base ? based.base(0) : window.air(0); }
@@ -155,8 +160,8 @@ ComparedPart::Plane plane_of(const HeldFrame& held) {
   return [&held](int64_t z, double* to) { held.plane(z, to); };
 }
 
-ComparedPart part_of(const HeldFrame& held, uint32_t frame) {
-  return {plane_of(held), held.grid(), frame, 0};
+ComparedPart part_of(const HeldFrame& held, uint32_t frame, const Lattice4& lattice) {
+  return {plane_of(held), held.grid(), frame, lattice.dims, 0};
 }
 
 // Is the field at each source sample what is stored of it?
@@ -180,8 +185,8 @@ RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel
       context_(context), scope_(scope) {
   scope_.at_sites = scope.at_sites && goes_through_samples(lattice, channels, kernel_, coefficients);
   for (const RoundTripChannel& c : channels)
-    channels_.push_back(std::make_unique<Channel>(
-        lattice_, c, kernel_, coefficients, context.memory.limit() / 4 / channels.size(), scope.first_layer));
+    channels_.push_back(std::make_unique<Channel>(lattice_, c, kernel_, coefficients,
+                                                  context.memory.limit() / 4 / channels.size(), scope));
 }
 
 RoundTrip::~RoundTrip() = default;
@@ -203,7 +208,7 @@ void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox>
     const std::vector<MeasuredBox> chosen =
         scope_.in_boxes
             ? choose_measured_boxes(lattice_, frame, boxes, air, c.earlier ? &*c.earlier : nullptr)
-            : std::vector{whole_frame(lattice_)};
+            : std::vector{scope_.samples.empty() ? whole_frame(lattice_) : MeasuredBox{scope_.samples}};
     std::vector<HeldBox>& held = c.frames[frame];
     for (const MeasuredBox& box : chosen) {
       const HeldGrid grid = held_grid(box.samples, scope_.every);
@@ -318,7 +323,8 @@ SampleErrors RoundTrip::compare_at_sites(const Channel& c, uint32_t frame, Frame
       read_site_plane(layer, air, z + static_cast<int64_t>(i), to + static_cast<int64_t>(i) * samples);
     });
   };
-  ComparedPart part{{}, held_grid(whole_frame(lattice_).samples, 1), frame, exact_rounding * c.largest};
+  ComparedPart part{
+      {}, held_grid(whole_frame(lattice_).samples, 1), frame, lattice_.dims, exact_rounding * c.largest};
   const auto held = c.frames.find(frame);
   if (held != c.frames.end()) {
     part.plane = plane_of(held->second.front().samples);
@@ -341,13 +347,14 @@ SampleErrors RoundTrip::compare(const Channel& c, const MeasuredField& field, ui
     const Coefficients& all = field.field();
     make_layers(all, layers_of(all, frame), context_);
     const Slice slice = time_slice(all, frame, {0, 0}, {}, context_);
-    return compare_samples(slice, c.options, part_of(boxes.front().samples, frame), residuals, context_);
+    return compare_samples(slice, c.options, part_of(boxes.front().samples, frame, lattice_), residuals,
+                           context_);
   }
   BoxErrors sum;
   for (const HeldBox& held : boxes) {
     const Coefficients part = field.part(held.box.bricks);
     const Slice slice = time_slice(part, frame, {0, 0}, {}, context_);
-    sum.add(compare_samples(slice, c.options, part_of(held.samples, frame), residuals, context_),
+    sum.add(compare_samples(slice, c.options, part_of(held.samples, frame, lattice_), residuals, context_),
             held.box.weight);
   }
   return sum.of_frame();

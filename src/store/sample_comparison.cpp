@@ -32,9 +32,18 @@ struct PlaneJob {
   void compare(int64_t z, const float* got, PlaneErrors& out) const;
 
  private:
+  // Sample i of plane z, in the frame.
+  [[nodiscard]] std::array<uint64_t, 3> place(int64_t z, int64_t i) const {
+    return source.grid.sample({i % n[0], i / n[0], z});
+  }
+  [[nodiscard]] uint64_t voxel(int64_t z, int64_t i) const {
+    const std::array<uint64_t, 3> at = place(z, i);
+    return (at[2] * source.dims[1] + at[1]) * source.dims[0] + at[0];
+  }
   [[noreturn]] void refuse(int64_t z, int64_t i, double expected, double reached) const {
-    fail(Code::bound_not_met, "channel '", channel.name, "', frame ", frame, ", voxel (", i % n[0], ", ",
-         i / n[0], ", ", z, "): the source has ", expected, ", the file would give ", reached,
+    const std::array<uint64_t, 3> at = place(z, i);
+    fail(Code::bound_not_met, "channel '", channel.name, "', frame ", frame, ", voxel (", at[0], ", ", at[1],
+         ", ", at[2], "): the source has ", expected, ", the file would give ", reached,
          ", more than the bound of ", channel.bound,
          " away even with a correction: values near that magnitude are read as 32-bit floats, which hold ",
          "errors down to about ", std::fabs(expected) * rounding * 2, "; accept that much");
@@ -50,7 +59,6 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
   for (int64_t i = 0; i < n[0] * n[1]; ++i) {
     const double want = expected[i];
     if (!std::isfinite(want)) continue;
-    const uint64_t voxel = z * n[0] * n[1] + i;
     float value = got[i];
     const bool lost = std::isnan(value);
     if (lost && bound == 0) {
@@ -67,13 +75,13 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
       // The reader computes it in the same way.
       value = static_cast<float>(from) + static_cast<float>(steps * step);
       if (!(std::fabs(value - want) <= bound - source.doubt)) refuse(z, i, want, value);
-      (lost ? out.residuals.set : out.residuals.add).push_back({voxel, static_cast<int64_t>(steps)});
+      (lost ? out.residuals.set : out.residuals.add).push_back({voxel(z, i), static_cast<int64_t>(steps)});
       ++e.corrected;
     }
     const double difference = value - want;
     if (e.all.count == 0 || std::fabs(difference) > e.all.largest) {
       e.frame = frame;
-      e.voxel = source.grid.sample({i % n[0], i / n[0], z});
+      e.voxel = place(z, i);
       e.expected = want, e.got = value;
     }
     e.all.add(difference);

@@ -19,7 +19,7 @@ struct RoundTripChannel {
   double air = 0;   // of the source; readers have the nearest float
   float threshold = 0;
   double bound = 0;       // 0: measured only
-  bool whole = true;      // it is given all layers of the series
+  bool whole = true;      // its field may get a base of its own: all layers of the series are given
   double sample_step = 0; // of what is stored, as readers know it (formats/bcc4/sample_step.h)
   // Layers whose sites are the samples hold boxes of this type as they are.
   SourceType as_given = SourceType::unknown;
@@ -35,11 +35,13 @@ struct ComparedPart {
   Plane plane;
   HeldGrid grid;
   uint32_t frame = 0;
+  std::array<uint32_t, 4> dims{}; // samples of the series, which number the voxels of corrections
   double doubt = 0; // how far what a reader gets may be from what is compared, beside rounding of values
 };
 
-// Adds the corrections that a bound asks for to residuals; of a channel with a bound a part is all of a
-// frame. Throws bound_not_met where even they cannot keep it.
+// Adds the corrections that a bound asks for to residuals, by voxels of the frame; of a channel with a bound
+// a part has every sample of its box, and what it adds comes behind what is there. Throws bound_not_met where
+// even they cannot keep it.
 [[nodiscard]] SampleErrors compare_samples(const Slice& slice, const RoundTripChannel& channel,
                                            const ComparedPart& part, FrameResiduals& residuals,
                                            const Context& context);

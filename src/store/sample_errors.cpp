@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "base/error.h"
 
@@ -17,33 +18,42 @@ constexpr double held_by_floats = 0x1p-20;
 
 void ErrorSum::add(double difference) {
   largest = std::max(largest, std::fabs(difference));
-  squares += difference * difference;
+  squares.add(difference * difference);
   ++count;
 }
 
 void ErrorSum::add(const ErrorSum& other) {
   largest = std::max(largest, other.largest);
-  squares += other.squares;
+  squares.add(other.squares);
   count += other.count;
 }
 
-double ErrorSum::rms() const { return count ? std::sqrt(squares / static_cast<double>(count)) : 0; }
+double ErrorSum::rms() const { return count ? std::sqrt(squares.value() / static_cast<double>(count)) : 0; }
 
 double ErrorSum::psnr(double peak) const {
   if (count == 0) return std::numeric_limits<double>::quiet_NaN();
-  return squares == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(peak / rms());
+  const double off = rms();
+  return off == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(peak / off);
+}
+
+bool SampleErrors::yields_to(const SampleErrors& other) const {
+  if (other.all.count == 0) return false;
+  if (all.count == 0 || other.all.largest > all.largest) return true;
+  const auto place = [](const SampleErrors& e) {
+    return std::tuple(e.frame, e.voxel[2], e.voxel[1], e.voxel[0]);
+  };
+  return other.all.largest == all.largest && place(other) < place(*this);
 }
 
 void SampleErrors::add(const SampleErrors& other) {
-  if (other.all.count > 0 && (all.count == 0 || other.all.largest > all.largest))
-    frame = other.frame, voxel = other.voxel, expected = other.expected, got = other.got;
+  if (yields_to(other)) frame = other.frame, voxel = other.voxel, expected = other.expected, got = other.got;
   all.add(other.all), non_air.add(other.non_air), bare.add(other.bare);
   lost += other.lost, corrected += other.corrected;
 }
 
 void require_psnr(const std::string& channel, const SampleErrors& e, const Range& range, double psnr) {
   const double peak = range.high - range.low, reached = e.all.psnr(peak);
-  if (peak == 0 && e.all.squares > 0)
+  if (peak == 0 && e.all.largest > 0)
     fail(Code::bound_not_met, "channel '", channel, "': the source is ", range.low,
          " everywhere, so that no PSNR can be told; make that its air, or bound the error itself");
   if (!(reached < psnr)) return;

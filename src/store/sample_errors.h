@@ -6,13 +6,15 @@
 #include <cstdint>
 #include <string>
 
+#include "base/exact_sum.h"
 #include "points/values.h"
 
 namespace bccsplat {
 
-// Differences over one set of samples.
+// Differences over one set of samples; the same however the set is divided.
 struct ErrorSum {
-  double largest = 0, squares = 0;
+  double largest = 0;
+  ExactSum squares;
   uint64_t count = 0;
   void add(double difference);
   void add(const ErrorSum& other);
@@ -27,10 +29,15 @@ struct SampleErrors {
   ErrorSum bare;          // all, before corrections; without those that lie in holes
   uint64_t lost = 0;      // samples that lie in holes of the lattice and got no correction
   uint64_t corrected = 0; // samples with a correction
-  uint64_t frame = 0;     // of the largest difference, as are the next three
+  uint64_t frame = 0;     // of the largest difference, as are the next three; of equal ones the first
   std::array<uint64_t, 3> voxel{};
   double expected = 0, got = 0;
   void add(const SampleErrors& other);
+
+ private:
+  // Returns whether the other's largest difference is larger, or as large and before this one by frame, z, y
+  // and x.
+  [[nodiscard]] bool yields_to(const SampleErrors& other) const;
 };
 
 // Throws bound_not_met unless the errors of a channel, its range the peak, reach `psnr` dB.

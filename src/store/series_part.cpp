@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "fit/beyond/ends.h"
 #include "fit/resample/lowpass.h"
+#include "store/measured_boxes.h"
 #include "store/part_report.h"
 #include "store/round_trip.h"
 
@@ -64,13 +65,25 @@ LayerSpan samples_of(const LayerSpan& stored, const Lattice4& lattice, const Lay
                      layers);
 }
 
+// Returns the bricks of samples that coefficients of these are made of: no prefilter reaches beyond the
+// bricks beside its own.
+BrickBox with_prefilter(const BrickBox& bricks) { return bricks.empty() ? bricks : bricks.widened(); }
+
+// Sets the bricks of a part that may be a block.
+void set_bricks(const SeriesBlock& block, const Lattice4& lattice, const LayerUse& use, SeriesPart& part) {
+  part.fit.bricks = layer_bricks_of(block, lattice, use);
+  part.bricks = part.fit.bricks.counted;
+  if (use.measured.empty() || block.all_space()) return;
+  part.measured = bricks_near(block, lattice, kernel_sites);
+  part.bricks = part.bricks.joined(part.measured);
+  part.fit.bricks.made = with_prefilter(part.bricks);
+}
+
 } // namespace
 
 LayerBricks layer_bricks_of(const SeriesBlock& block, const Lattice4& lattice, const LayerUse& use) {
   const BrickBox own = bricks_of(block, lattice);
-  const bool any = own.begin[0] < own.end[0] && own.begin[1] < own.end[1] && own.begin[2] < own.end[2];
-  // No prefilter reaches beyond the bricks beside its own.
-  return {use.coefficients && any ? own.widened() : own, own};
+  return {use.coefficients ? with_prefilter(own) : own, own};
 }
 
 SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
@@ -82,7 +95,7 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
   SeriesPart part;
   part.fit.counted = block;
   part.fit.first_given = first, part.fit.end_given = end;
-  part.fit.bricks = layer_bricks_of(block, lattice, use);
+  set_bricks(block, lattice, use, part);
   if (lattice.is_static()) {
     part.end_slab = (lattice.layers() + options.slab_layers - 1) / options.slab_layers;
     part.end_layer = part.fit.end_layer = part.fit.end_own = lattice.layers();

@@ -24,13 +24,17 @@ struct LayerUse {
 struct SeriesPart {
   int32_t first_slab = 0, end_slab = 0;   // stored
   int32_t first_layer = 0, end_layer = 0; // stored or measured; by whole slabs but for the last of the series
+  // Of a block: the bricks of level 0 that are stored or measured, and those that the field at its samples is
+  // a sum of, where it is measured.
+  BrickBox bricks, measured;
   FitPart fit;
 };
 // A part of a series: slabs whose first layer stands at one of its frames or between them and the end of
 // these, and of a block of space the bricks that bricks_of tells. options: of the series, dims[3] known.
 [[nodiscard]] SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options,
                                         const LayerUse& use, const SeriesBlock& block);
-// Returns the bricks of a block's layers of samples, and those of them that are stored.
+// Returns the bricks of a block's layers of samples, and those of them that are stored, where nothing is
+// measured.
 [[nodiscard]] LayerBricks layer_bricks_of(const SeriesBlock& block, const Lattice4& lattice,
                                           const LayerUse& use);
 

@@ -403,7 +403,7 @@ std::array<uint64_t, 2> VolumeWriter::given_frames() const {
 
 Region VolumeWriter::given_samples() const {
   const Region all{{}, {settings_.dims[0], settings_.dims[1], settings_.dims[2]}};
-  if (!part_ || part_->fit.counted.all_space()) return all;
+  if (!is_block()) return all;
   return scope_of(fit_options_, initial_.lattice).given;
 }
 

@@ -112,6 +112,9 @@ class VolumeWriter {
     if (continued_) return &continued_->rest();
     return part_ ? &*part_ : nullptr;
   }
+  [[nodiscard]] bool is_block() const { return part_ && !part_->fit.counted.all_space(); }
+  // Returns whether a field far from air may get another base, which follows from all of the series.
+  [[nodiscard]] bool knows_base() const { return !part_made() && !settings_.fixed_predictions; }
 
   // The ways in.
   void require_open() const;

@@ -109,8 +109,7 @@ WriteReport VolumeWriter::finish() {
         report.corrected += measured->errors(static_cast<int>(c)).corrected;
     }
     // A block counts its sites with those outside.
-    const bool all_space = !part_ || part_->fit.counted.all_space();
-    if (all_space)
+    if (!is_block())
       report.take_outside(result.lattice, part_ ? part_->fit.first_own : 0,
                           part_ ? part_->fit.end_own : result.lattice.layers(), added_.size());
     if (const RoundTrip* const measured = measuring_.round_trip())

@@ -272,7 +272,8 @@ void VolumeWriter::begin_levels() {
         std::make_unique<LevelFit>(level, options[level], store, context_, level == 0 ? told : untold));
     if (settings_.coefficients) {
       std::optional<SeriesPart> part;
-      if (part_made()) part = *part_made(), part->fit.bricks = options[level].part->bricks;
+      if (part_made()) part = *part_made();
+      if (part && level > 0) part->bricks = options[level].part->bricks.counted;
       fits_.back()->store_coefficients(initial_, part ? &*part : nullptr);
     }
     if (level == 0) break;
@@ -320,7 +321,7 @@ void VolumeWriter::begin_measuring(bool frames_known) {
   for (size_t i = 0; i < initial_.channels.size(); ++i) {
     ChannelInfo& c = initial_.channels[i];
     const double bound = settings_.channels[i].abs_error;
-    channels.push_back({c.name, settings_.channels[i].air, c.threshold, bound, part_made() == nullptr,
+    channels.push_back({c.name, settings_.channels[i].air, c.threshold, bound, knows_base(),
                         bound > 0 ? 0 : sample_step(c)});
     at_sites = at_sites && (settings_.psnr > 0 || !meets_bound(c, bound));
     if (holds_source(c)) channels.back().as_given = c.source_type;
@@ -340,21 +341,23 @@ void VolumeWriter::begin_measuring(bool frames_known) {
         context_,
         RoundTripScope{.first_layer = part ? part->first_layer : 0,
                        .in_boxes = !measuring_.required(),
-                       .at_sites = at_sites}));
+                       .at_sites = at_sites,
+                       .samples = is_block() ? scope_of(fit_options_, fit().lattice()).counted : Region{},
+                       .bricks = is_block() ? part_->measured : BrickBox{}}));
   });
   begin_measuring_levels();
 }
 
-// The frames that continue a file know too little of the earlier ones: what was measured of these stays.
+// The frames that continue a file know too little of the earlier ones: what was measured of these stays. With
+// fixed predictions the file is that of blocks, which know too little of coarser levels.
 void VolumeWriter::begin_measuring_levels() {
-  if (continued_ || !measuring_.round_trip()) return;
+  if (continued_ || settings_.fixed_predictions || !measuring_.round_trip()) return;
   const std::vector<uint32_t> frames = own_frames(measuring_.choose_level_frames(0, settings_.dims[3]));
   for (int level = 1; level <= static_cast<int>(initial_.levels.size()); ++level) {
     std::vector<RoundTripChannel> channels;
     for (size_t i = 0; i < initial_.channels.size(); ++i) {
       const ChannelInfo& c = initial_.channels[i];
-      channels.push_back(
-          {c.name, settings_.channels[i].air, c.threshold, 0, part_made() == nullptr, sample_step(c)});
+      channels.push_back({c.name, settings_.channels[i].air, c.threshold, 0, knows_base(), sample_step(c)});
     }
     // Samples between those of the level, in all places relative to them.
     const int32_t every = (1 << level) + 1;

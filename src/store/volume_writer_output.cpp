@@ -5,13 +5,31 @@
 #include "store/volume_writer.h"
 
 namespace bccsplat {
+namespace {
 
+// Returns what layers have in a box.
+std::vector<SampleLayer> bricks_in(const BrickBox& box, std::span<const SampleLayer> layers) {
+  std::vector<SampleLayer> in;
+  for (const SampleLayer& layer : layers) {
+    SampleLayer& to = in.emplace_back(layer.lattice(), layer.coset());
+    for (size_t slot = 0; slot < layer.brick_slots(); ++slot)
+      if (box.contains(layer.slot_position(slot))) to.set(slot, layer.share(slot));
+  }
+  return in;
+}
+
+} // namespace
+
+// A block whose samples are compared is made with bricks of others beside its own.
 void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, const SlabLayers& layers) {
   now_.slab = slab, now_.channel = at.channel, now_.level = at.level;
   if (!part_ || (slab >= part_->first_slab && slab < part_->end_slab)) {
     make_container();
     store_masks();
-    container_->write_slab(slab, at, layers.compact(), context_);
+    if (is_block() && at.level == 0)
+      container_->write_slab(slab, at, bricks_in(part_->fit.bricks.counted, layers.compact()), context_);
+    else
+      container_->write_slab(slab, at, layers.compact(), context_);
     if (part_) writes_.push_back(now_);
   }
   measuring_.with_level(at.level, [&](RoundTrip& r) {

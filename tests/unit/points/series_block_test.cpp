@@ -53,5 +53,32 @@ TEST(SeriesBlock, BlocksShareTheBricksAtEveryDistance) {
   EXPECT_EQ(bricks_of(SeriesBlock::of_frames(0, 2), lattice), BrickBox{});
 }
 
+// No site that is left out stands so near, and those of the bricks at the ends do.
+TEST(SeriesBlock, BricksNearASampleHaveTheSitesAroundIt) {
+  constexpr int32_t sites = 4;
+  for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc})
+    for (const double scale : {.6, 1.0, 2.0})
+      for (const int32_t margin : {0, 2}) {
+        const Lattice4 lattice =
+            Lattice4::fit(kind, {150, 20, 20, 4}, {scale, scale, scale, 1}, 0, {margin, 0, 0});
+        const int32_t count = lattice.space.dims(0)[0];
+        const auto place = [&](int32_t site) { return lattice.site_position(0, {site, 0, 0})[0]; };
+        const double reach = sites * (place(1) - place(0));
+        for (uint32_t begin = 0; begin < 150; begin += 7)
+          for (const uint32_t length : {1u, 30u}) {
+            const uint32_t end = std::min(begin + length, 150u);
+            const BrickBox box = bricks_near({{begin, 0, 0, 0}, {end, 20, 20, 4}}, lattice, sites);
+            for (int32_t site = 0; site < count; ++site) {
+              const bool near = place(site) >= begin - reach && place(site) <= end - 1.0 + reach;
+              const bool in = site / brick_edge >= box.begin[0] && site / brick_edge < box.end[0];
+              EXPECT_TRUE(in || !near) << site << " of " << begin << " .. " << end;
+            }
+            EXPECT_GT(place(box.begin[0] * brick_edge + brick_edge), begin - reach - place(1) + place(0));
+            EXPECT_LT(place((box.end[0] - 1) * brick_edge), end + reach + place(1) - place(0));
+          }
+      }
+  EXPECT_EQ(bricks_near(SeriesBlock::of_frames(0, 2), Lattice4(), sites), BrickBox{});
+}
+
 } // namespace
 } // namespace bccsplat

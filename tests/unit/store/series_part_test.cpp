@@ -137,22 +137,51 @@ TEST(SeriesPart, ReportsComeBackAndAddUp) {
 }
 
 TEST(SeriesPart, ReportsOfBlocksOfTheSameFramesAddUp) {
-  const auto report = [](const Range& frame, uint64_t clamped) {
+  const auto report = [](const Range& frame, uint64_t clamped, uint32_t first_frame) {
     PartReport r;
     PartChannelReport& c = r.channels.emplace_back();
     c.fit.samples = SampleHistogram(quantiser_of_range(ValueType::u8, {0, 255}, 0));
     c.fit.lasting.samples = c.fit.samples;
     c.fit.frames = {frame, {0, 1}};
     c.fit.clamped_slabs = {clamped, 1};
+    c.measured = {first_frame, first_frame + 1};
+    c.errors.resize(2);
+    c.errors[0].all.add(static_cast<double>(clamped)), c.errors[0].frame = first_frame;
+    c.errors[0].voxel = {clamped, 0, 0};
     return r;
   };
   PartReport sum;
-  add_part_report(sum, report(no_range, 2), {0, 0});
-  add_part_report(sum, report({-3, 5}, 4), {0, 0});
-  add_part_report(sum, report({7, 8}, 9), {2, 2});
+  add_part_report(sum, report(no_range, 2, 0), {0, 0});
+  add_part_report(sum, report({-3, 5}, 4, 0), {0, 0});
+  add_part_report(sum, report({7, 8}, 9, 2), {2, 2});
   const FitChannelReport& f = sum.channels[0].fit;
   EXPECT_EQ(f.frames, (std::vector<Range>{{-3, 5}, {0, 1}, {7, 8}, {0, 1}}));
   EXPECT_EQ(f.clamped_slabs, (std::vector<uint64_t>{6, 2, 9, 1}));
+  const PartChannelReport& c = sum.channels[0];
+  EXPECT_EQ(c.measured, (std::vector<uint32_t>{0, 1, 2, 3}));
+  EXPECT_EQ(c.errors[0].all.count, 2u);
+  EXPECT_EQ(c.errors[0].all.squares.value(), 4 + 16);
+  EXPECT_EQ(c.errors[0].voxel[0], 4u);
+  EXPECT_EQ(c.errors[1].all.count, 0u);
+  EXPECT_EQ(c.errors[2].all.largest, 9);
+}
+
+// In whatever order blocks are added: the first of equal differences is told.
+TEST(SampleErrors, OfEqualDifferencesTheFirstIsTold) {
+  const auto at = [](uint64_t frame, const std::array<uint64_t, 3>& voxel) {
+    SampleErrors e;
+    e.all.add(2), e.frame = frame, e.voxel = voxel;
+    return e;
+  };
+  std::vector<SampleErrors> errors{at(1, {5, 5, 5}), at(0, {9, 0, 3}), at(0, {0, 1, 3}), at(0, {2, 0, 3})};
+  for (size_t turn = 0; turn < errors.size(); ++turn) {
+    std::rotate(errors.begin(), errors.begin() + 1, errors.end());
+    SampleErrors sum;
+    for (const SampleErrors& e : errors) sum.add(e);
+    EXPECT_EQ(sum.frame, 0u);
+    EXPECT_EQ(sum.voxel, (std::array<uint64_t, 3>{2, 0, 3}));
+    EXPECT_EQ(sum.all.count, 4u);
+  }
 }
 
 } // namespace
