@@ -478,7 +478,8 @@ enum {
    * a point is missing when the source sample nearest to it is (along each axis, and in time, the
    * later one of two at equal distance), and the file needs readers of version 3 of the format.
    * Layers keep it at the resolution of the lattice: a point is missing when the nearest site is.
-   * Missing samples are filled smoothly before the filters run. */
+   * Missing samples are filled smoothly before the filters run, frames without a value by what lies
+   * between those beside them (not with fixed_predictions). */
   BCCSPLAT_NONFINITE_HOLE = 2,
   /* NaN becomes air, infinities the largest finite value of the channel's range. */
   BCCSPLAT_NONFINITE_CLAMP = 3
@@ -628,10 +629,10 @@ typedef struct bccsplat_channel_options {
  * A part may be a block of space as well: it holds the bricks that begin within its samples, made
  * of these and of a few around (bccsplat_writer_get_part_box). One frame may be divided so, too.
  * Every channel then needs source_type, and planes outside or layers beyond the ends (FACES_ and
- * ENDS_PREDICT, or by DEFAULT) and levels need fixed_predictions. abs_error is kept, and psnr and
- * MEASURE_ALL measured, at the samples of each block, which then takes a few more around them. What
- * depends on more of a frame than its surroundings is UNSUPPORTED, and the text says what to do
- * instead: STORE_WAVELETS, lowpass, NONFINITE_HOLE, MEASURE_SOME, periodic axes. */
+ * ENDS_PREDICT, or by DEFAULT), levels and NONFINITE_HOLE need fixed_predictions. abs_error is
+ * kept, and psnr and MEASURE_ALL measured, at the samples of each block, which then takes a few
+ * more around them. What depends on more of a frame than its surroundings is UNSUPPORTED, and the
+ * text says what to do instead: STORE_WAVELETS, lowpass, MEASURE_SOME, periodic axes. */
 typedef struct bccsplat_series_part {
   uint32_t struct_size;
   /* 0 */
@@ -780,7 +781,9 @@ typedef struct bccsplat_writer_options {
    * it, too. Frames of coarser levels then are filtered as they are, to some units in the last
    * place of a float, else as their difference from their least value where all are of one sign and
    * within a factor of two; their errors are not measured. With abs_error air is the base of the
-   * field (air). 0: chosen. */
+   * field (air). With NONFINITE_HOLE data are continued over missing samples for a few distances of
+   * the coarsest level, behind which these are air; a frame without a finite value is refused
+   * (NONFINITE_VALUE; of blocks by bccsplat_join_parts). 0: chosen. */
   int32_t fixed_predictions;
   int32_t reserved; /* 0 */
 } bccsplat_writer_options;
@@ -1005,15 +1008,17 @@ typedef struct bccsplat_join_options {
 } bccsplat_join_options;
 
 /* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory
- * does not depend on their size. The file is the same byte for byte as one written without parts by
- * the same version, each frame's channels added in order, but for compare_levels, and without
+ * does not depend on their size (16 bytes for each run along x of missing samples of a frame that
+ * is divided into blocks). The file is the same byte for byte as one written without parts by the
+ * same version, each frame's channels added in order, but for compare_levels, and without
  * fixed_predictions for channels with a bound (abs_error, psnr) far from their air: parts do not
  * know each other's values, keep air as base of the field, take more corrections and ripple between
  * samples (see air). INVALID_ARGUMENT, naming the files, frames and samples, when they are not
- * parts of one series, or a frame, or a sample of one, is in none or in two of them; BOUND_NOT_MET
- * when the series misses the psnr of its options. Also: opening, writing. options and report may be
- * NULL; the report's slabs_reused are those joined. With `overwrite` the output may be one of the
- * inputs, which it replaces at the end. */
+ * parts of one series, or a frame, or a sample of one, is in none or in two of them;
+ * NONFINITE_VALUE when all samples of a frame are missing in its blocks; BOUND_NOT_MET when the
+ * series misses the psnr of its options. Also: opening, writing. options and report may be NULL;
+ * the report's slabs_reused are those joined. With `overwrite` the output may be one of the inputs,
+ * which it replaces at the end. */
 BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count,
     const char* const* parts, const char* path, const bccsplat_join_options* options,
     bccsplat_writer_report* report);

@@ -104,6 +104,9 @@ class Bcc4Writer {
   // Write which samples of one frame are missing, as MaskRunWriter has it; empty: none.
   void write_mask(int channel, uint32_t frame, std::span<const std::byte> runs, const Context& context);
   void copy_mask(int channel, uint32_t frame, const Bcc4Reader& from);
+  // The same of files that are blocks of space: a sample is missing where it is in one of them.
+  void copy_mask(int channel, uint32_t frame, std::span<const Bcc4Reader* const> from,
+                 const Context& context);
   // Returns how many slabs every channel has at every level; 0 where some have more than others.
   [[nodiscard]] int32_t common_slabs() const;
   // Lets readers see an unfinished series: puts index, metadata and a root of it behind what is written,

@@ -151,6 +151,22 @@ void Bcc4Writer::copy_mask(int channel, uint32_t frame, const Bcc4Reader& from) 
     state_->add_mask(channel, frame, {masks[frame], from.stored_block(masks[frame], "mask")});
 }
 
+void Bcc4Writer::copy_mask(int channel, uint32_t frame, std::span<const Bcc4Reader* const> from,
+                           const Context& context) {
+  if (from.size() == 1) return copy_mask(channel, frame, *from.front());
+  SharedReservation memory(context.memory);
+  std::vector<std::array<uint64_t, 2>> runs;
+  for (const Bcc4Reader* const file : from) {
+    const size_t before = runs.size();
+    file->mask_runs(channel, frame, [&](uint64_t begin, uint64_t end) { runs.push_back({begin, end}); });
+    memory.add((runs.size() - before) * sizeof(runs.front()), "missing data of blocks");
+  }
+  std::sort(runs.begin(), runs.end());
+  MaskRunWriter out;
+  for (const auto& [begin, end] : runs) out.add(begin, end);
+  write_mask(channel, frame, out.finish(), context);
+}
+
 int32_t Bcc4Writer::common_slabs() const {
   const State& s = *state_;
   return s.index ? s.index->common_slabs(s.info) : 0;

@@ -67,15 +67,30 @@ Region seen_samples(const FitOptions& options, const Lattice4& lattice, const st
 
 FitScope scope_of(const FitOptions& options, const Lattice4& lattice) {
   const std::array<int64_t, 3> n{options.dims[0], options.dims[1], options.dims[2]};
-  FitScope scope{{{}, n}, {{}, n}};
+  FitScope scope{{{}, n}, {{}, n}, {{}, n}};
   if (!options.part || options.part->counted.all_space()) return scope;
   const SeriesBlock& block = options.part->counted;
   for (size_t a = 0; a < 3; ++a)
     scope.counted.begin[a] = block.begin[a], scope.counted.end[a] = std::min<int64_t>(block.end[a], n[a]);
   // Cells are scanned as wholes: their ranges are those of the frame's only where all of their samples come.
-  scope.given =
+  scope.seen =
       whole_cells(scope.counted, n).joined(seen_samples(options, lattice, n)).joined(options.part->halved);
+  scope.given = scope.seen;
+  if (!options.fill.bounded()) return scope;
+  const int64_t reach = std::max(options.fill.samples(), options.part->masked), cell = options.fill.cell();
+  for (size_t a = 0; a < 3; ++a) {
+    scope.given.begin[a] = std::max<int64_t>(scope.seen.begin[a] - reach, 0) / cell * cell;
+    scope.given.end[a] = std::min((scope.seen.end[a] + reach + cell - 1) / cell * cell, n[a]);
+  }
+  scope.given = whole_cells(scope.given, n);
   return scope;
+}
+
+std::array<int64_t, 3> mask_reach_of(const FitOptions& options, const Lattice4& lattice) {
+  std::array<int64_t, 3> reach;
+  for (size_t a = 0; a < 3; ++a)
+    reach[a] = static_cast<int64_t>(std::ceil(options.mask_reach * lattice.space_step[a] + 0.5));
+  return reach;
 }
 
 uint64_t Fit::State::counted_sites(int coset) const {

@@ -58,6 +58,9 @@ struct FitPart {
   // bricks.
   LayerBricks bricks;
   Region halved; // of a block: the samples that coarser levels are made of, by whole cells of CellRanges
+  // Of a block: samples around those that are resampled which tell what is missing far from data, at any
+  // level.
+  int64_t masked = 0;
 };
 
 struct FitOptions {
@@ -81,6 +84,9 @@ struct FitOptions {
   bool masks = false; // holes of frames are told as masks of the source, not marked on the lattice
   // Planes of the lattice: with masks, sites further than that from all data are left out.
   int32_t mask_reach = 0;
+  // How far holes of frames are filled. A bounded reach, which blocks need, takes no frame that is missing
+  // altogether: it would be filled from those beside it.
+  FillReach fill;
   int32_t slab_layers = 8;
   // Layers are handed out one by one, as soon as they are made and numbered as layers; whoever takes them
   // holds them from the budget. Else by slabs.
@@ -98,6 +104,10 @@ struct FitOptions {
 
 // A lattice in samples of what frames were halved to, whose first and last ones are those of the frames.
 [[nodiscard]] Lattice4 lattice_over(const std::array<int64_t, 3>& dims, Lattice4 lattice);
+// Returns how far data are from samples whose sites are left out of what a mask tells; what is around a
+// sample belongs to it for half a distance.
+[[nodiscard]] std::array<int64_t, 3> mask_reach_of(const FitOptions& options, const Lattice4& lattice);
+
 // Returns the samples, by whole cells of CellRanges, that the bricks a fit makes are resampled from; of
 // frames that were halved to dims.
 [[nodiscard]] Region seen_samples(const FitOptions& options, const Lattice4& lattice,
@@ -106,7 +116,8 @@ struct FitOptions {
 // The samples of a frame that a fit of a block takes; of all others all of them.
 struct FitScope {
   Region counted; // enter the report
-  Region given;   // beside these, what the layers are made of, by whole cells
+  Region seen;    // beside these, what the layers are made of, by whole cells
+  Region given;   // beside these, what decides what is missing there and how it is filled
 };
 // lattice: that of the options.
 [[nodiscard]] FitScope scope_of(const FitOptions& options, const Lattice4& lattice);

@@ -76,6 +76,10 @@ FrameScan Fit::State::check_frame(int index, std::span<const FrameBox> boxes) co
     fail(Code::nonfinite_value, what, ": ", scan.nonfinite, " values are ", why_not_finite(frame, at),
          " at voxel (", at[0], ", ", at[1], ", ", at[2], "); treat them as holes, or clamp them");
   }
+  if (options.nonfinite == NonFinite::hole && options.fill.bounded() && !is_block() && scan.finite == 0)
+    fail(Code::nonfinite_value, what,
+         ": none of its values is finite, and with fixed_predictions a frame is ",
+         "not filled from those beside it; leave it out of the series, or write without fixed_predictions");
   if (!is_known(scan) && options.part && c.given > 0 && c.given == options.part->first_given)
     fail(Code::wrong_state, what, ": it is missing altogether; a part begins with a frame that is not");
   if (counts_frame(c.given) && scan.finite > 0) c.check_range(scan.low, scan.high, what);
@@ -101,9 +105,12 @@ PreparedFrame Fit::State::prepare_frame(int index, std::span<const FrameBox> box
     made.frame.clamp(low, high);
   }
   if (options.nonfinite == NonFinite::hole)
-    made.holes = patch_holes(made.frame, scan, options.turning, context);
-  if (options.masks && !made.holes.missing.empty())
-    mask_sink(index, c.given, mask_runs(made.holes, made.frame.dims()));
+    made.holes = patch_holes(made.frame, scan, options.turning, options.fill, context);
+  made.frame.set_given(scope.seen);
+  if (options.masks && !made.holes.missing.empty()) {
+    std::vector<std::byte> runs = mask_runs(made.holes, made.frame.dims(), scope.counted);
+    if (!runs.empty()) mask_sink(index, c.given, std::move(runs));
+  }
   if (!c.lowpass) made.faces = faces_of(made.frame);
   return made;
 }
@@ -159,8 +166,8 @@ void Fit::State::take_frame(Channel& c, const FrameImage& image, bool known, con
   sites.holes = mark_sites(holes, lattice);
   sites.masked = options.masks;
   if (options.masks)
-    sites.deep =
-        mark_sites(deep_holes(holes, source_dims(), mask_reach(), options.turning, context), lattice);
+    sites.deep = mark_sites(
+        deep_holes(holes, source_dims(), mask_reach_of(options, lattice), options.turning, context), lattice);
   c.window.push_back(std::move(sites));
   ++c.frames;
   make_layers(c);
@@ -171,13 +178,6 @@ const SpatialResampler& Fit::State::resampler_of(const FrameImage& image) {
   if (found != resamplers.end()) return found->second;
   const Lattice4 seen = lattice_over(image.frame.dims(), lattice);
   return resamplers.try_emplace(image.faces, seen, options.filter, image.faces).first->second;
-}
-
-std::array<int64_t, 3> Fit::State::mask_reach() const {
-  std::array<int64_t, 3> reach;
-  for (size_t a = 0; a < 3; ++a)
-    reach[a] = static_cast<int64_t>(std::ceil(options.mask_reach * lattice.space_step[a] + 0.5));
-  return reach;
 }
 
 DirectLayerScan Fit::State::check_layer(int index, std::span<const float> samples) const {

@@ -107,9 +107,11 @@ struct Fit::State {
     return {options.dims[0], options.dims[1], options.dims[2]};
   }
   [[nodiscard]] Frame frame_of(const Channel& c, std::span<const FrameBox> boxes) const;
-  // Returns whether a frame is not missing altogether: what is not finite may be clamped.
+  // Returns whether a frame is not missing altogether: what is not finite may be clamped, and a block does
+  // not know of the rest.
   [[nodiscard]] bool is_known(const FrameScan& scan) const {
-    return scan.finite > 0 || (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp);
+    return scan.finite > 0 || options.fill.bounded() ||
+           (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp);
   }
   // Returns what an infinity of a channel becomes, relative to air.
   [[nodiscard]] std::array<float, 2> clamp_range(const Channel& c) const;
@@ -120,8 +122,6 @@ struct Fit::State {
   // Takes a frame as resampled to the lattice. known: it is not missing altogether.
   void take_frame(Channel& c, const FrameImage& image, bool known, const HoleMap& holes);
   [[nodiscard]] const SpatialResampler& resampler_of(const FrameImage& image);
-  // Returns the reach in source samples; what is around a sample belongs to it for half a distance.
-  [[nodiscard]] std::array<int64_t, 3> mask_reach() const;
 
   void make_still_layers(Channel& c);
   void make_moving_layers(Channel& c, int64_t frames, bool complete);

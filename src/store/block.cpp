@@ -24,9 +24,9 @@ void check_block(const WriterSettings& s) {
     refuse("the steps of wavelets follow from all tiles of a slab; store samples or coefficients, or divide ",
            "the series by frames");
   if (s.lowpass) refuse("lowpass holds whole frames; divide the series by frames, or leave it out");
-  if (s.nonfinite == NonFinite::hole)
-    refuse("holes are filled from data however far away; clamp what is not finite, or divide the series by ",
-           "frames");
+  if (s.nonfinite == NonFinite::hole && !s.fixed_predictions)
+    refuse("holes are filled from data however far away; set fixed_predictions, for all blocks alike, or ",
+           "clamp what is not finite");
   if (s.measure == Measure::some)
     refuse(
         "measure SOME compares boxes that are picked from whole frames; choose ALL, or divide the series by ",

@@ -33,6 +33,7 @@ uint32_t options_checksum(const FitOptions& options, uint32_t levels, const std:
   if (levels > 0) text += " of halved frames";
   if (options.periodic) text += " periodic";
   if (options.fixed_predictions) text += " fixed predictions";
+  if (options.fill.bounded()) text += concat(" fill ", options.fill.halvings);
   for (size_t a = 0; a < 3; ++a)
     if (options.turning[a]) text += concat(" periodic ", a);
   if (const Int3& m = options.margins; m != Int3{}) text += concat(" margins ", m[0], ' ', m[1], ' ', m[2]);

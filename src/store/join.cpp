@@ -21,6 +21,18 @@ size_t first_slab_of(const PartInfo& part) {
   return first == INT32_MAX ? 0 : first;
 }
 
+// Blocks fill a frame from its own samples, without a look at others in time: of a frame that has no value,
+// some samples are missing, and not clamped.
+void require_not_missing(const SeriesParts& parts, size_t channel, size_t frame) {
+  for (const auto& part : parts) {
+    const ChannelInfo& c = part->info().channels.at(channel);
+    if (frame < c.masks.size() && c.masks[frame].stored > 0)
+      fail(Code::nonfinite_value, "channel '", c.name, "', frame ", frame,
+           ": none of its values is finite in ",
+           "any block, and blocks do not fill a frame from those beside it; leave it out of the series");
+  }
+}
+
 PartReport add_reports(const SeriesParts& parts) {
   PartReport sum;
   for (const auto& part : parts) {
@@ -28,9 +40,12 @@ PartReport add_reports(const SeriesParts& parts) {
     add_part_report(sum, read_part_report(info.part->statistics, info.channels.size() * info.level_count()),
                     {info.part->block.first_frame(), first_slab_of(*info.part)});
   }
-  for (PartChannelReport& c : sum.channels)
-    for (Range& r : c.fit.frames)
-      if (r == no_range) r = {};
+  for (size_t c = 0; c < sum.channels.size(); ++c)
+    for (size_t f = 0; f < sum.channels[c].fit.frames.size(); ++f)
+      if (Range& r = sum.channels[c].fit.frames[f]; r == no_range) {
+        require_not_missing(parts, c, f);
+        r = {};
+      }
   return sum;
 }
 
@@ -38,12 +53,6 @@ std::vector<const Bcc4Reader*> files_of(const std::vector<size_t>& numbers, cons
   std::vector<const Bcc4Reader*> files;
   for (const size_t i : numbers) files.push_back(parts[i].get());
   return files;
-}
-
-// Masks of a frame are those of one part.
-const Bcc4Reader& one_of(const std::vector<size_t>& numbers, const SeriesParts& parts) {
-  if (numbers.size() > 1) fail(Code::unsupported, "masks of one frame are in several blocks");
-  return *parts[numbers.front()];
 }
 
 // Returns what the whole series says about itself; fits: what its channels counted. Throws bound_not_met.
@@ -124,7 +133,7 @@ WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink,
       writer.copy_slab(write.slab, {channel, write.level}, files_of(from, parts));
       ++report.slabs_reused;
     } else if (write.slab == PartWrite::mask) {
-      writer.copy_mask(channel, static_cast<uint32_t>(write.frame), one_of(from, parts));
+      writer.copy_mask(channel, static_cast<uint32_t>(write.frame), files_of(from, parts), context);
     } else {
       writer.copy_residuals(channel, static_cast<uint32_t>(write.frame), files_of(from, parts), context);
     }

@@ -83,6 +83,13 @@ int32_t reach_planes(const WriterSettings& s) {
          beyond;
 }
 
+// Returns how far from data samples are filled: three distances of the coarsest level. More brings no level
+// closer to its data (tests/bench/notes/blocks.md).
+double filled_samples(const WriterSettings& s) {
+  constexpr double distances = 3;
+  return std::ldexp(distances * std::max({s.scales[0], s.scales[1], s.scales[2]}), s.levels);
+}
+
 FitOptions fit_options_of(const WriterSettings& s) {
   FitOptions options;
   options.lattice = s.lattice;
@@ -96,6 +103,7 @@ FitOptions fit_options_of(const WriterSettings& s) {
   options.slab_layers = slab_layers_of(s);
   options.turning = s.turning;
   options.fixed_predictions = s.fixed_predictions;
+  if (s.nonfinite == NonFinite::hole && s.fixed_predictions) options.fill = FillReach::of(filled_samples(s));
   options.periodic = s.ends == Ends::periodic && s.dims[3] > 1; // check_settings refuses other numbers
   return options;
 }
@@ -271,12 +279,21 @@ void VolumeWriter::begin_part() {
     if (!measuring_.attempt([&] { plan(measured); })) plan({});
     begin_earlier(asked.early_frames, part_->fit);
     fit_options_.part = part_->fit;
-    if (!block.all_space() && settings_.levels > 0)
-      fit_options_.part->halved = LevelFrames(level_options(), context_).seen();
+    if (!block.all_space()) begin_block();
   }
   fit_options_.lead = initial_.lattice.lead, fit_options_.margins = initial_.lattice.before;
   times_ = asked.times;
   added_.assign(added_.size(), fit_options_.part->first_given);
+}
+
+// Finds what the coarser levels of a block need.
+void VolumeWriter::begin_block() {
+  const std::vector<FitOptions> levels = level_options();
+  FitPart& part = *fit_options_.part;
+  if (levels.size() > 1) part.halved = LevelFrames(levels, context_).seen();
+  for (const FitOptions& o : levels)
+    for (const int64_t reach : mask_reach_of(o, lattice_of(o, o.dims[3])))
+      part.masked = std::max(part.masked, reach);
 }
 
 // What the first data will settle is taken from the file, and compared when they have come.

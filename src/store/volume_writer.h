@@ -94,6 +94,7 @@ class VolumeWriter {
   void begin_info();
   void require_wavelet_types() const;
   void begin_part();
+  void begin_block();
   // Throws wrong_state where the file or journal to go on with is of another series, before it is touched.
   void require_same_series();
   void require_continued_file() const;

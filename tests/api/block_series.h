@@ -3,7 +3,9 @@
 #pragma once
 
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <limits>
 
 #include "support.h"
 
@@ -17,6 +19,7 @@ struct Asked {
   bccsplat_type type = BCCSPLAT_TYPE_U8;
   bccsplat_writer_options options = sized<bccsplat_writer_options>();
   bccsplat_channel_options channel = sized<bccsplat_channel_options>();
+  std::function<bool(double x, double y, double z, uint32_t t)> missing; // none: no sample is
   bool waves = false; // through all of space, in place of a blob
 
   Asked() {
@@ -50,7 +53,12 @@ template<class T> std::vector<std::byte> values_of(const Asked& a, const Box& bo
   std::vector<T> values;
   for (uint64_t z = box[0][2]; z < box[1][2]; ++z)
     for (uint64_t y = box[0][1]; y < box[1][1]; ++y)
-      for (uint64_t x = box[0][0]; x < box[1][0]; ++x) values.push_back(static_cast<T>(rough(a, x, y, z, t)));
+      for (uint64_t x = box[0][0]; x < box[1][0]; ++x) {
+        const bool missing =
+            a.missing && a.missing(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z), t);
+        values.push_back(missing ? std::numeric_limits<T>::quiet_NaN()
+                                 : static_cast<T>(rough(a, x, y, z, t)));
+      }
   const auto bytes = std::as_bytes(std::span(values));
   return {bytes.begin(), bytes.end()};
 }

@@ -69,6 +69,20 @@ TEST(BlocksWithBound, GiveTheBytesOfOneWriter) {
   }
 }
 
+// The field near a coast hangs on what continues the data over land.
+TEST(BlocksWithBound, AndWithMissingData) {
+  const Device device = make_device();
+  const Folder folder;
+  Asked asked;
+  asked.dims = {70, 36, 40, 3}, asked.waves = true, asked.options.abs_error = 0.4;
+  asked.type = BCCSPLAT_TYPE_F32, asked.options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  asked.missing = [](double x, double y, double z, uint32_t t) {
+    return std::sin(0.2 * x + 0.3 * t) + std::cos(0.17 * y) + std::sin(0.13 * z) > 0.7;
+  };
+  const Written whole = expect_same(device, folder, asked, uneven_borders(asked));
+  EXPECT_GT(whole.report.corrected, 1000u);
+}
+
 TEST(BlocksThatMeasure, GiveTheBytesOfOneWriter) {
   const Device device = make_device();
   const std::vector<Case> cases{

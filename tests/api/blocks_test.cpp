@@ -65,6 +65,88 @@ TEST(Blocks, GiveTheBytesOfOneWriter) {
   }
 }
 
+// Land with a coast, one that moves through the blob, single samples, and for some frames all of the first
+// block.
+bool no_data(double x, double y, double z, uint32_t t) {
+  const bool land = x < 9 + 5 * std::sin(y / 4) + 3 * std::sin(1.3 * z);
+  const bool drifting = std::hypot(x - 20 - 4 * t, y - 21, z - 18) < 7;
+  const bool single = static_cast<int>(x * 7 + y * 13 + z * 29 + t) % 97 == 0;
+  return land || drifting || single || (t % 3 == 1 && x < 30 && y < 21 && z < 12);
+}
+
+Asked with_missing_data() {
+  Asked asked;
+  asked.type = BCCSPLAT_TYPE_F32, asked.missing = no_data;
+  asked.options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  return asked;
+}
+
+TEST(Blocks, WithMissingDataGiveTheBytesOfOneWriter) {
+  const Device device = make_device();
+  const std::vector<Case> cases{
+      {"samples", [](Asked&) {}},
+      {"far from air", [](Asked& a) { a.channel.air = -150; }},
+      {"codes",
+       [](Asked& a) {
+         a.channel.value_type = BCCSPLAT_TYPE_U8;
+         a.channel.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE, a.channel.range[1] = 210;
+       }},
+      {"coefficients on a coarse lattice",
+       [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS, a.options.scale = 1.4; }},
+      {"Cartesian", [](Asked& a) { a.options.lattice = BCCSPLAT_LATTICE_CC; }},
+      {"one frame", [](Asked& a) { a.dims[3] = 1; }},
+      {"levels",
+       [](Asked& a) {
+         a.dims = {140, 80, 72, 3}, a.options.levels = 2;
+       }},
+      {"levels of coefficients", [](Asked& a) {
+         a.dims = {120, 64, 72, 3}, a.options.levels = 1, a.options.store = BCCSPLAT_STORE_COEFFICIENTS;
+       }}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.name);
+    const Folder folder;
+    Asked asked = with_missing_data();
+    c.change(asked);
+    const auto& n = asked.dims;
+    std::vector<uint64_t> frames{0, n[3]};
+    if (n[3] > 4) frames = {0, 5, n[3]};
+    expect_same(device, folder, asked, {{{0, 30, n[0]}, {0, 21, n[1]}, {0, 12, n[2]}, frames}});
+    auto info = sized<bccsplat_channel_info>();
+    const Volume volume = open(device, folder.file("joined.bcc4"));
+    ASSERT_OK(bccsplat_volume_get_channel_info(volume.get(), 0, &info));
+    uint64_t missing = 0;
+    for (uint32_t t = 0; t < n[3]; ++t)
+      for (uint32_t z = 0; z < n[2]; ++z)
+        for (uint32_t y = 0; y < n[1]; ++y)
+          for (uint32_t x = 0; x < n[0]; ++x) missing += no_data(x, y, z, t) ? 1 : 0;
+    EXPECT_EQ(info.missing, missing);
+  }
+}
+
+TEST(Blocks, AFrameThatIsMissingAltogetherIsRefused) {
+  const Device device = make_device();
+  const Folder folder;
+  Asked asked = with_missing_data();
+  asked.missing = [](double x, double, double, uint32_t t) { return t == 4 || (t == 5 && x < 40); };
+  bccsplat_writer_options o = asked.writer_options();
+  const Writer one = make_writer(device, folder.file("x.bcc4"), o);
+  const Box all{{{0, 0, 0}, {64, 40, 36}}};
+  for (uint32_t t = 0; t < 4; ++t) ASSERT_OK(add_box(one.get(), asked, all, t));
+  EXPECT_EQ(add_box(one.get(), asked, all, 4), BCCSPLAT_ERROR_NONFINITE_VALUE);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("frame 4: none of its values is finite"),
+            std::string::npos);
+  Blocks blocks(device, folder, asked);
+  blocks.write_all({{{0, 30, 64}, {0, 40}, {0, 36}, {0, 9}}});
+  EXPECT_EQ(blocks.join(folder.file("y.bcc4")), BCCSPLAT_ERROR_NONFINITE_VALUE);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("frame 4: none of its values is finite in any block"),
+            std::string::npos)
+      << bccsplat_last_error();
+  // Replaced by air it is a frame like any other.
+  asked.options.nonfinite = BCCSPLAT_NONFINITE_CLAMP;
+  asked.channel.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE, asked.channel.range[1] = 210;
+  expect_same(device, folder, asked, {{{0, 30, 64}, {0, 40}, {0, 36}, {0, 9}}});
+}
+
 TEST(Blocks, OfFramesAndOfAnyShape) {
   const Device device = make_device();
   const Folder folder;
@@ -150,8 +232,10 @@ TEST(Blocks, WhatNeedsMoreOfAFrameIsRefused) {
   constexpr auto unsupported = BCCSPLAT_ERROR_UNSUPPORTED, invalid = BCCSPLAT_ERROR_INVALID_ARGUMENT;
   using Part = bccsplat_series_part;
   refused("lowpass holds whole frames", unsupported, [](Asked& a, Part&) { a.options.lowpass = 1; });
-  refused("holes are filled", unsupported,
-          [](Asked& a, Part&) { a.options.nonfinite = BCCSPLAT_NONFINITE_HOLE; });
+  refused("holes are filled", unsupported, [](Asked& a, Part&) {
+    a.options.nonfinite = BCCSPLAT_NONFINITE_HOLE, a.options.fixed_predictions = 0;
+    a.options.ends = BCCSPLAT_ENDS_MIRROR, a.options.faces = BCCSPLAT_FACES_MIRROR;
+  });
   refused("measure SOME", unsupported, [](Asked& a, Part&) { a.options.measure = BCCSPLAT_MEASURE_SOME; });
   refused("periodic axis", unsupported,
           [](Asked& a, Part&) { a.options.periodic_axes = BCCSPLAT_PERIODIC_X; });

@@ -484,6 +484,48 @@ TEST(Coast, IceIsAsThinAsTheSource) {
   }
 }
 
+// The fill of a file in blocks looks no further than some distances: what is there is as close to its source.
+TEST(Coast, ABoundedFillKeepsTheSea) {
+  constexpr std::array<uint32_t, 4> n{84, 60, 48, 3};
+  const auto land = [](double x, double y, double z) {
+    return x < 30 + 5 * std::sin(y / 6) + 3 * std::sin(z / 3) ||
+           std::hypot(x - 60, y - 30, 1.3 * (z - 20)) < 12;
+  };
+  const Source source = source_of(n, BCCSPLAT_TYPE_F32, [&](double x, double y, double z, double t) {
+    if (land(x, y, z)) return double(NAN);
+    return 290 + 6 * std::sin(x / 3 + .2 * t) * std::cos(y / 4) + .3 * z + 2 * std::sin(z / 2.5 + x / 5);
+  });
+  const TestDevice device;
+  std::array<std::array<double, 3>, 2> decibels{}; // by rule and level
+  for (int fixed = 0; fixed < 2; ++fixed) {
+    auto options = sized<bccsplat_writer_options>();
+    options.nonfinite = BCCSPLAT_NONFINITE_HOLE, options.levels = 2, options.fixed_predictions = fixed;
+    const Written w = write_frames(device, source, options);
+    ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+    const OpenVolume volume(device, w.bytes);
+    for (uint32_t level = 0; level < 3; ++level) {
+      auto slice = sized<bccsplat_slice_options>();
+      slice.level = level;
+      const Cut cut(volume, {0, 0, 0, 1, -1}, slice);
+      const std::vector<float> got = cut.samples();
+      double squares = 0;
+      size_t count = 0;
+      for (size_t i = 0; i < got.size(); ++i) {
+        const auto p = cut.place(i);
+        const double want =
+            source.values[((n[2] + size_t(p[2])) * n[1] + size_t(p[1])) * n[0] + size_t(p[0])];
+        if (std::isnan(want)) continue;
+        ASSERT_FALSE(std::isnan(got[i]));
+        squares += (got[i] - want) * (got[i] - want), ++count;
+      }
+      ASSERT_GT(count, level == 0 ? 100000u : 500u);
+      decibels[fixed][level] = -10 * std::log10(squares / double(count));
+    }
+  }
+  for (size_t level = 0; level < 3; ++level)
+    EXPECT_GT(decibels[1][level], decibels[0][level] - 0.1) << "level " << level;
+}
+
 // Frames that are missing altogether: what lies beside them is as if they had been between their neighbours.
 TEST(Coast, MomentsBesideMissingFramesAreThoseOfTheField) {
   constexpr std::array<uint32_t, 4> n{20, 18, 12, 24};

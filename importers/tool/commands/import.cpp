@@ -137,7 +137,7 @@ void settle_blocks(const ImportArguments& a, const FrameReader& reader, const Er
                      memory_of_frames(s, settings) > memory_of_import(a);
   const bool open = !a.resume.append && a.resume.live == 0;
   if (!a.blocks && reader.frames_fit() && !(large && open)) return;
-  std::string why = needs_whole_frames(s, bound, settings);
+  std::string why = needs_whole_frames(bound, settings);
   if (why.empty() && !open && !a.blocks) why = "a series that goes on takes whole frames";
   if (a.blocks && !why.empty()) fail_usage("--blocks: ", why, "; divide the series by --part instead");
   if (!reader.frames_fit() && !why.empty())

@@ -43,11 +43,22 @@ uint64_t bytes_of_sample(const SeriesDescription& series) {
   return bytes;
 }
 
-// Returns the bytes of a sample that coarser levels alone are made of: read, read ahead, and halved.
-uint64_t bytes_of_level_sample(const SeriesDescription& series) {
+// Are missing values filled?
+bool fills(const SeriesDescription& series, const WriterSettings& settings) {
+  const auto has_fill = [](const Channel& c) { return c.has_fill; };
+  return settings.nonfinite == BCCSPLAT_NONFINITE_HOLE ||
+         (settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT &&
+          std::any_of(series.channels.begin(), series.channels.end(), has_fill));
+}
+
+// Returns the bytes of a sample that is read for coarser levels, or for the fill of missing ones, alone: read
+// and read ahead, halved, filled. 0: there are none.
+uint64_t bytes_of_given_sample(const SeriesDescription& series, const WriterSettings& settings) {
+  constexpr uint64_t halved = 1, filled = 24;
+  if (settings.levels == 0 && !fills(series, settings)) return 0;
   uint64_t most = 0;
   for (const Channel& c : series.channels) most = std::max<uint64_t>(most, type_size(c.type));
-  return 2 * most + 1;
+  return 2 * most + (settings.levels > 0 ? halved : 0) + (fills(series, settings) ? filled : 0);
 }
 
 // What importing the largest of the blocks takes, for divisions of the axes.
@@ -58,14 +69,14 @@ class BlockMemory {
       : device_(device), series_(series), settings_(settings), scans_(scans) {}
 
   [[nodiscard]] uint64_t bytes(const std::array<uint64_t, 3>& pieces) {
+    const uint64_t of_given = bytes_of_given_sample(series_, settings_);
     uint64_t own = 1, given = 1;
     for (size_t a = 0; a < 3; ++a) {
       const uint64_t n = series_.dims[a], length = (n + pieces[a] - 1) / pieces[a];
       own *= std::min(n, length + (pieces[a] > 1 ? kHalo : 0));
-      if (settings_.levels > 0) given *= longest_given(a, pieces[a]);
+      if (of_given > 0) given *= longest_given(a, pieces[a]);
     }
-    return own * bytes_of_sample(series_) +
-           (settings_.levels > 0 ? given * bytes_of_level_sample(series_) : 0);
+    return own * bytes_of_sample(series_) + given * of_given;
   }
 
  private:
@@ -189,19 +200,13 @@ std::optional<SampleBox> parse_block_number(const std::string& text, const std::
   return box;
 }
 
-std::string needs_whole_frames(const SeriesDescription& series, const ErrorBound& bound,
-                               const WriterSettings& settings) {
-  const auto has_fill = [](const Channel& c) { return c.has_fill; };
-  const bool fill = std::any_of(series.channels.begin(), series.channels.end(), has_fill);
+std::string needs_whole_frames(const ErrorBound& bound, const WriterSettings& settings) {
   if (settings.store == BCCSPLAT_STORE_WAVELETS)
     return "the step of wavelets is chosen by whole frames: choose --store samples or coefficients";
   if (bound.any()) return "--abs and --psnr are kept by whole frames";
   if (settings.measure == BCCSPLAT_MEASURE_ALL) return "--measure all compares whole frames";
   if (settings.lowpass) return "--lowpass holds whole frames";
   if (settings.periodic != 0) return "what follows the last sample of a --periodic axis is far away";
-  if (settings.nonfinite == BCCSPLAT_NONFINITE_HOLE ||
-      (fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT))
-    return "missing values are filled from data however far away (--on-nonfinite clamp replaces them by air)";
   return "";
 }
 
@@ -213,7 +218,7 @@ void settle_for_blocks(WriterSettings& settings) {
 
 uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings) {
   return series.dims[0] * series.dims[1] * series.dims[2] *
-         (bytes_of_sample(series) + (settings.levels > 0 ? bytes_of_level_sample(series) : 0));
+         (bytes_of_sample(series) + bytes_of_given_sample(series, settings));
 }
 
 std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescription& series,

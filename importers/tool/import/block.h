@@ -20,8 +20,7 @@ namespace bcc4 {
                                                           const std::array<uint64_t, 4>& dims);
 
 // Returns what was asked for that whole frames are needed for, in words; "" for nothing.
-[[nodiscard]] std::string needs_whole_frames(const SeriesDescription& series, const ErrorBound& bound,
-                                             const WriterSettings& settings);
+[[nodiscard]] std::string needs_whole_frames(const ErrorBound& bound, const WriterSettings& settings);
 // Settles what blocks need: samples where no store was asked for, predictions of fixed boldness, nothing
 // measured.
 void settle_for_blocks(WriterSettings& settings);

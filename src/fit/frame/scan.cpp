@@ -99,13 +99,16 @@ struct ScanPart {
   std::array<int64_t, 3> first_nonfinite{INT64_MAX, INT64_MAX, INT64_MAX};
   Region nonfinite_region{{INT64_MAX, INT64_MAX, INT64_MAX}, {INT64_MIN, INT64_MIN, INT64_MIN}};
 
+  void add_region(const Region& region) { // INT64_MAX .. INT64_MIN where there is none
+    for (size_t a = 0; a < 3; ++a) {
+      nonfinite_region.begin[a] = std::min(nonfinite_region.begin[a], region.begin[a]);
+      nonfinite_region.end[a] = std::max(nonfinite_region.end[a], region.end[a]);
+    }
+  }
   void add_nonfinite(const std::array<int64_t, 3>& p) {
     const auto key = [](const std::array<int64_t, 3>& q) { return std::array{q[2], q[1], q[0]}; };
     if (key(p) < key(first_nonfinite)) first_nonfinite = p;
-    for (size_t a = 0; a < 3; ++a) {
-      nonfinite_region.begin[a] = std::min(nonfinite_region.begin[a], p[a]);
-      nonfinite_region.end[a] = std::max(nonfinite_region.end[a], p[a] + 1);
-    }
+    add_region({p, {p[0] + 1, p[1] + 1, p[2] + 1}});
   }
 };
 
@@ -281,27 +284,23 @@ FrameScan scan_frame(const Frame& frame, float threshold, const Context& context
   const size_t counted_jobs = jobs.size();
   add_jobs(around, jobs);
   constexpr size_t group = 8; // jobs of a task
-  std::vector<ScanPart> parts((jobs.size() + group - 1) / group);
+  std::vector<ScanPart> parts((jobs.size() + group - 1) / group), uncounted(parts.size());
   context.tasks.parallel_for(parts.size(), [&](uint64_t p) {
     context.progress.check();
-    ScanPart uncounted;
     for (size_t j = p * group; j < std::min<size_t>(jobs.size(), p * group + group); ++j)
-      scan_job(frame, jobs[j], threshold, scan.cells, covered, j < counted_jobs ? parts[p] : uncounted);
+      scan_job(frame, jobs[j], threshold, scan.cells, covered, j < counted_jobs ? parts[p] : uncounted[p]);
   });
 
   ScanPart all;
+  for (const ScanPart& part : uncounted) all.add_region(part.nonfinite_region);
   for (const ScanPart& part : parts) {
     all.relevant += part.relevant;
     all.nonfinite += part.nonfinite;
     all.samples += part.samples;
     all.low = std::min(all.low, part.low);
     all.high = std::max(all.high, part.high);
-    if (part.nonfinite == 0) continue;
-    all.add_nonfinite(part.first_nonfinite);
-    for (size_t a = 0; a < 3; ++a) {
-      all.nonfinite_region.begin[a] = std::min(all.nonfinite_region.begin[a], part.nonfinite_region.begin[a]);
-      all.nonfinite_region.end[a] = std::max(all.nonfinite_region.end[a], part.nonfinite_region.end[a]);
-    }
+    if (part.nonfinite > 0) all.add_nonfinite(part.first_nonfinite);
+    all.add_region(part.nonfinite_region);
   }
   widen_uncovered(frame.dims(), covered, scan.cells);
   const uint64_t total = own.samples();
@@ -317,7 +316,8 @@ FrameScan scan_frame(const Frame& frame, float threshold, const Context& context
     scan.high = all.high;
   }
   scan.first_nonfinite = all.first_nonfinite;
-  scan.nonfinite_region = all.nonfinite_region;
+  if (all.nonfinite_region.begin[0] < all.nonfinite_region.end[0])
+    scan.nonfinite_region = all.nonfinite_region;
   return scan;
 }
 

@@ -46,7 +46,7 @@ struct FrameScan {
   uint64_t finite = 0;                      // uncovered air included
   double low = 0, high = 0;                 // absolute range of the finite samples; 0..0 when there are none
   std::array<int64_t, 3> first_nonfinite{}; // in the order of the array
-  Region nonfinite_region;                  // bounding box
+  Region nonfinite_region;                  // bounding box of those that are given; empty: none
   Reservation memory;                       // of the cells
 };
 

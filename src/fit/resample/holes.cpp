@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fills missing samples by a pyramid of means, relaxed on every level, and carries the holes over to the
-// sites.
+// Finds missing samples, has them filled, and carries the holes over to masks and sites.
 #include "fit/resample/holes.h"
 
 #include <algorithm>
@@ -17,94 +16,6 @@ namespace {
 using Dims = std::array<int64_t, 3>;
 
 constexpr int64_t margin = 4; // known samples around the missing ones that the fill starts from
-// Steps towards the mean of the neighbours on each level: more are smoother, each passes once over what is
-// missing.
-constexpr int relaxations = 12;
-
-size_t volume(const Dims& n) { return static_cast<size_t>(n[0]) * n[1] * n[2]; }
-size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) { return (z * n[1] + y) * n[0] + x; }
-
-struct Level {
-  Dims dims;
-  std::vector<float> value;
-  std::vector<uint8_t> missing;
-};
-
-Level coarser(std::span<const float> value, std::span<const uint8_t> missing, const Dims& n) {
-  Level c;
-  for (size_t a = 0; a < 3; ++a) c.dims[a] = (n[a] + 1) / 2;
-  c.value.resize(volume(c.dims));
-  c.missing.resize(c.value.size());
-  for (int64_t z = 0; z < c.dims[2]; ++z)
-    for (int64_t y = 0; y < c.dims[1]; ++y)
-      for (int64_t x = 0; x < c.dims[0]; ++x) {
-        double sum = 0;
-        int known = 0;
-        for (int64_t k = 2 * z; k < std::min(2 * z + 2, n[2]); ++k)
-          for (int64_t j = 2 * y; j < std::min(2 * y + 2, n[1]); ++j)
-            for (int64_t i = 2 * x; i < std::min(2 * x + 2, n[0]); ++i)
-              if (!missing[at(n, i, j, k)]) {
-                sum += value[at(n, i, j, k)];
-                ++known;
-              }
-        c.value[at(c.dims, x, y, z)] = known ? static_cast<float>(sum / known) : 0;
-        c.missing[at(c.dims, x, y, z)] = known == 0;
-      }
-  return c;
-}
-
-// A full coarse level, linearly at the centre of fine cell (x, y, z).
-float interpolate(const Level& c, const Dims& fine, const AxisFlags& turning) {
-  float sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    Dims p;
-    float weight = 1;
-    for (size_t a = 0; a < 3; ++a) {
-      const bool far = corner >> a & 1; // the coarse neighbour on the side of the fine cell
-      const int64_t side = fine[a] % 2 == 0 ? -1 : 1;
-      p[a] = fine[a] / 2 + (far ? side : 0);
-      p[a] = turning[a] ? end_index(p[a], c.dims[a], true) : std::clamp<int64_t>(p[a], 0, c.dims[a] - 1);
-      weight *= far ? 0.25f : 0.75f;
-    }
-    sum += weight * c.value[at(c.dims, p[0], p[1], p[2])];
-  }
-  return sum;
-}
-
-// Each missing sample becomes the mean of its neighbours inside the array; all at once, so the order does not
-// matter.
-void relax(std::span<float> value, const std::vector<size_t>& missing, const Dims& n,
-           const AxisFlags& turning, const Context& context) {
-  constexpr size_t part = 1 << 15;
-  std::vector<float> next(missing.size());
-  const auto parts = (missing.size() + part - 1) / part;
-  const auto for_parts = [&](const auto& body) {
-    context.tasks.parallel_for(parts, [&](uint64_t p) {
-      context.progress.check();
-      for (size_t m = p * part; m < std::min(missing.size(), (p + 1) * part); ++m) body(m);
-    });
-  };
-  const auto row = static_cast<size_t>(n[0]), plane = row * n[1];
-  for (int r = 0; r < relaxations; ++r) {
-    for_parts([&](size_t m) {
-      const size_t i = missing[m];
-      const Dims p{static_cast<int64_t>(i % row), static_cast<int64_t>(i / row % static_cast<size_t>(n[1])),
-                   static_cast<int64_t>(i / plane)};
-      const Dims stride{1, n[0], n[0] * n[1]};
-      float sum = 0;
-      int count = 0;
-      for (size_t a = 0; a < 3; ++a)
-        for (const int64_t q : {p[a] - 1, p[a] + 1}) {
-          if (!turning[a] && (q < 0 || q >= n[a])) continue;
-          const int64_t by = end_index(q, n[a], true) - p[a];
-          sum += value[static_cast<int64_t>(i) + by * stride[a]], ++count;
-        }
-      next[m] = count ? sum / static_cast<float>(count) : value[i];
-    });
-    for_parts([&](size_t m) { value[missing[m]] = next[m]; });
-  }
-}
-
 } // namespace
 
 bool HoleMap::at(int64_t x, int64_t y, int64_t z) const {
@@ -123,59 +34,47 @@ HoleMap HoleMap::copy(MemoryBudget& budget) const {
   return map;
 }
 
-void fill_missing(std::span<float> values, std::span<const uint8_t> missing, const Dims& dims,
-                  const Context& context, const AxisFlags& turning) {
-  std::vector<size_t> list;
-  for (size_t i = 0; i < missing.size(); ++i)
-    if (missing[i]) list.push_back(i);
-  if (list.empty()) return;
-  if (list.size() == missing.size()) {
-    std::fill(values.begin(), values.end(), 0.0f);
-    return;
-  }
-  Level coarse = coarser(values, missing, dims);
-  fill_missing(coarse.value, coarse.missing, coarse.dims, context, turning);
-  const auto row = static_cast<size_t>(dims[0]), plane = row * dims[1];
-  for (const size_t i : list)
-    values[i] = interpolate(coarse,
-                            {static_cast<int64_t>(i % row), static_cast<int64_t>(i % plane / row),
-                             static_cast<int64_t>(i / plane)},
-                            turning);
-  relax(values, list, dims, turning, context);
-}
-
-HoleMap patch_holes(Frame& frame, const FrameScan& scan, const AxisFlags& turning, const Context& context) {
+HoleMap patch_holes(Frame& frame, const FrameScan& scan, const AxisFlags& turning, const FillReach& reach,
+                    const Context& context) {
   HoleMap map;
+  if (scan.nonfinite_region.empty()) return map;
+  const int64_t around = reach.bounded() ? reach.samples() : margin, cell = reach.cell();
   AxisFlags whole{}; // axes that the map goes round
-  if (scan.nonfinite == 0) return map;
   for (size_t a = 0; a < 3; ++a) {
-    map.region.begin[a] = std::max<int64_t>(scan.nonfinite_region.begin[a] - margin, 0);
-    map.region.end[a] = std::min(scan.nonfinite_region.end[a] + margin, frame.dims()[a]);
+    const int64_t begin = std::max<int64_t>(scan.nonfinite_region.begin[a] - around, 0);
+    map.region.begin[a] = begin / cell * cell;
+    map.region.end[a] =
+        std::min((scan.nonfinite_region.end[a] + around + cell - 1) / cell * cell, frame.dims()[a]);
     whole[a] = turning[a] && (map.region.begin[a] == 0 || map.region.end[a] == frame.dims()[a]);
     if (whole[a]) map.region.begin[a] = 0, map.region.end[a] = frame.dims()[a];
   }
-  // Values and mask, the list of the missing, their next values, and the coarser levels.
-  map.memory = Reservation(context.memory, checked_mul(map.region.samples(), 24), "filling missing data");
-  std::vector<float> values(map.region.samples());
+  map.region = map.region.cut(frame.given());
+  const uint64_t samples = map.region.samples();
+  constexpr uint64_t kept = 5, working = 19; // bytes: values and mask; of the missing their list and their
+                                             // next values, and the coarser levels
+  map.memory = Reservation(context.memory, checked_mul(samples, kept), "missing data");
+  const Reservation memory(context.memory, checked_mul(samples, working), "filling missing data");
+  std::vector<float> values(samples);
   const int64_t row = map.region.length(0);
   frame.read(frame.boxes_in(map.region), map.region, values.data(), row, row * map.region.length(1));
   map.missing.resize(values.size());
   for (size_t i = 0; i < values.size(); ++i) map.missing[i] = !std::isfinite(values[i]);
-  fill_missing(values, map.missing, {row, map.region.length(1), map.region.length(2)}, context, whole);
+  fill_missing(values, map.missing, {row, map.region.length(1), map.region.length(2)}, context, whole, reach);
   frame.patch(map.region, std::move(values));
   return map;
 }
 
-std::vector<std::byte> mask_runs(const HoleMap& holes, const Dims& dims) {
+std::vector<std::byte> mask_runs(const HoleMap& holes, const Dims& dims, const Region& region) {
   MaskRunWriter out;
-  const Region& r = holes.region;
-  const size_t row = r.length(0);
-  size_t i = 0;
+  const Region& all = holes.region;
+  const Region r = all.cut(region);
   for (int64_t z = r.begin[2]; z < r.end[2]; ++z)
-    for (int64_t y = r.begin[1]; y < r.end[1]; ++y, i += row) {
-      const uint64_t voxel = (z * dims[1] + y) * dims[0] + r.begin[0];
-      for (size_t x = 0; x < row; ++x)
-        if (holes.missing[i + x]) out.add(voxel + x, voxel + x + 1);
+    for (int64_t y = r.begin[1]; y < r.end[1]; ++y) {
+      const int64_t first = (z - all.begin[2]) * all.length(1) + y - all.begin[1];
+      const uint8_t* const row = holes.missing.data() + first * all.length(0) - all.begin[0];
+      const uint64_t voxel = (z * dims[1] + y) * dims[0];
+      for (int64_t x = r.begin[0]; x < r.end[0]; ++x)
+        if (row[x]) out.add(voxel + x, voxel + x + 1);
     }
   return out.finish();
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Missing data: filled smoothly before resampling, so that the filter sees no false edge, and marked on the
-// lattice.
+// Missing data: found in a frame, which is filled there, told as masks, and marked on the lattice.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +10,7 @@
 #include "fit/frame/frame.h"
 #include "fit/frame/scan.h"
 #include "fit/kept/site_block.h"
+#include "fit/resample/fill.h"
 #include "lattice/lattice.h"
 
 namespace bccsplat {
@@ -24,19 +24,15 @@ struct HoleMap {
   [[nodiscard]] HoleMap copy(MemoryBudget& budget) const;
 };
 
-// Gives the missing samples of a dense array (x fastest) a smooth continuation of those around them: means of
-// ever coarser cells, interpolated back and relaxed towards the mean of the neighbours on every level. All
-// missing: 0.
-// Along `turning` axes the last sample leads to the first.
-void fill_missing(std::span<float> values, std::span<const uint8_t> missing,
-                  const std::array<int64_t, 3>& dims, const Context& context, const AxisFlags& turning = {});
-
 // Patches `frame` where samples are not finite and returns where that was; to be kept as long as the frame.
+// Of a frame that is given in part, what is further from the rest of it than the reach is patched right.
 [[nodiscard]] HoleMap patch_holes(Frame& frame, const FrameScan& scan, const AxisFlags& turning,
-                                  const Context& context);
+                                  const FillReach& reach, const Context& context);
 
-// The missing samples as a mask of the file (formats/bcc4/coding/mask_runs.h); dims: of the frame.
-[[nodiscard]] std::vector<std::byte> mask_runs(const HoleMap& holes, const std::array<int64_t, 3>& dims);
+// The missing samples of a region as a mask of the file (formats/bcc4/coding/mask_runs.h); dims: of the
+// frame. Empty where none is missing.
+[[nodiscard]] std::vector<std::byte> mask_runs(const HoleMap& holes, const std::array<int64_t, 3>& dims,
+                                               const Region& region);
 
 // Returns the missing samples with nothing but missing ones in the box of `reach` samples on either side;
 // near the ends of `turning` axes none.

@@ -64,6 +64,87 @@ TEST(HolesFill, ThreadsChangeNothing) {
   EXPECT_EQ(one, four);
 }
 
+// Data in the left half of a frame of so many samples, and in some places to the right of it.
+struct HalfMissing {
+  std::array<int64_t, 3> dims;
+  std::vector<float> values;
+  std::vector<uint8_t> missing;
+  [[nodiscard]] size_t at(int64_t x, int64_t y, int64_t z) const { return (z * dims[1] + y) * dims[0] + x; }
+};
+HalfMissing half_missing(std::array<int64_t, 3> n,
+                         const std::function<float(int64_t, int64_t, int64_t)>& value,
+                         bool scattered = true) {
+  HalfMissing out{n, {}, {}};
+  for (int64_t z = 0; z < n[2]; ++z)
+    for (int64_t y = 0; y < n[1]; ++y)
+      for (int64_t x = 0; x < n[0]; ++x) {
+        const bool there = x < n[0] / 2 || (scattered && (x * 5 + y * 3 + z * 7) % 41 == 0 && y < n[1] / 2);
+        out.missing.push_back(there ? 0 : 1);
+        out.values.push_back(there ? value(x, y, z) : NAN);
+      }
+  return out;
+}
+
+TEST(HolesFill, ABoundedFillContinuesDataAndEndsInAir) {
+  for (const double samples : {3.0, 12.0, 20.0}) {
+    const FillReach reach = FillReach::of(samples);
+    Bench bench;
+    HalfMissing all = half_missing(
+        {200, 24, 18}, [](int64_t, int64_t, int64_t) { return 7.25f; }, false);
+    fill_missing(all.values, all.missing, all.dims, bench.context, {}, reach);
+    for (int64_t x = 0; x < 200; ++x) {
+      const float v = all.values[all.at(x, 11, 7)];
+      if (x < 100 + static_cast<int64_t>(samples) / 2)
+        EXPECT_FLOAT_EQ(v, 7.25f) << x;
+      else if (x >= 100 + reach.samples())
+        EXPECT_EQ(v, 0) << x;
+      EXPECT_GE(v, 0);
+      EXPECT_LE(v, all.values[all.at(std::max<int64_t>(x, 1) - 1, 11, 7)] + 1e-5f) << x;
+    }
+  }
+}
+
+TEST(HolesFill, ABoundedFillOfABoxIsThatOfTheFrame) {
+  constexpr std::array<int64_t, 3> n{131, 97, 90};
+  for (const double samples : {3.0, 20.0}) {
+    const FillReach reach = FillReach::of(samples);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    const HalfMissing frame = half_missing(n, [&](int64_t, int64_t, int64_t) { return uniform(random); });
+    Bench one(1), two(2);
+    std::vector<float> whole = frame.values;
+    fill_missing(whole, frame.missing, n, one.context, {}, reach);
+    size_t compared = 0;
+    // Boxes at the ends of the frame and within it.
+    for (const Region& own : {Region{{40, 30, 35}, {44, 33, 36}}, Region{{64, 0, 60}, {80, 20, 90}},
+                              Region{{100, 60, 0}, {131, 97, 9}}, Region{{64, 61, 40}, {65, 64, 43}}}) {
+      Region given;
+      for (size_t a = 0; a < 3; ++a) {
+        given.begin[a] = std::max<int64_t>(own.begin[a] - reach.samples(), 0) / reach.cell() * reach.cell();
+        given.end[a] =
+            std::min((own.end[a] + reach.samples() + reach.cell() - 1) / reach.cell() * reach.cell(), n[a]);
+      }
+      std::vector<float> part;
+      std::vector<uint8_t> missing;
+      for (int64_t z = given.begin[2]; z < given.end[2]; ++z)
+        for (int64_t y = given.begin[1]; y < given.end[1]; ++y)
+          for (int64_t x = given.begin[0]; x < given.end[0]; ++x)
+            part.push_back(frame.values[frame.at(x, y, z)]),
+                missing.push_back(frame.missing[frame.at(x, y, z)]);
+      const std::array<int64_t, 3> m{given.length(0), given.length(1), given.length(2)};
+      ASSERT_LT(part.size(), whole.size());
+      fill_missing(part, missing, m, two.context, {}, reach);
+      for (int64_t z = own.begin[2]; z < own.end[2]; ++z)
+        for (int64_t y = own.begin[1]; y < own.end[1]; ++y)
+          for (int64_t x = own.begin[0]; x < own.end[0]; ++x, ++compared)
+            ASSERT_EQ(part[((z - given.begin[2]) * m[1] + y - given.begin[1]) * m[0] + x - given.begin[0]],
+                      whole[frame.at(x, y, z)])
+                << samples << ": " << x << " " << y << " " << z;
+    }
+    EXPECT_GT(compared, 10000u);
+  }
+}
+
 // A wave of values around 3 (air is 0) in which some voxels are NaN.
 Series with_holes(const std::function<bool(double, double, double, double)>& missing) {
   return Series({26, 22, 24, 8}, [&](double x, double y, double z, double t) {
