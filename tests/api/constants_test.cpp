@@ -521,7 +521,8 @@ TEST(Constants, ResumedFarFromAir) {
   const Source s =
       source_of({22, 21, 20, 50}, BCCSPLAT_TYPE_F32,
                 [&](double x, double y, double z, double t) { return pressure + 50 * wave(x, y, z, t); });
-  const auto path = std::filesystem::temp_directory_path() / ("bccsplat-far-" + std::to_string(::getpid()));
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("bccsplat-far-" + std::to_string(::getpid()))).string();
   for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS}) {
     auto options = sized<bccsplat_writer_options>();
     options.store = store, options.partial = BCCSPLAT_PARTIAL_RESUME, options.overwrite = 1;
@@ -550,6 +551,7 @@ TEST(Constants, ResumedFarFromAir) {
     EXPECT_GT(report.slabs_reused, 0u);
     std::ifstream in(path, std::ios::binary);
     const Bytes resumed{std::istreambuf_iterator<char>(in), {}};
+    in.close();
     std::filesystem::remove(path);
     options.partial = 0;
     EXPECT_EQ(resumed, stored(device, s, options)) << store;

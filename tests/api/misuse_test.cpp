@@ -3,8 +3,10 @@
 #include <atomic>
 #include <thread>
 
+#ifndef _WIN32
 #include <sys/mman.h>
 #include <sys/stat.h>
+#endif
 
 #include "support.h"
 
@@ -223,6 +225,7 @@ TEST(Misuse, StructSizes) {
   EXPECT_EQ(info.struct_size, 8u);
 }
 
+#ifndef _WIN32 // whose pages are protected by other calls
 // A size that was never set may be anything: nothing far behind the struct is read.
 TEST(Misuse, AStructSizeOfGarbage) {
   const size_t page = ::sysconf(_SC_PAGESIZE);
@@ -235,6 +238,7 @@ TEST(Misuse, AStructSizeOfGarbage) {
   EXPECT_EQ(bccsplat_device_create(options, &d), BCCSPLAT_ERROR_INVALID_STRUCT_SIZE);
   ::munmap(memory, 2 * page);
 }
+#endif
 
 TEST(Misuse, FilesThatAreNotThere) {
   const Folder folder;
@@ -243,7 +247,8 @@ TEST(Misuse, FilesThatAreNotThere) {
   EXPECT_EQ(bccsplat_volume_open_file(device.get(), folder.file("none.bcc4").c_str(), nullptr, &v),
             BCCSPLAT_ERROR_FILE_NOT_FOUND);
   EXPECT_NE(std::string(bccsplat_last_error()).find("none.bcc4"), std::string::npos);
-  EXPECT_EQ(bccsplat_volume_open_file(device.get(), folder.path().c_str(), nullptr, &v), BCCSPLAT_ERROR_IO);
+  EXPECT_EQ(bccsplat_volume_open_file(device.get(), folder.path().string().c_str(), nullptr, &v),
+            BCCSPLAT_ERROR_IO);
   std::FILE* f = std::fopen(folder.file("text.bcc4").c_str(), "w");
   for (int i = 0; i < 1000; ++i) std::fputs("not a volume\n", f);
   std::fclose(f);
@@ -364,10 +369,12 @@ TEST(Misuse, PathsThatAreNoFiles) {
   };
   EXPECT_EQ(create(""), BCCSPLAT_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(create(folder.path().string()), BCCSPLAT_ERROR_IO);
+#ifndef _WIN32 // whose pipes have no paths in folders
   const std::string pipe = folder.file("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_EQ(create(pipe), BCCSPLAT_ERROR_IO);
   EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+#endif
 }
 
 TEST(Misuse, TwoWritersOfOnePath) {

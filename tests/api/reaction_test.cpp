@@ -89,8 +89,9 @@ Series large() {
 class Reaction : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    path = std::filesystem::temp_directory_path() /
-           ("bccsplat-reaction-" + std::to_string(::getpid()) + ".bcc4");
+    path = (std::filesystem::temp_directory_path() /
+            ("bccsplat-reaction-" + std::to_string(::getpid()) + ".bcc4"))
+               .string();
     (void)write_series(make_device(2), path, large());
   }
   static void TearDownTestSuite() { std::filesystem::remove(path); }

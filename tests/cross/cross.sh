@@ -62,12 +62,12 @@ suites_of_loops() {
 
 # run_tests BUILD [WORD]: the loops, or all tests, or a third of them; and always those of tests/cross and the host in C.
 run_tests() {
-  local build=$1 labels='unit|api|stability|cross'
+  local build=$1 kinds='^(unit|api|stability|cross)$' part=.
   case ${2:-} in
   --build) return ;;
   --all) ;;
-  --third_*) labels="${2#--}|cross" ;;
-  *) GTEST_FILTER=$(suites_of_loops) && export GTEST_FILTER && labels='unit|cross' ;;
+  --third_*) part="^(${2#--}|cross)$" ;;
+  *) GTEST_FILTER=$(suites_of_loops) && export GTEST_FILTER && kinds='^(unit|cross)$' ;;
   esac
-  ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$(nproc)" -L "$labels"
+  ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$(nproc)" -L "$kinds" -L "$part"
 }

@@ -1,6 +1,6 @@
 """python_wheel_test.py TOP EXAMPLES SCRATCH BUILD [EMULATOR...]: the wheel of a build folder is whole and says what is in it, and
-runs in an environment of its own that has neither the sources nor a compiler; of a build for 64-bit ARM its tool runs under an
-emulator. Exits with 77 without patchelf or venv."""
+runs in an environment of its own that has neither the sources nor a compiler; of a build for 64-bit ARM its tool and its package
+run under an emulator, the package by the Python of EMULATOR's folder. Exits with 77 without patchelf or venv."""
 import base64
 import csv
 import glob
@@ -28,6 +28,7 @@ except ImportError as error:
     print("skipped: THIS PYTHON LACKS %s (python3-venv, python3-numpy), no wheel was made" % error.name)
     sys.exit(77)
 
+LIBRARIES = "libbccsplat libOpenEXR libpng16 libdeflate"
 PYTHON_CODE = """
 import os
 import numpy, bccsplat
@@ -40,7 +41,7 @@ assert abs(volume[3] - array[3]).max() < .05 and volume[3.5].shape == (12, 14, 1
 assert volume.show(1, width=64, height=64)._repr_png_().startswith(bytes([0x89]) + b"PNG")
 bccsplat.save("b.bcc4", array, psnr=45)
 mapped = open("/proc/self/maps").read()
-for name in ("libbccsplat", "libOpenEXR", "libpng16", "libdeflate", "libhwy"):
+for name in os.environ["LIBRARIES"].split():
     files = {line.split()[-1] for line in mapped.splitlines() if name in line}
     assert len(files) == 1 and next(iter(files)).startswith(here), files
 from importlib.metadata import entry_points
@@ -116,7 +117,7 @@ def check_installed(wheel, folder):
     environment = os.path.join(folder, "venv")
     subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", environment], check=True)
     binaries = os.path.join(environment, "bin")
-    alone = {"PATH": binaries, "VENV": environment, "HOME": folder}
+    alone = {"PATH": binaries, "VENV": environment, "HOME": folder, "LIBRARIES": LIBRARIES + " libhwy"}
 
     def run(*command, code=0):
         done = subprocess.run([os.path.join(binaries, command[0]), *command[1:]], env=alone, cwd=folder, capture_output=True,
@@ -142,8 +143,8 @@ def check_installed(wheel, folder):
 
 
 def check_emulated(folder):
-    """The tool with the libraries of the wheel, without a Python of that machine. The loader is called by its name: qemu 7.2 itself
-    does not load programs that patchelf has changed."""
+    """Package and tool with the libraries of the wheel. The tool's loader is called by its name: qemu 7.2 itself does not load
+    programs that patchelf has changed."""
     loader = [*emulator, os.path.join(emulator[-1], "lib", "ld-linux-aarch64.so.1")]
     bcc4 = [*loader, os.path.join(folder, "bccsplat", "bin", "bcc4")]
     inside = told(*loader, "--list", bcc4[-1])
@@ -156,6 +157,10 @@ def check_emulated(folder):
     told(*bcc4, "import", raw, "--dims", "16,16,16,4", "--dtype", "u8", "-o", stored)
     told(*bcc4, "render", stored, "--time", "1", "-o", picture, "--size", "64x64")
     assert os.path.getsize(picture) > 1000
+    python = [*emulator, os.path.join(emulator[-1], "usr", "bin", "python3")]
+    alone = {"PATH": os.environ["PATH"], "PYTHONPATH": folder, "VENV": folder, "LIBRARIES": LIBRARIES}
+    assert told(*python, "-c", "import platform; print(platform.machine())").strip() == "aarch64"
+    subprocess.run([*python, "-c", PYTHON_CODE], env=alone, cwd=folder, check=True)
 
 
 shutil.rmtree(scratch, ignore_errors=True)

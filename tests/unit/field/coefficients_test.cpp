@@ -256,11 +256,13 @@ struct Packing final : SampleSource {
 // Codes are read a vector at a time, beyond the ends of what is asked for: bricks beside air, in tiles whose
 // margins end in them.
 TEST(Coefficients, OfCodesAreThoseOfValues) {
+  std::vector<std::pair<std::array<uint32_t, 4>, int>> cases{{{75, 70, 40, 3}, 2}, {{50, 50, 50, 1}, 2}};
+#ifndef BCCSPLAT_EMULATED // these have more tiles, of the same kinds, and take most of the time
+  cases.push_back({{150, 60, 100, 9}, 3});
+  cases.push_back({{150, 60, 100, 9}, 1});
+#endif
   for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc})
-    for (const auto& [dims, air] : {std::pair{std::array<uint32_t, 4>{150, 60, 100, 9}, 3},
-                                    std::pair{std::array<uint32_t, 4>{150, 60, 100, 9}, 1},
-                                    std::pair{std::array<uint32_t, 4>{75, 70, 40, 3}, 2},
-                                    std::pair{std::array<uint32_t, 4>{50, 50, 50, 1}, 2}}) {
+    for (const auto& [dims, air] : cases) {
       const auto lattice = Lattice4::fit(kind, dims);
       std::mt19937 random(dims[0] + air);
       std::vector<std::vector<BrickLayer>> channels(1);

@@ -39,7 +39,7 @@ TEST(Bcc4Entropy, OfKnownCodes) {
 size_t deflated_size(const std::vector<std::byte>& bytes, int strategy) {
   z_stream stream{};
   EXPECT_EQ(deflateInit2(&stream, 6, Z_DEFLATED, -15, 8, strategy), Z_OK);
-  std::vector<Bytef> out(deflateBound(&stream, bytes.size()));
+  std::vector<Bytef> out(deflateBound(&stream, static_cast<uLong>(bytes.size())));
   std::vector<std::byte> in = bytes;
   stream.next_in = reinterpret_cast<Bytef*>(in.data()), stream.avail_in = static_cast<uInt>(in.size());
   stream.next_out = out.data(), stream.avail_out = static_cast<uInt>(out.size());

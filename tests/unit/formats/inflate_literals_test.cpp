@@ -18,7 +18,7 @@ using Bytes = std::vector<std::byte>;
 Bytes deflated(const Bytes& bytes, int level, int strategy) {
   z_stream z{};
   EXPECT_EQ(deflateInit2(&z, level, Z_DEFLATED, -15, 8, strategy), Z_OK);
-  Bytes out(deflateBound(&z, bytes.size()) + 64);
+  Bytes out(deflateBound(&z, static_cast<uLong>(bytes.size())) + 64);
   z.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data()));
   z.avail_in = static_cast<uInt>(bytes.size());
   z.next_out = reinterpret_cast<Bytef*>(out.data());
