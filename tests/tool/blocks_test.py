@@ -1,5 +1,6 @@
 """Series imported in blocks of space and joined: the bytes of one import, and what does not fit together."""
 import array
+import json
 import os
 import re
 import resource
@@ -128,8 +129,8 @@ class Blocks(ToolTest):
         whole, planes = (self.json('import', *args, '--blocks', '--dry-run', *more) for more in ([], small))
         for key in ('channels', 'spectrum', 'motion', 'choice', 'round', 'levels'):
             self.assertEqual(planes[key], whole[key], key)
-        self.refused(4, '--abs and --psnr are kept by whole frames: raise --max-mem', 'import', *args, '--psnr', 40, *small,
-                     '-o', 'three.bcc4', output='three.bcc4')
+        self.refused(4, '--lowpass holds whole frames: raise --max-mem', 'import', *args, '--lowpass', *small, '-o', 'three.bcc4',
+                     output='three.bcc4')
 
     def test_floats_and_ranges_are_read_by_planes(self):
         self.large()
@@ -139,6 +140,40 @@ class Blocks(ToolTest):
         self.bcc4('import', *args, '-o', 'one.bcc4', '--quiet')
         self.bcc4('import', *args, '-o', 'two.bcc4', '--quiet', '--max-mem', '36M')
         self.assertEqual(self.read('two.bcc4'), self.read('one.bcc4'))
+
+    def test_errors_are_measured_and_bounds_kept(self):
+        lattice = ['--lattice', 'd4star', '--scale', 1.1]
+        for more in (['--abs', 1], ['--abs', 2, '--store', 'coefficients'], ['--psnr', 30], ['--measure', 'all']):
+            self.joined_equals_one(self.args, *lattice, *more)
+
+    def test_a_bound_of_frames_that_do_not_fit(self):
+        """The lattice is searched for by planes and boxes, and what blocks measured is told of the series."""
+        args = [*self.large(), '--abs', 2]
+        whole = self.json('import', *args, '-o', 'one.bcc4')
+        blocks = self.json('import', *args, '-o', 'blocks.bcc4', '--max-mem', '9M')  # a quarter is less than a frame
+        self.assertEqual(self.read('blocks.bcc4'), self.read('one.bcc4'))
+        self.assertEqual(blocks['error']['frames_measured'], whole['error']['frames_measured'])
+        for key in ('max_abs', 'worst', 'corrected', 'samples_compared', 'compared_part', 'uncorrected_max_abs', 'peak'):
+            self.assertEqual(blocks['error']['channels'][0][key], whole['error']['channels'][0][key], key)
+        self.assertAlmostEqual(blocks['error']['channels'][0]['psnr'], whole['error']['channels'][0]['psnr'], 9)
+        self.assertGreater(whole['error']['channels'][0]['corrected'], 0)
+        self.assertTrue(self.json('verify', 'blocks.bcc4', '--against', *args[:5])['ok'])
+
+    def test_a_psnr_that_is_missed_is_written_again(self):
+        args = [a for a in self.large() if a not in ('--exact', '--lattice', 'd4star')]
+        self.bcc4('import', *args, '--psnr', 38, '--dry-run', '--plan', 'plan.json')
+        with open(self.path('plan.json')) as f:
+            plan = json.load(f)
+        plan['settings']['psnr'] += 4  # more than its lattice and steps keep
+        with open(self.path('plan.json'), 'w') as f:
+            json.dump(plan, f)
+        for name, more in (('one.bcc4', []), ('blocks.bcc4', ['--max-mem', '40M'])):
+            said = self.bcc4('import', '--plan', 'plan.json', '-o', name, *more)[0]
+            self.assertIn('again with', said)
+        self.assertIn('block 2 of', said)
+        self.assertEqual(self.read('blocks.bcc4'), self.read('one.bcc4'))
+        self.assertGreaterEqual(self.json('verify', 'blocks.bcc4', '--against', *args[:5])['psnr'], 42)
+        self.assertEqual(self.left(), [])
 
     def test_a_killed_import_goes_on_with_its_blocks(self):
         args = self.large()
@@ -175,8 +210,8 @@ class Blocks(ToolTest):
                           ('a:9,,', 'a number is expected')):
             self.refused(2, text, *run, '--block', box, output='x.bcc4')
         self.refused(2, '--block needs the --plan', 'import', *self.args, '--block', ',,0:9', '-o', 'x.bcc4', output='x.bcc4')
-        for more, text in ((['--psnr', 40], 'kept by whole frames'), (['--lowpass'], 'holds whole frames'),
-                           (['--store', 'wavelets'], 'step of wavelets'), (['--measure', 'all'], 'compares whole frames'), (['--periodic', 'x'], 'far away')):
+        for more, text in ((['--lowpass'], 'holds whole frames'), (['--store', 'wavelets'], 'step of wavelets'),
+                           (['--periodic', 'x'], 'far away')):
             self.refused(2, text, 'import', *self.args, '--blocks', *more, '-o', 'x.bcc4', output='x.bcc4')
         a, b = self.block(',,:40'), self.block(',,40:')
         self.refused(2, 'x 0:52, y 0:40, z 40:66 of 9 are in none of the parts', 'concat', a, '-o', 'x.bcc4', output='x.bcc4')

@@ -134,10 +134,10 @@ void settle_blocks(const ImportArguments& a, const FrameReader& reader, const Er
   constexpr uint64_t small = 1 << 26; // samples
   const SeriesDescription& s = reader.description();
   const bool large = !s.sparse && s.dims[0] * s.dims[1] * s.dims[2] > small &&
-                     memory_of_frames(s, settings) > memory_of_import(a);
+                     memory_of_frames(s, settings, bound) > memory_of_import(a);
   const bool open = !a.resume.append && a.resume.live == 0;
   if (!a.blocks && reader.frames_fit() && !(large && open)) return;
-  std::string why = needs_whole_frames(bound, settings);
+  std::string why = needs_whole_frames(settings);
   if (why.empty() && !open && !a.blocks) why = "a series that goes on takes whole frames";
   if (a.blocks && !why.empty()) fail_usage("--blocks: ", why, "; divide the series by --part instead");
   if (!reader.frames_fit() && !why.empty())

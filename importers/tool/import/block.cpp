@@ -18,11 +18,14 @@ namespace {
 
 // Samples that a block is given along an axis beyond its own (tests/bench/notes/blocks.md).
 constexpr uint64_t kHalo = 48;
-constexpr uint64_t kThinnest = 48; // samples of a block along an axis, while another one can be divided
+constexpr uint64_t kComparedHalo = 96; // where its samples are compared with the file
+constexpr uint64_t kThinnest = 48;     // samples of a block along an axis, while another one can be divided
 
-// By their number, too, so that a run with other memory takes none of this one's.
-std::string block_name(const std::string& output, size_t number, size_t count) {
-  return concat(output, ".block", number, "of", count);
+// By their number, too, so that a run with other memory takes none of this one's, and by how often a PSNR was
+// missed before, so that blocks of other settings do not stand for them.
+std::string block_name(const std::string& output, size_t number, size_t count, size_t missed) {
+  const std::string name = concat(output, ".block", number, "of", count);
+  return missed > 0 ? concat(name, ".", missed) : name;
 }
 
 // One of `pieces` parts of nearly equal length of an axis.
@@ -32,15 +35,27 @@ void cut_axis(SampleBox& box, size_t axis, uint64_t n, uint64_t piece, uint64_t 
 }
 
 // Returns the bytes that an import holds for each sample of a frame that it resamples: what waits for the
-// filter in time takes 12 or 16 bits of integers, and floats else.
-uint64_t bytes_of_sample(const SeriesDescription& series) {
-  constexpr uint64_t of_bytes = 16, of_words = 32, of_floats = 48;
-  uint64_t bytes = 0;
+// filter in time takes 12 or 16 bits of integers, and floats else; beside it, where all is compared, frames
+// and coefficients.
+uint64_t bytes_of_sample(const SeriesDescription& series, bool compared) {
+  struct Bytes {
+    uint64_t resampled, compared;
+  };
+  constexpr Bytes of_bytes{16, 32}, of_words{32, 56}, of_floats{48, 64};
+  uint64_t sum = 0;
   for (const Channel& c : series.channels) {
     const uint64_t size = type_size(c.precision);
-    bytes += is_float(c.precision) || size > 2 ? of_floats : size == 1 ? of_bytes : of_words;
+    const Bytes& bytes = is_float(c.precision) || size > 2 ? of_floats : size == 1 ? of_bytes : of_words;
+    sum += bytes.resampled + (compared ? bytes.compared : 0);
   }
-  return bytes;
+  return sum;
+}
+
+// Are all samples compared with the file?
+bool compares_all(const WriterSettings& settings) {
+  const auto bounds = [](double error) { return error > 0; };
+  return settings.measure == BCCSPLAT_MEASURE_ALL || settings.psnr > 0 || settings.abs_error > 0 ||
+         std::any_of(settings.abs_errors.begin(), settings.abs_errors.end(), bounds);
 }
 
 // Are missing values filled?
@@ -66,17 +81,18 @@ class BlockMemory {
  public:
   BlockMemory(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
               const std::vector<ChannelScan>& scans)
-      : device_(device), series_(series), settings_(settings), scans_(scans) {}
+      : device_(device), series_(series), settings_(settings), scans_(scans),
+        compared_(compares_all(settings)) {}
 
   [[nodiscard]] uint64_t bytes(const std::array<uint64_t, 3>& pieces) {
     const uint64_t of_given = bytes_of_given_sample(series_, settings_);
     uint64_t own = 1, given = 1;
     for (size_t a = 0; a < 3; ++a) {
       const uint64_t n = series_.dims[a], length = (n + pieces[a] - 1) / pieces[a];
-      own *= std::min(n, length + (pieces[a] > 1 ? kHalo : 0));
+      own *= std::min(n, length + (pieces[a] > 1 ? compared_ ? kComparedHalo : kHalo : 0));
       if (of_given > 0) given *= longest_given(a, pieces[a]);
     }
-    return own * bytes_of_sample(series_) + given * of_given;
+    return own * bytes_of_sample(series_, compared_) + given * of_given;
   }
 
  private:
@@ -97,6 +113,7 @@ class BlockMemory {
   const SeriesDescription& series_;
   const WriterSettings& settings_;
   const std::vector<ChannelScan>& scans_;
+  bool compared_;
   std::map<std::pair<size_t, uint64_t>, uint64_t> given_;
 };
 
@@ -111,8 +128,12 @@ void join_blocks(const Device& device, const std::vector<std::string>& names, co
   check(
       bccsplat_join_parts(device.get(), paths.size(), paths.data(), scope.output.c_str(), &options, &report),
       "");
+}
+
+void remove_blocks(std::vector<std::string>& names) {
   std::error_code ignored;
   for (const std::string& name : names) std::filesystem::remove(to_path(name), ignored);
+  names.clear();
 }
 
 ImportResult write_block(FrameReader& reader, const Device& device, WriterSettings settings,
@@ -131,6 +152,18 @@ void add_nonfinite(const ImportResult& block, ImportResult& all) {
       uint64_t& most = all.nonfinite[c][frame];
       most = std::max<uint64_t>(most, count);
     }
+}
+
+// What blocks measured becomes that of the series: its values have the range that the file tells.
+void set_peaks(const Device& device, const std::string& output, MeasuredErrors& errors) {
+  if (errors.series.empty()) return;
+  const Volume volume = open_volume(device, output, "");
+  for (size_t c = 0; c < errors.series.size(); ++c) {
+    const bccsplat_channel_info info = channel_info(volume, static_cast<uint32_t>(c));
+    const double peak = info.range[1] - info.range[0];
+    set_peak(errors.series[c], peak);
+    for (bccsplat_error_report& frame : errors.frames[c]) set_peak(frame, peak);
+  }
 }
 
 // Says what stays of an import whose blocks were not joined.
@@ -200,11 +233,9 @@ std::optional<SampleBox> parse_block_number(const std::string& text, const std::
   return box;
 }
 
-std::string needs_whole_frames(const ErrorBound& bound, const WriterSettings& settings) {
+std::string needs_whole_frames(const WriterSettings& settings) {
   if (settings.store == BCCSPLAT_STORE_WAVELETS)
     return "the step of wavelets is chosen by whole frames: choose --store samples or coefficients";
-  if (bound.any()) return "--abs and --psnr are kept by whole frames";
-  if (settings.measure == BCCSPLAT_MEASURE_ALL) return "--measure all compares whole frames";
   if (settings.lowpass) return "--lowpass holds whole frames";
   if (settings.periodic != 0) return "what follows the last sample of a --periodic axis is far away";
   return "";
@@ -213,12 +244,14 @@ std::string needs_whole_frames(const ErrorBound& bound, const WriterSettings& se
 void settle_for_blocks(WriterSettings& settings) {
   if (settings.store == BCCSPLAT_STORE_DEFAULT) settings.store = BCCSPLAT_STORE_SAMPLES;
   settings.fixed_predictions = true;
-  settings.measure = BCCSPLAT_MEASURE_DEFAULT;
+  if (settings.measure != BCCSPLAT_MEASURE_ALL) settings.measure = BCCSPLAT_MEASURE_DEFAULT;
 }
 
-uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings) {
+uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings,
+                          const ErrorBound& bound) {
   return series.dims[0] * series.dims[1] * series.dims[2] *
-         (bytes_of_sample(series) + bytes_of_given_sample(series, settings));
+         (bytes_of_sample(series, bound.any() || compares_all(settings)) +
+          bytes_of_given_sample(series, settings));
 }
 
 std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescription& series,
@@ -249,26 +282,49 @@ std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescrip
   return blocks;
 }
 
-ImportResult write_blocks(FrameReader& reader, const Device& device, const WriterSettings& settings,
-                          const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                          const CommonOptions& common, const std::vector<SampleBox>& blocks) {
+namespace {
+
+// missed: how often a PSNR was missed before.
+ImportResult write_blocks_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
+                               const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                               const CommonOptions& common, const std::vector<SampleBox>& blocks,
+                               size_t missed) {
   ImportResult all;
   std::vector<std::string> names;
   const UnjoinedBlocks unjoined(names, common.quiet);
   for (const SampleBox& block : blocks) {
-    const std::string name = block_name(scope.output, names.size() + 1, blocks.size());
+    const std::string name = block_name(scope.output, names.size() + 1, blocks.size(), missed);
     std::error_code ignored;
     const bool there =
         settings.partial == BCCSPLAT_PARTIAL_RESUME && std::filesystem::exists(to_path(name), ignored);
     if (common.prints_text() && blocks.size() > 1)
       std::printf("  block %zu of %zu%s\n", names.size() + 1, blocks.size(), there ? " is there" : "");
-    if (!there) add_nonfinite(write_block(reader, device, settings, scans, scope, common, name, block), all);
+    if (!there) {
+      const ImportResult one = write_block(reader, device, settings, scans, scope, common, name, block);
+      add_nonfinite(one, all), add_errors(one.errors, all.errors);
+    }
     names.push_back(name);
   }
   all.given = {0, reader.description().dims[3]};
-  join_blocks(device, names, scope, settings.overwrite, all.report);
-  names.clear();
+  try {
+    join_blocks(device, names, scope, settings.overwrite, all.report);
+  } catch (const StatusError& e) {
+    if (e.status() == BCCSPLAT_ERROR_BOUND_NOT_MET) remove_blocks(names);
+    throw;
+  }
+  remove_blocks(names);
+  set_peaks(device, scope.output, all.errors);
   return all;
+}
+
+} // namespace
+
+ImportResult write_blocks(FrameReader& reader, const Device& device, WriterSettings& settings,
+                          const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                          const CommonOptions& common, const std::vector<SampleBox>& blocks) {
+  return with_finer_steps(reader, scans, settings, common, [&](size_t missed) {
+    return write_blocks_once(reader, device, settings, scans, scope, common, blocks, missed);
+  });
 }
 
 } // namespace bcc4

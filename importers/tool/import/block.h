@@ -20,14 +20,15 @@ namespace bcc4 {
                                                           const std::array<uint64_t, 4>& dims);
 
 // Returns what was asked for that whole frames are needed for, in words; "" for nothing.
-[[nodiscard]] std::string needs_whole_frames(const ErrorBound& bound, const WriterSettings& settings);
-// Settles what blocks need: samples where no store was asked for, predictions of fixed boldness, nothing
-// measured.
+[[nodiscard]] std::string needs_whole_frames(const WriterSettings& settings);
+// Settles what blocks need: samples where no store was asked for, predictions of fixed boldness, all measured
+// or nothing.
 void settle_for_blocks(WriterSettings& settings);
 
 // Returns the bytes that importing whole frames takes at most, by what was measured
 // (tests/bench/notes/blocks.md).
-[[nodiscard]] uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings);
+[[nodiscard]] uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings,
+                                        const ErrorBound& bound);
 
 // Returns boxes that share the samples of a series among them, each so small that importing it takes no more
 // than `memory` bytes by what was measured; one where all fits.
@@ -35,10 +36,10 @@ void settle_for_blocks(WriterSettings& settings);
                                                      const WriterSettings& settings,
                                                      const std::vector<ChannelScan>& scans, uint64_t memory);
 
-// Writes the series block by block, each into a file beside the output that goes when all are joined.
-[[nodiscard]] ImportResult write_blocks(FrameReader& reader, const Device& device,
-                                        const WriterSettings& settings, const std::vector<ChannelScan>& scans,
-                                        const ImportScope& scope, const CommonOptions& common,
-                                        const std::vector<SampleBox>& blocks);
+// Writes the series block by block, each into a file beside the output that goes when all are joined. When
+// they miss the PSNR that a sample has promised, all are written again, as write_series does.
+[[nodiscard]] ImportResult write_blocks(FrameReader& reader, const Device& device, WriterSettings& settings,
+                                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                                        const CommonOptions& common, const std::vector<SampleBox>& blocks);
 
 } // namespace bcc4

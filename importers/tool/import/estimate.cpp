@@ -42,15 +42,6 @@ uint64_t write_frames(FrameReader& reader, const Writer& writer, uint64_t first,
   return largest;
 }
 
-// The peak of a PSNR is the range of the whole source, not that of the frames that were looked at.
-void set_peak(bccsplat_error_report& e, const ChannelScan& scan) {
-  if (scan.empty() || e.samples == 0) return;
-  e.peak = scan.max - scan.min;
-  const auto psnr = [&](double rmse) { return rmse > 0 ? 20 * std::log10(e.peak / rmse) : HUGE_VAL; };
-  e.psnr = psnr(e.rmse);
-  if (e.non_air_samples > 0) e.non_air_psnr = psnr(e.non_air_rmse);
-}
-
 } // namespace
 
 ImportEstimate estimate_import(FrameReader& reader, const Device& device, const WriterSettings& settings,
@@ -76,7 +67,9 @@ ImportEstimate estimate_import(FrameReader& reader, const Device& device, const 
   auto report = sized<bccsplat_writer_report>();
   check(bccsplat_writer_finish(writer.get(), &report), "");
   e.errors = measured_errors(writer, s.channels.size(), report.frames_measured).series;
-  for (size_t c = 0; c < e.errors.size() && c < scans.size(); ++c) set_peak(e.errors[c], scans[c]);
+  // The peak of a PSNR is the range of the whole source, not that of the frames that were looked at.
+  for (size_t c = 0; c < e.errors.size() && c < scans.size(); ++c)
+    if (!scans[c].empty() && e.errors[c].samples > 0) set_peak(e.errors[c], scans[c].max - scans[c].min);
   auto info = sized<bccsplat_device_info>();
   check(bccsplat_device_get_info(device.get(), &info), "");
   const double share = static_cast<double>(s.dims[3]) / static_cast<double>(e.sampled_frames);

@@ -155,8 +155,9 @@ void add_output_options(const Command& import, ImportArguments& a) {
       "--blocks", a.blocks,
       "Decide such that frames can be imported in blocks of space, and do so, one after the other, "
       "where whole ones do not fit --max-mem: nothing depends on more of a frame than what is near "
-      "(samples unless --store asks for coefficients, no measured errors, predictions outside faces of one "
-      "boldness). Frames beyond 400^3 samples that do not fit are imported so without it, too");
+      "(samples unless --store asks for coefficients, errors measured with --abs, --psnr or --measure all "
+      "alone, predictions outside faces of one boldness). Frames beyond 400^3 samples that do not fit are "
+      "imported so without it, too");
   import.add_flag("--overwrite", a.settings.overwrite, "Replace an existing output");
   add_resume_options(import, a.resume);
   import.add_flag("--json", a.common.json, "Report as JSON");

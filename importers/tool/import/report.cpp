@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tool/import/report.h"
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "tool/json.h"
 
@@ -50,6 +52,55 @@ MeasuredErrors measured_errors(const Writer& writer, size_t channels, uint64_t f
     for (uint64_t f = 0; f < frames_measured; ++f) out.frames[c].push_back(get(c, f));
   }
   return out;
+}
+
+namespace {
+
+double joined_rmse(double a, uint64_t samples_a, double b, uint64_t samples_b) {
+  const auto na = static_cast<double>(samples_a), nb = static_cast<double>(samples_b);
+  return na + nb > 0 ? std::sqrt((a * a * na + b * b * nb) / (na + nb)) : 0;
+}
+
+// Of equal largest differences the first one is told.
+bool is_worse(const bccsplat_error_report& a, const bccsplat_error_report& b) {
+  const auto place = [](const bccsplat_error_report& e) {
+    return std::tuple(e.frame, e.voxel[2], e.voxel[1], e.voxel[0]);
+  };
+  return a.max_abs > b.max_abs || (a.max_abs == b.max_abs && place(a) < place(b));
+}
+
+void add_error(const bccsplat_error_report& more, bccsplat_error_report& all) {
+  if (more.samples > 0 && (all.samples == 0 || is_worse(more, all))) {
+    all.frame = more.frame, all.max_abs = more.max_abs, all.expected = more.expected, all.got = more.got;
+    std::copy(std::begin(more.voxel), std::end(more.voxel), all.voxel);
+  }
+  all.rmse = joined_rmse(all.rmse, all.samples, more.rmse, more.samples);
+  all.non_air_rmse =
+      joined_rmse(all.non_air_rmse, all.non_air_samples, more.non_air_rmse, more.non_air_samples);
+  all.non_air_max_abs = std::max(all.non_air_max_abs, more.non_air_max_abs);
+  all.uncorrected_max_abs = std::max(all.uncorrected_max_abs, more.uncorrected_max_abs);
+  all.samples += more.samples, all.non_air_samples += more.non_air_samples;
+  all.corrected += more.corrected, all.lost += more.lost;
+}
+
+} // namespace
+
+void add_errors(const MeasuredErrors& more, MeasuredErrors& all) {
+  if (all.series.empty()) {
+    all = more;
+    return;
+  }
+  for (size_t c = 0; c < more.series.size(); ++c) {
+    add_error(more.series[c], all.series[c]);
+    for (size_t f = 0; f < more.frames[c].size(); ++f) add_error(more.frames[c][f], all.frames[c][f]);
+  }
+}
+
+void set_peak(bccsplat_error_report& e, double peak) {
+  e.peak = peak;
+  const auto psnr = [&](double rmse) { return rmse > 0 ? 20 * std::log10(peak / rmse) : HUGE_VAL; };
+  if (e.samples > 0) e.psnr = psnr(e.rmse);
+  if (e.non_air_samples > 0) e.non_air_psnr = psnr(e.non_air_rmse);
 }
 
 } // namespace bcc4

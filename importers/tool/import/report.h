@@ -22,5 +22,9 @@ struct MeasuredErrors {
   std::vector<std::vector<bccsplat_error_report>> frames; // by channel, then measured frame
 };
 [[nodiscard]] MeasuredErrors measured_errors(const Writer& writer, size_t channels, uint64_t frames_measured);
+// Adds what another writer measured of other samples of the same frames; peaks stay those of the first.
+void add_errors(const MeasuredErrors& more, MeasuredErrors& all);
+// Sets the range of the source, and the PSNR that follows.
+void set_peak(bccsplat_error_report& error, double peak);
 
 } // namespace bcc4

@@ -119,17 +119,24 @@ std::string filtering_text(const WriterSettings& settings) {
   return settings.lowpass ? text + (text.empty() ? "lowpass" : ", lowpass") : text;
 }
 
-ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
-                          const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                          const CommonOptions& common) {
+ImportResult with_finer_steps(FrameReader& reader, const std::vector<ChannelScan>& scans,
+                              WriterSettings& settings, const CommonOptions& common,
+                              const std::function<ImportResult(size_t missed)>& write) {
   for (size_t missed = 0;; ++missed) try {
-      return write_once(reader, device, settings, scans, scope, common);
+      return write(missed);
     } catch (const StatusError& e) {
       if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET) throw;
       const char* const remedy = make_finer(reader.description(), scans, missed, settings);
       if (!remedy) throw;
       if (common.prints_text()) std::printf("  %s; again with %s\n", e.what(), remedy);
     }
+}
+
+ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
+                          const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                          const CommonOptions& common) {
+  return with_finer_steps(reader, scans, settings, common,
+                          [&](size_t) { return write_once(reader, device, settings, scans, scope, common); });
 }
 
 ImportResult append_series(FrameReader& reader, const Device& device, const WriterSettings& settings,

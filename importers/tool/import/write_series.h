@@ -2,6 +2,7 @@
 // A series, or a part of it, through the library's writer into a file.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -31,8 +32,12 @@ struct ImportScope {
 // nothing else in a file does.
 [[nodiscard]] std::string filtering_text(const WriterSettings& settings);
 
-// Writes the series. When it does not keep the PSNR that a sample of it has promised, it is written again
-// with corrections.
+// Returns what write(missed) does. Where that misses the PSNR that a sample of the series has promised, it is
+// called again, first with finer steps, in the end with corrections; missed counts how often.
+[[nodiscard]] ImportResult with_finer_steps(FrameReader& reader, const std::vector<ChannelScan>& scans,
+                                            WriterSettings& settings, const CommonOptions& common,
+                                            const std::function<ImportResult(size_t missed)>& write);
+// Writes the series, in the end with corrections.
 [[nodiscard]] ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
                                         const std::vector<ChannelScan>& scans, const ImportScope& scope,
                                         const CommonOptions& common);
