@@ -61,7 +61,7 @@ class Blocks(ToolTest):
 
     def test_missing_values(self):
         with open(self.path('a.raw'), 'rb') as f:
-            values = array.array('f', f.read())
+            values = array.array('f', map(float, f.read()))
         n = DIMS[:3]
         for i in range(len(values)):
             x, y, z = i % n[0], i // n[0] % n[1], i // (n[0] * n[1]) % n[2]
@@ -71,8 +71,11 @@ class Blocks(ToolTest):
         args = ['w.raw', *self.args[1:4], 'f32', *self.args[5:]]
         self.joined_equals_one(args, '--on-nonfinite', 'hole')
         self.assertEqual(self.json('info', 'one.bcc4')['channels'][0]['missing'], sum(v != v for v in values))
-        self.bcc4('import', *args, '--blocks', '--on-nonfinite', 'hole', '--levels', 1, '-o', 'one.bcc4', '--quiet', '--overwrite')
-        said = self.bcc4('import', *args, '--blocks', '--on-nonfinite', 'hole', '--levels', 1, '-o', 'two.bcc4', '--max-mem', '12M')[0]
+        # Two frames one above the other, so that it can be divided.
+        self.write('w.raw', values[:8 * n[0] * n[1] * n[2]])
+        args = ['w.raw', '--dims', f'{n[0]},{n[1]},{2 * n[2]},4', '--dtype', 'f32', '--blocks', '--on-nonfinite', 'hole', '--levels', 1]
+        self.bcc4('import', *args, '-o', 'one.bcc4', '--quiet', '--overwrite')
+        said = self.bcc4('import', *args, '-o', 'two.bcc4', '--max-mem', '20M')[0]
         self.assertIn('block 2 of', said)
         self.assertEqual(self.read('two.bcc4'), self.read('one.bcc4'))
 

@@ -181,7 +181,7 @@ void fill_level(std::span<float> values, std::span<const uint8_t> missing, const
 } // namespace
 
 FillReach FillReach::of(double samples) {
-  FillReach reach{2}; // fewer lose a tenth of a dB beside data
+  FillReach reach{2}; // one halving is not enough beside data
   while (static_cast<double>(grown_cells * reach.cell()) < samples) ++reach.halvings;
   return reach;
 }

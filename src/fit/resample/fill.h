@@ -17,8 +17,8 @@ namespace bccsplat {
 struct FillReach {
   int halvings = 0; // of samples to cells, at most; 0: as many as there are, data however far away decide
 
-  // Returns a bounded reach: within so many samples of data these are continued, further away the fill fades
-  // into air.
+  // Returns a bounded reach: data go on for so many samples, with ever more air in them, which is all there
+  // is behind that.
   [[nodiscard]] static FillReach of(double samples);
   [[nodiscard]] bool bounded() const { return halvings > 0; }
   // The largest cells begin at multiples of this.
