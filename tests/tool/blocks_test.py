@@ -149,11 +149,11 @@ class Blocks(ToolTest):
         for more in (['--abs', 1], ['--abs', 2, '--store', 'coefficients'], ['--psnr', 30], ['--measure', 'all']):
             self.joined_equals_one(self.args, *lattice, *more)
 
-    def test_a_bound_of_frames_that_do_not_fit(self):
-        """The lattice is searched for by planes and boxes, and what blocks measured is told of the series."""
-        args = [*self.large(), '--abs', 2]
+    def test_a_bound_without_memory_for_frames(self):
+        """What blocks measured is told of the series."""
+        args = [*self.large(), '--scale', 1.1, '--abs', 2]
         whole = self.json('import', *args, '-o', 'one.bcc4')
-        blocks = self.json('import', *args, '-o', 'blocks.bcc4', '--max-mem', '9M')  # a quarter is less than a frame
+        blocks = self.json('import', *args, '-o', 'blocks.bcc4', '--max-mem', '24M')
         self.assertEqual(self.read('blocks.bcc4'), self.read('one.bcc4'))
         self.assertEqual(blocks['error']['frames_measured'], whole['error']['frames_measured'])
         for key in ('max_abs', 'worst', 'corrected', 'samples_compared', 'compared_part', 'uncorrected_max_abs', 'peak'):
