@@ -1005,6 +1005,7 @@ typedef struct bccsplat_join_options {
    * 0 in a few boxes of at most three frames, and the file tells their relative_rmse, by which
    * pictures choose a level; some 1 % of the work that writing them was. */
   int32_t compare_levels;
+  int32_t reserved; /* 0 */
 } bccsplat_join_options;
 
 /* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory

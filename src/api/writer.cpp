@@ -79,6 +79,7 @@ bccsplat_status join(bccsplat_device* device, const bccsplat_join_options* optio
     require(device, "device");
     check_output(report, "report");
     const auto o = read_struct(options, "bccsplat_join_options");
+    require_zero(o.reserved, "bccsplat_join_options.reserved");
     const Token token = read_token(o.cancel_token);
     Progress progress(progress_callback(o.progress, o.progress_user));
     watch(progress, token);

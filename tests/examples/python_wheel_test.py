@@ -151,7 +151,7 @@ def check_emulated(folder):
     for name in ("libbccsplat", "libOpenEXR", "libpng16", "libdeflate", "libpugixml"):
         assert re.search(r"\b%s[^ ]* => %s/" % (name, re.escape(os.path.join(folder, "bccsplat"))), inside), (name, inside)
     assert told(*bcc4, "--version").startswith("bcc4 ")
-    raw, stored, picture = (os.path.join(folder, "a." + kind) for kind in ("raw", "bcc4", "exr"))
+    raw, stored, picture = (os.path.join(folder, "tool." + kind) for kind in ("raw", "bcc4", "exr"))
     with open(raw, "wb") as file:
         file.write(bytes(i * i % 251 for i in range(16 ** 3 * 4)))
     told(*bcc4, "import", raw, "--dims", "16,16,16,4", "--dtype", "u8", "-o", stored)

@@ -497,8 +497,10 @@ class JoinOptions(Struct):
     progress_user: int | None
     cancel_token: int | None
     compare_levels: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("progress", bccsplat_progress_fn),
-        ("progress_user", c_void_p), ("cancel_token", c_void_p), ("compare_levels", c_int32)]
+        ("progress_user", c_void_p), ("cancel_token", c_void_p), ("compare_levels", c_int32),
+        ("reserved", c_int32)]
 
 
 class PlanChannel(Struct):

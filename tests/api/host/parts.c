@@ -82,7 +82,6 @@ static void wrong_options(bccsplat_device* device) {
   WRONG("part.times", times[0] = NAN);
   WRONG("lead", part.lead = 2);
   WRONG("dims[3]", o.dims[3] = 0);
-  WRONG("one frame only", (o.dims[3] = 1, part.first = 0, part.end = 1));
   WRONG("the range of the series", o.nonfinite = BCCSPLAT_NONFINITE_CLAMP);
 #undef WRONG
 }
@@ -119,6 +118,9 @@ void test_parts(void) {
   REFUSED(INVALID_ARGUMENT, "path is NULL", bccsplat_join_parts(device, 2, two, NULL, &join, NULL));
   REFUSED(INVALID_ARGUMENT, "no parts", bccsplat_join_parts(device, 0, two, joined, &join, NULL));
   REFUSED(INVALID_ARGUMENT, "frames 0 to 1 of 5", bccsplat_join_parts(device, 1, two, joined, &join, NULL));
+  join.reserved = 1;
+  REFUSED(INVALID_ARGUMENT, "reserved", bccsplat_join_parts(device, 2, two, joined, &join, NULL));
+  join.reserved = 0;
   EXPECT(equal_files(whole, joined)); /* as it was */
 
   OK(bccsplat_volume_open_file(device, two[0], NULL, &volume));
