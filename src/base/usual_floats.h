@@ -2,7 +2,7 @@
 // The floating-point environment that the library computes in, whatever the host's is.
 #pragma once
 
-#include <cfenv>
+#include "base/os/floats.h"
 
 namespace bccsplat {
 
@@ -10,16 +10,13 @@ namespace bccsplat {
 // the mode, the traps and the flags that it had before: nothing that was raised meanwhile is left.
 class UsualFloats {
  public:
-  UsualFloats() noexcept {
-    std::fegetenv(&host_);
-    std::fesetenv(FE_DFL_ENV);
-  }
-  ~UsualFloats() { std::fesetenv(&host_); }
+  UsualFloats() noexcept : host_(set_usual_floats()) {}
+  ~UsualFloats() { set_floats(host_); }
   UsualFloats(const UsualFloats&) = delete;
   UsualFloats& operator=(const UsualFloats&) = delete;
 
  private:
-  std::fenv_t host_;
+  Floats host_;
 };
 
 } // namespace bccsplat

@@ -27,8 +27,8 @@ set(cuts_files slice/axis_slice.cpp slice/coarser_plane.cpp slice/corrected_cut.
 set(system_files gpu/gl_context.cpp base/tasks.cpp base/worker.cpp base/os/posix/thread_name.cpp)
 set(browser_files gpu/web_context.cpp base/number_text.cpp base/without_threads.cpp)
 # Calls of the operating system, in two forms.
-set(posix_files file machine thread_name)
-set(windows_files file machine thread_name wide)
+set(posix_files file floats machine thread_name)
+set(windows_files file floats machine thread_name wide)
 foreach(system posix windows)
   list(TRANSFORM ${system}_files PREPEND base/os/${system}/)
   list(TRANSFORM ${system}_files APPEND .cpp)
