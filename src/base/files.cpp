@@ -137,7 +137,10 @@ class JournalSink final : public ByteSink {
   }
   void write_at(uint64_t offset, std::span<const std::byte> bytes) override { file_.write_at(offset, bytes); }
   void flush() override { file_.make_durable(); }
-  void commit() override { remove_file(path_); }
+  void commit() override {
+    file_.close(); // Windows keeps the name of what is open
+    remove_file(path_);
+  }
 
  private:
   std::string path_;
