@@ -216,8 +216,8 @@ TEST(Live, EveryStateIsASoundFileAndShowsWhatTheFinishedOneDoes) {
     EXPECT_LT(unused, states.size() * 8192); // directory and metadata of each state
 
     // But for these bytes it is the file of a writer that shows nothing.
-    const std::string plain = folder.file("plain.bcc4");
-    o.live = 0, o.overwrite = 1;
+    const std::string plain = folder.file(std::string(v.name) + ", not live.bcc4");
+    o.live = 0;
     ASSERT_EQ(bccsplat_writer_create(device.device, plain.c_str(), &o, &writer), BCCSPLAT_OK);
     for (uint32_t t = 0; t < frames; ++t) ASSERT_EQ(add_frame(v, writer, t), BCCSPLAT_OK);
     ASSERT_EQ(bccsplat_writer_finish(writer, nullptr), BCCSPLAT_OK);
@@ -334,14 +334,15 @@ TEST(Live, AVolumeOpenedAgainSharesItsMemory) {
   EXPECT_EQ(used(), before);
   // Another file in its place begins with nothing.
   Variant other = v;
-  other.options.overwrite = 1, other.options.time_scale = 1.3;
-  ASSERT_EQ(bccsplat_writer_create(device.device, path.c_str(), &other.options, &writer), BCCSPLAT_OK);
+  other.options.time_scale = 1.3;
+  const std::string elsewhere = folder.file("other.bcc4");
+  ASSERT_EQ(bccsplat_writer_create(device.device, elsewhere.c_str(), &other.options, &writer), BCCSPLAT_OK);
   for (uint32_t t = 0; t < frames; ++t) ASSERT_EQ(add_frame(other, writer, t), BCCSPLAT_OK);
   ASSERT_EQ(bccsplat_writer_finish(writer, nullptr), BCCSPLAT_OK);
   bccsplat_writer_release(writer);
-  const Opened replaced(device, path);
+  const Opened replaced(device, elsewhere);
   Bytes bytes(1 << 22);
-  std::FILE* f = std::fopen(path.c_str(), "rb");
+  std::FILE* f = std::fopen(elsewhere.c_str(), "rb");
   bytes.resize(std::fread(bytes.data(), 1, bytes.size(), f));
   std::fclose(f);
   auto stream = sized<bccsplat_read_stream>();

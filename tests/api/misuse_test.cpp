@@ -478,15 +478,17 @@ TEST(Misuse, CancelledImportLeavesNothing) {
   const Device device = make_device();
   auto o = options_of({});
   o.progress = [](void*, double fraction) { return fraction > 0.3 ? 1 : 0; };
-  const Writer w = make_writer(device, folder.file("s.bcc4"), o);
-  // Reports come at most 30 times a second: go on until one is due.
+  Writer w = make_writer(device, folder.file("s.bcc4"), o);
+  // Reports come at most 30 times a second: with every frame one is due.
   Series s;
-  s.field = [](double, double, double, double) {
-    std::this_thread::sleep_for(std::chrono::microseconds(10));
+  s.field = [](double x, double y, double z, double) {
+    if (x == 0 && y == 0 && z == 0) std::this_thread::sleep_for(std::chrono::milliseconds(40));
     return 1.0;
   };
   EXPECT_EQ(add_frames(w.get(), s), BCCSPLAT_CANCELLED);
   EXPECT_EQ(bccsplat_writer_finish(w.get(), nullptr), BCCSPLAT_ERROR_WRONG_STATE);
+  w.reset();
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(Threads, ConcurrentReadersAgree) {

@@ -28,10 +28,11 @@ class Pick : public testing::Test {
     for (size_t a = 0; a < 3; ++a) o.affine[5 * a] = scale, o.affine[4 * a + 3] = shift[a];
     o.affine[15] = 1;
     o.scale = distance, o.levels = levels, o.overwrite = 1;
-    const Writer w = make_writer(device, folder.file("v.bcc4"), o);
+    const std::string path = folder.free_file("v.bcc4");
+    const Writer w = make_writer(device, path, o);
     EXPECT_OK(add_frames(w.get(), s));
     EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));
-    volume = open(device, folder.file("v.bcc4"));
+    volume = open(device, path);
     slice = cut_time(volume, 0);
   }
   static Position world(const Position& index) {

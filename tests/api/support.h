@@ -60,6 +60,11 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
   [[nodiscard]] std::string file(const std::string& name) const { return (path_ / name).string(); }
+  // The same of a name that no file has yet: on some Windows what is open cannot be replaced.
+  [[nodiscard]] std::string free_file(std::string name) const {
+    while (std::filesystem::exists(path_ / name)) name = "another-" + name;
+    return file(name);
+  }
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:

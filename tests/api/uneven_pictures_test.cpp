@@ -55,7 +55,7 @@ Volume stored(const Device& device, const Folder& folder, const std::array<std::
   o.affine[15] = 1;
   if (uneven) o.axes = axes.data();
   o.overwrite = 1;
-  const std::string path = folder.file("s.bcc4");
+  const std::string path = folder.free_file("s.bcc4");
   const Writer w = make_writer(device, path, o);
   EXPECT_OK(add_frames(w.get(), s));
   EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));

@@ -30,7 +30,7 @@ Volume stored(const Device& device, const Folder& folder, const Grid& n) {
   auto o = options_of(s);
   for (size_t a = 0; a < 3; ++a) o.affine[5 * a] = edge / (n[a] - 1);
   o.affine[15] = 1, o.overwrite = 1;
-  const std::string path = folder.file("s.bcc4");
+  const std::string path = folder.free_file("s.bcc4");
   const Writer w = make_writer(device, path, o);
   EXPECT_OK(add_frames(w.get(), s));
   EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));

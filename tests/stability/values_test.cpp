@@ -162,7 +162,7 @@ TEST(StabilityValues, EverySourceTypeKeepsItsEndsOfRange) {
           put(static_cast<int16_t>(std::lround(v)));
           break;
         case BCCSPLAT_TYPE_U32:
-          put(static_cast<uint32_t>(std::lround(v)));
+          put(static_cast<uint32_t>(std::llround(v)));
           break;
         case BCCSPLAT_TYPE_I32:
           put(static_cast<int32_t>(std::lround(v)));

@@ -413,12 +413,14 @@ TEST(PeriodicSeries, MayBeResumed) {
   std::vector<std::byte> bytes;
   write(noisy_settings(), s, bytes);
   Opened whole(bytes);
-  const auto resumed = Bcc4Reader::open(open_file_source((folder / "p.bcc4").string()));
-  EXPECT_EQ(resumed->bytes().file, whole.reader->bytes().file);
-  const Bcc4Samples samples(resumed, whole.bench.memory, 64 << 20, RelativeTo::base);
-  for (int32_t m = 0; m < whole.lattice().layers(); ++m)
-    EXPECT_EQ(layer_to_dense(samples.read_layer(0, m, {}, whole.bench.context)),
-              layer_to_dense(whole.samples.read_layer(0, m, {}, whole.bench.context)));
+  { // closed before it is removed
+    const auto resumed = Bcc4Reader::open(open_file_source((folder / "p.bcc4").string()));
+    EXPECT_EQ(resumed->bytes().file, whole.reader->bytes().file);
+    const Bcc4Samples samples(resumed, whole.bench.memory, 64 << 20, RelativeTo::base);
+    for (int32_t m = 0; m < whole.lattice().layers(); ++m)
+      EXPECT_EQ(layer_to_dense(samples.read_layer(0, m, {}, whole.bench.context)),
+                layer_to_dense(whole.samples.read_layer(0, m, {}, whole.bench.context)));
+  }
   std::filesystem::remove_all(folder);
 }
 
