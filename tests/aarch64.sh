@@ -1,7 +1,7 @@
 #!/bin/bash
-# aarch64.sh [--build | --all | --third_N]: library, tool and tests for 64-bit ARM, cross-compiled, and run by qemu-user: the
+# aarch64.sh [--build | --all | --sixth_N]: library, tool and tests for 64-bit ARM, cross-compiled, and run by qemu-user: the
 # vector loops against their reference (NEON), the host in C, eleven imports byte for byte against this machine's, and a wheel;
-# with --all every unit, API and stability test, with --third_N a third of them. Installs what is missing (Debian 12).
+# with --all every unit, API and stability test, with --sixth_N a sixth of them. Installs what is missing (Debian 12).
 set -euo pipefail
 top=$(cd "$(dirname "$0")/.." && pwd)
 # shellcheck source=tests/cross/cross.sh

@@ -1,8 +1,8 @@
 #!/bin/bash
-# windows.sh [--build | --all | --third_N]: bccsplat.dll, bcc4.exe and the tests for Windows, cross-compiled by mingw-w64, and
+# windows.sh [--build | --all | --sixth_N]: bccsplat.dll, bcc4.exe and the tests for Windows, cross-compiled by mingw-w64, and
 # run by Wine: the vector loops against their reference, files, names and interruptions as Windows has them, hosts in C, one of
 # which loads the library, and eleven imports byte for byte against this machine's; with --all every unit, API and stability test,
-# with --third_N a third of them. Installs what is missing (Debian 12). OpenVDB, NetCDF, TIFF and the GPU are off.
+# with --sixth_N a sixth of them. Installs what is missing (Debian 12). OpenVDB, NetCDF, TIFF and the GPU are off.
 set -euo pipefail
 top=$(cd "$(dirname "$0")/.." && pwd)
 # shellcheck source=tests/cross/cross.sh

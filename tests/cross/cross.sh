@@ -8,8 +8,8 @@ source "$top/tests/packages.sh"
 check_words() {
   local name=$1
   shift
-  if (($# > 1)) || [[ ${1:-} && ! $1 =~ ^--(build|all|third_[012])$ ]]; then
-    echo "usage: $name [--build | --all | --third_0 | --third_1 | --third_2]" >&2
+  if (($# > 1)) || [[ ${1:-} && ! $1 =~ ^--(build|all|sixth_[0-5])$ ]]; then
+    echo "usage: $name [--build | --all | --sixth_0 .. --sixth_5]" >&2
     exit 2
   fi
 }
@@ -60,13 +60,13 @@ suites_of_loops() {
     awk '{ printf "%s%s.*:%s/*:*/%s.*", (NR > 1 ? ":" : ""), $0, $0, $0 }'
 }
 
-# run_tests BUILD [WORD]: the loops, or all tests, or a third of them; and always those of tests/cross and the host in C.
+# run_tests BUILD [WORD]: the loops, or all tests, or a sixth of them; and always those of tests/cross and the host in C.
 run_tests() {
   local build=$1 kinds='^(unit|api|stability|cross)$' part=.
   case ${2:-} in
   --build) return ;;
   --all) ;;
-  --third_*) part="^(${2#--}|cross)$" ;;
+  --sixth_*) part="^(${2#--}|cross)$" ;;
   *) GTEST_FILTER=$(suites_of_loops) && export GTEST_FILTER && kinds='^(unit|cross)$' ;;
   esac
   ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$(nproc)" -L "$kinds" -L "$part"
