@@ -40,8 +40,9 @@ struct Watch {
   }
 };
 
-// Sanitizers slow some stages more than others: under them the calls are made and cancelled, and not timed.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// Sanitizers and emulators slow some stages more than others: under them the calls are made and cancelled,
+// and not timed.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(BCCSPLAT_EMULATED)
 constexpr bool timed = false;
 #else
 constexpr bool timed = true;
