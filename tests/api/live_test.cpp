@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #endif
 
+#include "../support/emulated.h"
 #include "fit_writer.h"
 #include "support.h"
 
@@ -293,7 +294,7 @@ void follow(const Variant& v, const char* kernel) {
 }
 
 TEST(Live, AVolumeOpenedAgainIsAFreshOneThatReadsLess) {
-  for (const Variant& v : variants()) follow(v, nullptr);
+  for (const Variant& v : bccsplat::test::some(variants(), 5)) follow(v, nullptr);
 }
 
 // Kernels that reach further than the file's see mirror images beyond the last layer, until there are more.

@@ -3,6 +3,7 @@
 // be.
 #include <gtest/gtest.h>
 
+#include "tests/support/emulated.h"
 #include "tests/unit/formats/rebuild.h"
 #include "tests/unit/formats/test_data.h"
 
@@ -143,12 +144,14 @@ TEST(Bcc4Malformed, EveryFlippedBitIsSeenOrHarmless) {
     const Content expected = content_of(whole, bench);
     Bytes bad = good;
     size_t refused = 0, roots = 0;
-    // Every bit of everything that is not padding, and one bit of every byte of padding.
+    // Every bit of everything that is not padding, and one bit of every byte of padding; under an emulator
+    // one of every byte.
     for (size_t at = 0; at < good.size(); ++at) {
       const bool padding = at < preamble_bytes &&
                            (at >= header_bytes && (at < 4096 || at >= 4096 + root_bytes)) &&
                            (at < 8192 || at >= 8192 + root_bytes);
-      for (int bit = padding ? static_cast<int>(at % 8) : 0; bit < 8; bit += padding ? 8 : 1) {
+      const bool one = padding || test::emulated;
+      for (int bit = one ? static_cast<int>(at % 8) : 0; bit < 8; bit += one ? 8 : 1) {
         bad[at] ^= static_cast<std::byte>(1 << bit);
         try {
           const auto reader = Bcc4Reader::open(open_memory_source(bad));
@@ -165,7 +168,7 @@ TEST(Bcc4Malformed, EveryFlippedBitIsSeenOrHarmless) {
         bad[at] ^= static_cast<std::byte>(1 << bit);
       }
     }
-    EXPECT_EQ(roots, 2 * 8 * root_bytes);
+    EXPECT_EQ(roots, (test::emulated ? 1 : 8) * 2 * root_bytes);
     EXPECT_GT(refused, preamble_bytes);
   }
 }
