@@ -264,11 +264,20 @@ void RoundTrip::add_layers(int channel, int32_t first_layer, const SlabLayers& l
   c.begun = true;
   for (const SampleLayer& layer : layers.compact()) {
     c.push(layer);
-    // However many layers come at once.
-    const bool at_once = !scope_.at_sites && !frames_.empty();
-    if (!c.base_chosen && at_once && c.window.end() >= needed_for(c, c.start).end) c.choose_base();
+    choose_base_when_due(c); // however many layers come at once
   }
   if (scope_.at_sites) note_layers(c, layers.compact());
+  measure_ready(channel);
+}
+
+void RoundTrip::choose_base_when_due(Channel& c) const {
+  if (c.base_chosen || scope_.at_sites || frames_.empty()) return;
+  if (c.window.end() >= needed_for(c, c.start).end) c.choose_base();
+}
+
+void RoundTrip::measure_ready(int channel) {
+  Channel& c = *channels_[channel];
+  choose_base_when_due(c);
   while (c.next < frames_.size()) {
     const size_t at = (c.start + c.next) % frames_.size();
     const LayerSpan needed = needed_for(c, at);

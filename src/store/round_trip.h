@@ -69,6 +69,9 @@ class RoundTrip {
 
   // The series ends sooner than was said; frames behind its end are not measured.
   void set_lattice(const Lattice4& lattice);
+  // Measures the frames of a channel whose layers are there: of a series that ended sooner, those which
+  // waited for layers that do not come.
+  void measure_ready(int channel);
 
   // Value of one step of the corrections.
   [[nodiscard]] static double step(double bound) { return correction_step(bound); }
@@ -82,6 +85,7 @@ class RoundTrip {
  private:
   struct Channel;
   void begin_turn(Channel& c, int32_t first) const;
+  void choose_base_when_due(Channel& c) const;
   [[nodiscard]] LayerSpan needed_for(const Channel& c, size_t at) const;
   void measure(Channel& c, int index, size_t at);
   void note_layers(Channel& c, std::span<const SampleLayer> layers) const;

@@ -63,8 +63,9 @@ void VolumeWriter::shorten(uint32_t frames) {
 WriteReport VolumeWriter::finish_short() {
   require_open();
   const uint32_t frames = frames_of_short();
+  const uint64_t frames_in_all = fit_options_.part ? fit_options_.part->end_given : settings_.dims[3];
   const uint64_t all =
-      input_ == Input::frames ? settings_.dims[3] : static_cast<uint64_t>(fit().lattice().layers());
+      input_ == Input::frames ? frames_in_all : static_cast<uint64_t>(fit().lattice().layers());
   const bool whole = settings_.dims[3] == 0 || added_.front() == all;
   if (fit_options_.part && !whole)
     fail(Code::unsupported, "a part of a series has the frames that it was made for");
@@ -132,7 +133,10 @@ WriteReport VolumeWriter::finish() {
 FitReport VolumeWriter::finish_fits() {
   for (const auto& level : fits_) level->fit().end();
   for (int c = 0; c < static_cast<int>(added_.size()); ++c)
-    for (const auto& level : fits_) level->finish_channel(c);
+    for (const auto& level : fits_) {
+      level->finish_channel(c);
+      measuring_.with_level(level->level(), [&](RoundTrip& r) { r.measure_ready(c); });
+    }
   return report_of_fits();
 }
 

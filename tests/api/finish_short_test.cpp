@@ -138,6 +138,29 @@ TEST(FinishShort, IsTheFileOfAWriterThatKnew) {
     }
 }
 
+// Frames that waited for layers which do not come are compared, and corrected, too.
+TEST(FinishShort, BoundsHoldWhereASlabEndsWithTheSeries) {
+  const TestDevice device;
+  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS, BCCSPLAT_STORE_WAVELETS})
+    for (const uint32_t frames : {8u, 16u, 32u}) {
+      SCOPED_TRACE(testing::Message() << store << ", " << frames << " frames");
+      auto o = sized<bccsplat_writer_options>();
+      o.lattice = BCCSPLAT_LATTICE_CC, o.scale = 1.3, o.time_scale = 1, o.store = store;
+      o.abs_error = 0.05, o.measure = BCCSPLAT_MEASURE_ALL;
+      const Source s = series(frames);
+      const Written knew = write_frames(device, s, o), ended = write_short(device, s, told, o);
+      ASSERT_EQ(knew.status, BCCSPLAT_OK) << knew.text;
+      ASSERT_EQ(ended.status, BCCSPLAT_OK) << ended.text;
+      EXPECT_EQ(ended.report.frames_measured, frames);
+      EXPECT_GT(ended.report.corrected, 0u) << "else the bound tests nothing";
+      EXPECT_EQ(ended.report.corrected, knew.report.corrected);
+      EXPECT_EQ(ended.error.max_abs, knew.error.max_abs);
+      EXPECT_EQ(ended.error.rmse, knew.error.rmse);
+      const OpenVolume v(device, ended.bytes);
+      EXPECT_LE(largest_error(v, s).slices, 0.05 * 1.001);
+    }
+}
+
 // The layers before the first frame are those of the number that was told; what is seen is no worse for it.
 TEST(FinishShort, OfFewFramesIsAsAccurate) {
   const TestDevice device;
@@ -273,6 +296,13 @@ TEST(FinishShort, IsNotForParts) {
   ASSERT_EQ(bccsplat_writer_create_stream(device.device, &stream, &o, &writer), BCCSPLAT_OK);
   ASSERT_EQ(bccsplat_writer_add_frame(writer, 0, 0, nullptr, 0), BCCSPLAT_OK);
   EXPECT_EQ(bccsplat_writer_finish_short(writer, nullptr), BCCSPLAT_ERROR_UNSUPPORTED);
+  // With all of its frames it is finish, though the series goes on behind them.
+  uint64_t begin = 0, end = 0;
+  ASSERT_EQ(bccsplat_writer_get_part_frames(writer, &begin, &end), BCCSPLAT_OK);
+  ASSERT_LT(end, 40u);
+  for (uint64_t t = begin + 1; t < end; ++t)
+    ASSERT_EQ(bccsplat_writer_add_frame(writer, 0, static_cast<double>(t), nullptr, 0), BCCSPLAT_OK);
+  EXPECT_EQ(bccsplat_writer_finish_short(writer, nullptr), BCCSPLAT_OK) << bccsplat_last_error();
   bccsplat_writer_release(writer);
 }
 
