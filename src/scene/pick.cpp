@@ -77,10 +77,12 @@ class RayValues {
     else if (offset < 0)
       end_ = -std::numeric_limits<double>::infinity();
   }
-  // A point of slice space; rounding leaves none outside the domain.
+  // A point of slice space; rounding leaves none outside the domain, and where that is a plane without
+  // thickness the point is in it.
   [[nodiscard]] Vec3 place(double distance) const {
     Vec3 p = to_lattice_.point(ray_.origin + distance * ray_.direction);
-    for (size_t a = 0; a < 3; ++a) p[a] = std::clamp(p[a], box_.begin[a], box_.end[a]);
+    for (size_t a = 0; a < 3; ++a)
+      p[a] = std::clamp(p[a], slice_.slice.domain_begin[a], slice_.slice.domain_end[a]);
     return slice_.slice.lattice_to_slice.point(p);
   }
 

@@ -240,5 +240,32 @@ TEST_F(Pick, OfAPixelIsTheDepthOfThePicture) {
   EXPECT_GT(met, 5);
 }
 
+// Of one sample along z a slice is drawn half a sample's distance to either side, and picked there, too.
+TEST_F(Pick, MeetsWhatIsFlat) {
+  Series s;
+  s.nx = s.ny = 33, s.nz = 1, s.nt = 2, s.field = [](double x, double, double, double) { return 3 * x; };
+  const std::string path = folder.free_file("flat.bcc4");
+  const Writer w = make_writer(device, path, options_of(s));
+  ASSERT_OK(add_frames(w.get(), s));
+  ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+  volume = open(device, path), slice = cut_time(volume, 0);
+  auto ray = sized<bccsplat_ray>();
+  ray.pick = BCCSPLAT_PICK_MAXIMUM;
+  ray.origin[0] = 16, ray.origin[1] = 12, ray.origin[2] = 7.3;
+  ray.direction[0] = 0.05, ray.direction[2] = -1;
+  bccsplat_hit hit = pick(ray);
+  ASSERT_EQ(hit.found, 1);
+  EXPECT_NEAR(hit.value, 3 * (16 + 0.05 * 7.8), 0.1) << "where the ray leaves";
+  const double opacities[4] = {0, 0.5, 100, 0.5};
+  auto f = sized<bccsplat_transfer_function>();
+  f.opacities = opacities, f.opacity_count = 2, f.unit_distance = 1;
+  // One sample's distance of half the light: 0.4 of it is there after ln 0.6 / ln 0.5 of that.
+  ray.pick = BCCSPLAT_PICK_OPACITY, ray.threshold = 0.4, ray.transfer_function = &f;
+  ray.direction[0] = 0;
+  hit = pick(ray);
+  ASSERT_EQ(hit.found, 1);
+  EXPECT_NEAR(hit.distance, 7.3 - 0.5 + std::log(0.6) / std::log(0.5), 0.02);
+}
+
 } // namespace
 } // namespace host
