@@ -116,8 +116,8 @@ KeptLight::Key KeptLight::key_of(const Shot& shot) {
   const Affine3 to_lattice = view.lattice_to_world.inverse();
   Key key{shot.slice, view.lattice_to_world, shot.table->entry, shot.table->low, shot.table->scale, view.clip,
           {},         shot.lights->occlusion};
-  // A light at the camera is taken to shine along the ray of the picture's middle.
-  const Vec3 from_camera = -1.0 * view.ray(0.5 * view.width, 0.5 * view.height);
+  // A light at the camera is taken to shine along the ray of the middle of the whole picture.
+  const Vec3 from_camera = -1.0 * view.middle;
   if (shot.lights->shadow)
     for (const Light& light : shot.lights->lights)
       key.towards.push_back(dot(light.direction, light.direction) > 0 ? to_lattice.vector(light.direction)

@@ -119,6 +119,7 @@ Sight make_sight(const WorldCamera& camera, int width, int height) {
   s.corner = (-0.5 * (width - 1) * pixel) * camera.right + (0.5 * (height - 1) * pixel) * camera.up;
   if (camera.perspective) s.corner = camera.forward + s.corner;
   s.across = pixel * camera.right, s.down = -pixel * camera.up;
+  s.middle = camera.forward;
   return s;
 }
 
@@ -152,10 +153,11 @@ Sight sight_of(const MatrixView& view, int width, int height) {
     for (const auto& [i, j] : {std::array{0, 0}, {width, 0}, {0, height}, {width, height}})
       if (!(length(s.corner + (i * s.across + j * s.down)) < widest))
         fail(Code::invalid_argument, "view: the matrices span an angle too wide for a picture");
+    s.middle = s.corner + (0.5 * (width - 1) * s.across + 0.5 * (height - 1) * s.down);
     return s;
   }
   const double w = offset_of(m, 3);
-  s.forward = parallel_direction(view, m);
+  s.middle = s.forward = parallel_direction(view, m);
   s.position = eye_of(view);
   s.in_front = true;
   const Affine3 to_world = inverse_of(direction_of(m, 0), direction_of(m, 1), s.forward);

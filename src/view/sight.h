@@ -39,6 +39,8 @@ struct Sight {
   std::vector<HalfSpace> clip;     // of the world: what is outside any is not seen
   bool in_front = false;           // orthographic: what lies behind the position is not seen
   std::optional<Vec3> sheets_meet; // a point that sheet 0 passes through; none: the centre of the domain
+  // Of the ray of the middle of the whole picture, of which this may be a part; scaled as rays are.
+  Vec3 middle{};
   RayEnds ends;
 
   bool operator==(const Sight&) const = default;

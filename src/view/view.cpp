@@ -61,6 +61,7 @@ SheetView SliceView::sheets(double step) const {
     v.ey = to_lattice_.vector(sight_.down);
     v.ez = to_lattice_.vector(v.step_world * sight_.forward);
   }
+  v.middle = to_lattice_.vector(v.step_world * sight_.middle);
   set_duals(v);
   for (const HalfSpace& h : sight_.clip) v.clip.push_back(h.seen_through(lattice_to_world_));
   v.in_front = sight_.in_front, v.ends = sight_.ends;
@@ -72,6 +73,7 @@ SheetView move_view(const SheetView& view, const Slice& from, const Slice& to) {
   SheetView v = view;
   v.eye = move.point(view.eye);
   v.ex = move.vector(view.ex), v.ey = move.vector(view.ey), v.ez = move.vector(view.ez);
+  v.middle = move.vector(view.middle);
   // Sheet numbers rise by this covector per lattice unit.
   const Vec3 covector = move.inverse().transposed((1 / view.step) * view.normal);
   v.step = 1 / length(covector);

@@ -29,6 +29,7 @@ struct SheetView {
   double step = 0;       // lattice units between sheets
   double step_world = 0; // world length between sheets along the view direction
   Affine3 lattice_to_world;
+  Vec3 middle{}; // of the ray of the middle of the whole picture, a sheet step
   Vec3 normal{}; // of the sheets in lattice space: unit length, pointing away from the eye
   // Dual to ex, ey within a sheet: gx.ex = gy.ey = 1, gx.ey = gx.normal = gy.ex = gy.normal = 0.
   Vec3 gx{}, gy{};
