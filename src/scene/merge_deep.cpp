@@ -78,7 +78,7 @@ class PixelMerge {
   void composite(double optical_depth, const std::array<double, 3>& straight, double from, double to) {
     const double share = -std::expm1(-optical_depth) * passes_;
     for (size_t c = 0; c < 3; ++c) color_[c] += share * straight[c];
-    if (passes_ > passes_at_ && passes_ - share <= passes_at_)
+    if (std::isinf(depth_) && share > 0 && passes_ - share <= passes_at_)
       depth_ = from + (to - from) * std::log(passes_ / std::max(passes_at_, least_passage)) / optical_depth;
     passes_ -= share;
   }
