@@ -328,10 +328,14 @@ BCCSPLAT_API bccsplat_status bccsplat_device_get_info(
  * it is. It draws pictures of slices in every mode, with all planes of a frame, clips, a host's
  * depths and any view, corrections and missing data included; trails, and several instances
  * together in MODE_COMPOSITE. It does not draw deep frames, smooth edges of several or transparent
- * surfaces, missing data in oblique slices or along unevenly spaced axes; trails and instances with
- * corrections or missing data, of more than 96 moments or volumes, and instances of unlike kernels
- * or lattices; a trail behind an isosurface by TRAIL_INTERLEAVED, or, into a host's texture, behind
- * any isosurface or by TRAIL_POST. */
+ * surfaces, missing data in oblique slices or along unevenly spaced axes; shadows, ambient
+ * occlusion, colours by another channel, labels in MODE_COMPOSITE; a slice without a sample,
+ * kernels that reach further than 2 T, and clips, lights, surfaces or entries of a transfer
+ * function in numbers that its shader has no room for. Of trails and instances not those with
+ * corrections or missing data, of more than 96 moments or volumes; no instances of unlike kernels
+ * or lattices, and no trails among several; no unlit trail behind a lit slice; a trail behind an
+ * isosurface not by TRAIL_INTERLEAVED, nor, into a host's texture, behind any isosurface or by
+ * TRAIL_POST. */
 typedef struct bccsplat_gpu_info {
   uint32_t struct_size;
   /* 1: a rasteriser on the CPU, which AUTO does not take. */

@@ -177,15 +177,35 @@ void GpuPicture::read_plane(size_t n, std::vector<Vec4f>& out) const {
   glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, out.data());
 }
 
-void GpuPicture::lay_over(GpuPrograms& programs, const GpuTarget& target) {
-  const bool compute = kind_.entry == GpuEntry::compute;
-  const GLuint program = programs.find_over(compute);
-  const GlFramebuffer onto = make_framebuffer();
-  const GlVertexArray vertices = make_vertex_array();
+namespace {
+
+// A framebuffer of the target's texture, which is bound.
+GlFramebuffer bind_target(const GpuTarget& target) {
+  GlFramebuffer onto = make_framebuffer();
   glBindFramebuffer(GL_FRAMEBUFFER, onto.get());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.texture, 0);
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     fail_this_time("the texture of the frame is none that can be drawn into");
+  return onto;
+}
+
+} // namespace
+
+void lay_nothing_over(const GpuTarget& target) {
+  const GlFramebuffer onto = bind_target(target);
+  if (target.replace) {
+    constexpr std::array<GLfloat, 4> transparent{};
+    prepare_for_raster(1, 1);
+    glClearBufferfv(GL_COLOR, 0, transparent.data());
+  }
+  check_gl("clearing the texture of the frame");
+}
+
+void GpuPicture::lay_over(GpuPrograms& programs, const GpuTarget& target) {
+  const bool compute = kind_.entry == GpuEntry::compute;
+  const GLuint program = programs.find_over(compute);
+  const GlFramebuffer onto = bind_target(target);
+  const GlVertexArray vertices = make_vertex_array();
   glUseProgram(program);
   glUniform2i(glGetUniformLocation(program, "size"), width_, height_);
   if (compute) {

@@ -75,4 +75,7 @@ class GpuPicture {
   GLuint depth_texture_; // of the host; 0: none
 };
 
+// Lays a picture of nothing over the target's texture, as GpuPicture::lay_over() does. Throws GpuFailure.
+void lay_nothing_over(const GpuTarget& target);
+
 } // namespace bccsplat

@@ -9,6 +9,7 @@
 #if BCCSPLAT_WITH_GPU
 #include "gpu/gpu_drawer.h"
 #include "gpu/gpu_look.h"
+#include "gpu/gpu_picture.h"
 #include "gpu/object_look.h"
 #endif
 #if BCCSPLAT_WITH_SPLAT
@@ -82,7 +83,12 @@ DrawStats Drawers::draw_together_by_gpu(std::span<const Shot* const> shots, cons
                                         const std::function<void(const TilePixels&)>& emit) {
   return gpu_->draw_together(shots, context, emit);
 }
+
+void draw_nothing(const GpuTarget& target, GpuDevice& gpu) {
+  gpu.run([&] { lay_nothing_over(target); });
+}
 #else
+void draw_nothing(const GpuTarget& /*target*/, GpuDevice& /*gpu*/) {} // there is no such target
 Drawer* Drawers::gpu_drawer_of(const Shot& /*shot*/, const DrawerChoice& choice) {
   if (choice.backend == Backend::gpu) (void)gpu_info(nullptr);
   return nullptr;

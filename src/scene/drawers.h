@@ -71,4 +71,7 @@ class Drawers {
 DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
                         const std::function<void(const TilePixels&)>& emit);
 
+// Draws nothing into a host's texture, of whose context `gpu` is. Throws GpuFailure.
+void draw_nothing(const GpuTarget& target, GpuDevice& gpu);
+
 } // namespace bccsplat

@@ -311,6 +311,35 @@ TEST_P(GpuTexture, AScenesPicture) {
             BCCSPLAT_ERROR_UNSUPPORTED);
 }
 
+// Nothing replaces, or is laid over, what is there like any picture.
+TEST_P(GpuTexture, ASceneOfNothing) {
+  const Pixels before = chequers();
+  const GLuint texture = texture_of(GL_RGBA32F, GL_RGBA, turned(before, 4));
+  bccsplat_scene* created = nullptr;
+  ASSERT_OK(bccsplat_scene_create(device_.get(), &created));
+  const Handle<bccsplat_scene> scene(created);
+  auto instance = sized<bccsplat_instance>();
+  instance.hidden = 1;
+  uint64_t id = 0;
+  ASSERT_OK(bccsplat_scene_add(created, volume_.get(), &instance, &id));
+  {
+    const Frame over = wrap(texture, 0, 0);
+    ASSERT_OK(bccsplat_scene_render(created, &view_, over.get(), nullptr, 0, nullptr));
+    EXPECT_EQ(texels_of(texture), before);
+  }
+  const Frame instead = wrap(texture, 0, 1);
+  make_busy(storage());
+  const std::vector<GLint> state_before = state(storage());
+  ASSERT_OK(bccsplat_scene_render(created, &view_, instead.get(), nullptr, 0, nullptr));
+  EXPECT_EQ(state(storage()), state_before);
+  make_idle();
+  EXPECT_EQ(texels_of(texture), Pixels(before.size(), 0.0f));
+  context_.leave();
+  EXPECT_EQ(bccsplat_scene_render(created, &view_, instead.get(), nullptr, 0, nullptr),
+            BCCSPLAT_ERROR_MISSING_FEATURE);
+  context_.enter();
+}
+
 TEST_P(GpuTexture, RefusalsSayWhy) {
   const GLuint texture = texture_of(GL_RGBA32F, GL_RGBA, chequers());
   const auto refused = [&](const Frame& f, bccsplat_status status, const char* words) {
