@@ -82,6 +82,8 @@ ScenePaint paint_of(const Instance& instance, const SceneCut& cut, const RenderO
               : default_function(*instance.volume, *instance.color_channel, slice, composite)};
 }
 
+} // namespace
+
 void clear(Image& image) {
   const auto fill = [&](const Plane& plane, float value) {
     for (int y = 0; plane.pixels && y < image.height; ++y)
@@ -96,8 +98,6 @@ void clear(Image& image) {
     image.deep->first.assign(static_cast<size_t>(image.width) * image.height + 1, 0);
   }
 }
-
-} // namespace
 
 HostScene::HostScene() : frame_(std::make_unique<Frame>()) {}
 HostScene::~HostScene() = default;
@@ -214,10 +214,9 @@ std::vector<HostScene::Need> HostScene::needs(const Sight& sight, const RenderOp
 }
 
 bool CutPart::place(const Affine3& placement) {
-  const Affine3 placed = placement.after(slice_to_world);
-  if (placed == open.slice.slice_to_world) return false;
-  open.slice.slice_to_world = placed;
-  kept->levels.place(placed);
+  if (is_at(placement)) return false;
+  open.slice.slice_to_world = placement.after(slice_to_world);
+  kept->levels.place(open.slice.slice_to_world);
   return true;
 }
 
@@ -233,6 +232,11 @@ SliceRequest HostScene::Need::request(uint32_t channel, const std::array<double,
 
 bool HostScene::Need::met_by(const std::unique_ptr<SceneCut>& cut) const {
   return cut && cut->frame == frame && cut->open.level == level && covers(cut->open.cut.box, box);
+}
+
+bool HostScene::Need::ready(const std::unique_ptr<SceneCut>& cut) const {
+  const Instance& instance = placed->instance;
+  return met_by(cut) && cut->is_at(instance.placement) && (!instance.trail || cut->trail);
 }
 
 // Cuts all that is drawn of an instance.
@@ -290,6 +294,7 @@ void HostScene::draw(const ScenePicture& picture, std::span<const Need> shown, C
   };
   if (shown.empty()) {
     clear(image);
+    if (picture.options.target) draw_nothing(*picture.options.target, *picture.options.gpu);
     image.tell_all_drawn();
   } else if (shown.size() == 1) {
     const Scene scene = scene_of(shown.front());
@@ -323,9 +328,9 @@ SceneStats HostScene::render(const ScenePicture& picture, const Context& context
     draw(picture, shown, &Placed::fine, context, image, stats);
     stats.drew = true;
     frame_->forget();
+    frame_->complete_ms = ms_since(start);
   }
   stats.ms_total = ms_since(start);
-  if (stats.complete) frame_->complete_ms = stats.ms_total;
   return stats;
 }
 
@@ -335,11 +340,14 @@ std::vector<HostScene::Prefetch> HostScene::prefetch_requests(const ScenePicture
   const Sight sight = sight_of(picture, width, height);
   std::vector<Prefetch> out;
   for (const Need& need : needs(sight, picture.options, at, width, height)) {
-    if (const auto& trail = need.placed->instance.trail)
-      out.push_back({need.id, need.request(need.placed->instance.channel, trail->options.interval)});
-    for (const auto& channel : {std::optional(need.placed->instance.channel),
-                                need.placed->instance.color_channel, need.placed->instance.mask_channel})
-      if (channel) out.push_back({need.id, need.request(*channel)});
+    const Instance& instance = need.placed->instance;
+    if (instance.trail)
+      out.push_back({need.id, need.request(instance.channel, instance.trail->options.interval)});
+    out.push_back({need.id, need.request(instance.channel)});
+    if (instance.color_channel) out.push_back({need.id, need.request(*instance.color_channel)});
+    if (instance.mask_channel)
+      out.push_back(
+          {need.id, request_labels(*instance.volume, *instance.mask_channel, need.frame, need.box)});
   }
   return out;
 }

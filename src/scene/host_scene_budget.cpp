@@ -151,7 +151,7 @@ void HostScene::draw_bands(const ScenePicture& picture, std::span<const Need> sh
                            const Context& context, const Image& image, SceneStats& stats) {
   Frame& frame = *frame_;
   const bool blank = !frame.done; // it begins without a coarse one
-  if (blank) frame.begin(image, context);
+  if (blank) frame.begin(image, context), clear(frame.done->image);
   stats.progress = cut_share;
   const auto rows_in = [&](double ms) {
     return frame.row_ms > 0 ? static_cast<int>(std::clamp(ms / frame.row_ms, 0.0, 1.0 * most_rows)) : 0;
@@ -178,15 +178,21 @@ void HostScene::draw_within(const ScenePicture& picture, const Sight& sight, std
   if (image.deep) fail(Code::unsupported, "scene: a deep picture has no budget");
   const Budget budget(picture.budget_ms, start);
   Frame& frame = *frame_;
-  Frame::Key key{version_,        hash_of(sight.ends, image.width, image.height),
-                 time_,           image.width,
-                 image.height,    sight,
-                 picture.options, picture.gradient_noise};
+  Frame::Key key{version_,
+                 hash_of(sight.ends, image.width, image.height),
+                 time_,
+                 image.width,
+                 image.height,
+                 {image.depth.pixels != nullptr, image.value.pixels != nullptr, image.time.pixels != nullptr},
+                 sight,
+                 picture.options,
+                 picture.gradient_noise};
   key.sight.ends = {};
   if (!frame.key || !(*frame.key == key)) {
     frame.forget();
-    frame.key = key, frame.rows = 0, frame.allowance_ms = 0;
+    frame.key = key, frame.rows = 0, frame.allowance_ms = 0, frame.spent_ms = 0;
   }
+  const bool was_complete = frame.done && frame.rows == image.height;
   stats.complete = false, stats.progress = 0;
   // Where a complete picture fits, a coarse one is not worth its time.
   const bool fits = frame.complete_ms && *frame.complete_ms < budget.left();
@@ -197,16 +203,17 @@ void HostScene::draw_within(const ScenePicture& picture, const Sight& sight, std
   }
   if (frame.done) show_rows(0, image.height, image, stats);
   stats.progress = frame.done ? coarse_share : 0;
+  const auto after_coarse = Clock::now();
   if (!frame.done || budget.left() > 0 || stats.cut == 0) {
     const bool there = std::all_of(shown.begin(), shown.end(),
-                                   [](const Need& need) { return need.met_by(need.placed->fine); });
+                                   [](const Need& need) { return need.ready(need.placed->fine); });
     if (!there) frame.allowance_ms = std::max({2 * frame.allowance_ms, budget.left(), least_ms});
-    // What is there is put in its place.
-    const double ms = there ? budget.left() : frame.allowance_ms;
-    if (cut_within(ms, shown, &Placed::fine, context, stats) || there)
+    if (there || cut_within(frame.allowance_ms, shown, &Placed::fine, context, stats))
       draw_bands(picture, shown, budget, context, image, stats);
   }
   stats.complete = frame.done && frame.rows == image.height;
+  frame.spent_ms += ms_since(after_coarse);
+  if (stats.complete && !was_complete) frame.complete_ms = frame.spent_ms;
 }
 
 } // namespace bccsplat

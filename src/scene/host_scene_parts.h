@@ -23,6 +23,9 @@ struct CutPart {
 
   CutPart() = default;
   explicit CutPart(OpenSlice cut) : open(std::move(cut)), slice_to_world(open.slice.slice_to_world) {}
+  [[nodiscard]] bool is_at(const Affine3& placement) const {
+    return open.slice.slice_to_world == placement.after(slice_to_world);
+  }
   // Returns whether the placement is another one than before.
   bool place(const Affine3& placement);
 };
@@ -53,6 +56,8 @@ struct HostScene::Need {
   // interval: with the frames around the moment, relative to it.
   [[nodiscard]] SliceRequest request(uint32_t channel, const std::array<double, 2>& interval = {0, 0}) const;
   [[nodiscard]] bool met_by(const std::unique_ptr<SceneCut>& cut) const;
+  // Whether all that is drawn of it is cut, and in its place.
+  [[nodiscard]] bool ready(const std::unique_ptr<SceneCut>& cut) const;
 };
 
 // A picture under way: which one, and how far it is.
@@ -61,6 +66,7 @@ struct HostScene::Frame {
     uint64_t version = 0, depths = 0;
     double time = 0;
     int width = 0, height = 0;
+    std::array<bool, 3> planes{}; // depth, value, time: whether they are drawn
     Sight sight;
     RenderOptions options;
     std::optional<double> gradient_noise;
@@ -69,6 +75,7 @@ struct HostScene::Frame {
   std::optional<Key> key;             // none: none is under way
   int rows = 0;                       // that are complete
   double allowance_ms = 0;            // for cutting, more each time that it was not enough
+  double spent_ms = 0;                // on it so far, but for its coarse picture
   std::optional<double> complete_ms;  // what the last complete picture took
   double row_ms = 0;                  // what a row of the last band took; 0: none was drawn
   std::unique_ptr<ImageStorage> done; // the picture so far, without the background
@@ -78,5 +85,8 @@ struct HostScene::Frame {
   void begin(const Image& image, const Context& context);
   void forget() { key.reset(), done.reset(), memory = {}; }
 };
+
+// Makes of it a picture of nothing.
+void clear(Image& image);
 
 } // namespace bccsplat

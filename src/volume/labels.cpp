@@ -158,6 +158,14 @@ void add_labels(OpenSlice& slice, const OpenVolume& volume, const Context& conte
                                                            std::move(memory));
 }
 
+SliceRequest request_labels(const OpenVolume& volume, uint32_t channel, double frame,
+                            const std::optional<IndexBox>& box) {
+  HypersliceOptions cut;
+  cut.box = box;
+  return request_slice(volume, channel, nullptr, 0, Hyperplane(0, 0, 0, 1, -std::floor(frame + half)), cut,
+                       false);
+}
+
 void show_labels_only(Slice& slice, const OpenVolume& volume, uint32_t channel,
                       std::span<const double> labels, double frame, const std::optional<IndexBox>& box,
                       const Context& context) {
@@ -167,11 +175,7 @@ void show_labels_only(Slice& slice, const OpenVolume& volume, uint32_t channel,
          "nothing; leave the mask out");
   const std::array<uint32_t, 4>& dims = volume.info().lattice.dims;
   const double nearest = std::floor(frame + half);
-  HypersliceOptions cut;
-  cut.box = box;
-  const OpenSlice of_labels = cut_slice(
-      volume, request_slice(volume, channel, nullptr, 0, Hyperplane(0, 0, 0, 1, -nearest), cut, false),
-      context);
+  const OpenSlice of_labels = cut_slice(volume, request_labels(volume, channel, frame, box), context);
   const Grid grid = samples_in(volume, box);
   const Reservation work(context.memory, count_of(grid) * sizeof(float), "reading a mask of labels");
   std::vector<float> values(count_of(grid));

@@ -30,6 +30,9 @@ void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points);
 // Gives a slice through samples their labels.
 void add_labels(OpenSlice& slice, const OpenVolume& volume, const Context& context);
 
+// Returns the cut of a channel of labels at the frame nearest to `frame`, at their own samples.
+[[nodiscard]] SliceRequest request_labels(const OpenVolume& volume, uint32_t channel, double frame,
+                                          const std::optional<IndexBox>& box);
 // Hides of a time slice what lies nearest to a sample whose label is none of these, at the frame nearest to
 // `frame`. Reads the box of the slice, or all.
 void show_labels_only(Slice& slice, const OpenVolume& volume, uint32_t channel,

@@ -35,6 +35,14 @@ double label(double x, double, double) { return x < first_border ? 0 : x < secon
 class Quantities : public testing::Test {
  protected:
   Quantities() {
+    write(folder.file("q.bcc4"), 0);
+    volume = open(device, folder.file("q.bcc4"));
+    options.shading = BCCSPLAT_SHADING_OFF, options.opacity_stop = 1;
+    options.quality = BCCSPLAT_QUALITY_FINE;
+    camera.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC, camera.ortho_height = pixels;
+    look_along_z();
+  }
+  void write(const std::string& path, uint32_t levels) const {
     std::array<bccsplat_channel_options, 3> channels{};
     const std::array<const char*, 3> names{"density", "temperature", "label"};
     for (size_t n = 0; n < 3; ++n)
@@ -43,20 +51,15 @@ class Quantities : public testing::Test {
     Series s;
     s.nx = s.ny = s.nz = side, s.nt = 3;
     auto o = options_of(s);
-    o.lattice = BCCSPLAT_LATTICE_CC;
+    o.lattice = BCCSPLAT_LATTICE_CC, o.levels = levels;
     o.channels = channels.data(), o.channel_count = 3;
-    const Writer w = make_writer(device, folder.file("q.bcc4"), o);
+    const Writer w = make_writer(device, path, o);
     const std::array<std::function<double(double, double, double)>, 3> fields{density, temperature, label};
     for (uint32_t c = 0; c < 3; ++c) {
       s.field = [&](double x, double y, double z, double) { return fields[c](x, y, z); };
       EXPECT_OK(add_frames(w.get(), s, c));
     }
     EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));
-    volume = open(device, folder.file("q.bcc4"));
-    options.shading = BCCSPLAT_SHADING_OFF, options.opacity_stop = 1;
-    options.quality = BCCSPLAT_QUALITY_FINE;
-    camera.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC, camera.ortho_height = pixels;
-    look_along_z();
   }
   void look_along_z() {
     for (size_t a = 0; a < 2; ++a) camera.position[a] = camera.target[a] = middle;
@@ -313,6 +316,37 @@ TEST_F(Quantities, LabelsMaskAnotherChannel) {
   EXPECT_EQ(render(i, rgba), BCCSPLAT_ERROR_INVALID_ARGUMENT);
 }
 
+// Masks are read of level 0, at the frame nearest to the time, whatever level is drawn.
+TEST_F(Quantities, PrefetchReadsTheMaskThatIsDrawn) {
+  const auto f = function(white, rising);
+  const std::array<double, 1> shown{3};
+  auto i = sized<bccsplat_instance>();
+  i.transfer_function = &f;
+  i.set_mask = BCCSPLAT_INSTANCE_SET_MASK_CHANNEL, i.mask_channel = 2;
+  i.mask_labels = shown.data(), i.mask_label_count = 1;
+  options.quality = BCCSPLAT_QUALITY_NORMAL;
+  constexpr uint32_t few = 8; // pixels, of a coarser level
+  const Folder own;
+  write(own.file("levels.bcc4"), 2);
+  const Volume levels = open(device, own.file("levels.bcc4"));
+  bccsplat_scene* created = nullptr;
+  ASSERT_OK(bccsplat_scene_create(device.get(), &created));
+  const SceneHandle scene(created);
+  uint64_t id = 0;
+  ASSERT_OK(bccsplat_scene_add(created, levels.get(), &i, &id));
+  ASSERT_OK(bccsplat_scene_set_time(created, 1.3));
+  auto view = sized<bccsplat_view>();
+  view.camera = &camera;
+  ASSERT_OK(bccsplat_scene_prefetch(created, &view, few, few, &options, 1.3));
+  bccsplat_frame* made = nullptr;
+  ASSERT_OK(bccsplat_frame_create(device.get(), few, few, 0, &made));
+  const Frame frame(made);
+  auto status = sized<bccsplat_scene_status>();
+  ASSERT_OK(bccsplat_scene_render(created, &view, made, &options, 0, &status));
+  EXPECT_GT(status.level, 0u);
+  EXPECT_EQ(status.bytes_read, 0u);
+}
+
 // Light that comes along x and no other: diffuse alone, on what has no surface.
 class Shadows : public Quantities {
  protected:
@@ -371,6 +405,42 @@ TEST_F(Shadows, LightIsWhatComesThrough) {
       }
   }
   EXPECT_LT(darkest, 0.3) << "there is a shadow";
+}
+
+// A light at the camera shines along the ray of the whole picture's middle, whichever part is drawn.
+TEST_F(Shadows, OfALightAtTheCameraAreThoseOfTheWholePicture) {
+  const auto f = function(white, rising);
+  auto i = sized<bccsplat_instance>();
+  i.transfer_function = &f;
+  lights = sized<bccsplat_lights>();
+  lights.shadow = 1;
+  bccsplat_scene* created = nullptr;
+  ASSERT_OK(bccsplat_scene_create(device.get(), &created));
+  const SceneHandle scene(created);
+  uint64_t id = 0;
+  ASSERT_OK(bccsplat_scene_add(created, volume.get(), &i, &id));
+  ASSERT_OK(bccsplat_scene_set_lights(created, &lights));
+  ASSERT_OK(bccsplat_scene_set_time(created, 1));
+  camera.projection = BCCSPLAT_PROJECTION_PERSPECTIVE, camera.fovy_degrees = 70, camera.position[2] = 60;
+  auto view = sized<bccsplat_view>();
+  view.camera = &camera;
+  constexpr uint32_t wide = 64, high = 48, half = high / 2;
+  const auto drawn = [&](uint32_t rows) {
+    std::vector<float> rgba(size_t{4} * wide * rows);
+    bccsplat_frame* made = nullptr;
+    EXPECT_OK(bccsplat_frame_wrap(device.get(), wide, rows, rgba.data(), 0, &made));
+    const Frame frame(made);
+    EXPECT_OK(bccsplat_scene_render(created, &view, made, &options, 0, nullptr));
+    return rgba;
+  };
+  const std::vector<float> whole = drawn(high);
+  view.picture_size[0] = wide, view.picture_size[1] = high;
+  for (const uint32_t begin : {0u, half}) {
+    view.region_begin[1] = begin;
+    const std::vector<float> part = drawn(half);
+    for (size_t n = 0; n < part.size(); ++n)
+      ASSERT_NEAR(part[n], whole[size_t{4} * wide * begin + n], 1e-4) << begin << ' ' << n;
+  }
 }
 
 TEST_F(Shadows, AmbientLightComesFromAllAround) {

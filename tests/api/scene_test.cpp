@@ -571,6 +571,137 @@ TEST_F(Scenes, ABudgetEndsInThePicture) {
   EXPECT_LT(largest_difference(pixels(f), pixels(whole)), 1e-4);
 }
 
+// A picture within a budget is that of none, whatever else of an instance than its slice takes time.
+TEST_F(Scenes, ABudgetEndsWithTheTrail) {
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -2.5, trail.samples = 30;
+  auto i = instance();
+  i.trail = &trail;
+  const uint64_t id = add(i);
+  const bccsplat_camera c = camera();
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  set_time(16);
+  const auto expect_whole = [&] {
+    const Frame parts = frame(), whole = frame();
+    auto status = sized<bccsplat_scene_status>();
+    for (int calls = 0; calls < 100 && !status.complete; ++calls)
+      ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, parts.get(), nullptr, 1e-3, &status));
+    ASSERT_EQ(status.complete, 1u);
+    const Scene other = make_scene();
+    (void)add(i, &other);
+    ASSERT_OK(bccsplat_scene_set_time(other.get(), 16));
+    ASSERT_OK(bccsplat_scene_render(other.get(), &v, whole.get(), nullptr, 0, &status));
+    EXPECT_LT(largest_difference(pixels(parts), pixels(whole)), 1e-4);
+    i.trail = nullptr;
+    const Scene still = make_scene();
+    (void)add(i, &still);
+    i.trail = &trail;
+    ASSERT_OK(bccsplat_scene_set_time(still.get(), 16));
+    ASSERT_OK(bccsplat_scene_render(still.get(), &v, whole.get(), nullptr, 0, &status));
+    EXPECT_GT(largest_difference(pixels(parts), pixels(whole)), 0.01) << "the trail is seen";
+  };
+  expect_whole();
+  place(i, {1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0}); // what is there moves, and with it the trail
+  ASSERT_OK(bccsplat_scene_set_instance(scene_.get(), id, &i));
+  expect_whole();
+}
+
+// A picture under way goes on in frames with the same planes alone.
+TEST_F(Scenes, ABudgetPictureOfOtherPlanesIsAnotherOne) {
+  (void)add(instance());
+  set_time(15);
+  auto status = sized<bccsplat_scene_status>();
+  const auto drawn = [&](uint32_t channels, double budget) {
+    Frame f = frame(channels);
+    status = sized<bccsplat_scene_status>();
+    for (int calls = 0; calls < 100 && !status.complete; ++calls)
+      EXPECT_OK(bccsplat_scene_render(scene_.get(), nullptr, f.get(), nullptr, budget, &status));
+    EXPECT_EQ(status.complete, 1u);
+    return f;
+  };
+  (void)drawn(0, 1e-3);
+  const Frame parts = drawn(BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE, 1e-3),
+              whole = drawn(BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE, 0);
+  size_t met = 0;
+  for (const uint32_t channel : {BCCSPLAT_FRAME_DEPTH, BCCSPLAT_FRAME_VALUE}) {
+    auto a = sized<bccsplat_plane>(), b = sized<bccsplat_plane>();
+    ASSERT_OK(bccsplat_frame_get_channel(parts.get(), channel, &a));
+    ASSERT_OK(bccsplat_frame_get_channel(whole.get(), channel, &b));
+    for (size_t n = 0; n < size_t{scene_width} * scene_height; ++n) {
+      ASSERT_EQ(std::isfinite(a.pixels[n]), std::isfinite(b.pixels[n])) << channel << ' ' << n;
+      if (!std::isfinite(b.pixels[n])) continue;
+      EXPECT_NEAR(a.pixels[n], b.pixels[n], 0.01 * std::fabs(b.pixels[n]) + 1e-3);
+      ++met;
+    }
+  }
+  EXPECT_GT(met, 200u);
+}
+
+// What a picture took in several calls is what the next one is judged by: where that does not fit a coarse
+// picture comes first, of the whole frame.
+TEST_F(Scenes, APictureOfManyCallsDoesNotFitIntoOne) {
+  (void)add(instance());
+  set_time(15);
+  auto options = sized<bccsplat_render_options>();
+  options.quality = BCCSPLAT_QUALITY_BEST;
+  auto v = sized<bccsplat_view>();
+  bccsplat_camera c = camera();
+  v.camera = &c;
+  const Frame f = frame();
+  auto status = sized<bccsplat_scene_status>();
+  double spent = 0;
+  int calls = 0;
+  for (; calls < 100 && !status.complete; ++calls) {
+    ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), &options, 1e-3, &status));
+    spent += status.ms_total;
+  }
+  ASSERT_EQ(status.complete, 1u);
+  ASSERT_GT(calls, 4);
+  c.position[0] += 0.5;
+  ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), &options, spent / 3, &status));
+  const Pixels first = pixels(f);
+  ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), &options, 0, &status));
+  const Pixels whole = pixels(f);
+  EXPECT_NEAR(sum_of(first), sum_of(whole), 0.15 * sum_of(whole));
+}
+
+// Of several instances the depth of a surface is that of the first hit, as of one.
+TEST_F(Scenes, SurfacesOfSeveralHaveTheDepthOfTheFirstHit) {
+  const uint64_t first = add(instance());
+  auto far = instance();
+  place(far, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+  set_time(15);
+  const bccsplat_camera c = camera(false);
+  for (size_t a = 0; a < 3; ++a) // behind the first one
+    far.placement[4 * a + 3] = 0.05 * (c.target[a] - c.position[a]);
+  auto surface = bccsplat_iso_surface{};
+  surface.value = 50, surface.opacity = 0.3;
+  auto options = sized<bccsplat_render_options>();
+  options.mode = BCCSPLAT_MODE_ISOSURFACE, options.surfaces = &surface, options.surface_count = 1;
+  options.smooth_edges = BCCSPLAT_SMOOTH_EDGES_OFF, options.quality = BCCSPLAT_QUALITY_FINE;
+  auto v = sized<bccsplat_view>();
+  v.camera = &c;
+  const auto depths = [&] {
+    const Frame f = frame(BCCSPLAT_FRAME_DEPTH);
+    EXPECT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), &options, 0, nullptr));
+    auto plane = sized<bccsplat_plane>();
+    EXPECT_OK(bccsplat_frame_get_channel(f.get(), BCCSPLAT_FRAME_DEPTH, &plane));
+    return std::vector<float>(plane.pixels, plane.pixels + size_t{scene_width} * scene_height);
+  };
+  const std::vector<float> one = depths();
+  (void)add(far);
+  const std::vector<float> two = depths();
+  size_t met = 0;
+  for (size_t n = 0; n < one.size(); ++n) {
+    if (!std::isfinite(one[n])) continue;
+    EXPECT_NEAR(two[n], one[n], 0.05) << n;
+    ++met;
+  }
+  EXPECT_GT(met, 30u);
+  (void)first;
+}
+
 // A budget picture holds a copy of the frame, its slices and what they are drawn from: all of it counts.
 // Where that is too much for the device the call says so, or stays with what fits, and the device never holds
 // more.
