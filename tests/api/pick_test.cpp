@@ -256,9 +256,9 @@ TEST_F(Pick, MeetsWhatIsFlat) {
   bccsplat_hit hit = pick(ray);
   ASSERT_EQ(hit.found, 1);
   EXPECT_NEAR(hit.value, 3 * (16 + 0.05 * 7.8), 0.1) << "where the ray leaves";
-  const double opacities[4] = {0, 0.5, 100, 0.5};
+  const double colors[8] = {0, 1, 1, 1, 100, 1, 1, 1}, opacities[4] = {0, 0.5, 100, 0.5};
   auto f = sized<bccsplat_transfer_function>();
-  f.opacities = opacities, f.opacity_count = 2, f.unit_distance = 1;
+  f.colors = colors, f.color_count = 2, f.opacities = opacities, f.opacity_count = 2, f.unit_distance = 1;
   // One sample's distance of half the light: 0.4 of it is there after ln 0.6 / ln 0.5 of that.
   ray.pick = BCCSPLAT_PICK_OPACITY, ray.threshold = 0.4, ray.transfer_function = &f;
   ray.direction[0] = 0;
