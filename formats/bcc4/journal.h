@@ -7,6 +7,7 @@
 // and without it nothing of the journal counts. The others are written when the chunks they list
 // are safe on disk; the first one that fails its checks ends the journal, and so does one whose chunks are
 // not in the unfinished file as it says: that may have been cut, damaged, or written by another since.
+// bcc4 looks whether any record follows the options (importers/tool/import/resume.cpp).
 #pragma once
 
 #include <chrono>

@@ -1,7 +1,9 @@
 """bcc4 import that is killed, interrupted, resumed and appended to. BCCSPLAT_KILLS sets how often it is killed."""
+import fcntl
 import os
 import random
 import re
+import resource
 import signal
 import struct
 import subprocess
@@ -36,6 +38,11 @@ def without_record(data, record):
     return bytes(out)
 
 
+def end_of_options(journal):
+    """Where a journal's first slab goes: behind 16 bytes and a record of u32 length, u32 checksum and the options."""
+    return 24 + struct.unpack_from('<I', journal, 16)[0] if len(journal) >= 24 else len(journal)
+
+
 # Otherwise the first frames and all of them may choose differently.
 FIXED = ('--lattice', 'd4star', '--exact')
 
@@ -63,6 +70,12 @@ class Resume(ToolTest):
         with open(self.path(name), 'rb') as f:
             return f.read()
 
+    def lists_a_slab(self):
+        if not os.path.exists(self.path('x.bcc4.journal')):
+            return False
+        journal = self.read('x.bcc4.journal')
+        return len(journal) > end_of_options(journal)
+
     def started(self, *more):
         return subprocess.Popen([BCC4, 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', *more], cwd=self.folder,
                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -85,8 +98,7 @@ class Resume(ToolTest):
             if os.path.exists(self.path('x.bcc4')):  # it was too late to kill it
                 self.assertEqual(self.read('x.bcc4'), whole)
             else:
-                journal = self.path('x.bcc4.journal')
-                reused += os.path.exists(journal) and os.path.getsize(journal) > 16
+                reused += self.lists_a_slab()
                 self.run_import('--resume', '--quiet', *options)
                 self.assertEqual(self.read('x.bcc4'), whole, f'kill {kill}')
             self.assertEqual([n for n in os.listdir(self.folder) if n.startswith('x.')], ['x.bcc4'])
@@ -140,8 +152,7 @@ class Resume(ToolTest):
         whole = self.undisturbed()
         p = self.started()
         while p.poll() is None:  # until something is worth keeping
-            journal = self.path('x.bcc4.journal')
-            if os.path.exists(journal) and os.path.getsize(journal) > 16:
+            if self.lists_a_slab():
                 p.send_signal(signal.SIGINT)
                 break
             time.sleep(.001)
@@ -163,12 +174,10 @@ class Resume(ToolTest):
         self.assertEqual(self.read('x.bcc4'), whole)
 
     def test_work_that_is_begun_anew_is_told(self):
-        journal = self.path('x.bcc4.journal')
-
         def has_work(live):
             if live:
                 return subprocess.run([BCC4, 'info', self.path('x.bcc4.partial')], capture_output=True).returncode == 0
-            return os.path.exists(journal) and os.path.getsize(journal) > 1400  # a slab behind the options
+            return self.lists_a_slab()
 
         for live in (), ('--live', '1'):
             whole = self.undisturbed(*live, '--overwrite')
@@ -189,7 +198,31 @@ class Resume(ToolTest):
                 self.assertEqual(f' of {FRAMES} frames)' in err, told and bool(live), err)
                 self.assertEqual(self.read('x.bcc4'), whole)
                 os.remove(self.path('x.bcc4'))
+        # A journal without a slab is no work.
+        for name, data in kept.items():
+            self.write(name, data[:end_of_options(data)] if name.endswith('.journal') else data)
         self.assertNotIn('begun anew', self.run_import()[1])
+
+    def test_a_full_disk_keeps_what_can_be_gone_on_with(self):
+        whole = self.undisturbed()
+        for limit, kept in (20_000, False), (800_000, True):  # bytes: less than a slab, and more
+            p = subprocess.run([BCC4, 'import', 'a.raw', *self.dims, '--store', 'samples', '-o', 'x.bcc4'], capture_output=True,
+                               text=True, cwd=self.folder,
+                               preexec_fn=lambda limit=limit: (signal.signal(signal.SIGXFSZ, signal.SIG_DFL),
+                                                               resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))))
+            self.assertEqual(p.returncode, 4, p.stderr)
+            self.assertEqual('--resume goes on from there' in p.stderr, kept, p.stderr)
+            self.assertEqual(sorted(n for n in os.listdir(self.folder) if n.startswith('x.')),
+                             ['x.bcc4.journal', 'x.bcc4.partial'] if kept else [])
+        self.run_import('--resume', '--quiet')
+        self.assertEqual(self.read('x.bcc4'), whole)
+
+    def test_another_writer_keeps_its_file(self):
+        with open(self.write('x.bcc4.partial', b'begun'), 'rb') as f:
+            fcntl.flock(f, fcntl.LOCK_EX)
+            self.refused(2, 'another writer is at work', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', output='x.bcc4')
+        self.assertEqual(self.read('x.bcc4.partial'), b'begun')
+        os.remove(self.path('x.bcc4.partial'))
 
     def test_resume_with_nothing_to_resume_begins(self):
         whole = self.undisturbed()

@@ -3,8 +3,10 @@
 
 #include <bccsplat.h>
 
+#include <array>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 
 #include "readers/error.h"
 #include "readers/system.h"
@@ -15,7 +17,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr uintmax_t empty_journal = 16; // bytes: its head, no slab
+// Whether the journal of `output` lists a slab. Behind 16 bytes that say what it is of come records: u32
+// bytes, u32 checksum, payload; the first has the options, each other one a slab (formats/bcc4/journal.h).
+bool has_slab(const std::string& output) {
+  constexpr std::streamoff options = 16;
+  std::ifstream journal(to_path(output + ".journal"), std::ios::binary);
+  std::array<char, 4> bytes{};
+  if (!journal.seekg(options) || !journal.read(bytes.data(), bytes.size())) return false;
+  std::streamoff length = 0;
+  for (size_t i = bytes.size(); i-- > 0;) length = 256 * length + static_cast<unsigned char>(bytes[i]);
+  return journal.seekg(0, std::ios::end) && journal.tellg() > options + 8 + length;
+}
 
 } // namespace
 
@@ -40,10 +52,9 @@ int32_t partial_mode(const ResumeArguments& arguments) {
 }
 
 std::string unfinished_work(const Device& device, const std::string& output) {
+  if (!has_slab(output)) return "";
   std::error_code error;
   const std::string partial = output + ".partial";
-  const uintmax_t journal = fs::file_size(to_path(output + ".journal"), error);
-  if (error || journal <= empty_journal) return "";
   const uintmax_t bytes = fs::file_size(to_path(partial), error);
   if (error) return "";
   std::string how_far = byte_text(static_cast<double>(bytes));
@@ -57,11 +68,10 @@ std::string unfinished_work(const Device& device, const std::string& output) {
 }
 
 UnfinishedImport::~UnfinishedImport() {
-  if (finished_) return;
+  if (!begun_ || finished_) return;
   std::error_code error;
   const fs::path journal = to_path(output_ + ".journal"), partial = to_path(output_ + ".partial");
-  const uintmax_t size = fs::file_size(journal, error);
-  if (error || worthless_ || size <= empty_journal) { // none, or without a slab: nothing to go on from
+  if (worthless_ || !has_slab(output_)) { // nothing to go on from
     fs::remove(journal, error);
     fs::remove(partial, error);
   } else if (!quiet_) {

@@ -22,20 +22,21 @@ void add_resume_options(const Command& import, ResumeArguments& arguments);
 // there is nothing.
 [[nodiscard]] std::string unfinished_work(const Device& device, const std::string& output);
 
-// Watches over one import. When it ends early, work worth going on from stays and a line says how; else
-// nothing stays: what misses its bound would miss it again.
+// Watches over one import, once its writer has the file. When it ends early, work worth going on from stays
+// and a line says how; else nothing stays: what misses its bound would miss it again.
 class UnfinishedImport {
  public:
   UnfinishedImport(std::string output, bool quiet) : output_(std::move(output)), quiet_(quiet) {}
   UnfinishedImport(const UnfinishedImport&) = delete;
   UnfinishedImport& operator=(const UnfinishedImport&) = delete;
   ~UnfinishedImport();
+  void begun() { begun_ = true; } // before that, what is there may be another's
   void finished() { finished_ = true; }
   void missed_its_bound() { worthless_ = true; }
 
  private:
   std::string output_;
-  bool quiet_, finished_ = false, worthless_ = false;
+  bool quiet_, begun_ = false, finished_ = false, worthless_ = false;
 };
 
 } // namespace bcc4

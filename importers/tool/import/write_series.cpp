@@ -59,7 +59,7 @@ void refuse_missing_frame(const FrameReader& reader, uint64_t frame, uint64_t no
 
 ImportResult write_file(FrameReader& reader, const Device& device, const WriterSettings& settings,
                         const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                        const CommonOptions& common) {
+                        const CommonOptions& common, UnfinishedImport& import) {
   const SeriesDescription& s = reader.description();
   auto part = sized<bccsplat_series_part>();
   const bool is_part = scope.part || scope.block;
@@ -75,6 +75,7 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
   const std::string unfinished = anew ? unfinished_work(device, scope.output) : "";
   const Writer writer =
       create_writer(device, scope.output, s, settings, scans, s.dims[3], is_part ? &part : nullptr);
+  import.begun();
   if (!unfinished.empty())
     std::fprintf(stderr, "bcc4: %s is begun anew; --resume would have gone on with it\n", unfinished.c_str());
   record_origin(writer, s, settings, scope);
@@ -101,7 +102,7 @@ ImportResult write_once(FrameReader& reader, const Device& device, const WriterS
                         const CommonOptions& common) {
   UnfinishedImport unfinished(scope.output, common.quiet);
   try {
-    ImportResult result = write_file(reader, device, settings, scans, scope, common);
+    ImportResult result = write_file(reader, device, settings, scans, scope, common, unfinished);
     unfinished.finished();
     return result;
   } catch (const StatusError& e) {
