@@ -962,12 +962,13 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_add_field(
  * called before, it has no effect on them. Also: WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(
     bccsplat_writer* writer, double first, double step);
-/* A free attribute of the file; a key given twice keeps the last value. Also: WRONG_STATE
- * (finished, or failed). */
+/* A free attribute of the file; a key given twice keeps the last value. LIMIT_EXCEEDED, and nothing
+ * is taken, where the texts of all attributes and sources come to more than 32 MiB. Also:
+ * WRONG_STATE (finished, or failed). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(
     bccsplat_writer* writer, const char* key, const char* value);
-/* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). Also: WRONG_STATE,
- * as above. */
+/* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). Also:
+ * LIMIT_EXCEEDED and WRONG_STATE, as above. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(
     bccsplat_writer* writer, const char* name, uint64_t bytes, uint32_t crc32);
 /* Writes all pending data and gives the file its name. report may be NULL. WRONG_STATE while frames

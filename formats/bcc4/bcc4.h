@@ -124,7 +124,8 @@ class Bcc4Writer {
   std::unique_ptr<State> state_;
 };
 
-// A file that exceeds one of them is refused before anything is allocated: Code::limit_exceeded.
+// A file that exceeds one of them is refused before anything is allocated: Code::limit_exceeded. A writer
+// makes no file whose metadata or directory exceed them.
 struct Bcc4Limits {
   uint64_t metadata_bytes = 64 << 20; // decoded
   uint64_t directory_bytes = 256 << 20;

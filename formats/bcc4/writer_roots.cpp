@@ -12,13 +12,23 @@ namespace {
 
 constexpr uint16_t unfinished_version = 3; // of the format, that a reader of an unfinished series needs
 
+// Packs a table that a reader with the usual limits takes.
+PackedBlock pack_table(std::span<const std::byte> decoded, uint64_t limit, const char* what) {
+  if (decoded.size() > limit)
+    fail(Code::limit_exceeded, "writer: ", what, " of ", decoded.size(), " bytes, the limit of readers is ",
+         limit);
+  return pack_block(decoded);
+}
+
 } // namespace
 
 Root Bcc4Writer::State::append_state(const VolumeInfo& of, std::span<const PageRef> pages, uint64_t beyond) {
   shown.replaced += std::exchange(shown.bytes, 0);
   Root root;
-  root.directory = file.append(pack_block(write_directory(pages)));
-  root.metadata = file.append(pack_block(write_metadata(of)));
+  const Bcc4Limits limits{};
+  root.directory =
+      file.append(pack_table(write_directory(pages), limits.directory_bytes, "an index directory"));
+  root.metadata = file.append(pack_table(write_metadata(of), limits.metadata_bytes, "metadata"));
   root.file_bytes = file.position();
   root.chunks = index->chunks(), root.runs_bytes = index->runs_bytes();
   root.values_bytes = index->values_bytes();

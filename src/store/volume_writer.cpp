@@ -378,19 +378,31 @@ void VolumeWriter::set_times(double first, double step) {
   initial_.time.first = first, initial_.time.step = step;
 }
 
+void VolumeWriter::take_text(uint64_t bytes, uint64_t replaced) {
+  constexpr uint64_t most = Bcc4Limits{}.metadata_bytes / 2; // the other half is for what writers say
+  const uint64_t all = text_bytes_ - replaced + bytes;
+  if (all > most)
+    fail(Code::limit_exceeded, "writer: attributes and sources of ", all, " bytes, the limit is ", most);
+  text_bytes_ = all;
+}
+
 void VolumeWriter::set_attribute(const std::string& key, const std::string& value) {
   require_open();
   auto& attributes = initial_.attributes;
   const auto it =
       std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.first == key; });
-  if (it != attributes.end())
+  if (it != attributes.end()) {
+    take_text(value.size(), it->second.size());
     it->second = value;
-  else
+  } else {
+    take_text(key.size() + value.size(), 0);
     attributes.emplace_back(key, value);
+  }
 }
 
 void VolumeWriter::add_source(SourceInfo source) {
   require_open();
+  take_text(source.name.size(), 0);
   initial_.sources.push_back(std::move(source));
 }
 

@@ -69,6 +69,7 @@ class VolumeWriter {
 
   // Set what the file says of itself, at any time before finish.
   void set_times(double first, double step);
+  // Throws limit_exceeded where the texts of all attributes and sources take more than 32 MiB.
   void set_attribute(const std::string& key, const std::string& value);
   void add_source(SourceInfo source);
 
@@ -119,6 +120,7 @@ class VolumeWriter {
 
   // The ways in.
   void require_open() const;
+  void take_text(uint64_t bytes, uint64_t replaced);
   void require_input(Input input) const;
   // Settles what the first data settle, and checks what that is needed for. A step that is refused undoes it.
   template<class Step> void prepare(const Step& step) {
@@ -199,6 +201,7 @@ class VolumeWriter {
   FitOptions fit_options_;
   State state_ = State::open;
   Input input_ = Input::none;
+  uint64_t text_bytes_ = 0; // of attributes and sources
   std::vector<double> times_;
   std::vector<uint64_t> added_; // frames or layers, per channel
 

@@ -145,6 +145,16 @@ TEST(Statuses, OfWriters) {
          EXPECT_EQ(bccsplat_writer_finish(w.get(), nullptr), BCCSPLAT_ERROR_WRONG_STATE);
          return bccsplat_writer_set_attribute(w.get(), "a", "b");
        }},
+      {"an attribute of 65 MiB", BCCSPLAT_ERROR_LIMIT_EXCEEDED,
+       [](Scene& s) {
+         const std::string large(65u << 20, 'x');
+         return bccsplat_writer_set_attribute(s.writer(s.options()).get(), "a", large.c_str());
+       }},
+      {"a source of 65 MiB", BCCSPLAT_ERROR_LIMIT_EXCEEDED,
+       [](Scene& s) {
+         const std::string large(65u << 20, 'x');
+         return bccsplat_writer_add_source(s.writer(s.options()).get(), large.c_str(), 1, 1);
+       }},
       {"finish too early", BCCSPLAT_ERROR_WRONG_STATE,
        [](Scene& s) { return bccsplat_writer_finish(s.writer(s.options()).get(), nullptr); }},
       {"a PSNR that is missed", BCCSPLAT_ERROR_BOUND_NOT_MET,

@@ -296,6 +296,12 @@ TEST(Bcc4Writer, RefusesWhatDoesNotFit) {
     expect_code(Code::wrong_state, "ends after 3 layers", [&] { w.finish(bench.context); });
     expect_code(Code::wrong_state, "failed before", [&] { w.finish(bench.context); });
   }
+  { // what no reader would open is not finished
+    Bcc4Writer w(create_memory_sink(bytes), info);
+    w.write_slab(0, 0, slab(0, 8), bench.context);
+    w.info().attributes.emplace_back("a", std::string(Bcc4Limits{}.metadata_bytes, 'x'));
+    expect_code(Code::limit_exceeded, "metadata of", [&] { w.finish(bench.context); });
+  }
   expect_code(Code::nonfinite_value, "not finite", [&] {
     const auto bad = make_layers(info, 0, [](int, double x, double, double, double) {
       return Sample{x > 5 ? NAN : 1, true, false};

@@ -157,6 +157,26 @@ TEST_F(VolumeWriterOrder, WhatTheHostSaysComesBack) {
   EXPECT_EQ(reader->info().time.at(2), 14);
 }
 
+TEST_F(VolumeWriterOrder, TextsFitIntoWhatReadersTake) {
+  Writing w(series);
+  const std::string large(12u << 20, 'x');
+  const auto attribute = [&](const char* key, const std::string& value) {
+    return code_of([&] { w.writer().set_attribute(key, value); });
+  };
+  EXPECT_EQ(attribute("a", large), Code::ok);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(attribute("b", large), Code::ok); // one counts
+  EXPECT_EQ(attribute("c", large), Code::limit_exceeded);
+  EXPECT_EQ(attribute("b", large + large), Code::limit_exceeded);
+  EXPECT_EQ(code_of([&] { w.writer().add_source({large, 5, 6}); }), Code::limit_exceeded);
+  EXPECT_EQ(attribute("b", ""), Code::ok);
+  EXPECT_EQ(attribute("c", large), Code::ok);
+  for (uint32_t t = 0; t < 3; ++t) EXPECT_EQ(w.add_frame(t, t), Code::ok); // the writer is as it was
+  EXPECT_EQ(w.finish(), Code::ok);
+  const auto reader = Bcc4Reader::open(open_memory_source(w.bytes));
+  EXPECT_EQ(reader->info().attributes.size(), 3u);
+  EXPECT_TRUE(reader->info().sources.empty());
+}
+
 TEST_F(VolumeWriterOrder, ErrorsAreKnownAfterFinish) {
   Writing w(series);
   w.settings.measure = Measure::all;
