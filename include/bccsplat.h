@@ -1015,11 +1015,11 @@ typedef struct bccsplat_join_options {
 
 /* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory
  * does not depend on their size (16 bytes for each run along x of missing samples of a frame that
- * is divided into blocks). The file is the same byte for byte as one written without parts by the
- * same version, each frame's channels added in order, but for compare_levels, and without
- * fixed_predictions for channels with a bound (abs_error, psnr) far from their air: parts do not
- * know each other's values, keep air as base of the field, take more corrections and ripple between
- * samples (see air). INVALID_ARGUMENT, naming the files, frames and samples, when they are not
+ * is divided into blocks); some 20 of their files are open at once. The file is the same byte for
+ * byte as one written without parts by the same version, each frame's channels added in order, but
+ * for compare_levels, and without fixed_predictions for channels with a bound (abs_error, psnr) far
+ * from their air: parts do not know each other's values, keep air as base of the field, take more
+ * corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files, frames and samples, when they are not
  * parts of one series, or a frame, or a sample of one, is in none or in two of them;
  * NONFINITE_VALUE when all samples of a frame are missing in its blocks; BOUND_NOT_MET when the
  * series misses the psnr of its options. Also: opening, writing. options and report may be NULL;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/lru_cache.h"
 #include "base/os/file.h"
 #include "base/sizes.h"
 #include "base/would_block.h"
@@ -33,6 +34,33 @@ class FileSource final : public ByteSource {
  private:
   std::string name_;
   OsFile file_;
+};
+
+// One of many files: it is opened when it is read, and stays open until others were read more lately.
+class FileOfMany final : public ByteSource {
+ public:
+  using OpenFiles = LruCache<std::string, OsFile>;
+  FileOfMany(const std::string& path, std::shared_ptr<OpenFiles> open)
+      : name_(path), open_(std::move(open)), size_(file()->size()) {}
+  uint64_t size() const override { return size_; }
+  const std::string& name() const override { return name_; }
+  void read_at(uint64_t offset, std::span<std::byte> out) const override {
+    if (offset > size_ || out.size() > size_ - offset || file()->read_at(offset, out) != out.size())
+      fail_range(name_, offset, out.size(), size_);
+  }
+
+ private:
+  // Whoever reads it keeps it open, too.
+  std::shared_ptr<const OsFile> file() const {
+    if (auto found = open_->find(name_)) return found;
+    auto opened = std::make_shared<const OsFile>(OsFile::open_to_read(name_));
+    open_->insert(name_, opened, 1, nullptr);
+    return opened;
+  }
+
+  std::string name_;
+  std::shared_ptr<OpenFiles> open_;
+  uint64_t size_;
 };
 
 class MemorySource final : public ByteSource {
@@ -173,6 +201,14 @@ class StreamSink final : public ByteSink {
 
 std::unique_ptr<ByteSource> open_file_source(const std::string& path) {
   return std::make_unique<FileSource>(path);
+}
+
+std::vector<std::unique_ptr<ByteSource>> open_file_sources(const std::vector<std::string>& paths,
+                                                           size_t open_at_once) {
+  const auto open = std::make_shared<FileOfMany::OpenFiles>(open_at_once);
+  std::vector<std::unique_ptr<ByteSource>> sources;
+  for (const std::string& path : paths) sources.push_back(std::make_unique<FileOfMany>(path, open));
+  return sources;
 }
 
 std::unique_ptr<ByteSource> open_memory_source(std::span<const std::byte> bytes) {

@@ -29,6 +29,10 @@ class ByteSource {
 };
 
 [[nodiscard]] std::unique_ptr<ByteSource> open_file_source(const std::string& path);
+// Sources over finished files, which may be more than a process may have open: about `open_at_once` of them
+// are open, those read last, and one more for each thread that reads.
+[[nodiscard]] std::vector<std::unique_ptr<ByteSource>>
+open_file_sources(const std::vector<std::string>& paths, size_t open_at_once);
 // Borrows the bytes: they must outlive the source.
 [[nodiscard]] std::unique_ptr<ByteSource> open_memory_source(std::span<const std::byte> bytes);
 // `read` returns the number of bytes read, short only at the end or on failure, or read_would_block.

@@ -96,9 +96,8 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
 } // namespace
 
 SeriesParts open_parts(const std::vector<std::string>& paths) {
-  std::vector<std::unique_ptr<ByteSource>> sources;
-  for (const std::string& path : paths) sources.push_back(open_file_source(path));
-  return open_parts(std::move(sources));
+  constexpr size_t open_at_once = 16; // opening one again costs little beside the chunks that are read
+  return open_parts(open_file_sources(paths, open_at_once));
 }
 
 SeriesParts open_parts(std::vector<std::unique_ptr<ByteSource>> sources) {

@@ -4,6 +4,10 @@
 // by name.
 #include <limits>
 
+#ifndef _WIN32
+#include <sys/resource.h>
+#endif
+
 #include "block_series.h"
 
 namespace host::block_series {
@@ -164,6 +168,40 @@ TEST(Blocks, OfFramesAndOfAnyShape) {
   ASSERT_OK(blocks.join(folder.file("joined.bcc4")));
   EXPECT_TRUE(bytes_of(folder.file("joined.bcc4")) == bytes_of(folder.file("whole.bcc4")));
 }
+
+#ifndef _WIN32
+// While it lives no more than so many files can be opened beside those that are open.
+class FewFiles {
+ public:
+  explicit FewFiles(rlim_t count) {
+    const int next = ::dup(STDERR_FILENO);
+    ::close(next);
+    EXPECT_EQ(getrlimit(RLIMIT_NOFILE, &old_), 0);
+    rlimit now = old_;
+    now.rlim_cur = static_cast<rlim_t>(next) + count;
+    EXPECT_EQ(setrlimit(RLIMIT_NOFILE, &now), 0);
+  }
+  FewFiles(const FewFiles&) = delete;
+  FewFiles& operator=(const FewFiles&) = delete;
+  ~FewFiles() { setrlimit(RLIMIT_NOFILE, &old_); }
+
+ private:
+  rlimit old_{};
+};
+
+TEST(Blocks, MayBeMoreThanTheFilesOfAProcess) {
+  const Device device = make_device();
+  const Folder folder;
+  const Asked asked;
+  (void)write(device, folder.file("whole.bcc4"), asked);
+  Blocks blocks(device, folder, asked);
+  blocks.write_all({{{0, 16, 32, 48, 64}, {0, 16, 40}, {0, 16, 36}, {0, 5, 9}}});
+  ASSERT_EQ(blocks.names().size(), 32u);
+  const FewFiles few(20);
+  EXPECT_OK(blocks.join(folder.file("joined.bcc4")));
+  EXPECT_TRUE(bytes_of(folder.file("joined.bcc4")) == bytes_of(folder.file("whole.bcc4")));
+}
+#endif
 
 TEST(Blocks, TakeTheirSamplesAndAHalo) {
   const Device device = make_device();
