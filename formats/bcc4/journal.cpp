@@ -18,7 +18,6 @@ constexpr uint32_t version = 2;
 constexpr size_t head_bytes = 16;
 constexpr uint64_t longest_text = uint64_t{1} << 20; // of an option
 constexpr size_t journal_entry_bytes = 48;
-constexpr uint64_t most_bytes = uint64_t{1} << 30;
 
 std::vector<std::byte> payload_of(const WrittenSlab& s) {
   ByteWriter out;
@@ -77,37 +76,53 @@ void write_record(std::span<const std::byte> payload, ByteWriter& out) {
   out.write_bytes(payload);
 }
 
-// The payload of the next record; none where that is cut or damaged, or was the last.
-std::optional<std::span<const std::byte>> take_record(ByteReader& in) {
-  if (in.remaining() < 8) return std::nullopt;
-  const auto size = in.read<uint32_t>(), crc = in.read<uint32_t>();
-  if (size > in.remaining()) return std::nullopt;
-  const auto payload = in.take(size);
-  if (crc32_of(payload) != crc) return std::nullopt;
-  return payload;
-}
+// A journal that is read from its beginning, a record at a time: it may be long.
+class JournalFile {
+ public:
+  explicit JournalFile(const std::string& path) : file_(open_file_source(path)), size_(file_->size()) {}
+  [[nodiscard]] uint64_t position() const { return position_; }
+
+  // The next bytes; none where there are fewer.
+  std::optional<std::vector<std::byte>> take(size_t count) {
+    if (count > size_ - position_) return std::nullopt;
+    std::vector<std::byte> bytes(count);
+    file_->read_at(position_, bytes);
+    position_ += count;
+    return bytes;
+  }
+  // The payload of the next record; none where that is cut or damaged, or was the last. A system that crashed
+  // may have left zeros, which are no record.
+  std::optional<std::vector<std::byte>> take_record() {
+    const auto head = take(8);
+    if (!head) return std::nullopt;
+    ByteReader in(*head, "journal");
+    const auto size = in.read<uint32_t>(), crc = in.read<uint32_t>();
+    if (size == 0) return std::nullopt;
+    auto payload = take(size);
+    if (payload && crc32_of(*payload) != crc) payload.reset();
+    return payload;
+  }
+
+ private:
+  std::unique_ptr<ByteSource> file_;
+  uint64_t size_, position_ = 0;
+};
 
 // What a journal begins with; none where nothing of it counts.
 struct Head {
   uint32_t fingerprint;
   JournalOptions options;
 };
-std::optional<Head> take_head(ByteReader& in) {
-  if (in.remaining() < head_bytes || std::memcmp(in.take(mark.size()).data(), mark.data(), mark.size()) != 0)
-    return std::nullopt;
+std::optional<Head> take_head(JournalFile& journal) {
+  const auto bytes = journal.take(head_bytes);
+  if (!bytes) return std::nullopt;
+  ByteReader in(*bytes, "journal");
+  if (std::memcmp(in.take(mark.size()).data(), mark.data(), mark.size()) != 0) return std::nullopt;
   if (in.read<uint32_t>() != version) return std::nullopt;
   const auto fingerprint = in.read<uint32_t>();
-  const auto options = take_record(in);
+  const auto options = journal.take_record();
   if (!options) return std::nullopt;
   return Head{fingerprint, options_of(*options)};
-}
-
-std::vector<std::byte> read_journal(const std::string& path) {
-  const auto file = open_file_source(path);
-  if (file->size() > most_bytes) fail(Code::limit_exceeded, path, ": ", file->size(), " bytes");
-  std::vector<std::byte> bytes(file->size());
-  file->read_at(0, bytes);
-  return bytes;
 }
 
 bool all_there(const WrittenSlab& slab, const ByteSource& file) {
@@ -126,9 +141,8 @@ bool all_there(const WrittenSlab& slab, const ByteSource& file) {
 void Bcc4Journal::require_options(const std::string& path, const JournalOptions& options) {
   const std::string journal = path + ".journal";
   if (!file_exists(journal)) return;
-  const std::vector<std::byte> bytes = read_journal(journal);
-  ByteReader in(bytes, "journal");
-  const std::optional<Head> head = take_head(in);
+  JournalFile file(journal);
+  const std::optional<Head> head = take_head(file);
   if (!head) return;
   for (const auto& [name, value] : options) {
     const auto it = std::find_if(head->options.begin(), head->options.end(),
@@ -143,22 +157,22 @@ Bcc4Journal::Bcc4Journal(const std::string& path, bool take_over, uint64_t inter
     : path_(path + ".journal"), options_(std::move(options)), interval_(interval) {
   if (take_over && file_exists(path_)) {
     const std::string unfinished = path + ".partial";
-    read(read_journal(path_), file_exists(unfinished) ? open_file_source(unfinished).get() : nullptr);
+    read(file_exists(unfinished) ? open_file_source(unfinished).get() : nullptr);
   }
   sink_ = create_journal_sink(path_, end_);
 }
 
-void Bcc4Journal::read(std::span<const std::byte> bytes, const ByteSource* unfinished) {
-  ByteReader in(bytes, "journal");
-  const std::optional<Head> head = take_head(in);
+void Bcc4Journal::read(const ByteSource* unfinished) {
+  JournalFile file(path_);
+  const std::optional<Head> head = take_head(file);
   if (!head) return;
   fingerprint_ = head->fingerprint;
   found_ = true;
-  end_ = in.position();
-  while (const auto payload = take_record(in)) {
+  end_ = file.position();
+  while (const auto payload = file.take_record()) {
     WrittenSlab s = slab_of(*payload);
     if (!unfinished || !all_there(s, *unfinished)) return;
-    end_ = in.position();
+    end_ = file.position();
     earlier_[{s.slab, s.at}] = std::move(s);
   }
 }

@@ -14,7 +14,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,7 +63,7 @@ class Bcc4Journal {
   void remove();
 
  private:
-  void read(std::span<const std::byte> bytes, const ByteSource* unfinished);
+  void read(const ByteSource* unfinished); // the journal
   std::string path_;
   JournalOptions options_;
   std::unique_ptr<ByteSink> sink_;

@@ -20,6 +20,13 @@ const char* name_of(NonFinite rule) {
   return rule == NonFinite::error ? "refused" : rule == NonFinite::hole ? "holes" : "clamped";
 }
 
+// Journals take texts of limited length, and lists of coordinates are long: these count by their checksum.
+void shorten(std::string& value) {
+  constexpr size_t longest = 1000;
+  if (value.size() > longest)
+    value = concat(value.size(), " characters, checksum ", crc32_of(std::as_bytes(std::span(value))));
+}
+
 // Names an option that is not given "none".
 std::string or_none(std::string text) { return text.empty() ? "none" : std::move(text); }
 
@@ -88,6 +95,7 @@ JournalOptions journal_options(const WriterSettings& s, const std::string& kerne
   add_part(s, out);
   out.emplace_back("channels", concat(s.channels.size()));
   for (size_t c = 0; c < s.channels.size(); ++c) add_channel(s.channels[c], concat("channel ", c), out);
+  for (auto& option : out) shorten(option.second);
   return out;
 }
 

@@ -118,6 +118,18 @@ TEST_F(Bcc4JournalTest, AJournalCutAnywhereIsUsedAsFarAsItGoes) {
   }
 }
 
+// A crash may leave zeros there; the most of them make a file of more than 1 GiB, with nothing on disk.
+TEST_F(Bcc4JournalTest, ZerosBehindTheRecordsEndThem) {
+  for (const uint64_t zeros : {uint64_t{3}, uint64_t{4096}, uint64_t{1} << 30}) {
+    write(false, 3);
+    fs::resize_file(path + ".journal", fs::file_size(path + ".journal") + zeros);
+    const Bcc4Report report = write(true, info.slabs());
+    EXPECT_EQ(report.slabs_reused, 6u) << zeros;
+    EXPECT_EQ(read_file(path), undisturbed) << zeros;
+    fs::remove(path);
+  }
+}
+
 // What is taken over is in the file: it may be cut, damaged, gone, or somebody else's since.
 TEST_F(Bcc4JournalTest, AnUnfinishedFileThatIsNotTheJournalsIsWrittenAnew) {
   write(false, 4);

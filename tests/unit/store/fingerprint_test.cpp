@@ -11,6 +11,7 @@
 
 #include "fit/kept/packed_block.h"
 #include "fit/resample/halved_frame.h"
+#include "store/journal_options.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat {
@@ -84,6 +85,17 @@ TEST(Fingerprint, ANewRuleHasANewNumber) {
 TEST(Fingerprint, LevelsOfHalvedFramesAreNotThoseOfOlderVersions) {
   EXPECT_NE(options_checksum({}, 1, "0", {}), options_checksum({}, 0, "0", {}));
   EXPECT_EQ(options_checksum({}, 2, "0", {}), options_checksum({}, 1, "0", {}));
+}
+
+// What a journal could not be read with must not be in it.
+TEST(Fingerprint, OptionsInWordsAreShort) {
+  WriterSettings settings;
+  std::vector<double>& x = settings.axes[0].coordinates;
+  for (int i = 0; i < 60000; ++i) x.push_back(i + 0.1);
+  const JournalOptions options = journal_options(settings, "", 0, {});
+  for (const auto& option : options) EXPECT_LE(option.second.size(), 1000u) << option.first;
+  x.back() += 0.5;
+  EXPECT_NE(journal_options(settings, "", 0, {}), options);
 }
 
 TEST(Fingerprint, PartsDifferByTheirFrames) {
