@@ -56,6 +56,33 @@ DenseLayout layout_of(const MetaImageHeader& h, const std::vector<AxisRole>& rol
   return layout;
 }
 
+// Whether the letters name the sides that the axes of space begin at, of a world to the left, back and up.
+bool fits_world(const std::string& letters, const std::vector<AxisRole>& roles, const Affine& m) {
+  if (letters.size() < roles.size()) return false;
+  for (size_t a = 0; a < roles.size(); ++a) {
+    if (roles[a] == AxisRole::t) continue;
+    const size_t low = std::string_view("RAI").find(letters[a]),
+                 high = std::string_view("LPS").find(letters[a]);
+    const size_t row = std::min(low, high); // of the world axis between the two sides
+    if (row > 2) return false;
+    const double step = m[4 * row + static_cast<size_t>(roles[a])];
+    if (low == row ? step <= 0 : step >= 0) return false;
+  }
+  return true;
+}
+
+// The world of MetaImage is that of ITK, LPS. Files of other fields than medicine have no orientation.
+void set_space(SeriesDescription& d, const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
+  const auto found = h.other.find("AnatomicalOrientation");
+  if (found == h.other.end() || found->second.find_first_not_of('?') == std::string::npos) return;
+  d.attributes.emplace_back("anatomical_orientation", found->second);
+  if (fits_world(found->second, roles, d.affine))
+    d.attributes.emplace_back("space", "left-posterior-superior");
+  else
+    d.notes.push_back(concat("AnatomicalOrientation ", found->second,
+                             " is not that of the axes: where left, back and up are stays open"));
+}
+
 void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vector<AxisRole>& roles,
                 const ReaderOptions& options) {
   std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -76,9 +103,7 @@ void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vecto
                                           : "ElementSpacing, TransformMatrix and Offset";
   if (const auto unit = h.other.find("DistanceUnits"); unit != h.other.end() && unit->second != "?")
     d.spatial_unit = unit->second;
-  if (const auto space = h.other.find("AnatomicalOrientation");
-      space != h.other.end() && space->second != "???")
-    d.attributes.emplace_back("anatomical_orientation", space->second);
+  set_space(d, h, roles);
 }
 
 // Takes the times that the frames of one file tell; returns whether they do.

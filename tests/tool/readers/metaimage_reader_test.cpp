@@ -3,6 +3,7 @@
 // series, and what is refused.
 #include "readers/metaimage/metaimage_reader.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "scratch.h"
@@ -64,6 +65,12 @@ TEST(MetaImageReader, ReadsAttachedDetachedCompressedAndTextAlike) {
   }
 }
 
+std::ptrdiff_t orientation_notes(const SeriesDescription& d) {
+  return std::count_if(d.notes.begin(), d.notes.end(), [](const std::string& note) {
+    return note.find("is not that of the axes") != std::string::npos;
+  });
+}
+
 TEST(MetaImageReader, PlacesTheGridInTheWorldAndTime) {
   Scratch s;
   const std::string file = s.file("a.mha", mha_header +
@@ -78,6 +85,31 @@ TEST(MetaImageReader, PlacesTheGridInTheWorldAndTime) {
   EXPECT_EQ(d.times.values, (std::vector<double>{7, 7.5, 8, 8.5, 9}));
   EXPECT_EQ(d.attributes,
             (std::vector<std::pair<std::string, std::string>>{{"anatomical_orientation", "RAI"}}));
+  EXPECT_EQ(orientation_notes(d), 1); // it would be ALI
+}
+
+TEST(MetaImageReader, AnOrientationThatFitsTheAxesMakesTheWorldLps) {
+  Scratch s;
+  const auto described = [&](const std::string& fields) {
+    return open_series(inputs({s.file("a.mha",
+                                      mha_header + fields + "ElementDataFile = LOCAL\n" + bytes_of(ramp()))}))
+        ->description();
+  };
+  const std::string turned = "TransformMatrix = 0 1 0 0  -1 0 0 0  0 0 1 0  0 0 0 1\n";
+  for (const std::string& fields :
+       {std::string("AnatomicalOrientation = RAI?\n"), turned + "AnatomicalOrientation = ALI\n"}) {
+    const SeriesDescription d = described(fields);
+    ASSERT_EQ(d.attributes.size(), 2u) << fields;
+    EXPECT_EQ(d.attributes[1].first, "space");
+    EXPECT_EQ(d.attributes[1].second, "left-posterior-superior");
+    EXPECT_EQ(orientation_notes(d), 0) << fields;
+  }
+  EXPECT_TRUE(described("AnatomicalOrientation = ???\n").attributes.empty());
+  for (const std::string orientation : {"LPS", "RA", "xyz"}) {
+    const SeriesDescription d = described("AnatomicalOrientation = " + orientation + "\n");
+    EXPECT_EQ(d.attributes.size(), 1u) << orientation;
+    EXPECT_EQ(orientation_notes(d), 1) << orientation;
+  }
 }
 
 TEST(MetaImageReader, TakesFilesOneByOneByListAndByNumber) {
