@@ -158,6 +158,22 @@ class Tiff(ToolTest):
         self.write('o.ome.tif', tiff(pages[:12], self.NX, self.NY, description=words))
         self.refused(3, 'tells of 24 pages', 'import', 'o.ome.tif', '-o', 'b.bcc4', output='b.bcc4')
 
+    def test_steps_of_ome_in_several_units(self):
+        def write(sizes):
+            self.write('o.ome.tif', tiff([page(6, 5, z) for z in range(4)], 6, 5, description='<?xml version="1.0" encoding="UTF-8"?><OME><Image>'
+                       f'<Pixels DimensionOrder="XYZTC" SizeX="6" SizeY="5" SizeZ="4" SizeC="1" SizeT="1" {sizes}/></Image></OME>'))
+
+        def steps(*args):
+            info = self.read('o.ome.tif', *args)[1]
+            return [info['affine'][i][i] for i in range(3)], info['spatial_unit']
+        write('PhysicalSizeX="0.1" PhysicalSizeY="0.0002" PhysicalSizeYUnit="mm" PhysicalSizeZ="500" PhysicalSizeZUnit="nm"')
+        self.assertEqual(steps(), ([.1, .2, .5], '\u00b5m'))
+        write('PhysicalSizeY="2" PhysicalSizeYUnit="nm" PhysicalSizeZ="5" PhysicalSizeZUnit="nm"')
+        self.assertEqual(steps(), ([1, 2, 5], 'nm'))
+        write('PhysicalSizeX="0.1" PhysicalSizeY="0.1" PhysicalSizeZ="3" PhysicalSizeZUnit="reference frame"')
+        self.refused(3, 'PhysicalSizeZ in "reference frame"', 'import', 'o.ome.tif', '-o', 'b.bcc4', output='b.bcc4')
+        self.assertEqual(steps('--spacing', '1,1,3')[0], [1, 1, 3])
+
     def test_colours_are_channels(self):
         colours = [[z + 10 * c for _ in range(12) for c in range(3)] for z in range(2)]
         self.write('c.tif', tiff(colours, 4, 3, code='B', samples=3, photometric=2))

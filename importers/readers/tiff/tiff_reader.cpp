@@ -116,7 +116,7 @@ FilesAre files_are(const Sequence& sequence, const TiffStack& stack, const Reade
 
 // Pages of a file that says nothing are planes unless --axes makes them moments.
 TiffStack stack_of(const TiffFile& file, const ReaderOptions& options, bool alone) {
-  TiffStack stack = tiff_stack(file);
+  TiffStack stack = tiff_stack(file, !options.spacing);
   if (!alone || !options.axes) return stack;
   if (!stack.said_by.empty() && stack.z > 1 && stack.t > 1)
     fail_usage("--axes ", *options.axes, ": ", file.path(), " says itself what its pages are (",

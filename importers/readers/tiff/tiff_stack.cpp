@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <map>
+#include <string_view>
+#include <utility>
 
 #include "readers/error.h"
 #include "readers/vti/xml.h"
@@ -82,7 +84,37 @@ std::string page_order(const std::string& order) {
   return axes.starts_with("xy") && axes.size() == std::string_view("xyzct").size() ? axes.substr(2) : "zct";
 }
 
-TiffStack ome_stack(const TiffFile& file) {
+// Returns the power of ten that a unit of length is in metres.
+std::optional<int> power_of_metre(const std::string& unit) {
+  static constexpr std::pair<std::string_view, int> units[] = {{"km", 3},  {"m", 0},        {"dm", -1},
+                                                               {"cm", -2}, {"mm", -3},      {"\u00B5m", -6},
+                                                               {"nm", -9}, {"\u00C5", -10}, {"pm", -12}};
+  for (const auto& [name, power] : units)
+    if (name == unit) return power;
+  return std::nullopt;
+}
+
+// Takes the steps of x, y and z, each told in a unit of its own, in that of the first one told. Where they
+// are not used, units that are not known together do not matter.
+void take_steps(TiffStack& stack, const TiffFile& file, const pugi::xml_node& pixels, bool used) {
+  bool told = false;
+  for (size_t a = 0; a < 3; ++a) {
+    const std::string name = concat("PhysicalSize", "XYZ"[a]);
+    double step = pixels.attribute(name.c_str()).as_double(0);
+    if (!(step > 0)) continue;
+    const std::string unit = unit_name(pixels.attribute((name + "Unit").c_str()).as_string("\u00B5m"));
+    if (!told) stack.unit = unit, told = true;
+    const auto from = power_of_metre(unit), to = power_of_metre(stack.unit);
+    if (from && to)
+      step = *from < *to ? step / std::pow(10, *to - *from) : step * std::pow(10, *from - *to);
+    else if (unit != stack.unit && used)
+      fail_input(file.path(), ": OME-XML gives ", name, " in \"", unit, "\", another step in \"", stack.unit,
+                 "\", which cannot be made one unit: give --spacing");
+    stack.steps[a] = step;
+  }
+}
+
+TiffStack ome_stack(const TiffFile& file, bool with_steps) {
   std::string text = file.description();
   pugi::xml_document document;
   parse_xml(text, file.path(), document);
@@ -99,10 +131,7 @@ TiffStack ome_stack(const TiffFile& file) {
   stack.order = page_order(pixels.attribute("DimensionOrder").value());
   check_pages(file, stack, "the others are in files beside it; save all in one file, such as with bfconvert");
   check_listed_pages(file, stack, pixels);
-  const char* const axes[] = {"PhysicalSizeX", "PhysicalSizeY", "PhysicalSizeZ"};
-  for (size_t a = 0; a < 3; ++a)
-    if (const double step = pixels.attribute(axes[a]).as_double(0); step > 0) stack.steps[a] = step;
-  if (stack.steps[0]) stack.unit = unit_name(pixels.attribute("PhysicalSizeXUnit").as_string("\u00B5m"));
+  take_steps(stack, file, pixels, with_steps);
   if (const double step = pixels.attribute("TimeIncrement").as_double(0); step > 0) stack.interval = step;
   stack.time_unit = pixels.attribute("TimeIncrementUnit").as_string("s");
   for (const pugi::xml_node& channel : pixels.children("Channel"))
@@ -123,9 +152,9 @@ uint64_t TiffStack::page(uint64_t channel, uint64_t plane, uint64_t moment) cons
   return at;
 }
 
-TiffStack tiff_stack(const TiffFile& file) {
+TiffStack tiff_stack(const TiffFile& file, bool with_steps) {
   if (file.description().starts_with("ImageJ=")) return image_j_stack(file);
-  if (file.description().find("<OME") != std::string::npos) return ome_stack(file);
+  if (file.description().find("<OME") != std::string::npos) return ome_stack(file, with_steps);
   return TiffStack{.z = file.pages()};
 }
 

@@ -25,7 +25,8 @@ struct TiffStack {
   [[nodiscard]] uint64_t page(uint64_t channel, uint64_t plane, uint64_t moment) const;
 };
 
-// Returns how the pages of a file are meant. Fails where the file says that it has other pages than it has.
-[[nodiscard]] TiffStack tiff_stack(const TiffFile& file);
+// Returns how the pages of a file are meant. Fails where the file says that it has other pages than it has,
+// and, where its steps are used, if they are in units that cannot be made one.
+[[nodiscard]] TiffStack tiff_stack(const TiffFile& file, bool with_steps);
 
 } // namespace bcc4
