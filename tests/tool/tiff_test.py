@@ -204,7 +204,9 @@ class Tiff(ToolTest):
         self.bcc4('export', 'r.bcc4', '--all', '-o', 'r.tif', '--quiet')
         values, info = self.read('r.tif')
         self.assertEqual(values, list(field(dims, value, 'H')))
-        self.assertEqual(info['dims'], list(dims))
+        self.assertEqual((info['dims'], info['spatial_unit']), (list(dims), ''))
+        for a, step in enumerate((2, 3, 4)):
+            self.assertAlmostEqual(info['affine'][a][a], step, places=5)
         self.bcc4('export', 'r.bcc4', '--all', '-o', 'e.%02d.tif', '--quiet')
         self.assertEqual(self.read('e.*.tif')[0], values)
 

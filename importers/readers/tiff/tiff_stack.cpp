@@ -57,7 +57,7 @@ TiffStack image_j_stack(const TiffFile& file) {
               "it with --dims");
   stack.unit = unit_name(text("unit"));
   for (size_t a = 0; a < 2; ++a)
-    if (const auto r = file.resolution(a); r && !stack.unit.empty()) stack.steps[a] = 1 / *r;
+    if (const auto r = file.resolution(a); r && keys.contains("unit")) stack.steps[a] = 1 / *r;
   stack.steps[2] = number("spacing");
   stack.interval = number("finterval");
   if (const auto fps = number("fps"); !stack.interval && fps) stack.interval = 1 / *fps;

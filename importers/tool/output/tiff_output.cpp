@@ -18,10 +18,10 @@ double step_of(const Affine& m, size_t a) { return std::hypot(m[a], m[4 + a], m[
 
 std::string description(const VolumeOutput& o) {
   const uint64_t frames = o.series ? o.times.size() : 1;
-  std::string text =
-      concat("ImageJ=1.53t\nimages=", o.dims[2] * frames, "\nslices=", o.dims[2], "\nframes=", frames,
-             "\nhyperstack=true\nmode=grayscale\nspacing=", step_of(o.affine, 2), "\n");
-  if (!o.spatial_unit.empty()) text += concat("unit=", o.spatial_unit, "\n");
+  std::string text = concat(
+      "ImageJ=1.53t\nimages=", o.dims[2] * frames, "\nslices=", o.dims[2], "\nframes=", frames,
+      "\nhyperstack=true\nmode=grayscale\nspacing=", step_of(o.affine, 2),
+      "\nunit=", o.spatial_unit.empty() ? "pixel" : o.spatial_unit, "\n"); // without one no step counts
   if (frames > 1) {
     const double step = (o.times.back() - o.times[0]) / static_cast<double>(frames - 1);
     const auto seconds = seconds_in(o.time_unit);
