@@ -197,6 +197,19 @@ class Tiff(ToolTest):
         self.refused(2, '--axes zyx', 'import', 'a.tif', '--axes', 'zyx', '-o', 'b.bcc4', output='b.bcc4')
         self.refused(2, 'hyperstack', 'import', 'a.tif', '--axes', 'xyzt', '-o', 'b.bcc4', output='b.bcc4')
 
+    def test_sizes_that_wrap_at_64_bits(self):
+        words = ('<?xml version="1.0"?><OME><Image><Pixels DimensionOrder="XYZCT" SizeX="6" SizeY="5" SizeZ="1" SizeC="67280421310721" '
+                 'SizeT="274177"/></Image></OME>')  # 2^64 + 1 pages
+        self.write('o.ome.tif', tiff([page(6, 5, 0)], 6, 5, description=words))
+        self.refused(3, 'the file has 1', 'import', 'o.ome.tif', '--channel', '0', '--dry-run')
+
+    def test_tiles_keep_to_the_memory_allowed(self):
+        data = self.stack(tile=16)
+        for tag in (322, 323):  # its tiles are 16384 x 16384 by name
+            data = data.replace(struct.pack('<HHII', tag, LONG, 1, 16), struct.pack('<HHII', tag, LONG, 1, 16384))
+        self.write('a.tif', data)
+        self.refused(4, 'one tile takes 512 MiB', 'import', 'a.tif', '-o', 'b.bcc4', '--max-mem', '100M', output='b.bcc4')
+
     def test_exports_come_back(self):
         dims = (7, 6, 5, 4)
         self.raw('r.raw', dims, value, 'u16')

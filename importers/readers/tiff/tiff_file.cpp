@@ -94,6 +94,8 @@ TiffFile::TiffFile(const std::string& path) : path_(path), file_(nullptr, TIFFCl
       fail_input(path, ": page ", offsets_.size(), " has another size or type than the first one (",
                  kind.width, " x ", kind.height, " ", type_name(kind.type), ", not ", kind_.width, " x ",
                  kind_.height, " ", type_name(kind_.type), "): save the pages that belong together");
+    if (TIFFIsTiled(file_.get()) != 0)
+      tile_bytes_ = std::max<uint64_t>(tile_bytes_, TIFFTileSize64(file_.get()));
     offsets_.push_back(TIFFCurrentDirOffset(file_.get()));
   } while (TIFFReadDirectory(file_.get()) != 0);
   if (!last_words.empty()) fail_page(offsets_.size());

@@ -34,6 +34,8 @@ class TiffFile {
   [[nodiscard]] const TiffKind& kind() const { return kind_; }
   [[nodiscard]] uint64_t pages() const { return offsets_.size(); }
   [[nodiscard]] const std::string& description() const { return description_; }
+  // Bytes of a tile, held to read a page of tiles; the most of any page, 0 where none has tiles.
+  [[nodiscard]] uint64_t tile_bytes() const { return tile_bytes_; }
   // Pixels in a unit of length along x (0) and y (1), where the file has them.
   [[nodiscard]] std::optional<double> resolution(size_t axis) const { return resolution_[axis]; }
   // Reads a page into kind().page_bytes() bytes, in native order, rows from the top.
@@ -48,6 +50,7 @@ class TiffFile {
   std::string path_;
   std::unique_ptr<tiff, void (*)(tiff*)> file_;
   TiffKind kind_;
+  uint64_t tile_bytes_ = 0;
   std::vector<uint64_t> offsets_; // of the pages' directories
   std::string description_;
   std::optional<double> resolution_[2];

@@ -2,6 +2,8 @@
 // Frames of TIFF files: of one file what its words say, of several a file for each moment, or for each plane.
 #include "readers/tiff/tiff_reader.h"
 
+#include <algorithm>
+
 #include "readers/affine.h"
 #include "readers/byte_stream.h"
 #include "readers/components.h"
@@ -165,13 +167,16 @@ std::string axes_text(const TiffLayout& l, const TiffKind& kind) {
 }
 
 // Opens the other files of a series to see that they are like the first one.
-void add_files(SeriesDescription& d, const TiffLayout& layout, const TiffFile& first) {
+void add_files(SeriesDescription& d, const TiffLayout& layout, const TiffFile& first,
+               const ReaderOptions& options) {
+  check_memory(first, layout.planes(), options);
   d.files.push_back({first.path(), file_size(first.path())});
   for (size_t i = 1; i < layout.paths.size(); ++i) {
     const TiffFile next(layout.paths[i]);
     if (!(next.kind() == first.kind()) || next.pages() != first.pages())
       fail_input(next.path(), ": its size, type or number of pages differs from that of ", first.path(),
                  ": convert the files to one kind");
+    check_memory(next, layout.planes(), options);
     d.files.push_back({next.path(), file_size(next.path())});
   }
 }
@@ -188,11 +193,14 @@ void add_notes(SeriesDescription& d, const Sequence& sequence, const TiffLayout&
     d.warnings.push_back("values are numbers of a table of colours, which is not kept");
 }
 
-void check_frame_bytes(const TiffLayout& l, const TiffKind& kind, const ReaderOptions& options) {
-  const double bytes = static_cast<double>(kind.page_bytes()) * static_cast<double>(l.planes());
+// A page is read through one tile at a time, which a file can make larger than a frame.
+void check_memory(const TiffFile& file, uint64_t planes, const ReaderOptions& options) {
+  const double frame = static_cast<double>(file.kind().page_bytes()) * static_cast<double>(planes),
+               bytes = std::max(frame, static_cast<double>(file.tile_bytes()));
   if (const uint64_t most = memory_limit(options); bytes > static_cast<double>(most))
-    fail(Exit::no_resources, l.paths[0], ": one frame takes ", byte_text(bytes), ", more than the ",
-         byte_text(static_cast<double>(most)), " allowed: raise --max-mem");
+    fail(Exit::no_resources, file.path(), bytes > frame ? ": one tile takes " : ": one frame takes ",
+         byte_text(bytes), ", more than the ", byte_text(static_cast<double>(most)),
+         " allowed: raise --max-mem");
 }
 
 FramePlan plan_of(const Sequence& sequence, const TiffLayout& l, const ReaderOptions& options) {
@@ -217,13 +225,12 @@ std::unique_ptr<FrameReader> open_tiff(const Sequence& sequence, const ReaderOpt
   layout.stack = stack_of(*first, options, layout.paths.size() == 1);
   layout.files = files_are(sequence, layout.stack, options);
   check_frame_count(layout.moments(), layout.paths[0]);
-  check_frame_bytes(layout, kind, options);
 
   SeriesDescription d;
   d.format = "TIFF";
   d.dims = {kind.width, kind.height, layout.planes(), layout.moments()};
   d.axes = axes_text(layout, kind);
-  add_files(d, layout, *first);
+  add_files(d, layout, *first, options);
   set_place(d, layout.stack, layout.files == FilesAre::planes);
   set_times(d, layout.stack);
   add_notes(d, sequence, layout, kind);

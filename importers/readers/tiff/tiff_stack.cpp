@@ -28,9 +28,14 @@ std::string unit_name(const std::string& name) {
   return name.starts_with("pixel") ? "" : name;
 }
 
+// A product of such numbers can go beyond whole numbers of 64 bits; below 2^53 it is exact.
+double pages_told(const TiffStack& stack) {
+  return static_cast<double>(stack.c) * static_cast<double>(stack.z) * static_cast<double>(stack.t);
+}
+
 void check_pages(const TiffFile& file, const TiffStack& stack, const char* way_out) {
-  const uint64_t told = stack.c * stack.z * stack.t;
-  if (told == file.pages()) return;
+  const double told = pages_told(stack);
+  if (told == static_cast<double>(file.pages())) return;
   fail_input(file.path(), ": ", stack.said_by, " tells of ", told, " pages, the file has ", file.pages(),
              ": ", way_out);
 }
@@ -51,7 +56,7 @@ TiffStack image_j_stack(const TiffFile& file) {
     return static_cast<uint64_t>(std::min(number(key).value_or(1), most));
   };
   TiffStack stack{.said_by = "ImageJ", .c = count("channels"), .z = count("slices"), .t = count("frames")};
-  if (stack.c * stack.z * stack.t == 1) stack.z = count("images");
+  if (pages_told(stack) == 1) stack.z = count("images");
   check_pages(file, stack,
               "ImageJ writes one page where a file is larger than 4 GB; save it as OME-TIFF, or raw and read "
               "it with --dims");
