@@ -63,6 +63,7 @@ struct Parser {
   }
 
   void set_sizes(std::string_view value) {
+    if (!h.sizes.empty()) lines.refuse("a second \"DimSize\"");
     const auto parts = split(value);
     if (parts.size() != axes) lines.refuse("DimSize has ", parts.size(), " entries, NDims is ", axes);
     for (const std::string_view part : parts) {
@@ -81,7 +82,8 @@ struct Parser {
   bool field(const std::string& key, std::string_view value) {
     if (key == "ObjectType") {
       if (lower(value) != "image") lines.refuse("ObjectType ", value, ", not Image");
-    } else if (key == "NDims") {
+    } else if (key == "NDims") { // what stands per axis is counted by it
+      if (axes != 0) lines.refuse("a second \"NDims\"");
       axes = integer<size_t>(lines, value);
       if (axes < 1 || axes > kAxesLimit) lines.refuse("NDims ", axes, " is not 1 to ", kAxesLimit);
     } else if (key == "DimSize") {

@@ -219,6 +219,9 @@ TEST(MetaImageReader, RefusesWhatItCannotTrust) {
                  Exit::bad_input, "too many");
   EXPECT_REFUSED(refused(replaced(mha_header, "NDims = 4", "NDims = 77") + tail), Exit::bad_input,
                  "NDims 77");
+  EXPECT_REFUSED(refused("NDims = 3\nElementSpacing = 1 1 1\n" + mha_header + tail), Exit::bad_input,
+                 "a second \"NDims\"");
+  EXPECT_REFUSED(refused(mha_header + "DimSize = 1 1 1 1\n" + tail), Exit::bad_input, "a second \"DimSize\"");
   EXPECT_REFUSED(refused(replaced(mha_header, "Image\n", "Tube\n") + tail), Exit::bad_input, "Tube");
   EXPECT_REFUSED(refused(mha_header + "ElementSpacing = 1 0 1 1\n" + tail), Exit::bad_input, "--spacing");
   EXPECT_REFUSED(refused(mha_header + "ElementSpacing = 1 nan 1 1\n" + tail), Exit::bad_input, "line 8");
