@@ -4,11 +4,14 @@ said."""
 import importlib
 import math
 import os
+import resource
+import signal
 import struct
+import subprocess
 import sys
 import unittest
 
-from harness import DATA, ToolTest, field, has_reader, main
+from harness import BCC4, DATA, ToolTest, field, has_reader, main
 
 DIMS = (7, 6, 5, 4)
 TIMES = '3 5 7 9'
@@ -260,6 +263,23 @@ class FormatsExport(ToolTest):
         self.make()
         for name in ('a.nii.gz', 'a.tif') + (('a.nc',) if has_reader('netcdf') else ()):
             self.refused(3, 'cannot be written', 'export', 'a.bcc4', '--all', '-o', 'absent/' + name, output='absent/' + name)
+
+    def test_a_disk_that_fills_up_ends_with_4(self):
+        self.make()
+        # HDF5 fails when the file is closed, or before, where there is more to write.
+        self.volume((24, 24, 24, 4), value, '--quiet', name='large.bcc4')
+
+        def small_disk():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (2048, 2048))
+
+        for source in ('a.bcc4', 'large.bcc4'):
+            for name in ('full.nii', 'full.nrrd') + (('full.tif',) if has_reader('tiff') else ()) + (('full.nc',) if has_reader('netcdf') else ()):
+                p = subprocess.run([BCC4, 'export', source, '--all', '-o', name, '--quiet'], capture_output=True, text=True, cwd=self.folder,
+                                   preexec_fn=small_disk)
+                self.assertEqual(p.returncode, 4, (source, name, p.stderr))
+                self.assertIn(name, p.stderr)
+                self.assertFalse(os.path.exists(self.path(name)))
 
     @unittest.skipUnless(os.path.exists(DATA), 'no shared data')
     def test_real_perfusion(self):

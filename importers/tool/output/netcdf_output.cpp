@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 #include "readers/error.h"
 #include "readers/text.h"
@@ -70,6 +72,13 @@ struct Axis {
   std::vector<double> at;
 };
 
+// A file that HDF5 could not write it cannot close either: it crashes, be it at the end of the program. Such
+// a file stays open, and the program ends before HDF5 comes to it.
+void end_without_hdf5() {
+  std::fflush(nullptr);
+  std::_Exit(static_cast<int>(Exit::no_resources));
+}
+
 class NetcdfOutputFile : public VolumeFile {
  public:
   NetcdfOutputFile(const std::string& path, const std::string& name, const VolumeOutput& o)
@@ -99,10 +108,13 @@ class NetcdfOutputFile : public VolumeFile {
   }
 
  private:
-  void check(int status, const char* doing) const {
+  void check(int status, const char* doing) {
     if (status == NC_NOERR) return;
-    fail_input(name_, ": ", doing, ": ", nc_strerror(status),
-               status == NC_EHDFERR ? " (is the disk full?)" : "");
+    if (status > NC_EHDFERR || status < NC_EVARMETA) // those between are of HDF5
+      fail_input(name_, ": ", doing, ": ", nc_strerror(status));
+    open_ = false;
+    std::atexit(end_without_hdf5);
+    fail(Exit::no_resources, name_, ": ", doing, ": ", nc_strerror(status), " (is the disk full?)");
   }
   void text(int variable, const char* key, const std::string& value) {
     if (!value.empty())

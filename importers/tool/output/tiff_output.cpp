@@ -58,7 +58,7 @@ class TiffOutputFile : public VolumeFile {
 
  private:
   [[noreturn]] void fail_writing() const {
-    fail_input(name_, ": libtiff cannot write it: is the disk full?");
+    fail(Exit::no_resources, name_, ": libtiff cannot write it: is the disk full?");
   }
 
   void write_page(std::span<const std::byte> plane) {
