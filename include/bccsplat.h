@@ -1019,12 +1019,12 @@ typedef struct bccsplat_join_options {
  * byte as one written without parts by the same version, each frame's channels added in order, but
  * for compare_levels, and without fixed_predictions for channels with a bound (abs_error, psnr) far
  * from their air: parts do not know each other's values, keep air as base of the field, take more
- * corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files, frames and samples, when they are not
- * parts of one series, or a frame, or a sample of one, is in none or in two of them;
- * NONFINITE_VALUE when all samples of a frame are missing in its blocks; BOUND_NOT_MET when the
- * series misses the psnr of its options. Also: opening, writing. options and report may be NULL;
- * the report's slabs_reused are those joined. With `overwrite` the output may be one of the inputs,
- * which it replaces at the end. */
+ * corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files, frames and
+ * samples, when they are not parts of one series, or a frame, or a sample of one, is in none or in
+ * two of them; NONFINITE_VALUE when all samples of a frame are missing in its blocks; BOUND_NOT_MET
+ * when the series misses the psnr of its options. Also: opening, writing. options and report may be
+ * NULL; the report's slabs_reused are those joined. With `overwrite` the output may be one of the
+ * inputs, which it replaces at the end. */
 BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count,
     const char* const* parts, const char* path, const bccsplat_join_options* options,
     bccsplat_writer_report* report);
