@@ -206,6 +206,28 @@ class Blocks(ToolTest):
         self.assertNotIn('import ', self.bcc4(*command, '--resume')[0].split('block 1 of')[1].split('is there')[0])
         self.assertEqual(self.read('x.bcc4'), self.read('one.bcc4'))
 
+    def test_blocks_that_are_there_tell_their_errors(self):
+        args = [*self.large(), '--scale', 1.1, '--abs', 2, '--max-mem', '24M']
+        whole = self.json('import', *args, '-o', 'one.bcc4')
+        command = list(map(str, ['import', *args, '-o', 'x.bcc4']))
+        limit = len(self.read('one.bcc4')) * 3 // 4  # which blocks do not need, and what is joined does
+        p = subprocess.run([BCC4, *command], capture_output=True, text=True, cwd=self.folder,
+                           preexec_fn=lambda: (signal.signal(signal.SIGXFSZ, signal.SIG_DFL),
+                                               resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))))
+        self.assertIn('finished blocks stay', p.stderr)
+        kept = {n: self.read(n) for n in self.left()}
+        self.assertEqual(self.json(*command, '--resume')['error'], whole['error'])
+        self.assertEqual(self.read('x.bcc4'), self.read('one.bcc4'))
+        self.assertEqual(self.left(), [])
+        # One whose errors are not known is written again.
+        results = sorted(n for n in kept if n.endswith('.result'))
+        self.assertGreater(len(results), 1)
+        for name, data in kept.items():
+            self.write(name, data[:len(data) - 9] if name == results[0] else data)
+        said = self.bcc4(*command, '--resume', '--overwrite')[0]
+        self.assertEqual(said.count(' is there'), len(results) - 1)
+        self.assertEqual(self.read('x.bcc4'), self.read('one.bcc4'))
+
     def test_what_does_not_fit_is_refused(self):
         self.bcc4('import', *self.args, '--blocks', '--dry-run', '--plan', 'plan.json')
         run = ['import', '--plan', 'plan.json', '-o', 'x.bcc4']

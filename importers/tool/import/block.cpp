@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "readers/system.h"
+#include "tool/import/block_result.h"
 #include "tool/interrupt.h"
 #include "tool/options.h"
 
@@ -132,7 +133,10 @@ void join_blocks(const Device& device, const std::vector<std::string>& names, co
 
 void remove_blocks(std::vector<std::string>& names) {
   std::error_code ignored;
-  for (const std::string& name : names) std::filesystem::remove(to_path(name), ignored);
+  for (const std::string& name : names) {
+    std::filesystem::remove(to_path(name), ignored);
+    remove_block_result(name);
+  }
   names.clear();
 }
 
@@ -141,12 +145,27 @@ ImportResult write_block(FrameReader& reader, const Device& device, WriterSettin
                          const CommonOptions& common, const std::string& name, const SampleBox& block) {
   scope.output = name, scope.block = block;
   settings.overwrite = true; // what an earlier run has left
-  return write_series(reader, device, settings, scans, scope, common);
+  remove_block_result(name);
+  ImportResult result = write_series(reader, device, settings, scans, scope, common);
+  keep_block_result(result, name);
+  return result;
+}
+
+// Takes over what an earlier run told of a block that it has finished. False: it is to be written, also where
+// its errors were not measured, or are not known any more.
+bool take_block(const std::string& name, const WriterSettings& settings, size_t channels,
+                ImportResult& result) {
+  std::error_code ignored;
+  if (settings.partial != BCCSPLAT_PARTIAL_RESUME || !std::filesystem::exists(to_path(name), ignored))
+    return false;
+  const bool told = read_block_result(name, channels, result);
+  if (compares_all(settings)) return told && !result.errors.series.empty();
+  result.errors = {}; // of other settings
+  return true;
 }
 
 // Samples of halos are read by several blocks: the frames that lack some are told, with the largest count.
 void add_nonfinite(const ImportResult& block, ImportResult& all) {
-  all.nonfinite.resize(block.nonfinite.size());
   for (size_t c = 0; c < block.nonfinite.size(); ++c)
     for (const auto& [frame, count] : block.nonfinite[c]) {
       uint64_t& most = all.nonfinite[c][frame];
@@ -289,20 +308,19 @@ ImportResult write_blocks_once(FrameReader& reader, const Device& device, const 
                                const std::vector<ChannelScan>& scans, const ImportScope& scope,
                                const CommonOptions& common, const std::vector<SampleBox>& blocks,
                                size_t missed) {
+  const size_t channels = reader.description().channels.size();
   ImportResult all;
+  all.nonfinite.resize(channels);
   std::vector<std::string> names;
   const UnjoinedBlocks unjoined(names, common.quiet);
   for (const SampleBox& block : blocks) {
     const std::string name = block_name(scope.output, names.size() + 1, blocks.size(), missed);
-    std::error_code ignored;
-    const bool there =
-        settings.partial == BCCSPLAT_PARTIAL_RESUME && std::filesystem::exists(to_path(name), ignored);
+    ImportResult one;
+    const bool there = take_block(name, settings, channels, one);
     if (common.prints_text() && blocks.size() > 1)
       std::printf("  block %zu of %zu%s\n", names.size() + 1, blocks.size(), there ? " is there" : "");
-    if (!there) {
-      const ImportResult one = write_block(reader, device, settings, scans, scope, common, name, block);
-      add_nonfinite(one, all), add_errors(one.errors, all.errors);
-    }
+    if (!there) one = write_block(reader, device, settings, scans, scope, common, name, block);
+    add_nonfinite(one, all), add_errors(one.errors, all.errors);
     names.push_back(name);
   }
   all.given = {0, reader.description().dims[3]};

@@ -92,7 +92,8 @@ void add_errors(const MeasuredErrors& more, MeasuredErrors& all) {
   }
   for (size_t c = 0; c < more.series.size(); ++c) {
     add_error(more.series[c], all.series[c]);
-    for (size_t f = 0; f < more.frames[c].size(); ++f) add_error(more.frames[c][f], all.frames[c][f]);
+    const size_t frames = std::min(more.frames[c].size(), all.frames[c].size());
+    for (size_t f = 0; f < frames; ++f) add_error(more.frames[c][f], all.frames[c][f]);
   }
 }
 
