@@ -106,6 +106,22 @@ class Import(ToolTest):
         self.assertEqual(info['times'], {'count': 6, 'first': 0, 'last': 1.25, 'unit': '', 'uniform': True, 'periodic': False, 'end': 1.25})
         self.assertEqual(info['attributes']['import.dims'], '9,8,7,6')
 
+    def test_verify_recalls_what_the_source_cannot_be_read_without(self):
+        def nrrd(name, sizes, extra, t=0):
+            head = (f'NRRD0005\ntype: float\ndimension: {len(sizes)}\nsizes: {" ".join(map(str, sizes))}\nendian: little\n'
+                    f'encoding: raw\n{extra}\n\n')
+            self.write(name, head.encode() + field((*sizes[:3], sizes[3] if len(sizes) > 3 else 1), lambda x, y, z, s: bump(x, y, z, t + s), 'f').tobytes())
+        for t in range(3):  # of another place each
+            nrrd(f'p.{t}.nrrd', DIMS[:3], f'axis mins: {5 * t} 0 0\nspacings: 1 1 1', t)
+        nrrd('t.nrrd', DIMS, 'kinds: domain domain domain time\naxis 3 index type:=numeric\naxis 3 index values:=0 1 1 2 3 4')
+        self.write('times.txt', b'0 1 1.5 2 3 4\n')
+        for source, *options in (('p.*.nrrd', '--spacing', '1,1,2'), ('t.nrrd', '--dt', '.5'), ('t.nrrd', '--times', 'times.txt')):
+            self.refused(3, '--', 'import', source, '-o', 'b.bcc4', output='b.bcc4')
+            self.bcc4('import', source, *options, '-o', 'a.bcc4', '--quiet', '--overwrite')
+            if '--times' in options:
+                os.remove(self.path('times.txt'))
+            self.assertTrue(self.json('verify', 'a.bcc4', '--against', source)['ok'], options)
+
     def test_axes_endianness_and_gzip_change_nothing(self):
         self.volume(DIMS, bump, '--quiet', name='plain.bcc4')
         nx, ny, nz, nt = DIMS

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parses the options in one place, whether they are typed or recalled from a file. A file keeps only those
-// that decide which values are read; times and spacing are not needed to compare it with its source.
+// Parses the options in one place, whether they are typed or recalled from a file. A file keeps all but the
+// list of times, which may be long or a file: without a spacing or a step of time some sources cannot be
+// read.
 #include "tool/import/reader_arguments.h"
 
 #include <algorithm>
@@ -88,9 +89,9 @@ void set_option(ReaderOptions& o, const std::string& key, const std::string& tex
   }
 }
 
-// Options that decide which values are read; the others (times, spacing) do not matter for comparing.
-constexpr const char* kRecorded[] = {"dims", "dtype",     "endian",  "skip",   "count", "axes",
-                                     "grid", "level-set", "channel", "frames", "gaps"};
+// All but "times".
+constexpr const char* kRecorded[] = {"dims",   "dtype", "endian", "skip",      "count",   "axes",   "spacing",
+                                     "origin", "dt",    "grid",   "level-set", "channel", "frames", "gaps"};
 
 } // namespace
 
