@@ -60,11 +60,17 @@ std::vector<FileAxis> axes_from_letters(const std::string& letters, const std::a
   return axes;
 }
 
-std::vector<AxisRole> roles_from_letters(const std::string& letters, size_t count, const std::string& owner) {
+std::vector<AxisRole> roles_from_letters(const std::string& letters, size_t count, const std::string& owner,
+                                         bool with_components) {
   if (letters.size() != count)
     fail_usage("--axes ", letters, " names ", letters.size(), " axes, but ", owner, " has ", count);
+  std::string places = letters;
+  const size_t c = with_components ? letters.find('c') : std::string::npos;
+  if (c != std::string::npos) places.erase(c, 1);
   std::vector<AxisRole> roles;
-  for (const FileAxis& axis : axes_from_letters(letters, {1, 1, 1, 1})) roles.push_back(axis.role);
+  for (const FileAxis& axis : axes_from_letters(places, {1, 1, 1, 1})) roles.push_back(axis.role);
+  if (c != std::string::npos)
+    roles.insert(roles.begin() + static_cast<std::ptrdiff_t>(c), AxisRole::component);
   return roles;
 }
 

@@ -31,9 +31,10 @@ struct DenseLayout : StoredValues {
 [[nodiscard]] std::vector<FileAxis> axes_from_letters(const std::string& letters,
                                                       const std::array<uint64_t, 4>& sizes);
 // Returns the roles that --axes gives to the `count` axes of a file, fastest first; `owner` names what has
-// the axes, for the error.
+// the axes, for the error. Where there may be components, a c stands for their axis.
 [[nodiscard]] std::vector<AxisRole> roles_from_letters(const std::string& letters, size_t count,
-                                                       const std::string& owner);
+                                                       const std::string& owner,
+                                                       bool with_components = false);
 
 // Where time is not the slowest axis, frames are collected in passes over the array: as many per pass as fit
 // in half of the memory limit, so memory does not grow with the number of frames.

@@ -31,7 +31,7 @@ struct ReaderOptions {
   std::optional<bool> big_endian;
   std::optional<uint64_t> skip;    // bytes before the data of each raw file
   std::optional<uint64_t> count;   // arrays in each frame of a raw file
-  std::optional<std::string> axes; // fastest first, such as "xyzt"; c: where the arrays of a raw file are
+  std::optional<std::string> axes; // fastest first, such as "xyzt"; c: arrays (raw) or components (NRRD)
   std::optional<std::array<double, 3>> spacing, origin;
   std::optional<double> dt;
   std::optional<std::vector<double>> times;

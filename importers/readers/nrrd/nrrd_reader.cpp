@@ -57,8 +57,8 @@ std::string reason_of_time(const NrrdAxis& axis) {
 }
 
 [[noreturn]] void refuse_axes(const NrrdHeader& h, std::string_view why) {
-  std::string suggestion = "xyzt";
-  suggestion.resize(std::clamp<size_t>(h.axes.size(), 3, 4));
+  std::string suggestion = h.axes.size() > 4 ? "cxyzt" : "xyzt";
+  suggestion.resize(std::clamp<size_t>(h.axes.size(), 3, suggestion.size()));
   fail_input(h.path, ": ", why, "; name them, fastest first, such as --axes ", suggestion);
 }
 
@@ -151,7 +151,7 @@ struct OneNrrd {
 OneNrrd open_header(const ReaderOptions& options, const std::string& path) {
   OneNrrd n{.header = read_nrrd_header(path)};
   n.roles = options.axes
-                ? Roles{roles_from_letters(*options.axes, n.header.axes.size(), path), "axes by --axes"}
+                ? Roles{roles_from_letters(*options.axes, n.header.axes.size(), path, true), "axes by --axes"}
                 : find_roles(n.header);
   n.layout.type = n.header.type;
   n.layout.swap = n.header.encoding != Encoding::ascii && needs_swap(n.header.big_endian);

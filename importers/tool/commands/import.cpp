@@ -295,7 +295,7 @@ Run add_import(const Command& tool, std::string command_line) {
   auto a = std::make_shared<ImportArguments>();
   const Command import = tool.add_command(
       "import", "Convert a series of volumes to a .bcc4 file. Reads OpenVDB, NRRD, NIfTI, NetCDF, VTI, "
-                "MetaImage and raw files, and chooses the lattice that fits the data.");
+                "MetaImage, TIFF and raw files, and chooses the lattice that fits the data.");
   import.set_examples(
       {"bcc4 import smoke.*.raw --dims 64,64,64 --dtype f32 --dt 0.04 -o smoke.bcc4",
        "bcc4 import smoke.*.raw --dims 64,64,64 --dtype f32 --dt 0.04 --psnr 50 -o bound.bcc4",

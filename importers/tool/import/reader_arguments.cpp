@@ -104,7 +104,10 @@ void add_reader_options(const Command& command, ReaderArguments& arguments) {
       {"count", "N",
        "Raw: arrays in each frame, one for each channel. --axes says where they are (c), if not one after "
        "the other"},
-      {"axes", "ORDER", "Raw, NRRD: axes as the file has them, fastest first, such as xyzt, zyxt or cxyzt"},
+      {"axes", "ORDER",
+       "Raw, NRRD, MetaImage, NetCDF: axes as the file has them, fastest first, such as xyzt or zyxt; of raw "
+       "files and NRRD also cxyzt (c: channels). TIFF: whether pages or files are planes (xyz) or moments "
+       "(xyt)"},
       {"spacing", "SX,SY,SZ", "Distance between samples; replaces what the file says"},
       {"origin", "X,Y,Z", "Place of the first sample; replaces what the file says"},
       {"dt", "TIME", "Time between neighbouring frames of the source; replaces what the file says"},

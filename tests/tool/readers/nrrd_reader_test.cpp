@@ -45,6 +45,26 @@ TEST(NrrdReader, ReadsAttachedData) {
   expect_counting(*open_series(inputs({s.file("b.nrrd", big + "\n" + payload(true))})));
 }
 
+TEST(NrrdReader, FiveAxesWithoutAWordOfThemAreNamedWithComponents) {
+  Scratch s;
+  const std::string path = s.file("a.nrrd", "NRRD0004\ntype: ushort\ndimension: 5\nsizes: 2 1 3 4 5\nendian: "
+                                            "little\nencoding: raw\n\n" +
+                                                payload());
+  EXPECT_REFUSED(refusal(inputs({path})), Exit::bad_input, "--axes cxyzt");
+  ReaderOptions told = inputs({path});
+  told.axes = "cxyzt";
+  const auto reader = open_series(told);
+  ASSERT_EQ(reader->description().dims, (std::array<uint64_t, 4>{1, 3, 4, 5}));
+  ASSERT_EQ(reader->description().channels.size(), 2u);
+  for (size_t c = 0; c < 2; ++c)
+    for (size_t i = 0; i < 12; ++i)
+      ASSERT_EQ(dense(*reader, 3, c)[i], static_cast<double>(72 + 2 * i + c)) << i;
+  for (const std::string axes : {"xyzt", "ccxyz", "cxyza"}) {
+    told.axes = axes;
+    EXPECT_REFUSED(refusal(told), Exit::usage, "--axes " + axes.substr(axes[0] == 'c' ? 1 : 0));
+  }
+}
+
 TEST(NrrdReader, ReadsCarriageReturns) {
   Scratch s;
   std::string crlf;
