@@ -166,6 +166,16 @@ std::string axes_text(const TiffLayout& l, const TiffKind& kind) {
   return text;
 }
 
+// A page is read through one tile at a time, which a file can make larger than a frame.
+void check_memory(const TiffFile& file, uint64_t planes, const ReaderOptions& options) {
+  const double frame = static_cast<double>(file.kind().page_bytes()) * static_cast<double>(planes),
+               bytes = std::max(frame, static_cast<double>(file.tile_bytes()));
+  if (const uint64_t most = memory_limit(options); bytes > static_cast<double>(most))
+    fail(Exit::no_resources, file.path(), bytes > frame ? ": one tile takes " : ": one frame takes ",
+         byte_text(bytes), ", more than the ", byte_text(static_cast<double>(most)),
+         " allowed: raise --max-mem");
+}
+
 // Opens the other files of a series to see that they are like the first one.
 void add_files(SeriesDescription& d, const TiffLayout& layout, const TiffFile& first,
                const ReaderOptions& options) {
@@ -191,16 +201,6 @@ void add_notes(SeriesDescription& d, const Sequence& sequence, const TiffLayout&
                          "its negative");
   if (kind.photometric == kPalette)
     d.warnings.push_back("values are numbers of a table of colours, which is not kept");
-}
-
-// A page is read through one tile at a time, which a file can make larger than a frame.
-void check_memory(const TiffFile& file, uint64_t planes, const ReaderOptions& options) {
-  const double frame = static_cast<double>(file.kind().page_bytes()) * static_cast<double>(planes),
-               bytes = std::max(frame, static_cast<double>(file.tile_bytes()));
-  if (const uint64_t most = memory_limit(options); bytes > static_cast<double>(most))
-    fail(Exit::no_resources, file.path(), bytes > frame ? ": one tile takes " : ": one frame takes ",
-         byte_text(bytes), ", more than the ", byte_text(static_cast<double>(most)),
-         " allowed: raise --max-mem");
 }
 
 FramePlan plan_of(const Sequence& sequence, const TiffLayout& l, const ReaderOptions& options) {
