@@ -58,9 +58,9 @@ DenseLayout layout_of(const MetaImageHeader& h, const std::vector<AxisRole>& rol
 
 // Whether the letters name the sides that the axes of space begin at, of a world to the left, back and up.
 bool fits_world(const std::string& letters, const std::vector<AxisRole>& roles, const Affine& m) {
-  if (letters.size() < roles.size()) return false;
   for (size_t a = 0; a < roles.size(); ++a) {
     if (roles[a] == AxisRole::t) continue;
+    if (a >= letters.size()) return false;
     const size_t low = std::string_view("RAI").find(letters[a]),
                  high = std::string_view("LPS").find(letters[a]);
     const size_t row = std::min(low, high); // of the world axis between the two sides
