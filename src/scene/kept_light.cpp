@@ -48,8 +48,9 @@ bool cut_off(const std::vector<HalfSpace>& clip, const Vec3& p) {
 void classify(std::span<float> values, const Grid& samples, const Shot& shot, const Context& context) {
   const Affine3 to_lattice = shot.slice->lattice_to_slice.inverse();
   const auto nx = static_cast<size_t>(samples.dims[0]), ny = static_cast<size_t>(samples.dims[1]);
-  context.tasks.parallel_for(values.size() / nx, [&](uint64_t row) {
+  context.tasks.parallel_for(values.size() / nx, [&](uint64_t number_of_row) {
     context.progress.check();
+    const auto row = static_cast<size_t>(number_of_row);
     for (size_t x = 0; x < nx; ++x) {
       float& value = values[row * nx + x];
       const std::array<size_t, 3> number{x, row % ny, row / ny};
