@@ -1,5 +1,5 @@
 #!/bin/bash
-# The viewer in real browsers: chromium by its own rasteriser, firefox-esr under Xvfb by Mesa's. Installs what is missing,
+# The example's server by itself, and the viewer in real browsers: chromium by its own rasteriser, firefox-esr under Xvfb by Mesa's. Installs what is missing,
 # builds the viewer, makes the data and the tool's pictures of it, and has both compared: run.sh [SITE] [BCC4]
 set -euo pipefail
 top=$(cd "$(dirname "$0")/../.." && pwd)
@@ -42,6 +42,9 @@ size=$(stat -c %s "$data/drops.bcc4")
 zeros() { head -c 8192 "$data/drops.bcc4" && head -c "$1" /dev/zero && tail -c +$((8192 + $1 + 1)) "$data/drops.bcc4"; }
 zeros $((size - 8192)) >"$data/damaged.bcc4"
 zeros $((size * 4 / 5)) >"$data/torn.bcc4"
+
+mkdir "$data/serving"
+node "$top/tests/web/serving.mjs" "$data/serving"
 
 status=0
 BCCSPLAT_PUPPETEER=$npm/node_modules/puppeteer-core node "$top/tests/web/browsers.mjs" chromium "$site" "$data" || status=1
