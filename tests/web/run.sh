@@ -1,7 +1,7 @@
 #!/bin/bash
-# The viewer in real browsers: chromium by its own rasteriser, firefox-esr under Xvfb by Mesa's. Installs what is missing,
-# builds the viewer, makes the data and the tool's pictures of it, and has both compared: run.sh [--one-moment] [SITE] [BCC4];
-# with --one-moment one picture of each kind of file, in chromium.
+# The example's server by itself, and the viewer in real browsers: chromium by its own rasteriser, firefox-esr under Xvfb by
+# Mesa's. Installs what is missing, builds the viewer, makes the data and the tool's pictures of it, and has both compared:
+# run.sh [--one-moment] [SITE] [BCC4]; with --one-moment one picture of each kind of file, in chromium.
 set -euo pipefail
 one_moment=
 [[ ${1:-} != --one-moment ]] || { one_moment=yes && shift; }
@@ -53,6 +53,9 @@ size=$(stat -c %s "$data/drops.bcc4")
 zeros() { head -c 8192 "$data/drops.bcc4" && head -c "$1" /dev/zero && tail -c +$((8192 + $1 + 1)) "$data/drops.bcc4"; }
 zeros $((size - 8192)) >"$data/damaged.bcc4"
 zeros $((size * 4 / 5)) >"$data/torn.bcc4"
+
+mkdir "$data/serving"
+node "$top/tests/web/serving.mjs" "$data/serving"
 
 status=0
 in_browser chromium browsers.mjs || status=1
