@@ -43,7 +43,7 @@ class View(ToolTest):
         link.close()
         return answer.status, body, answer.headers
 
-    def raw(self, port, request):
+    def answer_to(self, port, request):
         """What is answered to these bytes, up to the end of the connection, be it in the middle of them."""
         answer = b''
         try:
@@ -126,8 +126,8 @@ class View(ToolTest):
                 status, body, _ = self.get(port, path, Host=host)
                 self.assertEqual(status, 403, host)
                 self.assertNotIn(b'title', body)
-        self.assertNotIn(b'title', self.raw(port, b'GET / HTTP/1.1\r\n\r\n'))  # without any
-        self.assertNotIn(b'title', self.raw(port, b'GET / HTTP/1.0\r\n\r\n'))
+        self.assertNotIn(b'title', self.answer_to(port, b'GET / HTTP/1.1\r\n\r\n'))  # without any
+        self.assertNotIn(b'title', self.answer_to(port, b'GET / HTTP/1.0\r\n\r\n'))
         sockets = {os.readlink(f'/proc/{server.pid}/fd/{n}') for n in os.listdir(f'/proc/{server.pid}/fd')}
         listens = []
         for kind in ('tcp', 'tcp6', 'udp', 'udp6'):
@@ -161,12 +161,12 @@ class View(ToolTest):
                 request[at:at + chance.randrange(3)] = some
             requests.append(bytes(request))
         with concurrent.futures.ThreadPoolExecutor(200) as many:  # one without an end is answered after some seconds
-            for request, answer in zip(requests, many.map(lambda request: self.raw(port, request), requests)):
+            for request, answer in zip(requests, many.map(lambda request: self.answer_to(port, request), requests)):
                 self.assertTrue(not answer or re.match(rb'HTTP/1\.[01] [2345]\d\d ', answer), (request[:300], answer[:100]))
         self.is_well(server, port)
         before = self.told(server, 'VmRSS')
-        self.raw(port, b'GET /' + b'a' * (64 << 20))
-        self.raw(port, b'GET / HTTP/1.1\r\n' + b'a: b\r\n' * (8 << 20))
+        self.answer_to(port, b'GET /' + b'a' * (64 << 20))
+        self.answer_to(port, b'GET / HTTP/1.1\r\n' + b'a: b\r\n' * (8 << 20))
         self.assertLess(self.told(server, 'VmRSS') - before, 8 << 10, 'kB of a head without an end')
         self.is_well(server, port)
 
