@@ -71,7 +71,9 @@ run_until() {
 }
 longest_ago() { # MEMORY < NAMES
   mkdir -p "$(dirname "$1")" && touch "$1"
-  awk -F'\t' 'NR == FNR { at[$1] = $2; next } { print at[$1] + 0 "\t" $0 }' "$1" - | sort -s -n -k1,1 | cut -f2-
+  awk -v memory="$1" '
+    BEGIN { while ((getline line <memory) > 0) { split(line, part, "\t"); at[part[1]] = part[2] } }
+    { print at[$0] + 0 "\t" $0 }' | sort -s -n -k1,1 | cut -f2-
 }
 run_one() { # FOLDER NAME MEMORY RESULTS
   local log=$4/$2.log
