@@ -43,6 +43,47 @@ address_third() {
     GTEST_FILTER=${2:-*} sanitized_tests build-asan -L unit -LE "$others"
 }
 
+# test_names FOLDER LABELS: the tests with such labels, by name, from another one on with every commit.
+test_names() {
+  ctest --test-dir "$1" -N -L "$2" | sed -n 's/^ *Test *#[0-9]*: //p' |
+    awk -v first="$(git rev-list --count HEAD)" '{ name[NR] = $0 } END { for (i = 1; i <= NR; ++i) print name[(i + first) % NR + 1] }'
+}
+
+# run_until END FOLDER MEMORY FILTER < NAMES: runs tests of FOLDER by name, with GTEST_FILTER=FILTER, as many at a time as there
+# are cores, and begins none when SECONDS is END. MEMORY is a file that tells when each passed: those that did not for
+# longest come first; "" takes them as they come. Says which were left out.
+run_until() {
+  local end=$1 folder=$2 memory=$3 filter=$4 results name status=0
+  results=$(mktemp -d)
+  while read -r name; do
+    while (($(jobs -rp | wc -l) >= $(nproc))); do wait -n || true; done
+    if ((SECONDS >= end)); then
+      echo "$name" >>"$results/left"
+    else
+      GTEST_FILTER=$filter run_one "$folder" "$name" "$memory" "$results" &
+    fi
+  done < <(if [[ $memory ]]; then longest_ago "$memory"; else cat; fi)
+  wait
+  echo "$(find "$results" -name '*.passed' | wc -l) passed; left out for want of time: $(paste -sd' ' "$results/left" 2>/dev/null)"
+  if compgen -G "$results/*.failed" >/dev/null; then status=1; fi
+  rm -rf "$results"
+  return "$status"
+}
+longest_ago() { # MEMORY < NAMES
+  mkdir -p "$(dirname "$1")" && touch "$1"
+  awk -F'\t' 'NR == FNR { at[$1] = $2; next } { print at[$1] + 0 "\t" $0 }' "$1" - | sort -s -n -k1,1 | cut -f2-
+}
+run_one() { # FOLDER NAME MEMORY RESULTS
+  local log=$4/$2.log
+  if fixed ctest --test-dir "$1" --output-on-failure --no-tests=error -R "^${2//./\\.}\$" >"$log" 2>&1; then
+    [[ ! $3 ]] || printf '%s\t%s\n' "$2" "$(date +%s)" >>"$3"
+    touch "$4/$2.passed"
+  else
+    cat "$log"
+    touch "$4/$2.failed"
+  fi
+}
+
 # unit_suites ROOM...: the suites of these rooms' unit tests as a filter of GoogleTest.
 unit_suites() {
   local files=() room

@@ -1,10 +1,10 @@
-# The tool opens what needs OpenVDB, NetCDF or TIFF when a file asks for it (tool/modules/module.h): beside itself in the build
-# folder, installed in a folder of the libraries that it knows from its own.
+# The tool opens what needs OpenVDB, NetCDF, TIFF or libmicrohttpd when it is asked for (tool/modules/module.h): beside itself
+# in the build folder, installed in a folder of the libraries that it knows from its own.
 file(RELATIVE_PATH folder ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/bccsplat)
 # Modules of another build are refused: the name of what they export holds the version and a digest of the types that they
 # share with the tool.
 set(shared_types readers/frame_reader.h readers/name_numbers.h readers/reader_options.h readers/sequence.h readers/value_type.h readers/error.h
-  tool/output/vdb_output.h tool/output/volume_file.h tool/modules/module.h)
+  tool/output/vdb_output.h tool/output/volume_file.h tool/serve/http_server.h tool/modules/module.h)
 set(digests)
 foreach(header IN LISTS shared_types)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
@@ -18,6 +18,9 @@ string(MAKE_C_IDENTIFIER "bcc4_module_${PROJECT_VERSION}_${digest}" entry)
 target_sources(bcc4 PRIVATE tool/modules/open_module.cpp)
 set_source_files_properties(tool/modules/open_module.cpp PROPERTIES
   COMPILE_DEFINITIONS "BCC4_MODULE_ENTRY=\"${entry}\";BCC4_MODULE_FOLDER=\"${folder}\"")
+if(BCCSPLAT_WITH_MICROHTTPD)
+  set_property(SOURCE tool/modules/open_module.cpp APPEND PROPERTY COMPILE_DEFINITIONS BCCSPLAT_WITH_MICROHTTPD=1)
+endif()
 target_link_libraries(bcc4 PRIVATE ${CMAKE_DL_LIBS})
 foreach(module IN LISTS modules)
   string(REPLACE bcc4_ tool/modules/ source ${module})

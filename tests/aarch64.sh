@@ -9,8 +9,8 @@ source "$top/tests/cross/cross.sh"
 check_words aarch64.sh "$@"
 install_missing "${build_packages[@]}" g++-aarch64-linux-gnu qemu-user python3 dpkg-dev patchelf
 build=$top/build-aarch64
-bash "$top/tests/cross/aarch64_libraries.sh" "$build/libraries"
-configure "$build" aarch64-linux-gnu "${1:-}" -DBCCSPLAT_AARCH64_ROOT="$build/libraries/root" -DBCCSPLAT_TOOL_HERE="$(tool_here)" \
+libraries=$(libraries aarch64)
+configure "$build" aarch64-linux-gnu "${1:-}" -DBCCSPLAT_AARCH64_ROOT="$libraries/root" -DBCCSPLAT_TOOL_HERE="$(tool_here)" \
   -DBCCSPLAT_TOOL_MODULES=ON
 build "$build" "${1:-}" bccsplat_plugin_host bccsplat_budget_host
 run_tests "$build" "$@"

@@ -4,7 +4,7 @@
 # does not depend on it.
 build_packages=(build-essential cmake ninja-build pkg-config zlib1g-dev libdeflate-dev libhwy-dev libpng-dev
   libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-dev libnetcdf-dev libtiff-dev libcli11-dev nlohmann-json3-dev
-  libpugixml-dev libstb-dev fonts-dejavu-core libepoxy-dev libegl-dev)
+  libpugixml-dev libmicrohttpd-dev libstb-dev fonts-dejavu-core libepoxy-dev libegl-dev)
 # Python's tests of matplotlib are skipped where that is not installed; the others are small.
 test_packages=(libgtest-dev libbenchmark-dev libzfp-dev python3 gnuplot-nox python3-numpy mypy
   python3-venv python3-xarray python3-dask python3-distributed python3-zarr patchelf

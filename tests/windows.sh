@@ -10,9 +10,9 @@ source "$top/tests/cross/cross.sh"
 check_words windows.sh "$@"
 install_missing "${build_packages[@]}" g++-mingw-w64-x86-64-posix libz-mingw-w64-dev wine wine64 googletest python3 dpkg-dev
 build=$top/build-windows
-bash "$top/tests/cross/windows_libraries.sh" "$build/libraries"
+libraries=$(libraries windows)
 export WINEPREFIX=$build/wine WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=" LC_ALL=C.UTF-8
-configure "$build" x86_64-w64-mingw32 "${1:-}" -DBCCSPLAT_WINDOWS_LIBRARIES="$build/libraries" \
+configure "$build" x86_64-w64-mingw32 "${1:-}" -DBCCSPLAT_WINDOWS_LIBRARIES="$libraries" \
   -DBCCSPLAT_WITH_TIFF=OFF -DBCCSPLAT_TOOL_HERE="$(tool_here)"
 build "$build" "${1:-}" bccsplat_load_host
 run_tests "$build" "$@"

@@ -1,8 +1,8 @@
 #!/bin/bash
 # build_wheel.sh OUTPUT_FOLDER [BUILD]: a wheel of the Python package for Debian 12 and later, and what is as new: package,
-# library and tool with what they need, without OpenVDB and NetCDF. Installs what is missing with apt and builds in
-# build-wheel/, or takes a build folder that is there; that of `tests/aarch64.sh --build`, build-aarch64, gives a wheel for 64-bit
-# ARM. `pip install OUTPUT_FOLDER/*.whl` then needs no compiler.
+# library and tool with what they need, without the tool's modules (OpenVDB, NetCDF, TIFF, the server of `bcc4 view`). Installs
+# what is missing with apt and builds in build-wheel/, or takes a build folder that is there; that of
+# `tests/aarch64.sh --build`, build-aarch64, gives a wheel for 64-bit ARM. `pip install OUTPUT_FOLDER/*.whl` then needs no compiler.
 set -euo pipefail
 top=$(cd "$(dirname "$0")/../.." && pwd)
 output=${1:?usage: build_wheel.sh OUTPUT_FOLDER [BUILD]} build=${2:-}

@@ -3,7 +3,8 @@
 // SITE holds the page; what is not there is looked for in DATA.
 import { createReadStream, promises } from 'node:fs';
 import { createServer } from 'node:http';
-import { extname, join, normalize, resolve } from 'node:path';
+import { extname, join, normalize, resolve, sep } from 'node:path';
+import { pipeline } from 'node:stream/promises';
 import { pathToFileURL } from 'node:url';
 
 const types = {
@@ -14,45 +15,72 @@ const types = {
 };
 
 async function find(folders, path) {
-  const within = normalize(decodeURIComponent(path)).replace(/^(\.\.[/\\])+/, '');
-  for (const folder of folders) {
+  const within = normalize(path).replace(/^(\.\.[/\\])+/, '');
+  for (const folder of folders.map((name) => resolve(name))) {
     const file = resolve(join(folder, within.endsWith('/') ? within + 'index.html' : within));
-    if (!file.startsWith(resolve(folder))) continue;
+    if (!file.startsWith(folder.endsWith(sep) ? folder : folder + sep)) continue;
     const info = await promises.stat(file).catch(() => undefined);
     if (info?.isFile()) return { file, size: info.size };
   }
   return undefined;
 }
 
-// Returns first and last byte of "bytes=A-B"; undefined: all of it.
+// Returns first and last byte of "bytes=A-B"; undefined: all of it, which several ranges and what is no range mean, too. What
+// begins behind its end cannot be given.
 export function rangeOf(header, size) {
-  const told = /^bytes=(\d*)-(\d*)$/.exec(header ?? '');
+  const told = /^bytes=(\d*)-(\d*)$/i.exec(header ?? '');
   if (!told || (!told[1] && !told[2])) return undefined;
   if (!told[1]) return { first: Math.max(0, size - Number(told[2])), last: size - 1 };
+  if (told[2] && BigInt(told[2]) < BigInt(told[1])) return undefined;
   return { first: Number(told[1]), last: told[2] ? Math.min(Number(told[2]), size - 1) : size - 1 };
 }
 
-// hooks.before(request, response, url): awaited; answers itself where it returns true.
+// Pages of other sites whose own name was led to this machine (DNS rebinding) send that name.
+function namesThisServer(host, port) {
+  return ['127.0.0.1', 'localhost'].some((own) => host.toLowerCase() === (port === 80 ? own : `${own}:${port}`));
+}
+
+function refuse(response, status, text, headers = {}) {
+  response.writeHead(status, { 'Content-Type': 'text/plain', ...headers });
+  response.end(text + '\n');
+}
+
+async function answer(folders, hooks, request, response) {
+  if (!namesThisServer(request.headers.host ?? '', request.socket.localPort)) {
+    return refuse(response, 403, 'Only as 127.0.0.1 or localhost, with the port');
+  }
+  let url, path;
+  try {
+    url = new URL('http://localhost' + request.url);
+    path = decodeURIComponent(url.pathname);
+  } catch {
+    return refuse(response, 400, 'No address');
+  }
+  if (await hooks.before?.(request, response, url)) return;
+  if (!['GET', 'HEAD'].includes(request.method)) return refuse(response, 405, 'Only GET and HEAD', { Allow: 'GET, HEAD' });
+  const found = await find(folders, path);
+  if (!found) return refuse(response, 404, 'No such file');
+  // A range is meant for GET alone, and under a condition for a version that is named; ours have no names.
+  const inParts = request.method === 'GET' && !request.headers['if-range'];
+  const range = inParts ? rangeOf(request.headers.range, found.size) : undefined;
+  if (range && range.first > range.last) {
+    return refuse(response, 416, 'The file has fewer bytes', { 'Content-Range': `bytes */${found.size}` });
+  }
+  const headers = { 'Content-Type': types[extname(found.file)] ?? 'application/octet-stream', 'Accept-Ranges': 'bytes' };
+  if (range) headers['Content-Range'] = `bytes ${range.first}-${range.last}/${found.size}`;
+  headers['Content-Length'] = range ? range.last - range.first + 1 : found.size;
+  response.writeHead(range ? 206 : 200, headers);
+  if (request.method === 'HEAD' || found.size === 0) return response.end();
+  // A file that grows has more by now than was told.
+  const { first, last } = range ?? { first: 0, last: found.size - 1 };
+  await pipeline(createReadStream(found.file, { start: first, end: last }), response);
+}
+
+// hooks.before(request, response, url): awaited; answers itself where it returns true. Listen on 127.0.0.1.
 export function makeServer(folders, hooks = {}) {
-  return createServer(async (request, response) => {
-    const url = new URL(request.url, 'http://localhost');
-    if (await hooks.before?.(request, response, url)) return;
-    const found = await find(folders, url.pathname);
-    if (!found || !['GET', 'HEAD'].includes(request.method)) {
-      response.writeHead(found ? 405 : 404, { 'Content-Type': 'text/plain' });
-      return response.end(found ? 'Only GET and HEAD\n' : 'No such file\n');
-    }
-    const range = rangeOf(request.headers.range, found.size);
-    const headers = { 'Content-Type': types[extname(found.file)] ?? 'application/octet-stream', 'Accept-Ranges': 'bytes' };
-    if (range && range.first > range.last) {
-      response.writeHead(416, { ...headers, 'Content-Range': `bytes */${found.size}` });
-      return response.end();
-    }
-    if (range) headers['Content-Range'] = `bytes ${range.first}-${range.last}/${found.size}`;
-    headers['Content-Length'] = range ? range.last - range.first + 1 : found.size;
-    response.writeHead(range ? 206 : 200, headers);
-    if (request.method === 'HEAD' || found.size === 0) return response.end();
-    createReadStream(found.file, range ? { start: range.first, end: range.last } : {}).pipe(response);
+  return createServer((request, response) => {
+    // Who has gone in the middle, or a file that has, ends the answer alone.
+    answer(folders, hooks, request, response).catch(() => response.destroy());
   });
 }
 

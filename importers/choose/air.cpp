@@ -18,7 +18,7 @@ constexpr double kNearAir = 0.5;
 // Standard deviation over mean: of a channel with less, a constant, it is not known what else there will be.
 constexpr double kConstant = 1e-6;
 
-// Of the samples, from which on the smallest value, that of just so many, is what is empty, as -1000 of CT.
+// The share of samples that must hold the smallest value before it counts as empty space (CT: -1000).
 constexpr double kShareOfSmallest = 1.0 / 4;
 
 struct Moments {

@@ -12,8 +12,8 @@ namespace bcc4 {
 namespace {
 
 constexpr size_t kMostLabels = 64; // smooth fields of bytes have more values
-// Of neighbours that are not both air, so many are alike: noise has fewer. Of those that are not, so many
-// differ by more than a value in between: gradations hardly ever do, those of few values least of all.
+// Two shares that tell labels from measurements: equal neighbours (noise has fewer), and neighbours that
+// differ by more than one value in between (gradations hardly ever do, those of few values least of all).
 constexpr double kAlike = 0.5, kJumps = 0.125, kJumpsOfFew = 0.03;
 constexpr size_t kFew = 16;
 // Classes may lie in each other like shells; a gradation of few values would be in even steps then.

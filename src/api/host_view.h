@@ -28,7 +28,7 @@ struct Clip {
   uint64_t instance = 0;
 };
 [[nodiscard]] std::vector<Clip> read_clips(const bccsplat_clip* clips, uint64_t count);
-// Those of one slice, without instances, whose world is the volume's.
+// Clips of one slice, without instances, whose world is the volume's.
 [[nodiscard]] std::vector<HalfSpace> read_world_clips(const bccsplat_clip* clips, uint64_t count);
 
 } // namespace bccsplat::api

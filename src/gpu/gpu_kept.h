@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// By what that which is on a GPU is known again.
+// Keys of what is kept on the GPU.
 #pragma once
 
 #include <array>

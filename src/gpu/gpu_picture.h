@@ -27,7 +27,7 @@ struct GpuSites {
   GpuSites(const FieldBricks& bricks, GpuBricks&& of);
 };
 
-// What of a picture changes with its transfer function and mode.
+// The part of a picture that changes with its transfer function and mode.
 struct GpuClasses {
   GlTexture table, around_at;
   GpuClasses(const std::vector<Vec4f>& texels, const FieldBricks& bricks, const std::vector<uint8_t>& unseen);

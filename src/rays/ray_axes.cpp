@@ -40,7 +40,7 @@ RayAxis::Across find_across(const SheetView& view, const std::array<Vec3, 4>& ra
   return across;
 }
 
-// Of all axes that all rays run along, in one direction, that whose steepest ray is least steep.
+// The axis along which all rays advance, chosen so that the steepest of them is least steep.
 std::optional<RayAxis> find_axis(const SheetView& view, const PixelRect& pixels) {
   const auto rays = corner_rays(view, pixels);
   std::optional<RayAxis> best;

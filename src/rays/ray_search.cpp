@@ -238,7 +238,7 @@ bool RaySearch::hit(uint32_t p, double k) {
   return true;
 }
 
-// Of intervals that may be passed twice those that are; the others are scanned on.
+// Finds which of the intervals that may hold two crossings do; the others are scanned on.
 void RaySearch::find_turns() {
   counts_.grazes += grazes_.size();
   const auto found = find_grazes(*f_.field, view_, f_.target, grazes_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of the light comes through a volume to each place in it: of each light, and of that from all around.
+// Transmittance from each light to each place of a volume, and from the surroundings.
 //
 // Extinction stands at the nodes of a grid, and so does what comes through. Light is followed plane by plane:
 // on a grid that is sheared along its direction each beam is a column, whose optical depths are summed.

@@ -24,7 +24,7 @@ struct LayerUse {
 struct SeriesPart {
   int32_t first_slab = 0, end_slab = 0;   // stored
   int32_t first_layer = 0, end_layer = 0; // stored or measured; by whole slabs but for the last of the series
-  // Of a block: the bricks of level 0 that are stored or measured, and those that the field at its samples is
+  // The bricks of level 0 of a block that are stored or measured, and those that the field at its samples is
   // a sum of, where it is measured.
   BrickBox bricks, measured;
   FitPart fit;

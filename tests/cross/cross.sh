@@ -27,6 +27,14 @@ tool_here() {
   echo "$build/importers/bcc4"
 }
 
+# libraries NAME: makes what NAME_libraries.sh makes and prints where: a folder that all clones share, another one for
+# another text of the script.
+libraries() {
+  local script=$top/tests/cross/$1_libraries.sh folder
+  folder=${XDG_CACHE_HOME:-$HOME/.cache}/bccsplat/$1-$(sha256sum "$script" | head -c 12)
+  bash "$script" "$folder" >&2 && echo "$folder"
+}
+
 # is_quick [WORD]: whether a script's word asks for the loops' tests alone, which then alone are built.
 is_quick() { [[ ! ${1:-} ]]; }
 
@@ -37,7 +45,8 @@ configure() {
   shift 3
   cmake -S "$top" -B "$build" -G Ninja "${launchers[@]}" -DCMAKE_TOOLCHAIN_FILE="$top/src/cmake/$toolchain.cmake" \
     -DCMAKE_BUILD_TYPE=Release -DBCCSPLAT_WERROR=ON -DCMAKE_UNITY_BUILD=ON -DBCCSPLAT_TEST_SHARDS=24 \
-    -DBCCSPLAT_WITH_GPU=OFF -DBCCSPLAT_WITH_OPENVDB=OFF -DBCCSPLAT_WITH_NETCDF=OFF -DBCCSPLAT_TOOL_MODULES=OFF \
+    -DBCCSPLAT_WITH_GPU=OFF -DBCCSPLAT_WITH_OPENVDB=OFF -DBCCSPLAT_WITH_NETCDF=OFF -DBCCSPLAT_WITH_MICROHTTPD=OFF \
+    -DBCCSPLAT_TOOL_MODULES=OFF \
     -DBCCSPLAT_BUILD_BENCH=OFF -DBCCSPLAT_BUILD_EXAMPLES=OFF -DBCCSPLAT_TEST_FILES="${files%|}" "$@"
 }
 

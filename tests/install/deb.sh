@@ -47,7 +47,7 @@ if [[ -x $scratch/root/usr/bin/bcc4 ]]; then
   "$scratch/root/usr/bin/bcc4" --version
   bash "$here/reads.sh" "$scratch/root/usr/bin/bcc4" "$scratch/reads"
   # What the tool opens when a file needs it is a dependency, too.
-  for reader in openvdb netcdf tiff; do
+  for reader in openvdb netcdf tiff microhttpd; do
     if grep -q "^BCCSPLAT_WITH_${reader^^}:BOOL=ON" "$build/CMakeCache.txt"; then
       field bccsplat-tools Depends | grep "lib$reader"
     fi

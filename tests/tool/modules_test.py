@@ -1,4 +1,4 @@
-"""OpenVDB and NetCDF are loaded by the files that need them: the tool starts without, and says what is missing or damaged."""
+"""OpenVDB, NetCDF and others are loaded where they are needed: the tool starts without, and says what is missing or damaged."""
 import os
 import shutil
 import subprocess
@@ -33,7 +33,7 @@ class Modules(ToolTest):
     def test_the_tool_starts_without_their_libraries(self):
         needed = subprocess.run(['ldd', BCC4], capture_output=True, text=True, check=True).stdout
         self.assertIn('libbccsplat', needed)
-        for library in ('openvdb', 'tbb', 'netcdf', 'hdf5', 'curl', 'tiff'):
+        for library in ('openvdb', 'tbb', 'netcdf', 'hdf5', 'curl', 'tiff', 'microhttpd', 'gnutls'):
             self.assertNotIn('lib' + library, needed)
 
     def test_errors_are_those_of_the_readers(self):
@@ -57,6 +57,9 @@ class Modules(ToolTest):
             v = self.volume((4, 4, 4, 1), lambda x, y, z, t: x + y + z)
             self.refused(3, 'bcc4_openvdb.so cannot be opened', 'export', v, '--all', '-o', 'x.vdb', output='x.vdb')
             self.refused(3, 'bcc4_openvdb.so cannot be opened', 'slice', v, '--time', '0', '-o', 'x.vdb', output='x.vdb')
+        if os.path.exists(os.path.join(os.path.dirname(BCC4), 'bcc4_microhttpd.so')):
+            self.write('core.wasm', b'')
+            self.refused(3, 'bcc4_microhttpd.so cannot be opened', 'view', v, '--page', '.')
 
     def test_a_module_of_another_build_is_refused(self):
         self.copied(lambda module: module.replace(b'bcc4_module_', b'bcc4_Module_'))

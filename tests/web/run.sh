@@ -1,7 +1,10 @@
 #!/bin/bash
-# The viewer in real browsers: chromium by its own rasteriser, firefox-esr under Xvfb by Mesa's. Installs what is missing,
-# builds the viewer, makes the data and the tool's pictures of it, and has both compared: run.sh [SITE] [BCC4]
+# The example's server by itself, and the viewer in real browsers: chromium by its own rasteriser, firefox-esr under Xvfb by
+# Mesa's. Installs what is missing, builds the viewer, makes the data and the tool's pictures of it, and has both compared:
+# run.sh [--one-moment] [SITE] [BCC4]; with --one-moment one picture of each kind of file, in chromium.
 set -euo pipefail
+one_moment=
+[[ ${1:-} != --one-moment ]] || { one_moment=yes && shift; }
 top=$(cd "$(dirname "$0")/../.." && pwd)
 # shellcheck source=tests/packages.sh
 source "$top/tests/packages.sh"
@@ -9,9 +12,10 @@ work=$top/build-web
 site=${1:-$work/site}
 bcc4=${2:-$top/build-tests/importers/bcc4}
 [[ -x $bcc4 ]] || { echo "There is no $bcc4: build it first (tests/run.sh)" >&2; exit 1; }
-install_missing python3 python3-numpy chromium firefox-esr xvfb xauth libgl1-mesa-dri
+install_missing python3 python3-numpy chromium
+[[ $one_moment ]] || install_missing firefox-esr xvfb xauth libgl1-mesa-dri
 [[ $# -gt 0 ]] || "$top/examples/web/build.sh" "$site"
-bytes=$(stat -c %s "$site/core.wasm") most=860000
+bytes=$(stat -c %s "$site/core.wasm") most=910000
 echo "core.wasm: $bytes bytes, at most $most; $(gzip -9c "$site/core.wasm" | wc -c) with gzip"
 ((bytes <= most)) || { echo "FAILED: the module has grown" >&2; exit 1; }
 npm=$work/test-npm
@@ -30,12 +34,19 @@ drops -o "$data/waves.bcc4" --store wavelets # of version 4 of the container
 render() { # NAME CASE OPTIONS...
   "$bcc4" render "$data/$1.bcc4" --gpu off --time 4.3 --fit domain --size 200x200 --background 0,0,0 --quiet "${@:3}" -o "$data/$1-$2.png"
 }
+in_browser() { # BROWSER SCRIPT
+  BCCSPLAT_PUPPETEER=$npm/node_modules/puppeteer-core node "$top/tests/web/$2" "$1" "$site" "$data"
+}
 render drops composite
+render waves composite
+if [[ $one_moment ]]; then
+  in_browser chromium one_moment.mjs
+  exit
+fi
 render drops surface --mode iso --iso 0.4 --smooth-edges off
 render drops maximum --mode mip
 render drops xray --mode xray
 render drops turned --camera persp --rotate-x 35 --rotate-y -50 --zoom 1.5
-render waves composite
 head -c 20000 "$data/drops.bcc4" >"$data/cut.bcc4"
 # Zeros from 8 KiB on: up to the end, which tells what the file holds, or in the values alone.
 size=$(stat -c %s "$data/drops.bcc4")
@@ -43,8 +54,12 @@ zeros() { head -c 8192 "$data/drops.bcc4" && head -c "$1" /dev/zero && tail -c +
 zeros $((size - 8192)) >"$data/damaged.bcc4"
 zeros $((size * 4 / 5)) >"$data/torn.bcc4"
 
+mkdir "$data/serving"
+node "$top/tests/web/serving.mjs" "$data/serving"
+
 status=0
-BCCSPLAT_PUPPETEER=$npm/node_modules/puppeteer-core node "$top/tests/web/browsers.mjs" chromium "$site" "$data" || status=1
-BCCSPLAT_PUPPETEER=$npm/node_modules/puppeteer-core xvfb-run -a -s "-screen 0 1400x1000x24" \
-  node "$top/tests/web/browsers.mjs" firefox "$site" "$data" || status=1
+in_browser chromium browsers.mjs || status=1
+export -f in_browser
+export npm top site data
+xvfb-run -a -s "-screen 0 1400x1000x24" bash -c 'in_browser firefox browsers.mjs' || status=1
 exit "$status"

@@ -42,10 +42,18 @@ fs::path find_page(const std::string& given) {
 FindFile files_of(const fs::path& page, const fs::path& file) {
   return [page, file](const std::string& path) -> std::optional<std::string> {
     if (path == served_as) return file.string();
+    if (!path.starts_with('/')) return std::nullopt;
     const std::string name = path == "/" ? "index.html" : path.substr(1);
     if (name.find('/') != std::string::npos || name.starts_with(".")) return std::nullopt;
     return (page / name).string();
   };
+}
+
+void print_link(uint16_t port) {
+  catch_interrupts();
+  std::printf("http://127.0.0.1:%u/?url=%s\n", port, served_as + 1);
+  std::fflush(stdout);
+  std::fprintf(stderr, "Open this link in a browser; Ctrl-C ends.\n");
 }
 
 } // namespace
@@ -62,12 +70,8 @@ Run add_view(const Command& tool) {
     require_option(a->file, "FILE", "bcc4 view smoke.bcc4");
     if (a->port < 0 || a->port > last_port) fail_usage("--port ", a->port, ": 0 to ", last_port);
     (void)open_volume(create_device(1, 0), a->file, ""); // says what is wrong with it before a browser does
-    HttpServer server(static_cast<uint16_t>(a->port), files_of(find_page(a->page), fs::canonical(a->file)));
-    std::printf("http://127.0.0.1:%u/?url=%s\n", server.port(), served_as + 1);
-    std::fflush(stdout);
-    std::fprintf(stderr, "Open this link in a browser; Ctrl-C ends.\n");
-    catch_interrupts();
-    server.serve(interrupted);
+    serve_files({static_cast<uint16_t>(a->port), files_of(find_page(a->page), fs::canonical(a->file)),
+                 print_link, interrupted});
     return Exit::ok;
   };
 }

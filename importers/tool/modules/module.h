@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a shared module of the tool gives. OpenVDB, NetCDF and TIFF take longer to load than most commands to
-// run: what uses them is in bcc4_openvdb.so, bcc4_netcdf.so and bcc4_tiff.so, which are opened when a file
-// asks for them.
+// What a shared module of the tool gives. OpenVDB, NetCDF, TIFF and libmicrohttpd (with all of TLS) take
+// longer to load than most commands to run: what uses them is in bcc4_openvdb.so, bcc4_netcdf.so,
+// bcc4_tiff.so and bcc4_microhttpd.so, which are opened when a file, or `bcc4 view`, asks for them.
 #pragma once
 
 #include <iosfwd>
@@ -14,6 +14,7 @@
 #include "readers/sequence.h"
 #include "tool/output/vdb_output.h"
 #include "tool/output/volume_file.h"
+#include "tool/serve/http_server.h"
 
 namespace bcc4 {
 
@@ -24,6 +25,7 @@ struct Module {
                      std::span<const float> values) = nullptr;
   std::unique_ptr<VolumeFile> (*create)(const std::string& path, const std::string& name,
                                         const VolumeOutput& output) = nullptr;
+  void (*serve)(const Serving& serving) = nullptr;
 };
 
 } // namespace bcc4

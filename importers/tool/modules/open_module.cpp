@@ -39,6 +39,12 @@ const Module& open_module(const std::string& file, const char* library) {
 
 } // namespace
 
+#if BCCSPLAT_WITH_MICROHTTPD
+void serve_files(const Serving& serving) {
+  open_module("bcc4_microhttpd.so", "libmicrohttpd").serve(serving);
+}
+#endif
+
 #if BCCSPLAT_WITH_NETCDF
 static const Module& netcdf_module() {
   static const Module& module = open_module("bcc4_netcdf.so", "NetCDF");

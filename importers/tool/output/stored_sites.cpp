@@ -20,8 +20,8 @@ bool on_source_grid(const bccsplat_volume_info& v) {
   return v.lattice == BCCSPLAT_LATTICE_CC && least == 1 && most == 1;
 }
 
-// Of a file with corrections what it says of samples that are sites alone holds: those that are air have
-// none.
+// Whether all sites that are not stored are air at the source's samples. A file with corrections promises
+// that for samples that are sites alone: those that are air have none.
 bool leaves_air(const bccsplat_volume_info& v, const bccsplat_channel_info& c) {
   return v.periodic_axes == 0 && v.store != BCCSPLAT_STORE_COEFFICIENTS && c.sites_kept < v.sites_total &&
          (c.error_bound == 0 || (v.store == BCCSPLAT_STORE_WAVELETS && on_source_grid(v)));

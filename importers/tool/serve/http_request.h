@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace bcc4 {
 
@@ -12,17 +13,14 @@ struct ByteInterval {
   uint64_t first = 0, last = 0; // both included
 };
 
-struct HttpRequest {
-  std::string method, path; // the path without its query, decoded
-  std::string range;        // as its header has it; empty: none
-};
-
-// Returns nothing where the head is none of HTTP.
-[[nodiscard]] std::optional<HttpRequest> parse_request(const std::string& head);
-// Returns the bytes that "bytes=A-B" means of a file of this size; nothing where it means all of it. An
-// interval that ends before it begins cannot be given.
-[[nodiscard]] std::optional<ByteInterval> parse_range(const std::string& range, uint64_t size);
+// Returns the bytes that a header Range means of a file of this size; nothing where it means all of it: of
+// several ranges, of other units and of what is no range, too, as RFC 9110 lets a server do. An interval that
+// ends before it begins cannot be given.
+[[nodiscard]] std::optional<ByteInterval> parse_range(std::string_view range, uint64_t size);
+// Returns whether a header Host names this port of 127.0.0.1 or localhost. Pages of other sites whose own
+// name was led here (DNS rebinding) send that name.
+[[nodiscard]] bool names_this_server(std::string_view host, uint16_t port);
 // Returns the type that a browser is told of a file by its name.
-[[nodiscard]] const char* media_type(const std::string& file);
+[[nodiscard]] const char* media_type(std::string_view file);
 
 } // namespace bcc4

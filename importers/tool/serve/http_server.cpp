@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thread for each connection, which answers one request: a browser asks for few at a time.
+// By libmicrohttpd, in one thread: a client that does not send, or does not take, costs a connection alone. A
+// connection is for one request: a browser asks for few.
 #include "tool/serve/http_server.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
+#include <microhttpd.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <string_view>
-#include <thread>
+#include <chrono>
+#include <csignal>
+#include <exception>
+#include <initializer_list>
+#include <map>
+#include <memory>
 #include <utility>
 
 #include "readers/error.h"
@@ -22,124 +24,140 @@
 namespace bcc4 {
 namespace {
 
-constexpr int backlog = 32, milliseconds_between_looks = 200;
-constexpr size_t longest_head = 16 << 10, piece = 64 << 10;
+using Clock = std::chrono::steady_clock;
 
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
+constexpr int milliseconds_between_looks = 200;
+// Each has a descriptor of its own and one of a file: together fewer than the 1024 that a process may have.
+constexpr unsigned most_connections = 400;
+// For the head of a request in all, and between two bytes of an answer that are taken.
+constexpr unsigned patience_in_seconds = 5;
 
- private:
-  int fd_;
+struct Server {
+  const FindFile& find;
+  uint16_t port;
+  std::map<MHD_Connection*, Clock::time_point> unheard; // connections by when they began: no request so far
 };
 
-// False where the browser has gone.
-bool send_all(int to, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t sent = ::send(to, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent <= 0) return false;
-    bytes.remove_prefix(static_cast<size_t>(sent));
-  }
-  return true;
+using Response = std::unique_ptr<MHD_Response, decltype(&MHD_destroy_response)>;
+using Header = std::pair<const char*, std::string>;
+
+MHD_Result send(MHD_Connection* to, unsigned status, const Response& response,
+                std::initializer_list<Header> headers) {
+  if (!response) return MHD_NO;
+  for (const auto& [name, value] : headers)
+    if (MHD_add_response_header(response.get(), name, value.c_str()) != MHD_YES) return MHD_NO;
+  return MHD_queue_response(to, status, response.get());
 }
 
-std::string read_head(int from) {
-  std::string head;
-  std::array<char, 4096> buffer{};
-  while (head.size() < longest_head && head.find("\r\n\r\n") == std::string::npos) {
-    const ssize_t got = ::recv(from, buffer.data(), buffer.size(), 0);
-    if (got <= 0) return {};
-    head.append(buffer.data(), static_cast<size_t>(got));
-  }
-  return head;
+MHD_Result refuse(MHD_Connection* to, unsigned status, std::string text, const Header& header) {
+  text += '\n';
+  const Response response(MHD_create_response_from_buffer(text.size(), text.data(), MHD_RESPMEM_MUST_COPY),
+                          MHD_destroy_response);
+  return send(to, status, response, {{MHD_HTTP_HEADER_CONTENT_TYPE, "text/plain"}, header});
 }
 
-void send_file(int to, int file, ByteInterval bytes) {
-  std::array<char, piece> buffer{};
-  while (bytes.first <= bytes.last) {
-    const auto count = static_cast<size_t>(std::min<uint64_t>(piece, bytes.last - bytes.first + 1));
-    const ssize_t got = ::pread(file, buffer.data(), count, static_cast<off_t>(bytes.first));
-    if (got <= 0 || !send_all(to, {buffer.data(), static_cast<size_t>(got)})) return;
-    bytes.first += static_cast<uint64_t>(got);
-  }
+MHD_Result refuse(MHD_Connection* to, unsigned status, std::string text) {
+  return refuse(to, status, std::move(text), {MHD_HTTP_HEADER_CACHE_CONTROL, "no-cache"});
 }
 
-std::string head_of(const char* status, const char* type, uint64_t size, const std::string& more = "") {
-  return concat("HTTP/1.1 ", status, "\r\nContent-Type: ", type, "\r\nContent-Length: ", size,
-                "\r\nAccept-Ranges: bytes\r\nCache-Control: no-cache\r\nConnection: close\r\n", more, "\r\n");
-}
+MHD_Result refuse_unknown(MHD_Connection* to) { return refuse(to, MHD_HTTP_NOT_FOUND, "No such file"); }
 
-void refuse(int to, const char* status) {
-  const std::string text = concat(status, "\n");
-  send_all(to, head_of(status, "text/plain", text.size()) + text);
-}
-
-void give(int to, const HttpRequest& request, const std::string& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+// Sends a file as long as it is now: one that is still written grows.
+MHD_Result send_file(MHD_Connection* to, const std::string& path, const std::string& asked) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); // a pipe does not make it wait
+  if (file < 0) return refuse_unknown(to);
   struct stat info {};
-  if (file.get() < 0 || ::fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode))
-    return refuse(to, "404 Not Found");
-  const auto size = static_cast<uint64_t>(info.st_size);
-  const auto range = parse_range(request.range, size);
-  if (range && range->first > range->last)
-    return void(send_all(to, head_of("416 Range Not Satisfiable", "text/plain", 0,
-                                     concat("Content-Range: bytes */", size, "\r\n"))));
-  const ByteInterval bytes = range.value_or(ByteInterval{0, size - 1});
-  const uint64_t count = size > 0 ? bytes.last - bytes.first + 1 : 0;
-  const std::string more =
-      range ? concat("Content-Range: bytes ", bytes.first, "-", bytes.last, "/", size, "\r\n") : "";
-  const bool sent =
-      send_all(to, head_of(range ? "206 Partial Content" : "200 OK", media_type(path), count, more));
-  if (sent && count > 0 && request.method == "GET") send_file(to, file.get(), bytes);
+  const bool is_file = ::fstat(file, &info) == 0 && S_ISREG(info.st_mode);
+  const auto size = static_cast<uint64_t>(is_file ? info.st_size : 0);
+  const auto range = parse_range(asked, size);
+  const bool is_there = is_file && !(range && range->last < range->first);
+  const uint64_t first = range ? range->first : 0, count = range ? range->last - first + 1 : size;
+  const Response response(is_there ? MHD_create_response_from_fd_at_offset64(count, file, first) : nullptr,
+                          MHD_destroy_response);
+  if (!response) ::close(file);
+  if (!is_file) return refuse_unknown(to);
+  if (!is_there)
+    return refuse(to, MHD_HTTP_RANGE_NOT_SATISFIABLE, "The file has fewer bytes",
+                  {MHD_HTTP_HEADER_CONTENT_RANGE, concat("bytes */", size)});
+  const Header type{MHD_HTTP_HEADER_CONTENT_TYPE, media_type(path)};
+  const Header ranges{MHD_HTTP_HEADER_ACCEPT_RANGES, "bytes"};
+  const Header fresh{MHD_HTTP_HEADER_CACHE_CONTROL, "no-cache"};
+  if (!range) return send(to, MHD_HTTP_OK, response, {type, ranges, fresh});
+  const Header part{MHD_HTTP_HEADER_CONTENT_RANGE, concat("bytes ", first, "-", range->last, "/", size)};
+  return send(to, MHD_HTTP_PARTIAL_CONTENT, response, {type, ranges, fresh, part});
 }
 
-void answer(int to, const FindFile& find) {
-  const auto request = parse_request(read_head(to));
-  if (!request) return refuse(to, "400 Bad Request");
-  if (request->method != "GET" && request->method != "HEAD") return refuse(to, "405 Method Not Allowed");
-  const auto path = find(request->path);
-  if (!path) return refuse(to, "404 Not Found");
-  give(to, *request, *path);
+MHD_Result answer(const Server& server, MHD_Connection* to, const char* path, const std::string& method) {
+  const auto header = [to](const char* name) {
+    const char* const value = MHD_lookup_connection_value(to, MHD_HEADER_KIND, name);
+    return std::string(value ? value : "");
+  };
+  if (!names_this_server(header(MHD_HTTP_HEADER_HOST), server.port))
+    return refuse(to, MHD_HTTP_FORBIDDEN,
+                  concat("Only as http://127.0.0.1:", server.port, " or http://localhost:", server.port));
+  if (method != MHD_HTTP_METHOD_GET && method != MHD_HTTP_METHOD_HEAD)
+    return refuse(to, MHD_HTTP_METHOD_NOT_ALLOWED, "Only GET and HEAD", {MHD_HTTP_HEADER_ALLOW, "GET, HEAD"});
+  const auto found = server.find(path);
+  if (!found) return refuse_unknown(to);
+  // A range is meant for GET alone, and under a condition for a version that is named; ours have no names.
+  const bool in_parts = method == MHD_HTTP_METHOD_GET && header(MHD_HTTP_HEADER_IF_RANGE).empty();
+  return send_file(to, *found, in_parts ? header(MHD_HTTP_HEADER_RANGE) : "");
+}
+
+// Called with the head of a request; what is answered here is the connection's last, and a body is not read.
+MHD_Result on_request(void* data, MHD_Connection* to, const char* path, const char* method,
+                      const char* /*version*/, const char* /*body*/, size_t* /*body_size*/,
+                      void** /*request*/) {
+  auto& server = *static_cast<Server*>(data);
+  server.unheard.erase(to);
+  try {
+    return answer(server, to, path, method);
+  } catch (const std::exception&) {
+    return MHD_NO; // hangs up
+  }
+}
+
+void on_connection(void* data, MHD_Connection* connection, void** /*socket*/,
+                   MHD_ConnectionNotificationCode code) {
+  auto& unheard = static_cast<Server*>(data)->unheard;
+  if (code == MHD_CONNECTION_NOTIFY_STARTED)
+    unheard.emplace(connection, Clock::now());
+  else
+    unheard.erase(connection);
+}
+
+// libmicrohttpd waits as long for each byte of a head.
+void hang_up_on_the_slow(const Server& server) {
+  const auto began = Clock::now() - std::chrono::seconds(patience_in_seconds);
+  for (const auto& [connection, when] : server.unheard)
+    if (when < began)
+      ::shutdown(MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd,
+                 SHUT_RDWR);
 }
 
 } // namespace
 
-HttpServer::HttpServer(uint16_t port, FindFile find)
-    : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), find_(std::move(find)) {
+void serve_files(const Serving& serving) {
+  std::signal(SIGPIPE, SIG_IGN); // a browser that has gone
   sockaddr_in address{};
-  address.sin_family = AF_INET, address.sin_port = htons(port);
+  address.sin_family = AF_INET, address.sin_port = htons(serving.port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const int on = 1;
-  ::setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  socklen_t size = sizeof address;
-  auto* const generic = reinterpret_cast<sockaddr*>(&address);
-  if (socket_ < 0 || ::bind(socket_, generic, size) != 0 || ::listen(socket_, backlog) != 0) {
-    if (socket_ >= 0) ::close(socket_);
-    fail_input("port ", port,
+  Server server{serving.find, serving.port, {}};
+  const std::unique_ptr<MHD_Daemon, decltype(&MHD_stop_daemon)> daemon(
+      MHD_start_daemon(MHD_USE_EPOLL, serving.port, nullptr, nullptr, on_request, &server,
+                       MHD_OPTION_SOCK_ADDR, &address, MHD_OPTION_NOTIFY_CONNECTION, on_connection, &server,
+                       MHD_OPTION_CONNECTION_LIMIT, most_connections, MHD_OPTION_CONNECTION_TIMEOUT,
+                       patience_in_seconds, MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_END),
+      MHD_stop_daemon);
+  if (!daemon)
+    fail_input("port ", serving.port,
                " of 127.0.0.1 cannot be listened on; name another one by --port, or 0 for any");
-  }
-  ::getsockname(socket_, generic, &size);
-  port_ = ntohs(address.sin_port);
-}
-
-HttpServer::~HttpServer() { ::close(socket_); }
-
-void HttpServer::serve(const std::function<bool()>& ends) {
-  while (!ends()) {
-    pollfd look{socket_, POLLIN, 0};
-    if (::poll(&look, 1, milliseconds_between_looks) <= 0) continue;
-    const int to = ::accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC);
-    if (to < 0) continue;
-    std::thread([to, find = find_] {
-      const Descriptor connection(to);
-      answer(connection.get(), find);
-    }).detach();
+  server.port = MHD_get_daemon_info(daemon.get(), MHD_DAEMON_INFO_BIND_PORT)->port;
+  serving.listens(server.port);
+  while (!serving.ends()) {
+    if (MHD_run_wait(daemon.get(), milliseconds_between_looks) != MHD_YES)
+      fail(Exit::no_resources, "the server cannot go on waiting for browsers");
+    hang_up_on_the_slow(server);
   }
 }
 

@@ -9,26 +9,17 @@
 
 namespace bcc4 {
 
-// A file under an address, or none.
+// A file under an address, or none. The address is decoded and without its query; nothing else is sure of it.
 using FindFile = std::function<std::optional<std::string>(const std::string& path)>;
 
-// Listens on 127.0.0.1.
-class HttpServer {
- public:
-  // port 0: any that is free. Throws bad_input where it is taken.
-  HttpServer(uint16_t port, FindFile find);
-  ~HttpServer();
-  HttpServer(const HttpServer&) = delete;
-  HttpServer& operator=(const HttpServer&) = delete;
-
-  [[nodiscard]] uint16_t port() const { return port_; }
-  // Answers until `ends` says so, which it asks several times a second.
-  void serve(const std::function<bool()>& ends);
-
- private:
-  int socket_ = -1;
-  uint16_t port_ = 0;
-  FindFile find_;
+struct Serving {
+  uint16_t port = 0; // of 127.0.0.1; 0: any that is free
+  FindFile find;
+  std::function<void(uint16_t port)> listens; // called once, when browsers may come
+  std::function<bool()> ends;                 // asked several times a second
 };
+
+// Answers until `ends` says so. Throws bad_input where the port is taken.
+void serve_files(const Serving& serving);
 
 } // namespace bcc4

@@ -25,7 +25,7 @@ struct HoleMap {
 };
 
 // Patches `frame` where samples are not finite and returns where that was; to be kept as long as the frame.
-// Of a frame that is given in part, what is further from the rest of it than the reach is patched right.
+// A frame that is given in part is patched right where what is not given is further away than the reach.
 [[nodiscard]] HoleMap patch_holes(Frame& frame, const FrameScan& scan, const AxisFlags& turning,
                                   const FillReach& reach, const Context& context);
 

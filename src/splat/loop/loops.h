@@ -109,7 +109,7 @@ struct FanArgs {
   int width = 0, height = 0; // of the tile, pixels: what open_sum counts
 };
 
-// What of the gaps' plan moving points looks at: tables from gap `base` on.
+// The part of the gaps' plan that moving points need: tables from gap `base` on.
 struct GapTables {
   int64_t base = 0;
   const float* lateral = nullptr;
