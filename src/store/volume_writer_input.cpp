@@ -220,6 +220,17 @@ void VolumeWriter::require_wavelet_types() const {
            ": wavelets are of samples stored as U8 or U16; give value_type U16 and the range of the values");
 }
 
+// Where a bound is kept by corrections, the error that is chosen for it is none that codes cannot keep.
+void VolumeWriter::leave_rounding() {
+  constexpr double of_code = .3; // more than the root of 1/12
+  for (size_t c = 0; c < settings_.channels.size(); ++c) {
+    const ChannelSettings& asked = settings_.channels[c];
+    ChannelInfo& info = initial_.channels[c];
+    if (asked.abs_error > 0 && asked.wavelet_error == 0)
+      info.wavelet_error = std::max(info.wavelet_error, of_code * info.scale);
+  }
+}
+
 // Settles, with the first data, how each channel is coded and what the fit has to do.
 void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType first_type) {
   if (!fits_.empty()) return;
@@ -232,7 +243,7 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
     fit_options_.channels.push_back(code_channel(settings_.channels[c],
                                                  c == first_channel ? first_type : SourceType::f32,
                                                  settings_.coefficients, initial_.channels[c]));
-  if (settings_.wavelets) require_wavelet_types();
+  if (settings_.wavelets) require_wavelet_types(), leave_rounding();
   if (input == Input::frames && !continued_)
     fit_options_.lead = predicted_layers(), fit_options_.margins = outside_planes(frame_planes);
   if (input == Input::frames && (settings_.coefficients || settings_.wavelets))
