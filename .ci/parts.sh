@@ -51,11 +51,12 @@ test_names() {
 
 # run_until END FOLDER MEMORY FILTER < NAMES: runs tests of FOLDER by name, with GTEST_FILTER=FILTER, as many at a time as there
 # are cores, and begins none when SECONDS is END. MEMORY is a file that tells when each passed: those that did not for
-# longest come first; "" takes them as they come. Says which were left out.
+# longest come first; "" takes them as they come. Says which were left out; without any name it fails.
 run_until() {
-  local end=$1 folder=$2 memory=$3 filter=$4 results name status=0
+  local end=$1 folder=$2 memory=$3 filter=$4 results name names=0 status=0
   results=$(mktemp -d)
   while read -r name; do
+    names=$((names + 1))
     while (($(jobs -rp | wc -l) >= $(nproc))); do wait -n || true; done
     if ((SECONDS >= end)); then
       echo "$name" >>"$results/left"
@@ -65,7 +66,7 @@ run_until() {
   done < <(if [[ $memory ]]; then longest_ago "$memory"; else cat; fi)
   wait
   echo "$(find "$results" -name '*.passed' | wc -l) passed; left out for want of time: $(paste -sd' ' "$results/left" 2>/dev/null)"
-  if compgen -G "$results/*.failed" >/dev/null; then status=1; fi
+  if ((names == 0)) || compgen -G "$results/*.failed" >/dev/null; then status=1; fi
   rm -rf "$results"
   return "$status"
 }
