@@ -183,6 +183,8 @@ class Bcc4Reader {
   [[nodiscard]] uint64_t chunk_count() const;
   // Returns the bytes read from the source so far.
   [[nodiscard]] uint64_t bytes_read() const;
+  // Reads bytes that nobody wants yet: throws WouldBlock where they are not there.
+  void try_read(const ByteRange& range) const;
   // Returns up to how many unwanted bytes between two wanted ones are read with them.
   [[nodiscard]] uint64_t merge_gap() const;
   // Returns whether it was opened to salvage what can be decoded.

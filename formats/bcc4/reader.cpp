@@ -223,6 +223,11 @@ Range Bcc4Reader::sample_range(const ChannelLevel& at, const Bcc4Chunk& chunk) c
   return {coder.decode(chunk.min_code), coder.decode(chunk.max_code)};
 }
 
+void Bcc4Reader::try_read(const ByteRange& range) const {
+  std::vector<std::byte> bytes(range.size);
+  (void)state_->read_or_lose(range.offset, bytes);
+}
+
 std::vector<std::byte> Bcc4Reader::stored_bytes(const Bcc4Chunk& chunk) const {
   std::vector<std::byte> stored(chunk.stored());
   state_->read(chunk.offset, stored);

@@ -38,8 +38,8 @@ extern "C" bccsplat_status bccsplat_volume_get_ranges(const bccsplat_volume* vol
     watch(progress, token), watch(progress, volume->token);
     progress.throw_if_cancelled();
     Progress unheard(progress, 0, 0); // its parts take no time that is worth telling
-    const SliceRequest asked{o.channel, o.level, h, cut, o.method == BCCSPLAT_METHOD_EXTRACTED, nullptr};
-    const auto found = read_ranges(volume->file, asked, o.kernel, (flags & BCCSPLAT_RANGES_MISSING) != 0,
+    const SliceRequest asked = request_slice(volume->file, o.channel, o.kernel, o.level, h, cut, false);
+    const auto found = read_ranges(volume->file, asked, (flags & BCCSPLAT_RANGES_MISSING) != 0,
                                    volume->device->context(unheard));
     progress.report(1);
     write_ranges(found, ranges, capacity, count);

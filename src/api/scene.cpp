@@ -309,7 +309,7 @@ bccsplat_status bccsplat_scene_prefetch(const bccsplat_scene* scene, const bccsp
     require(scene, "scene");
     AskedPicture asked(*scene->device.get(), view, options);
     for (const Read& read : reads_of(scene, asked.picture, width, height, time))
-      prefetch_slice(read.request, scene->device->context(asked.progress));
+      prefetch_slice(read.volume->file, read.request, scene->device->context(asked.progress));
     asked.progress.report(1);
   });
 }
@@ -332,7 +332,7 @@ bccsplat_status bccsplat_scene_get_ranges(const bccsplat_scene* scene, const bcc
     for (const Read& read : reads) {
       if (read.instance != id) continue;
       const std::vector<ByteRange> more =
-          read_ranges(read.volume->file, read.request, nullptr, (flags & BCCSPLAT_RANGES_MISSING) != 0,
+          read_ranges(read.volume->file, read.request, (flags & BCCSPLAT_RANGES_MISSING) != 0,
                       scene->device->context(asked.progress));
       found.insert(found.end(), more.begin(), more.end());
     }

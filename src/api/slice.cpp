@@ -21,8 +21,7 @@ SliceRequest read_request(const bccsplat_volume* volume, const bccsplat_hyperpla
   HypersliceOptions cut = read_slice_options(options, volume->file);
   cut.merge_later = volume->device->draws_by_gpu();
   const Hyperplane h = read_hyperplane(hyperplane, options, cut);
-  return request_slice(volume->file, options.channel, options.kernel, options.level, h, cut,
-                       options.method == BCCSPLAT_METHOD_EXTRACTED);
+  return request_slice(volume->file, options.channel, options.kernel, options.level, h, cut);
 }
 
 // A cut that a host asks for, with the progress that it is told.
@@ -85,9 +84,9 @@ bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume, const bc
   return guard([&] {
     require(volume, "volume");
     Asked asked(volume, hyperplane, options);
-    if (asked.request.extracted)
+    if (asked.request.cut.method == SliceMethod::extracted)
       fail(Code::unsupported, "prefetch: extracted points read samples on their own");
-    prefetch_slice(asked.request, volume->device->context(asked.progress));
+    prefetch_slice(volume->file, asked.request, volume->device->context(asked.progress));
     volume->note_repeats(*asked.request.coefficients);
     asked.progress.report(1);
   });

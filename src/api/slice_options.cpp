@@ -67,6 +67,7 @@ HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const Open
   if (o.space == BCCSPLAT_SPACE_EVEN && volume.axes()->any()) r.even = volume.axes();
   if (o.method == BCCSPLAT_METHOD_MERGED) r.method = SliceMethod::merged;
   if (o.method == BCCSPLAT_METHOD_RESAMPLED) r.method = SliceMethod::resampled;
+  if (o.method == BCCSPLAT_METHOD_EXTRACTED) r.method = SliceMethod::extracted;
   return r;
 }
 

@@ -47,6 +47,7 @@ class Attempts {
   void throw_if_waiting() {
     if (!waits()) return;
     const std::scoped_lock lock(mutex_);
+    merge_ranges(lacking_, 0);
     throw WouldBlock(message_, lacking_);
   }
 

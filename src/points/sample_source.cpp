@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "points/sample_source.h"
 
-#include <utility>
-
-#include "base/would_block.h"
-
 namespace bccsplat {
 
 BrickBox bricks_on(const Lattice3& lattice, const PlaneRange& planes) {
@@ -18,12 +14,7 @@ BrickBox bricks_on(const Lattice3& lattice, const PlaneRange& planes) {
 
 void SampleSource::read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<BrickLayer>& take) const {
-  Attempts attempts;
-  for (const int32_t m : layers) {
-    BrickLayer layer;
-    if (attempts.attempt([&] { layer = read_layer(channel, m, region, context); })) take(m, std::move(layer));
-  }
-  attempts.throw_if_waiting();
+  for (const int32_t m : layers) take(m, read_layer(channel, m, region, context));
 }
 
 void SampleSource::read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
@@ -34,6 +25,16 @@ void SampleSource::read_planes(int channel, std::span<const int32_t> layers, con
 void SampleSource::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                 const Context& context, const TakeLayer<SampleLayer>& take) const {
   for (const int32_t m : layers) take(m, SampleLayer(read_layer(channel, m, region, context)));
+}
+
+void SampleSource::list_reads(std::span<const int32_t> layers, const BrickBox& region,
+                              LayerReads& out) const {
+  for (const int32_t m : layers) out.insert({m, region});
+}
+
+void SampleSource::list_planes(std::span<const int32_t> layers, const PlaneRange& planes,
+                               LayerReads& out) const {
+  list_reads(layers, bricks_on(lattice().space, planes), out);
 }
 
 } // namespace bccsplat

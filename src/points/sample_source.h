@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "base/context.h"
@@ -72,6 +74,17 @@ struct PlaneRange {
 // The bricks that have sites on these planes; of a range that goes beyond an end all of them.
 [[nodiscard]] BrickBox bricks_on(const Lattice3& lattice, const PlaneRange& planes);
 
+// Bricks of a layer of a file that somebody asks for.
+struct LayerRead {
+  int32_t layer = 0;
+  BrickBox bricks;
+  bool operator<(const LayerRead& other) const {
+    return std::tie(layer, bricks.begin, bricks.end) <
+           std::tie(other.layer, other.bricks.begin, other.bricks.end);
+  }
+};
+using LayerReads = std::set<LayerRead>;
+
 class SampleSource {
  public:
   virtual ~SampleSource() = default;
@@ -100,6 +113,9 @@ class SampleSource {
   // Hands over layers in the form that takes least memory.
   virtual void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                             const Context& context, const TakeLayer<SampleLayer>& take) const;
+  // These tell what of the file behind it reading layers, or planes of them, asks for.
+  virtual void list_reads(std::span<const int32_t> layers, const BrickBox& region, LayerReads& out) const;
+  virtual void list_planes(std::span<const int32_t> layers, const PlaneRange& planes, LayerReads& out) const;
   // The kernel whose coefficients are stored, or empty for samples.
   [[nodiscard]] virtual const std::string& coefficient_kernel() const = 0;
 };

@@ -227,7 +227,7 @@ SliceRequest HostScene::Need::request(uint32_t channel, const std::array<double,
   cut.time_length = std::cbrt(std::fabs(instance.volume->info().affine.determinant()));
   cut.box = box;
   if (instance.volume->axes()->any()) cut.even = instance.volume->axes();
-  return request_slice(*instance.volume, channel, nullptr, level, Hyperplane(0, 0, 0, 1, -frame), cut, false);
+  return request_slice(*instance.volume, channel, nullptr, level, Hyperplane(0, 0, 0, 1, -frame), cut);
 }
 
 bool HostScene::Need::met_by(const std::unique_ptr<SceneCut>& cut) const {

@@ -8,13 +8,10 @@
 #include <numeric>
 #include <span>
 
-#include "base/would_block.h"
 #include "scene/picture.h"
 #include "scene/trail_layers.h"
-#include "slice/even_slice.h"
-#include "slice/maximum_slice.h"
-#include "slice/part.h"
-#include "slice/time_slice.h"
+#include "slice/hyperslice.h"
+#include "volume/read_ranges.h"
 
 namespace bccsplat {
 namespace {
@@ -32,24 +29,21 @@ void widen_bounds(Trail& trail, const Slice& slice) {
                                                     std::max(trail.bounds[1], slice.bounds[1])};
 }
 
-// Adds a moment that is a slice of its own.
-void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& context) {
+// A moment of the trail, and how it is cut.
+struct Still {
+  CutPlan plan;
+  Moment moment;
+};
+
+// Adds a moment that is a slice of its own; left to a GPU, which merges it of layers, it has no points.
+void add_slice(Trail& trail, Slice&& slice, const Moment& m, bool left, const Context& context) {
   widen_bounds(trail, slice);
   trail.moments.push_back(
       {{{static_cast<uint32_t>(trail.sources.size()), 1.0f}}, slice.frame, m.weight, m.interval});
-  add_source(trail, std::move(slice), context);
-}
-
-// Adds an instant, or a mean around one, that a GPU merges of layers; it has no points.
-void add_later(Trail& trail, const Coefficients& coefficients, const Slice& slice, const Moment& m,
-               double around, const HypersliceOptions& like, const Context& context) {
-  Slice made = thick_time_slice(coefficients, m.at, {-around, around}, ThicknessKind::mean,
-                                slice.slice_to_world, context, true);
-  if (like.box) cut_to_box(made, *like.box);
-  widen_bounds(trail, made);
-  trail.moments.push_back(
-      {{{static_cast<uint32_t>(trail.sources.size()), 1.0f}}, made.frame, m.weight, m.interval});
-  trail.sources.push_back({std::move(made), {}, {}});
+  if (left)
+    trail.sources.push_back({std::move(slice), {}, {}});
+  else
+    add_source(trail, std::move(slice), context);
 }
 
 // Returns whether the moments of a trail in time are left to a GPU.
@@ -82,54 +76,34 @@ std::vector<Moment> midpoints(double begin, double end, std::span<const double> 
   return moments;
 }
 
-void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slice,
-               const TrailOptions& options, const HypersliceOptions& like, const Context& context) {
+std::vector<Still> plan_times(const Coefficients& coefficients, const Slice& slice,
+                              const TrailOptions& options, const HypersliceOptions& like) {
   const Lattice4& lattice = coefficients.source().lattice();
   const auto [from, to] =
       time_span(lattice, slice.frame + options.interval[0], slice.frame + options.interval[1]);
-  if (!(from < to) || lattice.is_static()) return;
+  std::vector<Still> stills;
+  if (!(from < to) || lattice.is_static()) return stills;
   const double part = (to - from) / options.intervals;
   const int samples = options.samples > 0 ? options.samples
                                           : std::clamp(static_cast<int>(std::ceil(part / lattice.time_step)),
                                                        fewest_stills, most_stills);
-  const auto within = [&](Slice made) {
-    if (like.box) cut_to_box(made, like.even ? index_box(*like.box, *like.even) : *like.box);
-    return like.even ? even_slice(made, like.even, context) : made;
-  };
-  const auto instant = [&](double frame) {
-    return time_slice(coefficients, frame, {0, 0}, slice.slice_to_world, context);
-  };
-  Attempts attempts; // a host hears at once of all that the moments lack
-  if (leaves_moments(coefficients, options, like)) {
-    const bool mean = options.content == TrailContent::mean;
-    for (const Moment& m : midpoints(from, to, shares_of(options), mean ? 1 : samples))
-      attempts.attempt([&] { add_later(trail, coefficients, slice, m, mean ? part / 2 : 0, like, context); });
-    attempts.throw_if_waiting();
-    return;
-  }
-  if (options.content == TrailContent::classified) {
-    const auto moments = midpoints(from, to, shares_of(options), samples);
-    if (!like.even && add_layers(trail, coefficients, slice, moments, context)) return;
-    for (const Moment& m : moments)
-      attempts.attempt([&] { add_slice(trail, within(instant(m.at)), m, context); });
-    attempts.throw_if_waiting();
-    return;
-  }
-  for (const Moment& m : midpoints(from, to, shares_of(options), 1)) {
-    if (options.content == TrailContent::mean) {
-      attempts.attempt([&] {
-        const std::array<double, 2> around{-part / 2, part / 2};
-        add_slice(trail, within(time_slice(coefficients, m.at, around, slice.slice_to_world, context)), m,
-                  context);
-      });
-      continue;
+  const bool classified = options.content == TrailContent::classified,
+             largest = options.content == TrailContent::maximum;
+  const double around = classified ? 0 : part / 2;
+  HypersliceOptions cut = like;
+  cut.thickness = {0, largest ? ThicknessKind::maximum : ThicknessKind::mean};
+  cut.merge_later = leaves_moments(coefficients, options, like);
+  for (const Moment& m : midpoints(from, to, shares_of(options), classified ? samples : 1)) {
+    CutPlan plan = plan_moment(coefficients, m.at, {-around, around}, cut);
+    if (largest) {
+      plan.instants.clear();
+      for (const Moment& still : midpoints(m.at - around, m.at + around, std::array{1.0}, samples))
+        plan.instants.push_back(still.at);
+      plan.position = plan.instants.front();
     }
-    SiteMaxima maxima;
-    for (const Moment& still : midpoints(m.at - part / 2, m.at + part / 2, std::array{1.0}, samples))
-      attempts.attempt([&] { maxima.add(instant(still.at), context); });
-    if (!attempts.waits()) add_slice(trail, within(maxima.finish(context)), m, context);
+    stills.push_back({std::move(plan), m});
   }
-  attempts.throw_if_waiting();
+  return stills;
 }
 
 // Returns the offsets along the normal between which the hyperplane meets the domain.
@@ -142,14 +116,14 @@ std::array<double, 2> offsets_inside(const Hyperplane& h, const Lattice4& lattic
   return {low, high};
 }
 
-void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& slice,
-                const TrailOptions& options, const HypersliceOptions& like, const Affine3& index_to_world,
-                const Context& context) {
+std::vector<Still> plan_planes(const Coefficients& coefficients, const Slice& slice,
+                               const TrailOptions& options, const HypersliceOptions& like) {
   const Hyperplane h = slice.hyperplane;
   const auto inside = offsets_inside(h, coefficients.source().lattice());
   const double from = std::clamp(options.interval[0], inside[0], inside[1]);
   const double to = std::clamp(options.interval[1], inside[0], inside[1]);
-  if (!(from < to)) return;
+  std::vector<Still> stills;
+  if (!(from < to)) return stills;
   const double part = (to - from) / options.intervals;
   const auto cut = [&](double offset, const Thickness& thickness) {
     HypersliceOptions o = like;
@@ -157,7 +131,7 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
     o.thickness = thickness;
     if (o.axes)
       for (size_t i = 0; i < 4; ++i) o.axes->origin[i] += offset * h[i];
-    return hyperslice(coefficients, h.moved(offset), o, index_to_world, context);
+    return plan_cut(coefficients, h.moved(offset), o);
   };
   const bool classified = options.content == TrailContent::classified;
   const double units = part * std::max(1.0, lattice_density(coefficients.source().lattice(), h.normal()));
@@ -168,18 +142,19 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
   Thickness thickness = like.thickness;
   if (!classified)
     thickness = {part, options.content == TrailContent::mean ? ThicknessKind::mean : ThicknessKind::maximum};
-  Attempts attempts;
   for (const Moment& m : midpoints(from, to, shares_of(options), samples))
-    attempts.attempt([&] {
-      if (Slice s = cut(m.at, thickness); !s.empty()) add_slice(trail, std::move(s), m, context);
-    });
-  attempts.throw_if_waiting();
+    stills.push_back({cut(m.at, thickness), m});
+  return stills;
 }
 
-} // namespace
+bool is_in_time(const Slice& slice, const HypersliceOptions& like) {
+  const bool own_lattice =
+      like.spacing == 0 && !like.bandwidth && !like.target && !like.axes && like.thickness.length == 0;
+  return slice.is_time_slice() && own_lattice;
+}
 
-Trail make_trail(const Coefficients& coefficients, const Slice& slice, const TrailOptions& options,
-                 const HypersliceOptions& like, const Affine3& index_to_world, const Context& context) {
+std::vector<Still> plan_trail(const Coefficients& coefficients, const Slice& slice,
+                              const TrailOptions& options, const HypersliceOptions& like) {
   if (!(options.interval[0] <= options.interval[1]) || !std::isfinite(options.interval[0]) ||
       !std::isfinite(options.interval[1]))
     fail(Code::invalid_argument, "trail: the interval must be finite and ordered");
@@ -190,15 +165,25 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
   if (!options.weights.empty() && options.weights.size() != static_cast<size_t>(options.intervals))
     fail(Code::invalid_argument, "trail: ", options.weights.size(), " weights for ", options.intervals,
          " sub-intervals; give one for each");
+  return is_in_time(slice, like) ? plan_times(coefficients, slice, options, like)
+                                 : plan_planes(coefficients, slice, options, like);
+}
+
+Trail make_stills(const std::vector<Still>& stills, const Coefficients& coefficients, const Slice& slice,
+                  const TrailOptions& options, const HypersliceOptions& like, const Affine3& index_to_world,
+                  const Context& context) {
   Trail trail;
-  const bool own_lattice =
-      like.spacing == 0 && !like.bandwidth && !like.target && !like.axes && like.thickness.length == 0;
-  if (!slice.is_time_slice() || !own_lattice) {
-    add_planes(trail, coefficients, slice, options, like, index_to_world, context);
-    return trail;
+  const bool in_time = is_in_time(slice, like), left = in_time && leaves_moments(coefficients, options, like);
+  if (in_time && !left && options.content == TrailContent::classified && !like.even) {
+    std::vector<Moment> moments;
+    for (const Still& s : stills) moments.push_back(s.moment);
+    if (add_layers(trail, coefficients, slice, moments, context)) return trail;
   }
-  add_times(trail, coefficients, slice, options, like, context);
-  if (!leaves_moments(coefficients, options, like) || trail.moments.empty()) return trail;
+  for (const Still& s : stills)
+    if (Slice made = make_slice(s.plan, in_time ? slice.slice_to_world : index_to_world, context);
+        !made.empty())
+      add_slice(trail, std::move(made), s.moment, left, context);
+  if (!left || trail.moments.empty()) return trail;
   HypersliceOptions now = like;
   now.merge_later = false;
   trail.by_cpu = std::make_shared<const TrailByCpu>(
@@ -208,13 +193,26 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
   return trail;
 }
 
+} // namespace
+
+Trail make_trail(const Coefficients& coefficients, const Slice& slice, const TrailOptions& options,
+                 const HypersliceOptions& like, const Affine3& index_to_world, const Context& context) {
+  return make_stills(plan_trail(coefficients, slice, options, like), coefficients, slice, options, like,
+                     index_to_world, context);
+}
+
 Trail make_trail(const OpenVolume& volume, const OpenSlice& slice, const TrailOptions& options,
                  const Context& context) {
   HypersliceOptions reads = slice.cut;
   if (options.content == TrailContent::maximum) reads.thickness = {1, ThicknessKind::maximum};
   const auto coefficients = volume.coefficients(slice.channel, slice.slice.kernel.name.c_str(), slice.level,
                                                 reads.reads(volume.lattice(slice.level)));
-  Trail trail = make_trail(*coefficients, slice.slice, options, slice.cut, volume.info().affine, context);
+  const std::vector<Still> stills = plan_trail(*coefficients, slice.slice, options, slice.cut);
+  std::vector<CutPlan> plans;
+  for (const Still& s : stills) plans.push_back(s.plan);
+  Trail trail = or_all_lacking(volume, slice.level, plans, context, [&] {
+    return make_stills(stills, *coefficients, slice.slice, options, slice.cut, volume.info().affine, context);
+  });
   if (trail.by_cpu) trail.coefficients = coefficients;
   return trail;
 }

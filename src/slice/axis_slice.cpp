@@ -72,10 +72,11 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   return slice;
 }
 
-void rehearse_axis_slice(const Coefficients& coefficients, size_t axis, double position,
-                         const Thickness& thickness, const Context& context) {
+void list_axis_reads(const Coefficients& coefficients, size_t axis, double position,
+                     const Thickness& thickness, LayerReads& out) {
   const AxisPlanes p = planes_of(coefficients, axis, position, thickness);
-  (void)TurnedSamples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last, context);
+  const SampleSource& samples = coefficients.samples();
+  samples.list_planes(all_layers(samples.lattice()), {axis, p.first, p.last}, out);
 }
 
 } // namespace bccsplat

@@ -24,8 +24,8 @@ namespace bccsplat {
 [[nodiscard]] Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
                                const Thickness& thickness, const Context& context);
 
-// Asks the samples for all that axis_slice would ask for, and makes nothing of it.
-void rehearse_axis_slice(const Coefficients& coefficients, size_t axis, double position,
-                         const Thickness& thickness, const Context& context);
+// Tells what of the file axis_slice asks for.
+void list_axis_reads(const Coefficients& coefficients, size_t axis, double position,
+                     const Thickness& thickness, LayerReads& out);
 
 } // namespace bccsplat

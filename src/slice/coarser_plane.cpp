@@ -14,9 +14,9 @@ constexpr double coarser_by = 1.02;
 
 } // namespace
 
-bool coarser_plane(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes) {
+bool coarser_plane(const Lattice4& lattice, const HypersliceOptions& options, const PlaneAxes& axes) {
   if (options.spacing == 0 || options.bandwidth) return false;
-  PlaneOptions own = options;
+  HypersliceOptions own = options;
   own.spacing = 0;
   const Vec3 finest = plane_spacings(lattice, own, axes);
   return std::any_of(finest.begin(), finest.end(),
@@ -24,9 +24,9 @@ bool coarser_plane(const Lattice4& lattice, const PlaneOptions& options, const P
 }
 
 std::vector<BrickLayer> lowpassed_plane(Slice& slice, const Slice& fine, const Lattice4& lattice,
-                                        const PlaneOptions& options, const Context& context) {
+                                        const HypersliceOptions& options, const Context& context) {
   const PlaneAxes axes{slice.origin, slice.basis};
-  PlaneOptions own = options;
+  HypersliceOptions own = options;
   own.spacing = 0;
   const Vec3 coarse = plane_spacings(lattice, options, axes), finest = plane_spacings(lattice, own, axes);
   Vec3 unit;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/would_block.h"
 #include "field/corrections.h"
 
 namespace bccsplat {
@@ -39,31 +38,28 @@ void set_corrections(Slice& slice, SliceCorrections&& made) {
   slice.corrections = std::make_shared<const SliceCorrections>(std::move(made));
 }
 
-void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t0, double t1,
+void correct_time_slice(Slice& slice, const Coefficients& coefficients, std::array<double, 2> frames,
                         ThicknessKind kind) {
   const Corrections* fix = coefficients.corrections();
   if (!fix) return;
   const FallOff fall(fix->shape());
-  const int64_t frames = fix->samples()[3];
-  if (frames == 1) t0 = t1 = 0;
+  const int64_t count = fix->samples()[3];
+  if (count == 1) frames = {};
+  const double t0 = frames[0], t1 = frames[1];
   std::vector<GridValue> add, set;
   const Lattice4& lattice = coefficients.source().lattice();
   auto first = static_cast<int64_t>(std::floor(t0)), last = static_cast<int64_t>(std::ceil(t1));
-  if (!lattice.periodic) first = std::max<int64_t>(0, first), last = std::min(frames - 1, last);
-  Attempts attempts;
+  if (!lattice.periodic) first = std::max<int64_t>(0, first), last = std::min(count - 1, last);
   for (int64_t counted = first; counted <= last; ++counted) {
     const auto at = static_cast<double>(counted);
     const int64_t f = lattice.turned_frame(counted);
     double weight = fall.value(t0 - at);
     if (t0 < t1) weight = fall.integral(t0 - at, t1 - at) / (kind == ThicknessKind::sum ? 1 : t1 - t0);
     const auto w = static_cast<float>(weight);
-    attempts.attempt([&] {
-      if (w > 0) fix->each(f, [&](const Int3& p, float value) { push_images(lattice, {p, value * w}, add); });
-      if (t0 == t1 && std::fabs(t0 - at) < touches_end)
-        fix->each_set(f, [&](const Int3& p, float value) { push_images(lattice, {p, value}, set); });
-    });
+    if (w > 0) fix->each(f, [&](const Int3& p, float value) { push_images(lattice, {p, value * w}, add); });
+    if (t0 == t1 && std::fabs(t0 - at) < touches_end)
+      fix->each_set(f, [&](const Int3& p, float value) { push_images(lattice, {p, value}, set); });
   }
-  attempts.throw_if_waiting();
   set_corrections(slice, {{}, fix->shape(), SparseGrid(std::move(add)), SparseGrid(std::move(set))});
 }
 

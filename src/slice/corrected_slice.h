@@ -16,8 +16,8 @@ inline constexpr double touches_end = 1e-6;
 void set_corrections(Slice& slice, SliceCorrections&& made);
 
 // Corrects a time slice, merged from layers, by the corrections of the frames around it, as exactly as the
-// slice itself is. Where t0 < t1 they are taken in the mean, or the sum, over these frames.
-void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t0, double t1,
+// slice itself is. Where there are several they are taken in the mean, or the sum, over these frames.
+void correct_time_slice(Slice& slice, const Coefficients& coefficients, std::array<double, 2> frames,
                         ThicknessKind kind);
 
 // Corrects any other slice, at the points of a grid of spacing 1 in slice space that begins where the domain

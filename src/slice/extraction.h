@@ -36,6 +36,9 @@ class Extraction final : public ScatteredField {
              const Context& context)
       : Extraction(source, channel, hyperplane, axes, Affine3{}, context) {}
 
+  // Tells what of the file such points are taken from. Throws unsupported where there are none.
+  static void list_reads(const SampleSource& source, const Hyperplane& hyperplane, LayerReads& out);
+
   [[nodiscard]] uint64_t points() const { return points_.size(); }
   [[nodiscard]] std::array<double, 2> bounds() const; // no value lies outside
   [[nodiscard]] uint64_t bytes() const { return memory_.bytes(); }

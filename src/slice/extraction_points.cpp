@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "slice/extraction.h"
 #include "slice/extraction_gaussian.h"
+#include "slice/layer_weights.h"
 #include "slice/touched_samples.h"
 
 namespace bccsplat {
@@ -61,26 +62,46 @@ struct LayerSites {
   }
 };
 
+void check_source(const SampleSource& source) {
+  if (source.lattice().is_static() || !source.coefficient_kernel().empty())
+    fail(Code::unsupported, "slice: extracted points are of series of samples only; choose another method");
+  if (source.lattice().space.any_periodic())
+    fail(Code::unsupported, "slice: extracted points: an axis of space is periodic; choose another method");
+}
+
+// Returns index units -> lattice units.
+Vec4 scales_of(const Lattice4& lattice) {
+  const Vec3 unit = lattice.lattice_unit();
+  return {1 / unit[0], 1 / unit[1], 1 / unit[2], lattice.layer_distance() / lattice.time_step};
+}
+
+TouchedSamples touched_by(const SampleSource& source, const Hyperplane& h) {
+  const Vec4 scale = scales_of(source.lattice());
+  TouchReach touch;
+  for (size_t a = 0; a < 4; ++a) touch.samples[a] = paper_reach / scale[a];
+  return {source, h, touch};
+}
+
 } // namespace
+
+void Extraction::list_reads(const SampleSource& source, const Hyperplane& h, LayerReads& out) {
+  check_source(source);
+  touched_by(source, h).list_reads(all_layers(source.lattice()), {}, out);
+}
 
 Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane& h, const PlaneAxes& axes,
                        const Affine3& lattice_to_slice, const Context& context)
     : axes_(axes), bcc_(source.lattice().space.bcc), air_(source.air(channel)), base_(source.base(channel)) {
-  const Lattice4& lattice = source.lattice();
-  if (lattice.is_static() || !source.coefficient_kernel().empty())
-    fail(Code::unsupported, "slice: extracted points are of series of samples only; choose another method");
-  if (lattice.space.any_periodic())
-    fail(Code::unsupported, "slice: extracted points: an axis of space is periodic; choose another method");
-  set_axes(lattice, lattice_to_slice);
+  check_source(source);
+  set_axes(source.lattice(), lattice_to_slice);
   SharedReservation finding(context.memory);
   sort_into_cells(collect(source, channel, h, finding, context), context);
 }
 
 // Brings slice space to lattice units, in which the Gaussian is round.
 void Extraction::set_axes(const Lattice4& lattice, const Affine3& lattice_to_slice) {
-  const Vec3 unit = lattice.lattice_unit();
+  scale_ = scales_of(lattice);
   for (size_t a = 0; a < 4; ++a) {
-    scale_[a] = a < 3 ? 1 / unit[a] : lattice.layer_distance() / lattice.time_step;
     end_[a] = lattice.domain_end(a);
     origin_[a] = axes_.origin[a] * scale_[a];
   }
@@ -97,9 +118,7 @@ Extraction::Found Extraction::collect(const SampleSource& source, int channel, c
                                       SharedReservation& memory, const Context& context) {
   const Lattice4& lattice = source.lattice();
   const Hyperplane plane(h[0] / scale_[0], h[1] / scale_[1], h[2] / scale_[2], h[3] / scale_[3], h[4]);
-  TouchReach touch;
-  for (size_t a = 0; a < 4; ++a) touch.samples[a] = paper_reach / scale_[a];
-  const TouchedSamples touched(source, h, touch);
+  const TouchedSamples touched = touched_by(source, h);
   // Layers beyond the ends are mirror images, of a periodic series those at its other end.
   const double reach = paper_reach / lattice.layer_distance(), end = lattice.last_frame() / lattice.time_step;
   const int32_t first_layer = std::min(0, static_cast<int32_t>(std::floor(lattice.lead - reach)) + 1);

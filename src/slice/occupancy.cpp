@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/would_block.h"
-
 namespace bccsplat {
 namespace {
 
@@ -75,18 +73,14 @@ std::optional<HeldSamples> HeldSamples::read(const SampleSource& source, int cha
                                              uint64_t limit, const Context& context) {
   HeldSamples held(source);
   uint64_t sum = 0;
-  Attempts attempts;
   for (int32_t m = 0; m < source.lattice().layers(); ++m) {
     context.progress.advance(m, source.lattice().layers());
-    BrickLayer layer;
-    if (!attempts.attempt([&] { layer = source.read_layer(channel, m, region, context); })) continue;
-    held.layers_.push_back(std::move(layer));
+    held.layers_.push_back(source.read_layer(channel, m, region, context));
     const uint64_t bytes = held.layers_.back().bytes();
     sum += bytes;
     if (sum > limit || !context.memory.try_reserve(bytes)) return std::nullopt;
     held.memory_.push_back(Reservation::adopt(context.memory, bytes));
   }
-  attempts.throw_if_waiting();
   return held;
 }
 

@@ -17,6 +17,7 @@
 #include "slice/coarser_plane.h"
 #include "slice/even_slice.h"
 #include "slice/gaussian_mean.h"
+#include "slice/layer_weights.h"
 #include "slice/occupancy.h"
 #include "slice/plane_spacing.h"
 #include "slice/thick_field.h"
@@ -48,7 +49,7 @@ Vec4 kernel_reach(const Coefficients& coefficients) {
 }
 
 // Returns the same of what values are made by.
-Vec4 value_reach(const Coefficients& coefficients, const PlaneOptions& options) {
+Vec4 value_reach(const Coefficients& coefficients, const HypersliceOptions& options) {
   const Vec4 kernel = kernel_reach(coefficients);
   if (!options.bandwidth) return kernel;
   Vec4 reach = gaussian_reach(coefficients.source().lattice(), *options.bandwidth);
@@ -101,7 +102,7 @@ struct PlaneReads {
 };
 
 PlaneReads reads_of(const Coefficients& coefficients, const Slice& slice, const PlaneExtent& extent,
-                    const PlaneOptions& options) {
+                    const HypersliceOptions& options) {
   const Lattice4& lattice = coefficients.source().lattice();
   const Vec3 spacing = plane_spacings(lattice, options, {slice.origin, slice.basis});
   PlaneReads r;
@@ -256,12 +257,12 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
 
 // Returns the target lattice as a static volume, stretched to fit the bounding box, and mirrored a little
 // beyond its ends.
-Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes,
+Lattice4 target_lattice(const Lattice4& lattice, const HypersliceOptions& options, const PlaneAxes& axes,
                         const PlaneExtent& extent) {
   const Vec3 spacing = plane_spacings(lattice, options, axes);
   Lattice4 target;
-  target.kind = options.target;
-  target.space.bcc = options.target == LatticeKind::bcc;
+  target.kind = options.target.value_or(LatticeKind::bcc);
+  target.space.bcc = target.kind == LatticeKind::bcc;
   target.time_step = 0;
   target.last_layer = target.space.cosets() - 1;
   for (size_t a = 0; a < 3; ++a) {
@@ -303,7 +304,7 @@ void filter_samples(Slice& slice, const Lattice4& target, std::vector<BrickLayer
 }
 
 // Evaluates the volume's field point by point at a slice of even positions.
-void fill_evenly(Slice& slice, const Coefficients& coefficients, const PlaneOptions& options,
+void fill_evenly(Slice& slice, const Coefficients& coefficients, const HypersliceOptions& options,
                  const Lattice4& target, const Context& context) {
   if (options.thickness.length > 0)
     fail(Code::unsupported,
@@ -323,12 +324,12 @@ void fill_evenly(Slice& slice, const Coefficients& coefficients, const PlaneOpti
 
 // Sets base and air of a slice to those of the volume's field and returns its samples.
 std::vector<BrickLayer> plane_samples(Slice& slice, const Coefficients& coefficients,
-                                      const PlaneOptions& options, const Lattice4& target,
+                                      const HypersliceOptions& options, const Lattice4& target,
                                       const PlaneExtent& extent, const Context& context);
 
 } // namespace
 
-Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const PlaneOptions& options,
+Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
                  const Affine3& index_to_world) {
   const Lattice4& lattice = coefficients.source().lattice();
   if (lattice.is_static()) fail(Code::unsupported, "a static volume has no hyperplanes but its time slice");
@@ -339,7 +340,7 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
     fail(Code::invalid_argument, "slice: the target lattice is BCC or CC");
 
   Slice slice;
-  const bool bcc = options.target == LatticeKind::bcc;
+  const bool bcc = options.target.value_or(LatticeKind::bcc) == LatticeKind::bcc;
   slice.kernel = coefficients.kernel();
   if (bcc != lattice.space.bcc) // the same kernel's form for the other lattice
     slice.kernel = bcc ? make_kernel(slice.kernel.name) : make_cc_kernel(slice.kernel.name).kernel;
@@ -366,7 +367,7 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
   return slice;
 }
 
-Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const PlaneOptions& options,
+Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
                   const Affine3& index_to_world, const Context& context) {
   const auto start = std::chrono::steady_clock::now();
   const Lattice4& lattice = coefficients.source().lattice();
@@ -378,7 +379,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   if (options.even) {
     fill_evenly(slice, coefficients, options, target, context);
   } else if (coarser_plane(lattice, options, axes)) {
-    PlaneOptions own = options;
+    HypersliceOptions own = options;
     own.spacing = 0;
     Slice fine = bare_plane(coefficients, h, own, index_to_world);
     auto samples =
@@ -400,7 +401,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
 namespace {
 
 std::vector<BrickLayer> plane_samples(Slice& slice, const Coefficients& coefficients,
-                                      const PlaneOptions& options, const Lattice4& target,
+                                      const HypersliceOptions& options, const Lattice4& target,
                                       const PlaneExtent& extent, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
   const Hyperplane& h = slice.hyperplane;
@@ -437,21 +438,16 @@ std::vector<BrickLayer> plane_samples(Slice& slice, const Coefficients& coeffici
 
 } // namespace
 
-void rehearse_plane_slice(const Coefficients& coefficients, const Hyperplane& h, const PlaneOptions& options,
-                          const Context& context) {
+void list_plane_reads(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
+                      LayerReads& out) {
   const Slice slice = bare_plane(coefficients, h, options, {});
   if (slice.empty()) return;
   const SampleSource& source = coefficients.source();
-  if (options.even) {
-    for (int32_t m = 0; m < source.lattice().layers(); ++m)
-      (void)source.read_layer(coefficients.channel(), m, {}, context);
-    return;
-  }
+  const std::vector<int32_t> layers = all_layers(source.lattice());
+  if (options.even) return source.list_reads(layers, {}, out);
   const PlaneReads reads =
       reads_of(coefficients, slice, plane_extent(source.lattice(), h, {slice.origin, slice.basis}), options);
-  const TouchedSamples touched(source, h, reads.reach, reads.region);
-  for (int32_t m = 0; m < source.lattice().layers(); ++m)
-    (void)touched.read_layer(coefficients.channel(), m, {}, context);
+  TouchedSamples(source, h, reads.reach, reads.region).list_reads(layers, {}, out);
 }
 
 } // namespace bccsplat

@@ -15,7 +15,7 @@ double plane_refinement(const UnevenAxes& axes, const Vec4& direction) {
   return most;
 }
 
-Vec3 plane_spacings(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes) {
+Vec3 plane_spacings(const Lattice4& lattice, const HypersliceOptions& options, const PlaneAxes& axes) {
   Vec3 spacing;
   for (size_t k = 0; k < 3; ++k) {
     const double density = lattice_density(lattice, axes.basis[k]);

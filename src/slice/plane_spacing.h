@@ -11,7 +11,7 @@ namespace bccsplat {
 [[nodiscard]] double plane_refinement(const UnevenAxes& axes, const Vec4& direction);
 
 // Returns the distances of the slice's lattice along its axes, in slice space.
-[[nodiscard]] Vec3 plane_spacings(const Lattice4& lattice, const PlaneOptions& options,
+[[nodiscard]] Vec3 plane_spacings(const Lattice4& lattice, const HypersliceOptions& options,
                                   const PlaneAxes& axes);
 
 // Returns how far beyond the ends of the domain, in index units, sites are filled in, for the slice's filter

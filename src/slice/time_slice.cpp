@@ -11,12 +11,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "base/would_block.h"
-#include "kernel/kernel_time.h"
 #include "points/brick.h"
-#include "slice/corrected_slice.h"
-#include "slice/masked_slice.h"
-#include "slice/maximum_slice.h"
 #include "slice/time_slice.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -49,33 +44,6 @@ namespace bccsplat {
 HWY_EXPORT(MergePlanes);
 
 namespace {
-
-// Returns weight(kernel time of the layer) for all layers in [begin, end] +- half_width, kernel time, where
-// it is not 0.
-template<class Weight>
-std::vector<LayerWeight> layer_weights(const Lattice4& lattice, const Kernel& kernel, double begin,
-                                       double end, const Weight& weight) {
-  const double distance = kernel_time_per_layer(lattice), reach = time_reach(kernel);
-  const int32_t first = static_cast<int32_t>(std::ceil((begin - reach) / distance)) + lattice.lead;
-  const int32_t last = static_cast<int32_t>(std::floor((end + reach) / distance)) + lattice.lead;
-  std::vector<LayerWeight> result;
-  std::array<double, 2> sum{};
-  for (int32_t m = first; m <= last; ++m) {
-    const double w = weight(kernel_time_of_layer(lattice, m));
-    if (w == 0) continue;
-    sum[lattice.coset(m)] += w;
-    result.push_back({m, static_cast<float>(w)});
-  }
-  if (kernel.normalised)
-    for (LayerWeight& l : result) l.weight = static_cast<float>(l.weight / sum[lattice.coset(l.layer)]);
-  return result;
-}
-
-std::vector<LayerWeight> static_weights(const Lattice4& lattice) {
-  std::vector<LayerWeight> result;
-  for (int c = 0; c < lattice.space.cosets(); ++c) result.push_back({c, 1.0f});
-  return result;
-}
 
 using Part = MomentPlan::Part;
 
@@ -175,38 +143,7 @@ BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& pa
 
 } // namespace
 
-std::vector<LayerWeight> instant_weights(const Lattice4& lattice, const Kernel& kernel, double frame) {
-  if (lattice.is_static()) return static_weights(lattice);
-  const double t = frame * kernel_time_per_frame(lattice);
-  return layer_weights(lattice, kernel, t, t, [&](double at) { return kernel.time.value(at - t); });
-}
-
-std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& kernel, double begin,
-                                      double end) {
-  if (lattice.is_static()) return static_weights(lattice);
-  const double unit = kernel_time_per_frame(lattice);
-  const double t0 = begin * unit, t1 = end * unit;
-  return layer_weights(lattice, kernel, t0, t1,
-                       [&](double at) { return kernel.time.integral(t0 - at, t1 - at) / (t1 - t0); });
-}
-
-std::array<double, 2> time_span(const Lattice4& lattice, double begin, double end) {
-  const double last = lattice.last_frame(), beyond = lattice.periodic ? last : 0;
-  return {std::clamp(begin, -beyond, last + beyond), std::clamp(end, -beyond, last + beyond)};
-}
-
 namespace {
-
-// Returns the interval around the frame, clipped to the series.
-std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
-                                       const std::array<double, 2>& interval) {
-  if (!lattice.is_static() && time_span(lattice, frame, frame) != std::array{frame, frame})
-    fail(Code::out_of_domain, "slice: frame ", frame, " is outside the series, 0 to ", lattice.last_frame());
-  if (!(interval[0] <= interval[1]))
-    fail(Code::invalid_argument, "slice: the interval ", interval[0], " .. ", interval[1], " is not ordered");
-  if (interval[0] == interval[1]) return {frame, frame};
-  return time_span(lattice, frame + interval[0], frame + interval[1]);
-}
 
 // Making layers is about this share of a slice's work, for reports of progress; merging them is the rest.
 constexpr double merge_begin = 0.9;
@@ -262,11 +199,15 @@ void put_off(Slice& slice, const Coefficients& coefficients, const std::vector<P
   slice.bounds = coefficient_bounds(slice, moment->range());
 }
 
-// Makes a slice at `frame` of weighted layers; `length` multiplies what they add up to.
-Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<LayerWeight> weights,
-                   double length, const Affine3& index_to_world, const Context& context, bool later) {
+} // namespace
+
+Slice merged_moment(const CutPlan& plan, const Affine3& index_to_world, const Context& context) {
   const auto start = std::chrono::steady_clock::now();
+  const Coefficients& coefficients = *plan.coefficients;
   const Lattice4& lattice = coefficients.source().lattice();
+  const double frame = plan.position, span = plan.frames[1] - plan.frames[0],
+               length = span > 0 && plan.options.thickness.kind == ThicknessKind::sum ? span : 1;
+  std::vector<LayerWeight> weights = plan.layers;
   if (length != 1)
     for (LayerWeight& l : weights) l.weight = static_cast<float>(l.weight * length);
   Slice slice;
@@ -275,14 +216,14 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   slice.base = static_cast<float>(coefficients.base() * length);
   slice.air = static_cast<float>(coefficients.air() * length);
   slice.frame = frame;
-  std::vector<int32_t> wanted;
-  for (const LayerWeight& l : weights) wanted.push_back(l.layer);
+  const std::vector<int32_t> wanted = layers_of(weights);
   Progress making(context.progress, 0, merge_begin), merging(context.progress, merge_begin, 1);
   const auto layers = coefficients.compact_layers(wanted, context.with(making));
   std::vector<Part> parts;
   for (size_t i = 0; i < weights.size(); ++i)
     parts.push_back({wanted[i], lattice.coset(wanted[i]), weights[i].weight, {}, layers[i]});
-  if (later && !lattice.is_static() && std::none_of(parts.begin(), parts.end(), has_holes)) {
+  if (plan.options.merge_later && !lattice.is_static() &&
+      std::none_of(parts.begin(), parts.end(), has_holes)) {
     put_off(slice, coefficients, parts, context);
   } else {
     std::array<float, 2> range{};
@@ -312,81 +253,6 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return slice;
-}
-
-// A slice with the corrections and the mask of the file. Where its layers have to wait, these are tried for
-// all the same, so that the host hears of everything at once.
-template<class Merge>
-Slice mended(const Merge& merged, const Coefficients& coefficients, const std::array<double, 2>& moments,
-             ThicknessKind kind, double mask_at) {
-  Slice slice;
-  Attempts attempts;
-  attempts.attempt([&] { slice = merged(); });
-  attempts.attempt([&] { correct_time_slice(slice, coefficients, moments[0], moments[1], kind); });
-  slice.frame = mask_at;
-  attempts.attempt([&] { mask_time_slice(slice, coefficients); });
-  attempts.throw_if_waiting();
-  return slice;
-}
-
-} // namespace
-
-Slice time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
-                 const Affine3& index_to_world, const Context& context) {
-  return thick_time_slice(coefficients, frame, interval, ThicknessKind::mean, index_to_world, context);
-}
-
-void prepare_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
-                        const Context& context) {
-  const Lattice4& lattice = coefficients.source().lattice();
-  const auto [t0, t1] = clipped_interval(lattice, frame, interval);
-  std::vector<int32_t> layers;
-  for (const LayerWeight& l : t1 > t0 ? mean_weights(lattice, coefficients.kernel(), t0, t1)
-                                      : instant_weights(lattice, coefficients.kernel(), t0))
-    layers.push_back(l.layer);
-  (void)coefficients.compact_layers(layers, context);
-}
-
-Slice thick_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
-                       ThicknessKind kind, const Affine3& index_to_world, const Context& context,
-                       bool later) {
-  const Lattice4& lattice = coefficients.source().lattice();
-  const auto [t0, t1] = clipped_interval(lattice, frame, interval);
-  const double from = t0, to = t1;                              // structured bindings are not captured
-  if (kind == ThicknessKind::maximum && t1 > t0) later = false; // which looks at the bricks of instants
-  const auto instant = [&](double at, const Context& with) {
-    const auto merged = [&] {
-      return merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
-                          index_to_world, with, later);
-    };
-    Slice slice = mended(merged, coefficients, {at, at}, kind, at);
-    slice.frame = frame;
-    return slice;
-  };
-  if (!(t1 > t0)) return instant(t0, context);
-  if (kind == ThicknessKind::maximum) {
-    SiteMaxima maxima;
-    const double density = 1 / lattice.nominal_scales()[3];
-    const std::vector<double> node = gauss_legendre(thickness_nodes(t1 - t0, density)).node;
-    const double part = 1 / static_cast<double>(node.size() + 1);
-    Attempts attempts;
-    for (size_t k = 0; k < node.size(); ++k) {
-      const double begin = static_cast<double>(k) * part;
-      Progress making(context.progress, begin, begin + part / 2),
-          comparing(context.progress, begin + part / 2, begin + part);
-      attempts.attempt([&] {
-        maxima.add(instant(from + (to - from) * node[k], context.with(making)), context.with(comparing));
-      });
-    }
-    attempts.throw_if_waiting();
-    Progress filtering(context.progress, 1 - part, 1);
-    return maxima.finish(context.with(filtering));
-  }
-  const auto merged = [&] {
-    return merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), from, to),
-                        kind == ThicknessKind::sum ? to - from : 1, index_to_world, context, later);
-  };
-  return mended(merged, coefficients, {t0, t1}, kind, frame);
 }
 
 } // namespace bccsplat

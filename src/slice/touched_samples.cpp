@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Finds the rows of bricks of a layer that a hyperplane touches, and reads no others.
 #include "slice/touched_samples.h"
 
 #include <algorithm>
@@ -73,24 +74,15 @@ bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) 
   return false;
 }
 
-BrickLayer TouchedSamples::read_layer(int channel, int32_t layer, const BrickBox& region,
-                                      const Context& context) const {
-  BrickLayer out(lattice().space, lattice().coset(layer));
+// Bricks are read in rows along x; rows with the same ends are read together.
+std::vector<BrickBox> TouchedSamples::boxes(int32_t layer, const BrickBox& region) const {
+  std::vector<BrickBox> out;
+  const Int3 sites = lattice().space.dims(lattice().coset(layer));
   Int3 begin, end;
   for (size_t a = 0; a < 3; ++a) {
     begin[a] = std::max({0, region.begin[a], within_.begin[a]});
-    end[a] = std::min({out.brick_dims()[a], region.end[a], within_.end[a]});
+    end[a] = std::min({(sites[a] + brick_edge - 1) / brick_edge, region.end[a], within_.end[a]});
   }
-  // Bricks are read in rows along x; rows with the same ends are read together.
-  const auto read = [&](const BrickBox& box) {
-    const BrickLayer part = source_.read_layer(channel, layer, box, context);
-    for (int z = box.begin[2]; z < box.end[2]; ++z)
-      for (int y = box.begin[1]; y < box.end[1]; ++y)
-        for (int x = box.begin[0]; x < box.end[0]; ++x) {
-          const size_t slot = out.slot(x, y, z);
-          if (part.brick(slot)) out.set(slot, part.share(slot));
-        }
-  };
   if (!touches(layer, begin, end)) return out;
   for (int z = begin[2]; z < end[2]; ++z) {
     if (!touches(layer, {begin[0], begin[1], z}, {end[0], end[1], z + 1})) continue;
@@ -101,14 +93,35 @@ BrickLayer TouchedSamples::read_layer(int channel, int32_t layer, const BrickBox
       for (int x = begin[0]; x < end[0]; ++x)
         if (touches(layer, {x, y, z}, {x + 1, y + 1, z + 1})) first = std::min(first, x), last = x;
       const bool same = open && first == box.begin[0] && last + 1 == box.end[0];
-      if (open && !same) read(box);
+      if (open && !same) out.push_back(box);
       if (!same) box.begin = {first, y, z}, box.end = {last + 1, y + 1, z + 1};
       box.end[1] = y + 1;
       open = first <= last;
     }
-    if (open) read(box);
+    if (open) out.push_back(box);
   }
   return out;
+}
+
+BrickLayer TouchedSamples::read_layer(int channel, int32_t layer, const BrickBox& region,
+                                      const Context& context) const {
+  BrickLayer out(lattice().space, lattice().coset(layer));
+  for (const BrickBox& box : boxes(layer, region)) {
+    const BrickLayer part = source_.read_layer(channel, layer, box, context);
+    for (int z = box.begin[2]; z < box.end[2]; ++z)
+      for (int y = box.begin[1]; y < box.end[1]; ++y)
+        for (int x = box.begin[0]; x < box.end[0]; ++x) {
+          const size_t slot = out.slot(x, y, z);
+          if (part.brick(slot)) out.set(slot, part.share(slot));
+        }
+  }
+  return out;
+}
+
+void TouchedSamples::list_reads(std::span<const int32_t> layers, const BrickBox& region,
+                                LayerReads& out) const {
+  for (const int32_t m : layers)
+    for (const BrickBox& box : boxes(m, region)) source_.list_reads(std::span(&m, 1), box, out);
 }
 
 } // namespace bccsplat

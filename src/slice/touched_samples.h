@@ -3,6 +3,8 @@
 // of the thickness around it, are read; the others count as the base of the field.
 #pragma once
 
+#include <vector>
+
 #include "points/sample_source.h"
 #include "slice/plane_geometry.h"
 
@@ -29,11 +31,15 @@ class TouchedSamples final : public SampleSource {
   const std::string& coefficient_kernel() const override { return source_.coefficient_kernel(); }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
+  void list_reads(std::span<const int32_t> layers, const BrickBox& region, LayerReads& out) const override;
 
   // Returns whether samples of bricks begin .. end - 1 of a layer, or their mirror images, may lie in reach.
   [[nodiscard]] bool touches(int32_t layer, const Int3& begin, const Int3& end) const;
 
  private:
+  // The boxes of a layer's bricks that are read.
+  [[nodiscard]] std::vector<BrickBox> boxes(int32_t layer, const BrickBox& region) const;
+
   const SampleSource& source_;
   Hyperplane hyperplane_;
   TouchReach reach_;

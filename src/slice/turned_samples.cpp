@@ -4,9 +4,9 @@
 #include "slice/turned_samples.h"
 
 #include <cmath>
-#include <numeric>
 
 #include "base/error.h"
+#include "slice/layer_weights.h"
 
 namespace bccsplat {
 namespace {
@@ -114,8 +114,7 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
     if (!layers_.emplace(plane, BrickLayer(lattice_.space, lattice_.coset(plane))).second) continue;
     planes.push_back({plane, OpenBricks(layers_.at(plane).brick_slots())});
   }
-  std::vector<int32_t> all(static_cast<size_t>(lattice.layers()));
-  std::iota(all.begin(), all.end(), 0);
+  const std::vector<int32_t> all = all_layers(lattice);
   const PlaneRange range{axis, first, last};
   uint64_t read = 0;
   source.read_planes(channel, all, range, context, [&](int32_t m, BrickLayer&& layer) {

@@ -22,22 +22,22 @@ Slice axis_slice(const Coefficients& /*coefficients*/, size_t /*axis*/, double /
                  const Thickness& /*thickness*/, const Context& /*context*/) {
   fail_without_cuts();
 }
-void rehearse_axis_slice(const Coefficients& /*coefficients*/, size_t /*axis*/, double /*position*/,
-                         const Thickness& /*thickness*/, const Context& /*context*/) {
+void list_axis_reads(const Coefficients& /*coefficients*/, size_t /*axis*/, double /*position*/,
+                     const Thickness& /*thickness*/, LayerReads& /*out*/) {
   fail_without_cuts();
 }
 
 Slice plane_slice(const Coefficients& /*coefficients*/, const Hyperplane& /*hyperplane*/,
-                  const PlaneOptions& /*options*/, const Affine3& /*index_to_world*/,
+                  const HypersliceOptions& /*options*/, const Affine3& /*index_to_world*/,
                   const Context& /*context*/) {
   fail_without_cuts();
 }
 Slice bare_plane(const Coefficients& /*coefficients*/, const Hyperplane& /*hyperplane*/,
-                 const PlaneOptions& /*options*/, const Affine3& /*index_to_world*/) {
+                 const HypersliceOptions& /*options*/, const Affine3& /*index_to_world*/) {
   fail_without_cuts();
 }
-void rehearse_plane_slice(const Coefficients& /*coefficients*/, const Hyperplane& /*hyperplane*/,
-                          const PlaneOptions& /*options*/, const Context& /*context*/) {
+void list_plane_reads(const Coefficients& /*coefficients*/, const Hyperplane& /*hyperplane*/,
+                      const HypersliceOptions& /*options*/, LayerReads& /*out*/) {
   fail_without_cuts();
 }
 void correct_slice(Slice& /*slice*/, const Coefficients& /*coefficients*/, const Thickness& /*thickness*/,
@@ -45,6 +45,10 @@ void correct_slice(Slice& /*slice*/, const Coefficients& /*coefficients*/, const
   fail_without_cuts();
 }
 
+void Extraction::list_reads(const SampleSource& /*source*/, const Hyperplane& /*hyperplane*/,
+                            LayerReads& /*out*/) {
+  fail_without_cuts();
+}
 Extraction::Extraction(const SampleSource& /*source*/, int /*channel*/, const Hyperplane& /*hyperplane*/,
                        const PlaneAxes& /*axes*/, const Affine3& /*lattice_to_slice*/,
                        const Context& /*context*/) {

@@ -126,7 +126,8 @@ void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points) {
 
 bool cuts_labels(const OpenVolume& volume, const SliceRequest& request) {
   const HypersliceOptions& cut = request.cut;
-  if (request.extracted || request.level != 0 || cut.even || cut.axes || cut.target || cut.bandwidth)
+  if (cut.method == SliceMethod::extracted || request.level != 0 || cut.even || cut.axes || cut.target ||
+      cut.bandwidth)
     return false;
   if (cut.has_interval() || cut.thickness.length != 0 || cut.spacing != 0) return false;
   return axis_of(request.plane) && is_labels(volume, request.channel);
@@ -162,8 +163,7 @@ SliceRequest request_labels(const OpenVolume& volume, uint32_t channel, double f
                             const std::optional<IndexBox>& box) {
   HypersliceOptions cut;
   cut.box = box;
-  return request_slice(volume, channel, nullptr, 0, Hyperplane(0, 0, 0, 1, -std::floor(frame + half)), cut,
-                       false);
+  return request_slice(volume, channel, nullptr, 0, Hyperplane(0, 0, 0, 1, -std::floor(frame + half)), cut);
 }
 
 void show_labels_only(Slice& slice, const OpenVolume& volume, uint32_t channel,

@@ -1,66 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cuts a hyperslice or extracts the paper's points, and reads from either.
+// Cuts a slice, and reads from it or from the points it is made of.
 #include "volume/open_slice.h"
 
-#include <chrono>
 #include <cmath>
 #include <vector>
 
-#include "slice/masked_slice.h"
 #include "volume/labels.h"
+#include "volume/read_ranges.h"
 
 namespace bccsplat {
 namespace {
 
-// Extracted points on a grid, row by row.
-void sample_extracted(const OpenSlice& slice, const Grid& grid, float* values, const Context& context) {
-  slice.extraction->sample(grid, values, context);
-  if (!slice.slice.mask) return;
-  const size_t nx = grid.dims[0], ny = grid.dims[1];
+// Calls body(points, values) for each row of a grid.
+template<class Body> void each_row(const Grid& grid, float* values, const Body& body) {
+  const auto nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
   std::vector<Vec3> row(nx);
-  for (size_t r = 0; r < ny * grid.dims[2]; ++r) {
+  for (size_t r = 0; r < ny * static_cast<size_t>(grid.dims[2]); ++r) {
     for (size_t x = 0; x < nx; ++x) {
       const Vec3 i{static_cast<double>(x), static_cast<double>(r % ny), static_cast<double>(r / ny)};
       for (size_t a = 0; a < 3; ++a) row[x][a] = grid.origin[a] + grid.step[a] * i[a];
     }
-    hide_missing(slice.slice, row, {values + r * nx, nx});
+    body(std::span<const Vec3>(row), std::span(values + r * nx, nx));
   }
-}
-
-// A slice of the paper's extracted points.
-void extract(OpenSlice& result, const SliceRequest& request, const Affine3& affine, const Context& context) {
-  const Coefficients& coefficients = *request.coefficients;
-  const PlaneOptions plane = extraction_options(request.cut);
-  const auto start = std::chrono::steady_clock::now();
-  result.slice = bare_plane(coefficients, request.plane, plane, affine);
-  mask_slice(result.slice, coefficients);
-  result.slice.kernel = make_kernel("paper");
-  result.extraction = std::make_shared<const Extraction>(
-      coefficients.samples(), coefficients.channel(), request.plane,
-      PlaneAxes{result.slice.origin, result.slice.basis}, result.slice.lattice_to_slice, context);
-  if (!result.slice.empty()) result.slice.scattered = result.extraction;
-  result.slice.bounds = result.extraction->bounds();
-  result.slice.milliseconds =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 } // namespace
 
-PlaneOptions extraction_options(const HypersliceOptions& o) {
-  if (o.even) fail(Code::unsupported, "slice: extracted points stand in index space; make them with INDEX");
-  if (o.thickness.length != 0 || o.has_interval() || o.spacing != 0 || o.bandwidth || o.target || o.box)
-    fail(Code::unsupported,
-         "slice: extracted points take no thickness, interval, spacing, bandwidth, lattice or box");
-  PlaneOptions plane;
-  plane.time_length = o.time_length;
-  plane.axes = o.axes;
-  return plane;
-}
-
 SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const char* kernel, uint32_t level,
-                           const Hyperplane& plane, const HypersliceOptions& cut, bool extracted) {
-  return {channel, level,     plane,
-          cut,     extracted, volume.coefficients(channel, kernel, level, cut.reads(volume.lattice(level)))};
+                           const Hyperplane& plane, const HypersliceOptions& cut, bool keep) {
+  const BrickBox region = cut.reads(volume.lattice(level));
+  return {channel, level, plane, cut, volume.coefficients(channel, kernel, level, region, keep)};
 }
 
 OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context) {
@@ -72,12 +41,12 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
   const std::optional<IndexBox>& box = request.cut.box;
   for (size_t a = 0; labels && box && a < 3; ++a) // labels stand at samples, wherever a box ends
     result.cut.box->begin[a] = std::floor(box->begin[a]), result.cut.box->end[a] = std::ceil(box->end[a]);
-  if (request.extracted)
-    extract(result, request, volume.affine(), context);
-  else
-    result.slice =
-        hyperslice(*request.coefficients, labels ? plane_of_samples(volume, request.plane) : request.plane,
-                   result.cut, volume.affine(), context);
+  const CutPlan plan = plan_cut(*request.coefficients,
+                                labels ? plane_of_samples(volume, request.plane) : request.plane, result.cut);
+  result.slice = or_all_lacking(volume, request.level, {&plan, 1}, context,
+                                [&] { return make_slice(plan, volume.affine(), context); });
+  result.extraction = std::static_pointer_cast<const Extraction>(result.slice.scattered);
+  if (plan.empty) result.slice.scattered = nullptr;
   if (labels) add_labels(result, volume, context);
   if (labels && box) cut_to_box(result.slice, clip_to_samples(*box, volume.lattice(0)));
   result.cut = request.cut;
@@ -98,23 +67,11 @@ void take_labels(const SliceLabels& labels, std::span<const Vec3> points, std::s
   }
 }
 
-void take_labels(const SliceLabels& labels, const Grid& grid, float* values) {
-  const size_t nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
-  std::vector<Vec3> row(nx);
-  for (size_t r = 0; r < ny * static_cast<size_t>(grid.dims[2]); ++r) {
-    for (size_t x = 0; x < nx; ++x) {
-      const Vec3 i{static_cast<double>(x), static_cast<double>(r % ny), static_cast<double>(r / ny)};
-      for (size_t a = 0; a < 3; ++a) row[x][a] = grid.origin[a] + grid.step[a] * i[a];
-    }
-    take_labels(labels, row, {values + r * nx, nx}, {});
-  }
-}
-
 } // namespace
 
-void prefetch_slice(const SliceRequest& request, const Context& context) {
-  if (request.extracted) fail(Code::unsupported, "prefetch: extracted points read samples on their own");
-  prepare_hyperslice(*request.coefficients, request.plane, request.cut, context);
+void prefetch_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context) {
+  const CutPlan plan = plan_cut(*request.coefficients, request.plane, request.cut);
+  or_all_lacking(volume, request.level, {&plan, 1}, context, [&] { fetch(plan, context); });
 }
 
 std::array<std::array<double, 2>, 3> OpenSlice::extent() const {
@@ -158,10 +115,13 @@ EvaluateMisses OpenSlice::evaluate(std::span<const Vec3> points, std::span<float
 
 void OpenSlice::sample(const Grid& grid, float* values, const Context& context) const {
   if (extraction)
-    sample_extracted(*this, grid, values, context);
+    extraction->sample(grid, values, context);
   else
     slice.coset.make(context), sample_grid(slice, grid, values, context);
-  if (slice.labels) take_labels(*slice.labels, grid, values);
+  if (extraction && slice.mask)
+    each_row(grid, values, [&](auto points, auto row) { hide_missing(slice, points, row); });
+  if (slice.labels)
+    each_row(grid, values, [&](auto points, auto row) { take_labels(*slice.labels, points, row, {}); });
 }
 
 uint64_t OpenSlice::list(uint64_t capacity, float* uvw, float* coefficients, Progress& progress) const {

@@ -13,28 +13,23 @@
 #include "field/slice.h"
 #include "slice/extraction.h"
 #include "slice/hyperslice.h"
-#include "slice/plane_slice.h"
 #include "volume/open_volume.h"
 
 namespace bccsplat {
-
-// Returns the options of the plane that points are extracted on; fails with unsupported for what these do not
-// take.
-[[nodiscard]] PlaneOptions extraction_options(const HypersliceOptions& cut);
 
 // A cut that is asked for.
 struct SliceRequest {
   uint32_t channel = 0, level = 0;
   Hyperplane plane;
   HypersliceOptions cut;
-  bool extracted = false; // the paper's way: points at the sites of the 4D lattice
   std::shared_ptr<const Coefficients> coefficients;
 };
 
 // Fails with not_found where there is no such channel, level or kernel. kernel: null or "" for the volume's.
+// keep: as of OpenVolume::coefficients.
 [[nodiscard]] SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const char* kernel,
                                          uint32_t level, const Hyperplane& plane,
-                                         const HypersliceOptions& cut, bool extracted);
+                                         const HypersliceOptions& cut, bool keep = true);
 
 struct OpenSlice {
   uint32_t channel = 0, level = 0;
@@ -65,6 +60,6 @@ struct OpenSlice {
                                   const Context& context);
 
 // Reads and prepares what the cut needs.
-void prefetch_slice(const SliceRequest& request, const Context& context);
+void prefetch_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context);
 
 } // namespace bccsplat

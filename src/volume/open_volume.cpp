@@ -141,24 +141,23 @@ void OpenVolume::take_over_coefficients(const OpenVolume& older, const Unchanged
   };
   for (const auto& [key, from] : older.coefficients_) {
     const auto& [channel, kernel, level] = key;
-    auto made = make_coefficients(channel, kernel_of(kernel.c_str()), level, {}, *samples_[level],
-                                  cache_of_level(cache_bytes_, level));
+    auto made =
+        make_coefficients(channel, kernel_of(kernel.c_str()), level, {}, cache_of_level(cache_bytes_, level));
     take(*made, *from, at(key));
     coefficients_[key] = std::move(made);
   }
   for (const auto& [key, part] : older.parts_) {
     const auto& [channel, kernel, level] = key;
-    std::shared_ptr<const Coefficients> made =
-        make_coefficients(channel, kernel_of(kernel.c_str()), level, part.region, *samples_[level],
-                          cache_of_level(cache_bytes_, level));
+    std::shared_ptr<const Coefficients> made = make_coefficients(
+        channel, kernel_of(kernel.c_str()), level, part.region, cache_of_level(cache_bytes_, level));
     take(*made, *part.coefficients, at(key));
     parts_[key] = {part.region, std::move(made)};
   }
   for (const auto& [channel, probed] : older.probed_) {
     std::shared_ptr<const Coefficients> made;
     if (probed.part.coefficients) {
-      made = make_coefficients(channel, kernel_, 0, probed.part.region, *samples_[0],
-                               probed.part.coefficients->cache_bytes());
+      made =
+          make_coefficients(channel, kernel_, 0, probed.part.region, probed.part.coefficients->cache_bytes());
       take(*made, *probed.part.coefficients, {static_cast<int>(channel), 0});
     }
     probed_[channel] = {{probed.part.region, std::move(made)}, probed.made};
@@ -206,10 +205,9 @@ const Lattice4& OpenVolume::lattice(uint32_t level) const {
 Kernel OpenVolume::kernel_of(const char* name) const { return name && *name ? make_kernel(name) : kernel_; }
 
 std::unique_ptr<Coefficients> OpenVolume::make_coefficients(uint32_t channel_index, Kernel k, uint32_t level,
-                                                            const BrickBox& region,
-                                                            const SampleSource& samples_of_level,
-                                                            uint64_t cache) const {
+                                                            const BrickBox& region, uint64_t cache) const {
   const ChannelInfo& c = channel(channel_index);
+  const SampleSource& samples_of_level = samples(level);
   // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter
   // beside air.
   const int index = channel_index;
@@ -228,13 +226,13 @@ const Coefficients& OpenVolume::coefficients(uint32_t channel_index, const char*
   const std::scoped_lock lock(mutex_);
   if (const auto it = coefficients_.find(key); it != coefficients_.end()) return *it->second;
   (void)lattice(level);
-  auto made = make_coefficients(channel_index, std::move(k), level, {}, *samples_[level],
-                                cache_of_level(cache_bytes_, level));
+  auto made = make_coefficients(channel_index, std::move(k), level, {}, cache_of_level(cache_bytes_, level));
   return *(coefficients_[key] = std::move(made));
 }
 
 std::shared_ptr<const Coefficients> OpenVolume::coefficients(uint32_t channel_index, const char* kernel_name,
-                                                             uint32_t level, const BrickBox& region) const {
+                                                             uint32_t level, const BrickBox& region,
+                                                             bool keep) const {
   if (region == BrickBox{})
     return {std::shared_ptr<void>{}, &coefficients(channel_index, kernel_name, level)};
   Kernel k = kernel_of(kernel_name);
@@ -243,9 +241,9 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients(uint32_t channel_in
   if (const auto it = parts_.find(key); it != parts_.end() && it->second.region == region)
     return it->second.coefficients;
   (void)lattice(level);
-  std::shared_ptr<const Coefficients> made = make_coefficients(
-      channel_index, std::move(k), level, region, *samples_[level], cache_of_level(cache_bytes_, level));
-  parts_[key] = {region, made};
+  std::shared_ptr<const Coefficients> made =
+      make_coefficients(channel_index, std::move(k), level, region, cache_of_level(cache_bytes_, level));
+  if (keep) parts_[key] = {region, made};
   return made;
 }
 
@@ -266,26 +264,9 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel
   if (share > few || probed.made >= 1) return all;
   if (probed.part.coefficients && covers(probed.part.region, region)) return probed.part.coefficients;
   probed.made += share;
-  probed.part = {region, make_coefficients(channel_index, kernel_, 0, region, *samples_[0],
+  probed.part = {region, make_coefficients(channel_index, kernel_, 0, region,
                                            static_cast<uint64_t>(few * static_cast<double>(cache_bytes_)))};
   return probed.part.coefficients;
-}
-
-std::unique_ptr<Coefficients> OpenVolume::rehearsal(uint32_t channel_index, const char* kernel_name,
-                                                    uint32_t level, const BrickBox& region,
-                                                    const SampleSource& source, bool holding) const {
-  Kernel k = kernel_of(kernel_name);
-  const Key key{channel_index, k.name, level};
-  auto made = make_coefficients(channel_index, std::move(k), level, region, source, UINT64_MAX);
-  if (!holding) return made;
-  const std::scoped_lock lock(mutex_);
-  if (region == BrickBox{}) {
-    if (const auto it = coefficients_.find(key); it != coefficients_.end())
-      made->pretend_to_hold(*it->second);
-  } else if (const auto it = parts_.find(key); it != parts_.end() && it->second.region == region) {
-    made->pretend_to_hold(*it->second.coefficients);
-  }
-  return made;
 }
 
 } // namespace bccsplat

@@ -65,9 +65,11 @@ class OpenVolume {
   [[nodiscard]] const Coefficients& coefficients(uint32_t channel, const char* kernel_name,
                                                  uint32_t level = 0) const;
   // Returns the coefficients of some bricks alone, or all. They are kept until others are asked for, so that
-  // a series plays in a box as it does in all of it; not longer than the volume.
-  [[nodiscard]] std::shared_ptr<const Coefficients>
-  coefficients(uint32_t channel, const char* kernel_name, uint32_t level, const BrickBox& region) const;
+  // a series plays in a box as it does in all of it; not longer than the volume. keep: new ones of a box take
+  // the place of those that are kept.
+  [[nodiscard]] std::shared_ptr<const Coefficients> coefficients(uint32_t channel, const char* kernel_name,
+                                                                 uint32_t level, const BrickBox& region,
+                                                                 bool keep = true) const;
   // Returns the coefficients that values at these points (index units) are made of at level 0: those of the
   // bricks around them while they are few, and kept until others are asked for; of all once that many have
   // been made.
@@ -75,12 +77,6 @@ class OpenVolume {
                                                                     std::span<const Vec4> points) const;
   // Returns the part of all bricks that values at these points are made of, if they are looked up together.
   [[nodiscard]] double share_around(std::span<const Vec4> points) const;
-  // Coefficients to go through the motions with, of samples that are not the volume's own. holding: as if
-  // they held what the volume's hold.
-  [[nodiscard]] std::unique_ptr<Coefficients> rehearsal(uint32_t channel, const char* kernel_name,
-                                                        uint32_t level, const BrickBox& region,
-                                                        const SampleSource& samples, bool holding) const;
-
   // Whether a channel is of labels, once somebody has found out (labels.h). Any number of threads may ask and
   // tell.
   [[nodiscard]] std::optional<bool> known_labels(uint32_t channel) const;
@@ -102,7 +98,6 @@ class OpenVolume {
   [[nodiscard]] Kernel kernel_of(const char* name) const; // the volume's where there is no name
   [[nodiscard]] std::unique_ptr<Coefficients> make_coefficients(uint32_t channel, Kernel kernel,
                                                                 uint32_t level, const BrickBox& region,
-                                                                const SampleSource& samples,
                                                                 uint64_t cache) const;
 
   std::shared_ptr<Bcc4Reader> reader_;

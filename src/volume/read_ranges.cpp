@@ -1,66 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goes through the motions of cutting a slice with samples that only note what is asked of them, and looks up
-// where that stands in the file.
+// Looks up where in the file that stands what a plan asks for.
 #include "volume/read_ranges.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "base/would_block.h"
-#include "formats/bcc4/recorded_reads.h"
-#include "slice/masked_slice.h"
-
 namespace bccsplat {
 namespace {
 
-// Asks for all that a slice takes; returns the moments whose masks and corrections it looks at.
-std::optional<SliceMoments> rehearse(const Coefficients& coefficients, const SliceRequest& asked,
-                                     const Context& context) {
-  if (!asked.extracted) return rehearse_hyperslice(coefficients, asked.plane, asked.cut, context);
-  const Slice plane = bare_plane(coefficients, asked.plane, extraction_options(asked.cut), {});
-  (void)Extraction(coefficients.samples(), coefficients.channel(), asked.plane,
-                   PlaneAxes{plane.origin, plane.basis}, context);
-  if (plane.empty()) return std::nullopt;
-  return SliceMoments{moments_of(plane), {0, -1}}; // extracted points have no corrections
+using Ranges = std::vector<ByteRange>;
+
+void list_chunks(const Bcc4Samples& samples, const CutPlan& plan, bool missing, Attempts& attempts,
+                 Ranges& out, const Context& context) {
+  LayerReads reads, listed;
+  list_layers(plan, missing, reads);
+  const int32_t slab_layers = samples.reader().info().level(samples.level()).slab_layers;
+  // Salvaging looks at what lies beside a layer, too, and layers of a chunk may be missing one by one.
+  const bool by_slabs = !missing && !samples.reader().salvages();
+  for (LayerRead r : reads) {
+    context.progress.check();
+    if (by_slabs) r.layer -= r.layer % slab_layers; // whose layers stand in the same chunks
+    if (listed.insert(r).second)
+      attempts.attempt(
+          [&] { samples.list_reads(plan.coefficients->channel(), r.layer, r.bricks, missing, out); });
+  }
 }
 
-void list_masks(const Masks& masks, const std::array<double, 2>& moments, bool missing,
-                std::vector<ByteRange>& out) {
-  masks.list_reads(masks.counted_frame(moments[0]), masks.counted_frame(moments[1]), missing, out);
+void list_masks(const CutPlan& plan, bool missing, Ranges& out) {
+  if (const Masks* masks = plan.coefficients->masks())
+    masks->list_reads(masks->counted_frame(plan.masks[0]), masks->counted_frame(plan.masks[1]), missing, out);
 }
 
-void list_corrections(const Corrections& corrections, const Lattice4& lattice,
-                      const std::array<double, 2>& moments, bool missing, std::vector<ByteRange>& out) {
-  const int64_t frames = corrections.samples()[3];
-  auto first = static_cast<int64_t>(std::floor(moments[0])),
-       last = static_cast<int64_t>(std::ceil(moments[1]));
+void list_corrections(const CutPlan& plan, bool missing, Attempts& attempts, Ranges& out) {
+  const Corrections* const fix = plan.coefficients->corrections();
+  if (!fix) return;
+  const Lattice4& lattice = plan.coefficients->source().lattice();
+  const int64_t frames = fix->samples()[3];
+  auto first = static_cast<int64_t>(std::floor(plan.corrections[0])),
+       last = static_cast<int64_t>(std::ceil(plan.corrections[1]));
   if (!lattice.periodic) first = std::max<int64_t>(first, 0), last = std::min(last, frames - 1);
   last = std::min(last, first + frames - 1);
-  Attempts attempts;
   for (int64_t f = first; f <= last; ++f)
-    attempts.attempt([&] { corrections.list_reads(lattice.turned_frame(f), missing, out); });
-  attempts.throw_if_waiting();
+    attempts.attempt([&] { fix->list_reads(lattice.turned_frame(f), missing, out); });
 }
 
 } // namespace
 
-std::vector<ByteRange> read_ranges(const OpenVolume& volume, const SliceRequest& asked, const char* kernel,
-                                   bool missing, const Context& context) {
-  const Lattice4& lattice = volume.lattice(asked.level);
-  const RecordedReads reads(volume.samples(asked.level));
-  const auto coefficients =
-      volume.rehearsal(asked.channel, kernel, asked.level, asked.cut.reads(lattice), reads, missing);
-  const auto moments = rehearse(*coefficients, asked, context);
-  std::vector<ByteRange> ranges;
+std::vector<ByteRange> read_ranges(const OpenVolume& volume, const SliceRequest& asked, bool missing,
+                                   const Context& context) {
+  const CutPlan plan = plan_cut(*asked.coefficients, asked.plane, asked.cut);
+  Ranges ranges;
   Attempts attempts;
-  attempts.attempt([&] { reads.list(missing, ranges); });
-  if (const Masks* masks = coefficients->masks(); masks && moments)
-    list_masks(*masks, moments->masks, missing, ranges);
-  if (const Corrections* fix = coefficients->corrections(); fix && moments)
-    attempts.attempt([&] { list_corrections(*fix, lattice, moments->corrections, missing, ranges); });
+  list_chunks(volume.samples(asked.level), plan, missing, attempts, ranges, context);
+  if (!plan.empty) list_masks(plan, missing, ranges), list_corrections(plan, missing, attempts, ranges);
   attempts.throw_if_waiting();
   merge_ranges(ranges, volume.reader()->merge_gap());
   return ranges;
+}
+
+void tell_lacking(const OpenVolume& volume, uint32_t level, std::span<const CutPlan> plans,
+                  const WouldBlock& first, const Context& context) {
+  constexpr uint64_t at_once = 256 << 10; // bytes, of which each may be late
+  Attempts attempts;
+  attempts.add(first);
+  Ranges ranges;
+  const auto list_lacking = [&](const CutPlan& plan) {
+    list_chunks(volume.samples(level), plan, true, attempts, ranges, context);
+    if (plan.empty) return;
+    list_masks(plan, true, ranges);
+    // What is compared with the field looks at corrections around points, and has told of those.
+    if (plan.way == CutPlan::Way::time) list_corrections(plan, true, attempts, ranges);
+  };
+  for (const CutPlan& plan : plans) {
+    if (plan.instants.empty()) list_lacking(plan);
+    for (const double at : plan.instants) list_lacking(plan.instant(at));
+  }
+  merge_ranges(ranges, volume.reader()->merge_gap());
+  for (const ByteRange& r : ranges)
+    for (uint64_t done = 0; done < r.size; done += at_once) {
+      context.progress.check();
+      attempts.attempt([&] {
+        volume.reader()->try_read({r.offset + done, std::min(at_once, r.size - done)});
+      });
+    }
+  attempts.throw_if_waiting();
+  throw first; // never reached
 }
 
 } // namespace bccsplat

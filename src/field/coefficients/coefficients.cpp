@@ -292,18 +292,18 @@ void Coefficients::forget(int32_t first, int32_t next) const {
   });
 }
 
-void Coefficients::pretend_to_hold(const Coefficients& other) const {
-  const std::scoped_lock lock(mutex_, other.mutex_);
-  const Lattice4& lattice = source_.lattice();
-  for (const auto& [key, held] : other.entries_) {
-    auto entry = std::make_shared<Entry>();
-    const int coset = lattice.coset(key.second);
-    if (key.first == Kind::values)
-      entry->layer = BrickLayer(lattice.space, coset);
-    else
-      entry->layer = SampleLayer(lattice.space, coset);
-    if (entries_.emplace(key, std::move(entry)).second) recent_.push_back(key);
-  }
+void Coefficients::list_reads(std::span<const int32_t> layers, bool missing, LayerReads& out) const {
+  const std::scoped_lock lock(mutex_);
+  const auto held = [&](Kind kind, int32_t m) { return missing && entries_.contains({kind, m}); };
+  std::vector<int32_t> made, read;
+  for (const int32_t m : layers)
+    if (const int32_t at = source_.lattice().mirror_layer(m);
+        !held(Kind::values, at) && !held(Kind::compact, at))
+      made.push_back(at);
+  if (prefilter_->empty()) return source().list_reads(made, region_, out);
+  for (const int32_t m : prefilter_->reads(made))
+    if (!held(Kind::samples, m)) read.push_back(m);
+  source().list_reads(read, read_region_, out);
 }
 
 bool Coefficients::same_as_in(const Coefficients& older, const Key& key,

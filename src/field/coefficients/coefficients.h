@@ -93,9 +93,8 @@ class Coefficients {
   // and let go.
   [[nodiscard]] uint64_t layers_repeated() const { return repeated_.load(std::memory_order_relaxed); }
 
-  // Lets a rehearsal of what another one would ask its source for begin: has empty layers in its cache where
-  // that one has layers.
-  void pretend_to_hold(const Coefficients& other) const;
+  // Tells what of its file compact_layers() asks for; missing: beside what is held.
+  void list_reads(std::span<const int32_t> layers, bool missing, LayerReads& out) const;
 
   // Shares the layers that another one holds and that are the same here: those of the series before it got
   // more layers. unchanged(m): whether layer m of the source is what it was.

@@ -202,6 +202,10 @@ bool finish(Brick& brick, const Brick* stored, float prune) {
   return kept > 0;
 }
 
+bool goes_beyond(const Lattice3& space, const PlaneRange& planes) {
+  return planes.first < 0 || planes.last > space.last[planes.axis];
+}
+
 // The order in which stored layers are read for the layers of samples that are asked for, and when they have
 // done their part.
 class ReadOrder {
@@ -271,18 +275,32 @@ void SampledField::read_samples(int channel, std::span<const int32_t> layers, co
               [&](int32_t m, BrickLayer&& layer) { take(m, SampleLayer(layer)); });
 }
 
-void SampledField::read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
-                               const Context& context, const TakeLayer<BrickLayer>& take) const {
+BrickBox SampledField::stored_around(const PlaneRange& planes) const {
   const Lattice3& space = lattice().space;
   int32_t reach = 0;
   for (const Tap& t : taps_) reach = std::max(reach, std::abs(t.planes[planes.axis]));
   PlaneRange wider = planes;
   const int32_t last = space.last[planes.axis];
-  const bool beyond = planes.first < 0 || planes.last > last;
-  if (!beyond) // mirror images lie no further from an end than what they are images of
+  if (!goes_beyond(space, planes)) // mirror images lie no further from an end than what they are images of
     wider.first = std::max(0, planes.first - reach), wider.last = std::min(last, planes.last + reach);
-  read(channel, layers, {bricks_on(space, planes), beyond ? PlaneRange{} : planes},
-       go_round(bricks_on(space, wider), space), context, take);
+  return go_round(bricks_on(space, wider), space);
+}
+
+void SampledField::read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
+                               const Context& context, const TakeLayer<BrickLayer>& take) const {
+  const Lattice3& space = lattice().space;
+  read(channel, layers, {bricks_on(space, planes), goes_beyond(space, planes) ? PlaneRange{} : planes},
+       stored_around(planes), context, take);
+}
+
+void SampledField::list_reads(std::span<const int32_t> layers, const BrickBox& region,
+                              LayerReads& out) const {
+  stored_.list_reads(ReadOrder(lattice(), taps_, layers).stored(), region.widened(), out);
+}
+
+void SampledField::list_planes(std::span<const int32_t> layers, const PlaneRange& planes,
+                               LayerReads& out) const {
+  stored_.list_reads(ReadOrder(lattice(), taps_, layers).stored(), stored_around(planes), out);
 }
 
 BrickLayer SampledField::read_layer(int channel, int32_t layer, const BrickBox& region,

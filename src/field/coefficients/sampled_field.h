@@ -34,6 +34,8 @@ class SampledField final : public SampleSource {
   // Sums at these planes alone, of the stored planes that the kernel reaches from there.
   void read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
                    const Context& context, const TakeLayer<BrickLayer>& take) const override;
+  void list_reads(std::span<const int32_t> layers, const BrickBox& region, LayerReads& out) const override;
+  void list_planes(std::span<const int32_t> layers, const PlaneRange& planes, LayerReads& out) const override;
   const std::string& coefficient_kernel() const override { return none_; }
 
   // A coefficient's share of a sample: of the layer `layer` further on, at sites this many planes away.
@@ -51,6 +53,8 @@ class SampledField final : public SampleSource {
   };
   void read(int channel, std::span<const int32_t> layers, const Wanted& wanted, const BrickBox& stored,
             const Context& context, const TakeLayer<BrickLayer>& take) const;
+  // The stored bricks that sums at these planes depend on.
+  [[nodiscard]] BrickBox stored_around(const PlaneRange& planes) const;
   [[nodiscard]] BrickLayer make(int32_t layer, const Wanted& wanted,
                                 const std::map<int32_t, BrickLayer>& stored, const Context& context) const;
 

@@ -322,7 +322,7 @@ TEST(CcVolume, PlaneSlicesOfEitherLatticeOntoEither) {
       const auto lattice = Lattice4::fit(source, {32, 32, 32, 32});
       const auto samples = sample_field(lattice, f);
       const Coefficients c(samples, 0, make_kernel("default"), 0, large_cache);
-      PlaneOptions options;
+      HypersliceOptions options;
       options.target = target;
       const Slice slice = plane_slice(c, h, options, {}, context.get());
       EXPECT_EQ(slice.lattice.bcc, target == LatticeKind::bcc);

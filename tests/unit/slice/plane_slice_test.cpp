@@ -598,7 +598,7 @@ TEST_F(PlaneSlice, BudgetIsKept) {
 TEST_F(PlaneSlice, WorldKeepsLengthsAndAngles) {
   Affine3 world; // anisotropic and sheared
   world.linear = {Vec3{2, 0.5, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 0.7}};
-  PlaneOptions options;
+  HypersliceOptions options;
   options.time_length = 5;
   const Slice s = plane_slice(coefficients, through({1, 0.3, -0.2, 0.5}, {15, 15, 15, 15}), options, world,
                               context.get());
@@ -619,7 +619,7 @@ TEST_F(PlaneSlice, StandsInTheWorldOfItsVolume) {
   Affine3 world; // x to the left, y and z exchanged, far from the origin
   world.linear = {Vec3{-2, 0, 0}, Vec3{0, 0, 0.7}, Vec3{0, -3, 0}};
   world.offset = {100, -50, 7};
-  PlaneOptions options;
+  HypersliceOptions options;
   options.time_length = 5;
   const Vec3 p{3, 4, 6};
   const auto place = [&](const Hyperplane& h) {
