@@ -119,15 +119,16 @@ struct Sink {
   }
 };
 
-// Noise, which hardly compresses, so that chunks are worth skipping; NaN in a corner where `holes` is set.
+// Noise, which hardly compresses, so that chunks are worth skipping; NaN in a corner where `holes` is set,
+// and elsewhere in each frame where `scattered` is.
 struct NoiseSeries {
   uint32_t nx = 112, ny = 34, nz = 32, nt = 14;
-  bool holes = false;
+  bool holes = false, scattered = false;
 
   [[nodiscard]] bccsplat_writer_options options() const {
     auto o = sized<bccsplat_writer_options>();
     o.dims[0] = nx, o.dims[1] = ny, o.dims[2] = nz, o.dims[3] = nt;
-    if (holes) o.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+    if (holes || scattered) o.nonfinite = BCCSPLAT_NONFINITE_HOLE;
     return o;
   }
   [[nodiscard]] std::vector<float> frame(uint32_t t) const {
@@ -139,6 +140,9 @@ struct NoiseSeries {
     }
     if (holes)
       for (size_t i = 0; i < 9; ++i) values[i] = std::numeric_limits<float>::quiet_NaN();
+    if (scattered)
+      for (float& v : values)
+        if (v < 16) v = std::numeric_limits<float>::quiet_NaN();
     return values;
   }
   // All frames that the writer takes.

@@ -156,6 +156,17 @@ TEST(Ranges, HoldMasksAndCorrections) {
   expect_missing(device, file, {"", plane_of(0, 0, 0, 1, -6.3)}, {"", plane_of(0, 0, 0, 1, -9)});
 }
 
+// Of an interval beyond the end of the series the last frame is left, whose mask it has.
+TEST(Ranges, HoldTheMaskOfTheLastFrame) {
+  const Device device = make_device();
+  NoiseSeries series;
+  series.nx = 40, series.scattered = true;
+  FarFile file(written(device, series, series.options()));
+  Cut cut{"beyond the end", plane_of(0, 0, 0, 1, -5)};
+  cut.options.interval[0] = 20, cut.options.interval[1] = 21;
+  expect_told(device, file, cut);
+}
+
 TEST(Ranges, HoldWhatOtherSeriesRead) {
   const Device device = make_device();
   NoiseSeries series;
