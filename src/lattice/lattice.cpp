@@ -119,7 +119,11 @@ Lattice4 Lattice4::without_margins() const {
 int64_t Lattice4::sites_outside(int32_t begin, int32_t end) const {
   const Lattice3 inner = without_margins().space;
   int64_t sites = 0;
-  for (int32_t m = begin; m < end; ++m) sites += space.sites(coset(m)) - inner.sites(coset(m));
+  for (int c = 0; c < space.cosets(); ++c) { // layers of a coset are alike
+    const int32_t first = begin + ((c - begin) & (layer_period() - 1));
+    if (first < end)
+      sites += (int64_t{end - first - 1} / layer_period() + 1) * (space.sites(c) - inner.sites(c));
+  }
   return sites;
 }
 

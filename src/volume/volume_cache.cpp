@@ -33,9 +33,7 @@ double outer_share(const Lattice3& lattice) {
 
 // Returns whether inside the coset bricks of which some sites are left out are few.
 bool is_whole(const VolumeInfo& info) {
-  uint64_t sites = 0;
-  for (int32_t m = 0; m < info.lattice.layers(); ++m)
-    sites += info.lattice.space.sites(info.lattice.coset(m));
+  const auto sites = static_cast<uint64_t>(info.lattice.sites());
   return std::all_of(info.channels.begin(), info.channels.end(), [&](const ChannelInfo& c) {
     const double share = c.type == ValueType::u8 ? whole_share : 1;
     return static_cast<double>(c.sites_kept) >= share * static_cast<double>(sites);
