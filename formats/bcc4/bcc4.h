@@ -125,11 +125,12 @@ class Bcc4Writer {
 };
 
 // A file that exceeds one of them is refused before anything is allocated: Code::limit_exceeded. A writer
-// makes no file whose metadata or directory exceed them.
+// makes no file whose layers, metadata or directory exceed them.
 struct Bcc4Limits {
   uint64_t metadata_bytes = 64 << 20; // decoded
   uint64_t directory_bytes = 256 << 20;
   uint64_t bricks_per_layer = 16 << 20; // a layer holds 16 bytes for each
+  int32_t planes = 16 << 20; // along an axis of space, and layers: some tables have a number for each
   uint32_t channels = 1024;
   uint32_t cached_pages = 64; // decoded index pages kept, each up to 3 MiB
   // Damaged chunks, and all chunks that a damaged index page may have listed, read as holes instead of

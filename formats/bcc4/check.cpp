@@ -8,6 +8,7 @@
 
 #include "base/utf8.h"
 #include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/counts.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/page.h"
 #include "points/uneven_axes.h"
@@ -76,6 +77,7 @@ void check_lattice(const StoredLattice& info, const std::string& name, Code code
     } else if (l.layer_frame(l.last_layer) < end - 1e-8 * end)
       bad("the last layer stands at frame ", l.layer_frame(l.last_layer), ", the last frame is ", end);
   }
+  check_planes_and_layers(l, name, code);
   if (info.slab_layers < 1 || info.slab_layers > max_slab_layers) bad(info.slab_layers, " layers in a slab");
   unsigned __int128 bricks = 1;
   for (const int32_t n : slot_dims(StoredLattice{l})) bricks *= static_cast<unsigned>(n);

@@ -12,7 +12,6 @@
 namespace bccsplat {
 namespace {
 
-constexpr uint64_t entry_bytes = 16 + block_ref_bytes;
 constexpr int64_t edge = correction_edge;
 
 void write_entry(ByteWriter& out, const CorrectionBrick& b) {
@@ -85,7 +84,7 @@ std::vector<CorrectionBrick> read_correction_table(std::span<const std::byte> de
   const auto bad = [&](const auto&... why) {
     fail(Code::corrupt, "table of corrections at offset ", offset, ": ", why...);
   };
-  if (n > in.remaining() / entry_bytes) bad(n, " bricks in ", in.remaining(), " bytes");
+  if (n > in.remaining() / table_entry_bytes) bad(n, " bricks in ", in.remaining(), " bytes");
   std::vector<CorrectionBrick> table(n);
   for (size_t i = 0; i < n; ++i) {
     CorrectionBrick& b = table[i];

@@ -31,6 +31,7 @@ void check_corrections(const CorrectionBricks& bricks, const CorrectionBrick& br
 
 void write_correction_table(ByteWriter& out, std::span<const CorrectionBrick> table);
 // Checks numbers, bounds and block references; file_bytes are those of the root. Throws corrupt, truncated.
+inline constexpr uint64_t table_entry_bytes = 16 + block_ref_bytes; // of a brick in a table
 [[nodiscard]] std::vector<CorrectionBrick> read_correction_table(std::span<const std::byte> decoded,
                                                                  const CorrectionBricks& bricks,
                                                                  uint64_t offset, uint64_t file_bytes);

@@ -7,6 +7,7 @@
 
 #include "base/sizes.h"
 #include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/counts.h"
 
 namespace bccsplat {
 namespace {
@@ -93,9 +94,7 @@ void check_block_ref(const BlockRef& ref, std::string_view what, uint64_t file_b
     fail(Code::corrupt, what, ": ", ref.stored, " bytes at offset ", ref.offset,
          " do not lie in the file of ", file_bytes, " bytes");
   if (ref.coding > 1) fail(Code::corrupt, what, " at offset ", ref.offset, ": unknown coding ", ref.coding);
-  // Deflate makes at most 1032 bytes out of one.
-  if (ref.coding == 0 ? ref.stored != ref.decoded
-                      : ref.stored >= ref.decoded || uint64_t{ref.stored} * 1032 < ref.decoded)
+  if (ref.coding == 0 ? ref.stored != ref.decoded : !can_inflate(ref.stored, ref.decoded))
     fail(Code::corrupt, what, " at offset ", ref.offset, ": ", ref.stored, " bytes cannot stand for ",
          ref.decoded);
 }

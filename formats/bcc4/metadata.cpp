@@ -4,6 +4,7 @@
 #include "formats/bcc4/metadata.h"
 
 #include <algorithm>
+#include <unordered_set>
 #include <utility>
 
 #include "base/bytes.h"
@@ -59,7 +60,7 @@ void write_store(ByteWriter& out, const VolumeInfo& info) {
 void read_store(ByteReader& in, VolumeInfo& info) {
   info.coefficient_kernel = read_text(in);
   info.recommended_kernel = read_text(in);
-  info.coefficient_parameters.resize(read_count(in, 8));
+  info.coefficient_parameters.resize(read_count(in, "numbers of a kernel", 8));
   for (double& v : info.coefficient_parameters) v = in.read<double>();
 }
 
@@ -72,7 +73,7 @@ void write_sources(ByteWriter& out, const std::vector<SourceInfo>& list) {
   }
 }
 void read_sources(ByteReader& in, std::vector<SourceInfo>& list) {
-  list.resize(read_count(in, 16));
+  list.resize(read_count(in, "sources", 16));
   for (SourceInfo& s : list) {
     s.name = read_text(in);
     s.bytes = in.read<uint64_t>();
@@ -88,10 +89,14 @@ void write_attributes(ByteWriter& out, const VolumeInfo& info) {
   }
 }
 void read_attributes(ByteReader& in, VolumeInfo& info) {
-  info.attributes.resize(read_count(in, 8));
-  for (auto& [key, value] : info.attributes) {
-    key = read_text(in);
+  const size_t count = read_count(in, "attributes", 9);
+  // Keys that are not unique end it: many short ones take much more than the bytes that they are deflated to.
+  std::unordered_set<std::string> keys;
+  for (size_t i = 0; i < count; ++i) {
+    auto& [key, value] = info.attributes.emplace_back(read_text(in), std::string());
     value = read_text(in);
+    if (key.empty() || !keys.insert(key).second)
+      fail(Code::corrupt, "attribute key \"", key, "\" is empty or stands twice");
   }
 }
 
@@ -196,6 +201,8 @@ class MetadataReader {
     return type;
   }
 
+  [[nodiscard]] uint32_t frames() const { return info_.lattice.dims[3]; } // record 1 comes first
+
   // Records that every file has. False: it is none of them.
   bool read_needed(uint16_t type, ByteReader& record) {
     switch (type) {
@@ -204,13 +211,13 @@ class MetadataReader {
     case world:
       return read_world(record, info_), true;
     case time_map:
-      return read_time(record, info_.time), true;
+      return read_time(record, info_), true;
     case store:
       return read_store(record, info_), true;
     case channel:
       if (info_.channels.size() == limits_.channels)
         fail(Code::limit_exceeded, "metadata: more than ", limits_.channels, " channels");
-      return air_codes_.push_back(read_channel(record, info_.channels.emplace_back())), true;
+      return air_codes_.push_back(read_channel(record, info_.channels.emplace_back(), frames())), true;
     case sources:
       return read_sources(record, info_.sources), true;
     case attributes:
@@ -227,15 +234,15 @@ class MetadataReader {
     case levels:
       return read_levels(record, info_), true;
     case masks:
-      for (ChannelInfo& c : info_.channels) read_blocks(record, c.masks);
+      for (ChannelInfo& c : info_.channels) read_blocks(record, c.masks, frames());
       return true;
     case corrections:
-      for (ChannelInfo& c : info_.channels) read_correction_info(record, c.residuals);
+      for (ChannelInfo& c : info_.channels) read_correction_info(record, c.residuals, frames());
       return true;
     case tiles:
       return read_tiles(record, info_), true;
     case residuals:
-      for (ChannelInfo& c : info_.channels) read_residual_info(record, c.residuals);
+      for (ChannelInfo& c : info_.channels) read_residual_info(record, c.residuals, frames());
       return true;
     case part:
       info_.part = read_part(record, info_.lattice.dims[3], info_.channels.size(), info_.level_count());
@@ -247,7 +254,7 @@ class MetadataReader {
       info_.tail = read_tail(record, info_.channels.size() * (info_.levels.size() + 1));
       return true;
     case errors:
-      return read_errors(record, info_.errors), true;
+      return read_errors(record, info_), true;
     case counts:
       info_.counts = read_counts(record);
       return true;
@@ -255,7 +262,7 @@ class MetadataReader {
       info_.expected_frames = record.read<uint32_t>();
       return true;
     case coordinates:
-      read_axes(record, info_.axes);
+      read_axes(record, info_);
       if (!info_.has_uneven_axes()) fail(Code::corrupt, "metadata: coordinates of no axis");
       return true;
     default:
@@ -268,9 +275,16 @@ class MetadataReader {
     for (size_t c = 0; c < air_codes_.size(); ++c)
       if (SampleCoder(info_.channels[c]).codes().air != air_codes_[c])
         fail(Code::corrupt, "channel ", info_.channels[c].name, ": code of air ", air_codes_[c]);
-    for (int l = 0; l < info_.level_count(); ++l)
-      if (const uint64_t bricks = brick_count(info_.level(l).lattice); bricks > limits_.bricks_per_layer)
+    for (int l = 0; l < info_.level_count(); ++l) {
+      const Lattice4& lattice = info_.level(l).lattice;
+      for (const int32_t planes :
+           {lattice.space.last[0], lattice.space.last[1], lattice.space.last[2], lattice.last_layer})
+        if (planes >= limits_.planes)
+          fail(Code::limit_exceeded, "a lattice of ", int64_t{planes} + 1,
+               " planes or layers along an axis, the limit is ", limits_.planes);
+      if (const uint64_t bricks = brick_count(lattice); bricks > limits_.bricks_per_layer)
         fail(Code::limit_exceeded, "a layer of ", bricks, " bricks, the limit is ", limits_.bricks_per_layer);
+    }
   }
 };
 

@@ -40,7 +40,7 @@ void write_channel(ByteWriter& out, const ChannelInfo& c) {
   out.write(static_cast<uint32_t>(c.frames.size()));
   for (const Range& r : c.frames) write_range(out, r);
 }
-uint32_t read_channel(ByteReader& in, ChannelInfo& c) {
+uint32_t read_channel(ByteReader& in, ChannelInfo& c, uint32_t frames) {
   c.type = static_cast<ValueType>(in.read<uint8_t>());
   c.source_type = static_cast<SourceType>(in.read<uint8_t>());
   if (in.read<uint16_t>() != 0) fail(Code::corrupt, "metadata: reserved bytes of a channel are not zero");
@@ -56,14 +56,14 @@ uint32_t read_channel(ByteReader& in, ChannelInfo& c) {
   c.name = read_text(in);
   c.quantity = read_text(in);
   c.unit = read_text(in);
-  c.histogram.resize(read_count(in, 8));
+  c.histogram.resize(read_count(in, "counts", 8, {256, "bins"}));
   for (uint64_t& n : c.histogram) n = in.read<uint64_t>();
-  c.percentiles.resize(read_count(in, 16));
+  c.percentiles.resize(read_count(in, "percentiles", 16));
   for (Percentile& p : c.percentiles) {
     p.percent = in.read<double>();
     p.value = in.read<double>();
   }
-  c.frames.resize(read_count(in, 16));
+  c.frames.resize(read_count(in, "ranges", 16, {frames, "frames"}));
   for (Range& r : c.frames) r = read_range(in);
   return air_code;
 }
@@ -72,8 +72,8 @@ void write_blocks(ByteWriter& out, const std::vector<BlockRef>& blocks) {
   out.write(static_cast<uint32_t>(blocks.size()));
   for (const BlockRef& ref : blocks) write_block_ref(out, ref);
 }
-void read_blocks(ByteReader& in, std::vector<BlockRef>& blocks) {
-  blocks.resize(read_count(in, block_ref_bytes));
+void read_blocks(ByteReader& in, std::vector<BlockRef>& blocks, uint32_t frames) {
+  blocks.resize(read_count(in, "blocks", block_ref_bytes, {frames, "frames"}));
   for (BlockRef& ref : blocks) ref = read_block_ref(in);
 }
 
@@ -82,12 +82,12 @@ void write_residual_info(ByteWriter& out, const ResidualInfo& r) {
   out.write(r.bound);
   write_blocks(out, r.frames);
 }
-void read_residual_info(ByteReader& in, ResidualInfo& r) {
+void read_residual_info(ByteReader& in, ResidualInfo& r, uint32_t frames) {
   const auto step = in.read<double>(), bound = in.read<double>();
   if (r.local && (step != r.step || bound != r.bound))
     fail(Code::corrupt, "metadata: two records of corrections differ in step or bound");
   r.step = step, r.bound = bound;
-  read_blocks(in, r.frames);
+  read_blocks(in, r.frames, frames);
 }
 
 void write_correction_info(ByteWriter& out, const ResidualInfo& r) {
@@ -99,7 +99,7 @@ void write_correction_info(ByteWriter& out, const ResidualInfo& r) {
   out.write(r.base.value_or(0));
   write_blocks(out, r.tables);
 }
-void read_correction_info(ByteReader& in, ResidualInfo& r) {
+void read_correction_info(ByteReader& in, ResidualInfo& r, uint32_t frames) {
   r.local = true;
   r.step = in.read<double>();
   r.bound = in.read<double>();
@@ -110,7 +110,7 @@ void read_correction_info(ByteReader& in, ResidualInfo& r) {
   if (has_base > 1 || reserved != 0 || (has_base == 0 && std::bit_cast<uint32_t>(base) != 0))
     fail(Code::corrupt, "metadata: reserved bytes of corrections are not zero");
   if (has_base == 1) r.base = base;
-  read_blocks(in, r.tables);
+  read_blocks(in, r.tables, frames);
 }
 
 void write_errors(ByteWriter& out, const std::vector<MeasuredError>& list) {
@@ -121,9 +121,11 @@ void write_errors(ByteWriter& out, const std::vector<MeasuredError>& list) {
     for (const double v : {e.rmse, e.largest, e.range}) out.write(v);
   }
 }
-void read_errors(ByteReader& in, std::vector<MeasuredError>& list) {
-  list.resize(read_count(in, measured_error_bytes));
-  for (MeasuredError& e : list) {
+void read_errors(ByteReader& in, VolumeInfo& info) {
+  constexpr uint64_t kinds = MeasuredError::corrected + 1;
+  info.errors.resize(read_count(in, "measured errors", measured_error_bytes,
+                                info.channels.size() * info.level_count() * kinds));
+  for (MeasuredError& e : info.errors) {
     for (uint32_t* n : {&e.channel, &e.level, &e.kind, &e.frames}) *n = in.read<uint32_t>();
     e.samples = in.read<uint64_t>();
     for (double* v : {&e.rmse, &e.largest, &e.range}) *v = in.read<double>();

@@ -172,13 +172,14 @@ void write_axes(ByteWriter& out, const std::array<AxisInfo, 3>& axes) {
     for (const double v : a.coordinates) out.write(v);
   }
 }
-void read_axes(ByteReader& in, std::array<AxisInfo, 3>& axes) {
-  for (AxisInfo& a : axes) {
+void read_axes(ByteReader& in, VolumeInfo& info) {
+  for (size_t axis = 0; axis < 3; ++axis) {
+    AxisInfo& a = info.axes[axis];
     a.unit = read_text(in);
     const auto flags = in.read<uint32_t>();
     if ((flags & ~counts_down) != 0) fail(Code::corrupt, "metadata: flags ", flags, " of an axis");
     a.down = flags != 0;
-    a.coordinates.resize(read_count(in, sizeof(double)));
+    a.coordinates.resize(read_count(in, "coordinates", sizeof(double), {info.lattice.dims[axis], "samples"}));
     for (double& v : a.coordinates) v = in.read<double>();
   }
 }
@@ -191,12 +192,13 @@ void write_time(ByteWriter& out, const TimeMap& t) {
   out.write(static_cast<uint32_t>(t.times.size()));
   for (const double v : t.times) out.write(v);
 }
-void read_time(ByteReader& in, TimeMap& t) {
+void read_time(ByteReader& in, VolumeInfo& info) {
+  TimeMap& t = info.time;
   t.first = in.read<double>();
   t.step = in.read<double>();
   t.unit = read_text(in);
   t.epoch = read_text(in);
-  t.times.resize(read_count(in, 8));
+  t.times.resize(read_count(in, "times", 8, {info.lattice.dims[3], "frames"}));
   for (double& v : t.times) v = in.read<double>();
   t.uniform = t.times.empty();
 }

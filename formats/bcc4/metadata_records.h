@@ -13,16 +13,9 @@
 #include "base/bytes.h"
 #include "base/error.h"
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/counts.h"
 
 namespace bccsplat {
-
-// Reads a count of elements of at least `each` bytes; fails when the bytes left cannot hold so many.
-[[nodiscard]] inline size_t read_count(ByteReader& in, uint64_t each) {
-  const auto count = in.read<uint32_t>();
-  if (count > in.remaining() / each)
-    fail(Code::corrupt, "metadata: ", count, " elements in ", in.remaining(), " bytes");
-  return count;
-}
 
 [[nodiscard]] inline std::string read_text(ByteReader& in) { return in.read_string(in.remaining()); }
 inline void write_range(ByteWriter& out, const Range& r) {
@@ -46,21 +39,21 @@ void read_domain(ByteReader& in, Lattice4& l);
 void write_world(ByteWriter& out, const VolumeInfo& info);
 void read_world(ByteReader& in, VolumeInfo& info);
 void write_axes(ByteWriter& out, const std::array<AxisInfo, 3>& axes);
-void read_axes(ByteReader& in, std::array<AxisInfo, 3>& axes);
+void read_axes(ByteReader& in, VolumeInfo& info);
 void write_time(ByteWriter& out, const TimeMap& t);
-void read_time(ByteReader& in, TimeMap& t);
+void read_time(ByteReader& in, VolumeInfo& info);
 
-// Writes what is stored of a channel: metadata_channel.cpp.
+// Writes what is stored of a channel: metadata_channel.cpp. `frames` are those of the series.
 void write_channel(ByteWriter& out, const ChannelInfo& c);
 // Returns the code of air, which can be checked once the rest is known to be sound.
-[[nodiscard]] uint32_t read_channel(ByteReader& in, ChannelInfo& c);
+[[nodiscard]] uint32_t read_channel(ByteReader& in, ChannelInfo& c, uint32_t frames);
 void write_blocks(ByteWriter& out, const std::vector<BlockRef>& blocks);
-void read_blocks(ByteReader& in, std::vector<BlockRef>& blocks);
+void read_blocks(ByteReader& in, std::vector<BlockRef>& blocks, uint32_t frames);
 void write_residual_info(ByteWriter& out, const ResidualInfo& r);
-void read_residual_info(ByteReader& in, ResidualInfo& r);
+void read_residual_info(ByteReader& in, ResidualInfo& r, uint32_t frames);
 void write_correction_info(ByteWriter& out, const ResidualInfo& r);
-void read_correction_info(ByteReader& in, ResidualInfo& r);
+void read_correction_info(ByteReader& in, ResidualInfo& r, uint32_t frames);
 void write_errors(ByteWriter& out, const std::vector<MeasuredError>& list);
-void read_errors(ByteReader& in, std::vector<MeasuredError>& list);
+void read_errors(ByteReader& in, VolumeInfo& info);
 
 } // namespace bccsplat

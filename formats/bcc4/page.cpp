@@ -10,6 +10,7 @@
 #include "formats/bcc4/coding/chunk_rows.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/predict.h"
+#include "formats/bcc4/counts.h"
 
 namespace bccsplat {
 namespace {
@@ -138,12 +139,11 @@ void check_chunk(const Bcc4Chunk& c, const StoredLattice& info, const Int3& slot
     bad("steps that do not come in units of 2^", c.shift());
   const uint64_t raw_values =
       uint64_t{c.kept} * codes_of_chunk(coder.codes(), c.min_code, c.max_code, c.shift()).bytes();
-  if (!wavelets && (values == 0 ? c.values_bytes != raw_values : c.values_bytes >= raw_values))
+  if (!wavelets && (values == 0 ? c.values_bytes != raw_values : !can_inflate(c.values_bytes, raw_values)))
     bad(c.values_bytes, " bytes of values for ", c.kept, " sites");
-  // A run list in canonical form has at most one byte for each site and one more.
-  if (c.runs_decoded > sites + 1 + (c.holes > 0 ? uint64_t{c.kept} + 1 : 0))
+  if (c.runs_decoded > most_run_bytes(sites, c.kept, c.holes))
     bad("run lists of ", c.runs_decoded, " bytes for ", sites, " sites");
-  if (runs == 0 ? c.runs_bytes != c.runs_decoded : c.runs_bytes >= c.runs_decoded)
+  if (runs == 0 ? c.runs_bytes != c.runs_decoded : !can_inflate(c.runs_bytes, c.runs_decoded))
     bad(c.runs_bytes, " bytes of runs for ", c.runs_decoded);
   if (c.min_code > c.max_code || c.min_code < coder.lowest() || c.max_code > coder.highest())
     bad("samples from code ", c.min_code, " to ", c.max_code);

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/counts.h"
 
 namespace bccsplat {
 namespace {
@@ -60,10 +61,7 @@ PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels, int levels)
   const auto first = in.read<uint32_t>(), end = in.read<uint32_t>();
   part.block = SeriesBlock::of_frames(first, end), part.series = in.read<uint32_t>();
   if (first >= end || end > frames) fail(Code::corrupt, "part: frames ", first, " .. ", end, " of ", frames);
-  const auto count = in.read<uint32_t>();
-  if (count > in.remaining() / write_record_bytes)
-    fail(Code::corrupt, "part: ", count, " writes do not fit their record");
-  part.writes.resize(count);
+  part.writes.resize(read_count(in, "writes", write_record_bytes));
   for (PartWrite& w : part.writes) {
     w.trigger = in.read<uint32_t>();
     const auto [channel, level] = unpacked(in.read<uint32_t>());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads what a file has of source frames beside chunks: corrections and masks.
 #include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/counts.h"
 #include "formats/bcc4/reader_state.h"
 
 namespace bccsplat {
@@ -17,10 +18,10 @@ FrameResiduals Bcc4Reader::State::residuals(int channel, uint64_t frame) const {
   const ResidualInfo& fix = info.channels.at(channel).residuals;
   const BlockRef* ref = block_of(fix.frames, frame);
   if (!ref) return {};
-  check_block_ref(*ref, "corrections", root.file_bytes);
   const auto& n = info.lattice.dims;
-  FrameResiduals all =
-      read_residuals(read_block(*ref, "corrections"), uint64_t{n[0]} * n[1] * n[2], ref->offset);
+  const uint64_t samples = uint64_t{n[0]} * n[1] * n[2];
+  check_block_ref(*ref, "corrections", root.file_bytes, most_correction_bytes(samples));
+  FrameResiduals all = read_residuals(read_block(*ref, "corrections"), samples, ref->offset);
   if (fix.local && !all.add.empty())
     fail(Code::corrupt, "corrections at offset ", ref->offset, ": some to add, which stand in bricks");
   return all;
@@ -29,13 +30,15 @@ FrameResiduals Bcc4Reader::State::residuals(int channel, uint64_t frame) const {
 std::vector<CorrectionBrick> Bcc4Reader::State::correction_bricks(int channel, uint64_t frame) const {
   const BlockRef* ref = block_of(info.channels.at(channel).residuals.tables, frame);
   if (!ref) return {};
-  check_block_ref(*ref, "table of corrections", root.file_bytes);
-  return read_correction_table(read_block(*ref, "table of corrections"), CorrectionBricks(info.lattice.dims),
-                               ref->offset, root.file_bytes);
+  const CorrectionBricks bricks(info.lattice.dims);
+  check_block_ref(*ref, "table of corrections", root.file_bytes, most_table_bytes(bricks.count()));
+  return read_correction_table(read_block(*ref, "table of corrections"), bricks, ref->offset,
+                               root.file_bytes);
 }
 
 ResidualList Bcc4Reader::State::corrections(int channel, const CorrectionBrick& brick) const {
   constexpr uint64_t edge = correction_edge;
+  check_block_ref(brick.block, "corrections", root.file_bytes, most_correction_bytes(brick.count));
   ResidualList list =
       read_corrections(read_block(brick.block, "corrections"), edge * edge * edge, brick.block.offset);
   check_corrections(CorrectionBricks(info.lattice.dims), brick, list,
@@ -74,9 +77,10 @@ void Bcc4Reader::mask_runs(int channel, uint64_t frame, const MaskRunBody& body)
   const BlockRef* ref = block_of(info().channels.at(channel).masks, frame);
   if (!ref) return;
   const auto& n = info().lattice.dims;
+  const uint64_t samples = uint64_t{n[0]} * n[1] * n[2];
   state_->in_file([&] {
-    check_block_ref(*ref, "mask", state_->root.file_bytes);
-    read_mask_runs(state_->read_block(*ref, "mask"), uint64_t{n[0]} * n[1] * n[2], ref->offset, body);
+    check_block_ref(*ref, "mask", state_->root.file_bytes, most_run_bytes(samples));
+    read_mask_runs(state_->read_block(*ref, "mask"), samples, ref->offset, body);
   });
 }
 

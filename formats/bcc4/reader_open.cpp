@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Opens a file: the newer of its roots, the metadata and the directory of index pages that it leads to.
 #include "base/would_block.h"
+#include "formats/bcc4/counts.h"
 #include "formats/bcc4/field_base.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/reader_state.h"
@@ -55,6 +56,7 @@ void Bcc4Reader::State::check_root() const {
   if (root.directory.decoded > limits.directory_bytes)
     fail(Code::limit_exceeded, name, ": index directory of ", root.directory.decoded, " bytes, the limit is ",
          limits.directory_bytes);
+  check_index_counts(root);
 }
 
 // Reads metadata and directory, and refuses what a reader of the version that the file asks for would not

@@ -26,6 +26,9 @@ Root Bcc4Writer::State::append_state(const VolumeInfo& of, std::span<const PageR
   shown.replaced += std::exchange(shown.bytes, 0);
   Root root;
   const Bcc4Limits limits{};
+  if (of.lattice.layers() > limits.planes)
+    fail(Code::limit_exceeded, "writer: a series of ", of.lattice.layers(),
+         " layers, the limit of readers is ", limits.planes);
   root.directory =
       file.append(pack_table(write_directory(pages), limits.directory_bytes, "an index directory"));
   root.metadata = file.append(pack_table(write_metadata(of), limits.metadata_bytes, "metadata"));

@@ -366,8 +366,13 @@ void check_planes(const Volume& v);
 void check_layers(const Volume& v) {
   must(v.slab_layers >= 1 && v.slab_layers <= 32, "lattice");
   must((v.dims[3] == 1) == (v.ht == 0), "lattice: static or not");
+  const auto near = [](double h) { return h >= 1.0 / 65536 && h <= 65536; };
+  must(near(v.h[0]) && near(v.h[1]) && near(v.h[2]) && (v.ht == 0 || near(v.ht)), "lattice: distances");
   must(v.lead % 2 == 0 && (v.ht != 0 || v.lead == 0), "lattice: layers before frame 0");
-  for (const int32_t l : v.last_plane) must(l >= 1 && l <= 1000000000, "lattice: planes");
+  for (int a = 0; a < 3; ++a) {
+    const int32_t most = v.dims[a] == 1 ? 255 : 1000000000;
+    must(v.last_plane[a] >= 1 && v.last_plane[a] <= most, "lattice: planes");
+  }
   must(v.last_layer >= 0 && v.last_layer <= 1000000000, "lattice: layers");
 }
 
@@ -375,6 +380,8 @@ void check_layers(const Volume& v) {
 void check_time(const Volume& v) {
   if (!v.periodic) {
     must((v.last_layer - v.lead) * v.ht >= (v.dims[3] - 1.0) * (1 - 1e-8), "lattice: the last layer");
+    must(v.ht == 0 || (v.last_layer - v.lead - 255) * v.ht <= v.dims[3],
+         "lattice: layers behind the last frame");
     return;
   }
   must(v.dims[3] > 1 && v.lead == 0 && (v.kind == 3 || v.layers() % 2 == 0), "lattice: periodic");

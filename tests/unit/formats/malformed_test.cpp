@@ -486,7 +486,7 @@ TEST(Bcc4Malformed, MetadataRecords) {
       // A text and a list that claim more than there is.
       {"text of", Code::limit_exceeded,
        with_metadata([](Bytes& m) { poke<uint32_t>(m, world_at + 8 + 96, 1u << 30); })},
-      {"elements in", Code::corrupt,
+      {"times for 9 frames", Code::corrupt,
        with_metadata([](Bytes& m) { poke<uint32_t>(m, world_at + 8 + 104 + 8 + 24, 1u << 30); })},
   });
 }
@@ -574,7 +574,7 @@ TEST(Bcc4Malformed, Coordinates) {
          m.insert(m.end(), bytes.begin(), bytes.end());
          m.insert(m.end(), 4, std::byte{0});
        })},
-      {"elements in", Code::corrupt, with_metadata([](Bytes& m) {
+      {"coordinates for 24 samples", Code::corrupt, with_metadata([](Bytes& m) {
          const std::array<uint32_t, 11> record{0x8009, 36, 0, 0, 1u << 30, 0, 0, 0, 0, 0, 0};
          const auto bytes = std::as_bytes(std::span(record));
          m.insert(m.end(), bytes.begin(), bytes.end());
@@ -629,7 +629,7 @@ TEST(Bcc4Malformed, Channels) {
       {"two channels", Code::corrupt,
        with_info([](VolumeInfo& v) { v.channels[1].name = v.channels[0].name; })},
       {"a record is missing", Code::corrupt, with_info([](VolumeInfo& v) { v.channels.clear(); })},
-      {"histogram of 255", Code::corrupt,
+      {"255 counts for 256 bins", Code::corrupt,
        with_info([](VolumeInfo& v) { v.channels[0].histogram.resize(255); })},
       {"percentiles do not rise", Code::corrupt, with_info([](VolumeInfo& v) {
          v.channels[0].percentiles = {{50, 1}, {40, 2}};
@@ -637,7 +637,8 @@ TEST(Bcc4Malformed, Channels) {
       {"percentiles do not rise", Code::corrupt, with_info([](VolumeInfo& v) {
          v.channels[0].percentiles = {{101, 1}};
        })},
-      {"ranges of 3 frames", Code::corrupt, with_info([](VolumeInfo& v) { v.channels[0].frames.resize(3); })},
+      {"3 ranges for 9 frames", Code::corrupt,
+       with_info([](VolumeInfo& v) { v.channels[0].frames.resize(3); })},
       {"range of a frame", Code::corrupt, with_info([](VolumeInfo& v) {
          v.channels[0].frames.assign(9, {2, 1});
        })},
@@ -662,7 +663,7 @@ TEST(Bcc4Malformed, CorrectionsAndParts) {
   };
   refused("corrections in steps of -1", [](ChannelInfo& c, PartInfo&) { c.residuals.step = -1; });
   refused("bound inf", [](ChannelInfo& c, PartInfo&) { c.residuals.bound = INFINITY; });
-  refused("corrections of 2 frames", [](ChannelInfo& c, PartInfo&) { c.residuals.frames.pop_back(); });
+  refused("2 blocks for 3 frames", [](ChannelInfo& c, PartInfo&) { c.residuals.frames.pop_back(); });
   refused("corrections of 3 frames", [](ChannelInfo& c, PartInfo&) { c.residuals.step = 0; });
   refused("frames 1 .. 1", [](ChannelInfo&, PartInfo& p) { p.block.end[3] = 1; });
   refused("frames 1 .. 4", [](ChannelInfo&, PartInfo& p) { p.block.end[3] = 4; });
@@ -706,7 +707,7 @@ TEST(Bcc4Malformed, BricksOfCorrections) {
           [](VolumeInfo& v) { v.channels[0].residuals.shape = static_cast<CorrectionShape>(7); });
   refused("corrections of a field above inf", [](VolumeInfo& v) { v.channels[0].residuals.base = INFINITY; });
   refused("corrections in steps of inf", [](VolumeInfo& v) { v.channels[0].residuals.step = INFINITY; });
-  refused("corrections of 1 frames", [](VolumeInfo& v) { v.channels[0].residuals.tables.pop_back(); });
+  refused("1 blocks for 2 frames", [](VolumeInfo& v) { v.channels[0].residuals.tables.pop_back(); });
   refused("measured errors of channel 1", [](VolumeInfo& v) { v.errors[0].channel = 1; });
   refused("kind 3", [](VolumeInfo& v) { v.errors[0].kind = 3; });
   refused("a measured error is", [](VolumeInfo& v) { v.errors[0].rmse = -1; });
@@ -784,7 +785,7 @@ TEST(Bcc4Malformed, Masks) {
   const Bytes file = masked_file();
   EXPECT_NO_THROW(read_everything(file));
   expect_refused(rebuild(file, with_info([](VolumeInfo& v) { v.channels[0].masks.pop_back(); })),
-                 Code::corrupt, "masks of 4 frames");
+                 Code::corrupt, "4 blocks for 5 frames");
   Bench bench;
   const auto broken = [&](const char* text, const std::function<void(BlockRef&)>& change) {
     SCOPED_TRACE(text);
