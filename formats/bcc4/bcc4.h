@@ -207,6 +207,8 @@ class Bcc4Reader {
   [[nodiscard]] Int3 brick_position(uint32_t slot, int level = 0) const;
   // The smallest and the largest kept sample of a chunk, relative to air.
   [[nodiscard]] Range sample_range(const ChannelLevel& at, const Bcc4Chunk& chunk) const;
+  // What decoding a tile takes from the memory budget while it lasts.
+  [[nodiscard]] uint64_t decoding_bytes(const ChannelLevel& at, const Bcc4Chunk& tile) const;
   // The bytes of the chunks of a level, of all channels.
   [[nodiscard]] uint64_t level_bytes(int level) const;
 

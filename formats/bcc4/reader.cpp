@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "base/memory_turns.h"
 #include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/coding/chunk_parts.h"
@@ -76,7 +77,8 @@ std::shared_ptr<const Page> Bcc4Reader::State::page(size_t index) const {
     if (!goes_without(e)) throw;
     loaded = std::make_shared<const Page>(lost_page(pages[index]));
   }
-  cached.insert(index, loaded, 1, 0);
+  // What a lost page may have listed is more than any page lists.
+  cached.insert(index, loaded, 1 + loaded->size() / (max_page_entries + 1), 0);
   return loaded;
 }
 
@@ -210,6 +212,10 @@ std::vector<Bcc4Chunk> Bcc4Reader::chunks(const ChannelLevel& at, int32_t slab,
   return found;
 }
 
+uint64_t Bcc4Reader::decoding_bytes(const ChannelLevel& at, const Bcc4Chunk& tile) const {
+  return state_->tile_of(tile, at.level).decoding_bytes();
+}
+
 uint64_t Bcc4Reader::level_bytes(int level) const {
   uint64_t bytes = 0;
   for (size_t p = 0; p < state_->pages.size(); ++p)
@@ -266,10 +272,14 @@ std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const Chan
   for (size_t g = 0; g < groups.size(); ++g)
     for (const size_t i : groups[g].members)
       if (stored[g].is_here) later.emplace_back(g, i);
+  MemoryTurns turns(context.memory);
   context.tasks.parallel_for(later.size(), [&](uint64_t n) {
     context.progress.check();
-    ChunkScratch scratch;
-    decode(later[n].first, later[n].second, scratch);
+    const size_t g = later[n].first, i = later[n].second;
+    turns.run(decoding_bytes(at, chunks[i]), "decoding a tile", [&] {
+      ChunkScratch scratch;
+      decode(g, i, scratch);
+    });
   });
   return out;
 }

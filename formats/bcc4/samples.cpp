@@ -77,11 +77,16 @@ struct Bcc4Samples::Cache {
     if (left) keep(key, std::move(left));
   }
 
+  // Drops the oldest chunks until the budget has so much left, or there are none.
+  void make_room(uint64_t bytes) {
+    while (budget.limit() - budget.used() < bytes && chunks.drop_oldest()) {
+    }
+  }
+
   // Keeps a chunk, dropping the oldest ones to make room in the budget; without room it is not kept.
   void keep(const ChunkKey& key, std::shared_ptr<const HeldChunk> chunk) {
     const uint64_t bytes = chunk->bytes();
-    while (budget.limit() - budget.used() < bytes && chunks.drop_oldest()) {
-    }
+    make_room(bytes);
     try {
       chunks.insert(key, std::move(chunk), bytes, Reservation(budget, bytes, "cache of chunks"));
     } catch (const Error& e) {
@@ -185,6 +190,8 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
       missing.push_back(batch[i]);
       missing_at.push_back(i);
     }
+    if (reader_->info().tile_edge > 1 && !missing.empty())
+      cache_->make_room(reader_->decoding_bytes(at, missing.front()));
     auto decoded = reader_->read_chunks(at, missing, context, attempts, layers.end());
     context.tasks.parallel_for(decoded.size(), [&](uint64_t i) {
       if (decoded[i])

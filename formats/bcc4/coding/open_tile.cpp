@@ -10,6 +10,7 @@
 #include "base/bytes.h"
 #include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/chunk_rows.h"
+#include "formats/bcc4/coding/range.h"
 #include "formats/bcc4/coding/tile_rows.h"
 
 namespace bccsplat {
@@ -92,6 +93,24 @@ void OpenTile::make_codes(int brick, int layer, std::byte* to) const {
     sum_to_codes(sum, rows, rounded_, kept, reinterpret_cast<uint8_t*>(to));
   else
     sum_to_codes(sum, rows, rounded_, kept, reinterpret_cast<uint16_t*>(to));
+}
+
+CodeRange OpenTile::range() const {
+  CodeRange all{UINT32_MAX, 0};
+  std::vector<std::byte> codes;
+  for (int i = 0; i < static_cast<int>(bricks_.size()); ++i) {
+    const ChunkData& b = bricks_[i];
+    const uint32_t each = b.coded.bytes();
+    for (int m = 0; m < b.shape.layers; ++m) {
+      const size_t kept = b.first[m + 1] - b.first[m];
+      if (kept == 0) continue;
+      codes.resize((kept + beyond_sums) * each);
+      make_codes(i, m, codes.data());
+      const auto [low, high] = packed_range(std::span(codes).first(kept * each), each);
+      all = {std::min(all[0], low), std::max(all[1], high)};
+    }
+  }
+  return all;
 }
 
 uint64_t OpenTile::bytes() const {

@@ -26,6 +26,8 @@ class OpenTile {
   [[nodiscard]] std::span<const ChunkData> bricks() const { return bricks_; }
   // Writes the codes of the kept sites of a layer of a brick; beyond them beyond_sums more may be written.
   void make_codes(int brick, int layer, std::byte* to) const;
+  // The smallest and the largest of all codes of kept sites.
+  [[nodiscard]] CodeRange range() const;
   [[nodiscard]] uint64_t bytes() const;
   // The bytes of the codes of these layers, a bit each.
   [[nodiscard]] uint64_t code_bytes(uint32_t layers) const;

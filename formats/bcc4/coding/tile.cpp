@@ -48,6 +48,11 @@ uint64_t TilePlace::sites() const {
   return n;
 }
 
+uint64_t TilePlace::decoding_bytes() const {
+  constexpr uint64_t of_site = 8;
+  return sites() * of_site + uint64_t(bricks()) * layers * 2 * sizeof(BrickMask);
+}
+
 ChunkData whole_tile(const OpenTile& tile) {
   ChunkData data;
   data.coded = tile.bricks().front().coded;

@@ -34,6 +34,9 @@ struct TilePlace {
   // The sites of each coset inside the domain.
   [[nodiscard]] std::array<TileBox, 2> boxes() const;
   [[nodiscard]] uint64_t sites() const;
+  // What decoding it takes at most: coefficients, magnitudes beside them and which sites are kept. Few bytes
+  // may stand for all of it.
+  [[nodiscard]] uint64_t decoding_bytes() const;
 };
 
 // The sites of a tile, by brick.
