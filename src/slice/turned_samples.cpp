@@ -3,10 +3,11 @@
 // volume.
 #include "slice/turned_samples.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/error.h"
-#include "slice/layer_weights.h"
 
 namespace bccsplat {
 namespace {
@@ -14,6 +15,14 @@ namespace {
 // Returns the site of a coset on a plane.
 int site_of(const Lattice3& lattice, int coset, int32_t plane) {
   return lattice.bcc ? (plane - coset) / 2 : plane;
+}
+
+constexpr int32_t layers_at_once = 1 << 15; // a multiple of the layers of most slabs
+
+uint64_t slots_of(const Lattice3& lattice) {
+  uint64_t slots = 1;
+  for (const int32_t n : lattice.dims(0)) slots *= (n + brick_edge - 1) / brick_edge;
+  return slots;
 }
 
 using OpenBricks = std::vector<std::shared_ptr<Brick>>; // by slot of the turned layer
@@ -108,17 +117,20 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
     int32_t number;
     OpenBricks bricks;
   };
+  // Slots of the layers and of the bricks that are open, before there are any.
+  constexpr uint64_t slot_bytes = sizeof(std::shared_ptr<const Brick>) + sizeof(std::shared_ptr<Brick>);
+  const uint64_t count = std::min(int64_t{last} - first + 1, int64_t{lattice_.layers()});
+  Reservation slots(context.memory, count * slots_of(lattice_.space) * slot_bytes, "planes of an axis slice");
   std::vector<Plane> planes;
   for (int32_t h = first; h <= last; ++h) {
     const int32_t plane = lattice_.mirror_layer(h);
     if (!layers_.emplace(plane, BrickLayer(lattice_.space, lattice_.coset(plane))).second) continue;
     planes.push_back({plane, OpenBricks(layers_.at(plane).brick_slots())});
   }
-  const std::vector<int32_t> all = all_layers(lattice);
   const PlaneRange range{axis, first, last};
   uint64_t read = 0;
-  source.read_planes(channel, all, range, context, [&](int32_t m, BrickLayer&& layer) {
-    context.progress.advance(++read, all.size());
+  const auto take = [&](int32_t m, BrickLayer&& layer) {
+    context.progress.advance(++read, lattice.layers());
     const int coset = lattice.coset(m), time_site = site_of(lattice.space, coset, m);
     context.tasks.parallel_for(planes.size(), [&](uint64_t p) {
       Plane& plane = planes[p];
@@ -126,7 +138,14 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
       copy_plane(layer, axis, site_of(lattice.space, coset, plane.number), layers_.at(plane.number),
                  time_site, plane.bricks);
     });
-  });
+  };
+  std::vector<int32_t> some;
+  for (int32_t m = 0; m < lattice.layers(); m += static_cast<int32_t>(some.size())) {
+    some.resize(std::min(layers_at_once, lattice.layers() - m));
+    std::iota(some.begin(), some.end(), m);
+    source.read_planes(channel, some, range, context, take);
+  }
+  slots = {};
   uint64_t bytes = 0;
   for (Plane& plane : planes) {
     BrickLayer& layer = layers_.at(plane.number);
