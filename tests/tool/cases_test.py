@@ -5,9 +5,10 @@ import math
 import os
 import random
 import struct
+import subprocess
 import unittest
 
-from harness import DATA, Nrrd, ToolTest, has_openvdb, main
+from harness import BCC4, DATA, Nrrd, ToolTest, has_openvdb, main
 
 CASES = os.path.join(DATA, 'cases')
 DIMS = (8, 7, 6, 3)
@@ -240,6 +241,23 @@ class Cases(ToolTest):
         out, err = self.bcc4('import', os.path.join(CASES, 'reported', '36-vdb-two-islands', 'isl.vdb'), '-o', 'a.bcc4')
         self.assertIn('its parts lie far apart', err)
         self.assertIn('none: next to nothing of a frame is active', out)
+
+    @unittest.skipUnless(os.path.isdir(os.path.join(CASES, 'damaged')), f'no {CASES}/damaged')
+    def test_what_a_file_claims_costs_no_memory(self):
+        """Checksums are right, counts are not: refused when opened, within the memory that the tool takes anyway."""
+        folder = os.path.join(CASES, 'damaged')
+        for name in sorted(n for n in os.listdir(folder) if n.endswith('.bcc4')):
+            file = os.path.join(folder, name)
+            for args in (('slice', file, '--plane', '1,0,0,0,-5', '-o', 'x.nrrd'), ('info', file), ('verify', file),
+                         ('render', file, '-o', 'x.png'), ('export', file, '--time', 0, '-o', 'x.nrrd')):
+                with subprocess.Popen([BCC4, *map(str, args)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                      cwd=self.folder) as p:
+                    out = p.stdout.read()
+                    _, status, used = os.wait4(p.pid, 0)
+                    p.returncode = os.waitstatus_to_exitcode(status)
+                self.assertEqual(p.returncode, 1 if args[0] == 'verify' else 3, f'{args}: {out}')
+                self.assertRegex(out, 'layer [0-9]+ stands at frame|limit')
+                self.assertLess(used.ru_maxrss, 256 << 10, f'KiB: {args}')
 
 
 if __name__ == '__main__':
