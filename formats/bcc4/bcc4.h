@@ -76,16 +76,19 @@ class Bcc4Writer {
   // Writes the layers of one slab of one channel at a level: slab_layers of them, fewer only at the end of
   // the series. Bricks hold values minus air; a hole counts as kept. The slabs of a channel at a level rise;
   // those of a periodic series may begin with any, and end with those before it. A slab that is left out is
-  // air. Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
+  // air. Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value). rounded:
+  // the sum of the squares by which values were rounded to those given; of tiles it is a part of the error
+  // that their sites may have, which is kept (else Code::bound_not_met).
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
-                  const Context& context);
+                  const Context& context, double rounded = 0);
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
                   const Context& context);
 
   // Of a file of tiles, whose samples are rounded as they are coded: what a reader gets of these layers of a
   // slab, as codes. Of the slab that was just written it is at hand once; any other is coded for it.
   [[nodiscard]] std::vector<SampleLayer> as_read(int32_t slab, const ChannelLevel& at,
-                                                 std::span<const SampleLayer> layers, const Context& context);
+                                                 std::span<const SampleLayer> layers, const Context& context,
+                                                 double rounded = 0);
 
   // Writes a slab by copying its chunks, undecoded, from files of equal coding that have some of its bricks
   // each. Throws invalid_argument where two have the same.

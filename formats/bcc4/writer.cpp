@@ -84,19 +84,20 @@ Bcc4Writer::~Bcc4Writer() { state_->keep(); }
 VolumeInfo& Bcc4Writer::info() { return state_->info; }
 
 void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
-                            const Context& context) {
+                            const Context& context, double rounded) {
   State& s = *state_;
   s.begin();
   s.index->check_slab(slab, at, s.info);
   s.check_layers(slab, at, layers);
-  s.whole([&] { s.write_slab(slab, at, layers, context); });
+  s.whole([&] { s.write_slab(slab, at, layers, rounded, context); });
 }
 
 std::vector<SampleLayer> Bcc4Writer::as_read(int32_t slab, const ChannelLevel& at,
-                                             std::span<const SampleLayer> layers, const Context& context) {
+                                             std::span<const SampleLayer> layers, const Context& context,
+                                             double rounded) {
   state_->begin();
   state_->check_layers(slab, at, layers);
-  return state_->as_read(slab, at, layers, context);
+  return state_->as_read(slab, at, layers, rounded, context);
 }
 
 void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,

@@ -147,13 +147,13 @@ void Bcc4Writer::State::keep() noexcept {
 }
 
 void Bcc4Writer::State::write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
-                                   const Context& context) {
+                                   double rounded, const Context& context) {
   const auto count = static_cast<int32_t>(layers.size());
   std::optional<WrittenSlab> written = reuse_slab(slab, at, count);
   const bool reused = written.has_value();
   if (!written)
-    written =
-        info.tile_edge > 1 ? encode_tiles(slab, at, layers, context) : encode_slab(slab, at, layers, context);
+    written = info.tile_edge > 1 ? encode_tiles(slab, at, layers, rounded, context)
+                                 : encode_slab(slab, at, layers, context);
   written->layers = count;
   slabs_reused += reused;
   if (options.journal && !options.journal->find(slab, at)) {

@@ -49,7 +49,7 @@ struct Bcc4Writer::State {
   void add_mask(int channel, uint32_t frame, PackedBlock block);
 
   // Codes a slab, or takes over what an earlier writer or file has of it.
-  void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
+  void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers, double rounded,
                   const Context& context);
   WrittenSlab copy_chunks(int32_t slab, const ChannelLevel& at, std::span<const Bcc4Reader* const> from);
   // Leaves a journal of all that was coded when the writer is let go before it has finished. Where that
@@ -60,7 +60,8 @@ struct Bcc4Writer::State {
   [[nodiscard]] Bcc4Report finish(const Context& context);
 
   [[nodiscard]] std::vector<SampleLayer> as_read(int32_t slab, const ChannelLevel& at,
-                                                 std::span<const SampleLayer> layers, const Context& context);
+                                                 std::span<const SampleLayer> layers, double rounded,
+                                                 const Context& context);
 
  private:
   void start();
@@ -75,9 +76,11 @@ struct Bcc4Writer::State {
     uint64_t clamped = 0;
   };
   [[nodiscard]] CodedTiles code_tiles(int32_t slab, const ChannelLevel& at,
-                                      std::span<const SampleLayer> layers, const Context& context) const;
+                                      std::span<const SampleLayer> layers, double rounded,
+                                      const Context& context) const;
   [[nodiscard]] WrittenSlab encode_tiles(int32_t slab, const ChannelLevel& at,
-                                         std::span<const SampleLayer> layers, const Context& context);
+                                         std::span<const SampleLayer> layers, double rounded,
+                                         const Context& context);
   // Puts a chunk behind what is written; its slot is known.
   void append_chunk(const ChannelLevel& at, const EncodedChunk& chunk, WrittenSlab& written);
   [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, const ChannelLevel& at, int32_t layers);

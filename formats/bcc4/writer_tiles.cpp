@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "formats/bcc4/chunk_sites.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/tile.h"
@@ -98,6 +99,16 @@ std::vector<SampleLayer> layers_as_read(const SlabLayers& of, std::span<TileWork
   return out;
 }
 
+// Throws bound_not_met where the squares of all errors of a slab, in codes, are more than they may be.
+void require_allowed(const SlabLayers& of, const ChannelInfo& channel, double squares, double allowed) {
+  if (squares <= allowed) return;
+  const double reached = channel.wavelet_error * std::sqrt(squares / allowed);
+  fail(Code::bound_not_met, "channel '", channel.name, "', slab ", of.slab, ": samples stored in steps of ",
+       of.coder.scale(), " are off by ", reached, " in the mean, ", channel.wavelet_error,
+       " asked for; a narrower range of the values or more bits, a larger error, or samples that are stored ",
+       "as they are would do");
+}
+
 double sites_of(const SlabLayers& of) {
   const StoredLattice& level = of.level;
   double sites = 0;
@@ -112,12 +123,22 @@ double sites_of(const SlabLayers& of) {
 
 Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const ChannelLevel& at,
                                                             std::span<const SampleLayer> layers,
-                                                            const Context& context) const {
-  constexpr int most_rounds = 5;
-  constexpr double aim = .996, slope = .62;
+                                                            double rounded, const Context& context) const {
+  constexpr int usual_rounds = 5;
+  constexpr double aim = .996, slope = .62, unseen = .002;
+  // Samples are whole codes: an eighth of one as a step leaves none of them off, and errors of less than a
+  // code shrink faster than their steps.
+  constexpr float least_step = .125F;
+  constexpr double least_error = .12, by_at_most = .7;
   const SampleCoder& coder = index->coder(at);
   CodedTiles out{.slab = slab, .at = at, .chunks = {}, .read = {}};
   const SlabLayers of{info.level(at.level), slab, layers, coder};
+  const ChannelInfo& channel = info.channels[at.channel];
+  const double all = sites_of(of), allowed = std::pow(channel.wavelet_error / coder.scale(), 2) * all;
+  // Clamped samples are counted as such.
+  double spent = std::min(rounded / (coder.scale() * coder.scale()), all / 4);
+  if (spent < unseen * allowed) spent = 0;
+  require_allowed(of, channel, spent, allowed);
   std::vector<TileWork> tiles = find_tiles(of, context);
   if (tiles.empty()) {
     out.read = layers_as_read(of, tiles);
@@ -126,20 +147,25 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
   // Air is exact, so that the samples may be off by more.
   double kept = 0;
   for (const TileWork& tile : tiles) out.clamped += tile.clamped, kept += static_cast<double>(tile.kept);
-  const double allowed = std::pow(info.channels[at.channel].wavelet_error / coder.scale(), 2) * sites_of(of);
-  TileRule rule = rule_for(of, tiles, allowed / kept);
-  for (int round = 0; round < most_rounds; ++round) {
+  const double left = allowed - spent;
+  TileRule rule = rule_for(of, tiles, std::max(left / kept, least_error * least_error));
+  double error = 0;
+  for (int round = 1;; ++round) {
     context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
       context.progress.check();
       uint64_t clamped = 0;
       const TileSites sites = collect_tile(of, tiles[i].slot, clamped);
       tiles[i].coded = encode_tile(sites, coder, rule, options.level);
     });
-    double error = 0;
+    error = 0;
     for (const TileWork& tile : tiles) error += tile.coded.squared_error;
-    if (error <= allowed) break;
-    rule.steps.step *= static_cast<float>(std::pow(aim * allowed / error, slope));
+    if (error <= left || rule.steps.step <= least_step) break;
+    double by = std::pow(aim * left / error, slope);
+    if (rule.steps.step < 1) by = std::max(by, by_at_most);
+    if (round >= usual_rounds) by = std::min(by, by_at_most);
+    rule.steps.step = std::max(rule.steps.step * static_cast<float>(by), least_step);
   }
+  require_allowed(of, channel, spent + error, allowed);
   out.read = layers_as_read(of, tiles);
   for (TileWork& tile : tiles) {
     tile.coded.chunk.entry.slot = tile.slot;
@@ -149,9 +175,10 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
 }
 
 WrittenSlab Bcc4Writer::State::encode_tiles(int32_t slab, const ChannelLevel& at,
-                                            std::span<const SampleLayer> layers, const Context& context) {
+                                            std::span<const SampleLayer> layers, double rounded,
+                                            const Context& context) {
   last_tiles = {}; // what nobody has asked for goes before others are made
-  last_tiles = code_tiles(slab, at, layers, context);
+  last_tiles = code_tiles(slab, at, layers, rounded, context);
   WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
   written.clamped = last_tiles.clamped;
   for (const EncodedChunk& chunk : last_tiles.chunks) append_chunk(at, chunk, written);
@@ -159,11 +186,11 @@ WrittenSlab Bcc4Writer::State::encode_tiles(int32_t slab, const ChannelLevel& at
 }
 
 std::vector<SampleLayer> Bcc4Writer::State::as_read(int32_t slab, const ChannelLevel& at,
-                                                    std::span<const SampleLayer> layers,
+                                                    std::span<const SampleLayer> layers, double rounded,
                                                     const Context& context) {
   if (last_tiles.slab != slab || last_tiles.at != at || last_tiles.read.empty()) {
     last_tiles = {};
-    last_tiles = code_tiles(slab, at, layers, context);
+    last_tiles = code_tiles(slab, at, layers, rounded, context);
   }
   return std::exchange(last_tiles.read, {});
 }

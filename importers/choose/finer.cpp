@@ -12,7 +12,8 @@ namespace {
 // Sizes of steps tried where a PSNR was missed: rounding is about half of the error there.
 constexpr double kFiner[] = {0.85, 0.6};
 
-// Steps so much finer, or those of the source where it has none in between.
+// Steps so much finer, or those of the source where it has none in between; wavelets keep theirs where codes
+// of 16 bits hold no finer ones.
 std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSettings& settings,
                                     const std::vector<ChannelScan>& scans, double factor) {
   std::vector<StepCoding> steps(settings.steps.size());
@@ -21,6 +22,7 @@ std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSett
     const double step = unit == 0 ? finer : std::floor(finer / unit) * unit;
     if (step > unit)
       steps[c] = step_coding(step, scans[c], air_of(s.channels[c], settings), settings.nonfinite);
+    if (settings.store == BCCSPLAT_STORE_WAVELETS && steps[c].step == 0) steps[c] = settings.steps[c];
   }
   return steps;
 }
@@ -36,7 +38,7 @@ const char* make_finer(const SeriesDescription& series, const std::vector<Channe
     for (double& error : settings.wavelet_errors) error *= kFiner[missed];
     return "finer steps";
   }
-  settings.abs_errors.clear();
+  settings.abs_errors.clear(), settings.wavelet_errors.clear(); // the rest is the library's choice
   settings.abs_error = kCorrectedPeak * peak_of(scans) * std::pow(10, -settings.psnr / kDecibels);
   return "corrections";
 }

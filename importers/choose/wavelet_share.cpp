@@ -2,6 +2,7 @@
 #include "choose/wavelet_share.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "choose/sample.h"
@@ -41,11 +42,11 @@ double choose_wavelet_share(FrameReader& reader, const Device& device, const Wri
   const SeriesSample sample = sample_series(reader, air, size_of_trials(s.dims), watch);
   WriterSettings tried = settings;
   tried.levels = 0, tried.psnr = 0, tried.ends = BCCSPLAT_ENDS_MIRROR, tried.periodic = 0;
-  double best = kShares[0], fewest = std::numeric_limits<double>::infinity();
+  double best = 0, fewest = std::numeric_limits<double>::infinity();
   for (const double share : kShares) {
     tried.wavelet_errors.assign(s.channels.size(), share * settings.abs_error);
     const double bytes = bytes_of(device, s, sample, tried, scans, watch);
-    if (bytes > fewest) break;
+    if (bytes > fewest || std::isinf(bytes)) break;
     fewest = bytes, best = share;
   }
   return best;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gathers layers into slabs within the memory budget, counts what is counted of them, and hands them out.
 #include <algorithm>
+#include <utility>
 
 #include "fit/fit_state.h"
 
@@ -12,9 +13,11 @@ void Fit::State::emit(Channel& c, int32_t layer, std::span<const LayerTap> taps,
   const bool counted = counts_layer(layer), lasting = layer < options.lasting_layers;
   LayerMaker& maker = !counted ? c.uncounted : lasting ? c.lasting : c.maker;
   const uint64_t clamped_before = maker.clamped();
+  const double rounded_before = maker.coding_error().squares;
   MadeLayer made = maker.make(lattice.space, coset, taps, nearest, beyond, context, layer_bricks());
   c.slab.push_back(std::move(made.layer));
   c.slab_memory.push_back(std::move(made.memory));
+  c.slab_rounded += maker.coding_error().squares - rounded_before;
   if (counted) {
     (lasting ? c.report.lasting.sites_total : c.report.sites_total) += counted_sites(coset);
     const int32_t first = options.part ? options.part->first_own : 0;
@@ -30,7 +33,7 @@ void Fit::State::emit(Channel& c, int32_t layer, std::span<const LayerTap> taps,
 void Fit::State::hand_out(Channel& c) {
   if (c.slab.empty()) return;
   if (options.one_by_one) c.slab_memory.clear();
-  sink(c.slab_index++, c.index, c.slab);
+  sink(c.slab_index++, c.index, {c.slab, std::exchange(c.slab_rounded, 0)});
   c.slab.clear();
   c.slab_memory.clear();
 }

@@ -203,6 +203,7 @@ struct Fit::State::Channel {
 
   std::vector<SampleLayer> slab; // layers made and not handed out
   std::vector<Reservation> slab_memory;
+  double slab_rounded = 0; // SlabLayers::rounded
   int32_t slab_index = 0;
 
   // Returns a frame of the window by its number.

@@ -13,7 +13,8 @@ namespace bccsplat {
 // Borrows the layers. What it makes lasts as long as it does.
 class SlabLayers {
  public:
-  SlabLayers(std::span<const SampleLayer> layers) : compact_(layers) {}
+  // rounded: the sum of the squares by which their values were rounded to those stored.
+  SlabLayers(std::span<const SampleLayer> layers, double rounded = 0) : compact_(layers), rounded_(rounded) {}
   SlabLayers(const std::vector<SampleLayer>& layers) : SlabLayers(std::span(layers)) {}
   SlabLayers(std::span<const BrickLayer> layers) : values_(layers) {}
   SlabLayers(const std::vector<BrickLayer>& layers) : SlabLayers(std::span(layers)) {}
@@ -23,10 +24,12 @@ class SlabLayers {
   [[nodiscard]] std::span<const SampleLayer> compact() const;
   [[nodiscard]] std::span<const BrickLayer> values() const;
   operator std::span<const BrickLayer>() const { return values(); }
+  [[nodiscard]] double rounded() const { return rounded_; }
 
  private:
   std::span<const SampleLayer> compact_;
   std::span<const BrickLayer> values_;
+  double rounded_ = 0;
   mutable std::vector<SampleLayer> made_compact_;
   mutable std::vector<BrickLayer> made_values_;
 };

@@ -51,7 +51,8 @@ void SampleErrors::add(const SampleErrors& other) {
   lost += other.lost, corrected += other.corrected;
 }
 
-void require_psnr(const std::string& channel, const SampleErrors& e, const Range& range, double psnr) {
+void require_psnr(const std::string& channel, const SampleErrors& e, const Range& range, double psnr,
+                  const std::optional<Range>& told) {
   const double peak = range.high - range.low, reached = e.all.psnr(peak);
   if (peak == 0 && e.all.largest > 0)
     fail(Code::bound_not_met, "channel '", channel, "': the source is ", range.low,
@@ -66,9 +67,14 @@ void require_psnr(const std::string& channel, const SampleErrors& e, const Range
           ? concat("a smaller scale, lattice CC, more bits, or abs_error ", bound, " would do")
           : concat("values near ", magnitude, " are read as 32-bit floats, which hold errors down to about ",
                    held, "; ask for at most ", 20 * std::log10(1.5 * peak / held), " dB");
+  const bool wider = told && told->high - told->low > peak;
+  const std::string cause = wider
+                                ? concat("; steps are those of the range that was told, ", told->low, " to ",
+                                         told->high, ", and the source's is ", range.low, " to ", range.high)
+                                : "";
   fail(Code::bound_not_met, "channel '", channel, "': ", reached, " dB reached, ", psnr,
        " asked for; the largest difference is at frame ", e.frame, ", voxel (", e.voxel[0], ", ", e.voxel[1],
-       ", ", e.voxel[2], "): ", e.got, " instead of ", e.expected, "; ", advice);
+       ", ", e.voxel[2], "): ", e.got, " instead of ", e.expected, cause, "; ", advice);
 }
 
 } // namespace bccsplat

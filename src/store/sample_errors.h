@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "base/exact_sum.h"
@@ -40,7 +41,9 @@ struct SampleErrors {
   [[nodiscard]] bool yields_to(const SampleErrors& other) const;
 };
 
-// Throws bound_not_met unless the errors of a channel, its range the peak, reach `psnr` dB.
-void require_psnr(const std::string& channel, const SampleErrors& errors, const Range& range, double psnr);
+// Throws bound_not_met unless the errors of a channel, its range the peak, reach `psnr` dB. told: the range
+// that its steps were chosen for, if they were.
+void require_psnr(const std::string& channel, const SampleErrors& errors, const Range& range, double psnr,
+                  const std::optional<Range>& told = {});
 
 } // namespace bccsplat

@@ -94,6 +94,7 @@ class VolumeWriter {
   void check_periodic() const;
   void begin_info();
   void require_wavelet_types() const;
+  void leave_rounding();
   void begin_part();
   void begin_block();
   // Throws wrong_state where the file or journal to go on with is of another series, before it is touched.

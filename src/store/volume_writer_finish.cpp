@@ -221,9 +221,12 @@ TimeMap VolumeWriter::time_map(uint32_t frames) const {
 
 void VolumeWriter::require_bounds(const FitReport& result) const {
   if (!(settings_.psnr > 0) || part_) return; // a part knows nothing of the rest of the series
-  for (size_t c = 0; c < added_.size(); ++c)
-    require_psnr(settings_.channels[c].name, measuring_.round_trip()->errors(static_cast<int>(c)),
-                 result.channels[c].source_range, settings_.psnr);
+  for (size_t c = 0; c < added_.size(); ++c) {
+    const ChannelSettings& channel = settings_.channels[c];
+    require_psnr(channel.name, measuring_.round_trip()->errors(static_cast<int>(c)),
+                 result.channels[c].source_range, settings_.psnr,
+                 settings_.wavelets && channel.wavelet_error == 0 ? channel.range : std::nullopt);
+  }
 }
 
 // Turns what is said about the series into what a part says.

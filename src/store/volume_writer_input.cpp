@@ -7,6 +7,7 @@
 #include "fit/frame/box_overlap.h"
 #include "formats/bcc4/sample_step.h"
 #include "store/channel_info.h"
+#include "store/site_planes.h"
 #include "store/volume_writer.h"
 
 namespace bccsplat {
@@ -38,6 +39,13 @@ bool meets_bound(const ChannelInfo& c, double bound) {
                       c.source_type == SourceType::f64;
   const double steps = bound / c.scale;
   return bound > 0 && !floats && std::fabs(steps - std::nearbyint(steps)) < near;
+}
+
+// Is what is asked for so much that what a reader rounds (site_planes.h) is next to nothing beside it?
+bool outweighs_rounding(const ChannelInfo& c, bool psnr, double bound) {
+  const double rounded = exact_rounding * largest_code(c.type) * c.scale;
+  return bound > 0 && !psnr ? bound >= 2 * rounded
+                            : c.wavelet_error >= rounded && !(bound > 0 && bound < 2 * rounded);
 }
 
 } // namespace
@@ -220,6 +228,17 @@ void VolumeWriter::require_wavelet_types() const {
            ": wavelets are of samples stored as U8 or U16; give value_type U16 and the range of the values");
 }
 
+// Where a bound is kept by corrections, the error that is chosen for it is none that codes cannot keep.
+void VolumeWriter::leave_rounding() {
+  constexpr double of_code = .3; // more than the root of 1/12
+  for (size_t c = 0; c < settings_.channels.size(); ++c) {
+    const ChannelSettings& asked = settings_.channels[c];
+    ChannelInfo& info = initial_.channels[c];
+    if (asked.abs_error > 0 && asked.wavelet_error == 0)
+      info.wavelet_error = std::max(info.wavelet_error, of_code * info.scale);
+  }
+}
+
 // Settles, with the first data, how each channel is coded and what the fit has to do.
 void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType first_type) {
   if (!fits_.empty()) return;
@@ -232,7 +251,7 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
     fit_options_.channels.push_back(code_channel(settings_.channels[c],
                                                  c == first_channel ? first_type : SourceType::f32,
                                                  settings_.coefficients, initial_.channels[c]));
-  if (settings_.wavelets) require_wavelet_types();
+  if (settings_.wavelets) require_wavelet_types(), leave_rounding();
   if (input == Input::frames && !continued_)
     fit_options_.lead = predicted_layers(), fit_options_.margins = outside_planes(frame_planes);
   if (input == Input::frames && (settings_.coefficients || settings_.wavelets))
@@ -323,7 +342,8 @@ void VolumeWriter::begin_measuring(bool frames_known) {
     const double bound = settings_.channels[i].abs_error;
     channels.push_back({c.name, settings_.channels[i].air, c.threshold, bound, knows_base(),
                         bound > 0 ? 0 : sample_step(c)});
-    at_sites = at_sites && (settings_.psnr > 0 || !meets_bound(c, bound));
+    at_sites = at_sites && (settings_.psnr > 0 || !meets_bound(c, bound)) &&
+               outweighs_rounding(c, settings_.psnr > 0, bound);
     if (holds_source(c)) channels.back().as_given = c.source_type;
     if (bound == 0) continue;
     c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;

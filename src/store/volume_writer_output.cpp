@@ -23,13 +23,14 @@ std::vector<SampleLayer> bricks_in(const BrickBox& box, std::span<const SampleLa
 // A block whose samples are compared is made with bricks of others beside its own.
 void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, const SlabLayers& layers) {
   now_.slab = slab, now_.channel = at.channel, now_.level = at.level;
+  const double rounded = at.level == 0 ? layers.rounded() : 0; // what is promised is of level 0
   if (!part_ || (slab >= part_->first_slab && slab < part_->end_slab)) {
     make_container();
     store_masks();
     if (is_block() && at.level == 0)
       container_->write_slab(slab, at, bricks_in(part_->fit.bricks.counted, layers.compact()), context_);
     else
-      container_->write_slab(slab, at, layers.compact(), context_);
+      container_->write_slab(slab, at, layers.compact(), context_, rounded);
     if (part_) writes_.push_back(now_);
   }
   measuring_.with_level(at.level, [&](RoundTrip& r) {
@@ -37,7 +38,7 @@ void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, const SlabLa
     if (!settings_.wavelets) return r.add_layers(at.channel, first, layers);
     make_container();
     const std::span<const SampleLayer> given = layers.compact();
-    r.add_layers(at.channel, first, container_->as_read(slab, at, given, context_), given);
+    r.add_layers(at.channel, first, container_->as_read(slab, at, given, context_, rounded), given);
   });
 }
 

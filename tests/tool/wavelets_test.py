@@ -44,6 +44,18 @@ class Wavelets(ToolTest):
         self.assertLess(sizes[45], sizes[60])
         self.assertLess(1.5 * sizes[60], os.path.getsize(self.path('s.bcc4')))
 
+    def test_small_errors_far_from_air(self):
+        args = self.raw('top.raw', (40, 34, 22, 24), lambda *p: .9 + .02 * math.sin(.2 * p[0] - .25 * p[3]) if p[0] > 4 else 0, 'f32')
+        for lattice, psnr in (('cc', 70), ('cc', 90), ('cc', 112), ('d4star', 30)):
+            self.bcc4('import', *args, '--store', 'wavelets', '--lattice', lattice, '--psnr', str(psnr), '-o', 'w.bcc4', '--quiet', '--overwrite')
+            self.assertEqual(self.json('info', 'w.bcc4')['store'], 'wavelets')
+            self.assertGreaterEqual(self.psnr('w.bcc4', args), psnr)
+        for psnr in (70, 90, 112):
+            self.bcc4('import', *args, '--psnr', str(psnr), '-o', 's.bcc4', '--quiet', '--overwrite')
+            self.assertGreaterEqual(self.psnr('s.bcc4', args), psnr)
+        self.bcc4('import', *args, '--store', 'wavelets', '--abs', '2e-6', '-o', 'w.bcc4', '--quiet', '--overwrite')
+        self.assertLessEqual(self.json('verify', 'w.bcc4', '--against', *args)['max_abs'], 2e-6)
+
     def test_fifty_decibels_where_nothing_is_asked_for(self):
         args = self.source()
         self.bcc4('import', *args, '--store', 'wavelets', '-o', 'w.bcc4', '--quiet', '--overwrite')

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
+#include "base/error.h"
 #include "formats/bcc4/coding/predict.h"
 #include "formats/bcc4/coding/round_units.h"
 
@@ -18,6 +20,8 @@ namespace {
 
 // A gap between kept sites costs 9.7 bits (chunk.cpp), a site of air among small codes about 2.
 constexpr size_t longest_gap = 4;
+// Steps stay below 2^30, far beyond what a float holds exactly.
+constexpr int32_t most_steps = 1 << 30;
 // The mean error of prediction, in steps, from which a doubled step pays
 // (tests/bench/notes/coefficient-codes.md).
 constexpr double least_error = 0.6;
@@ -85,13 +89,17 @@ class Rounder {
       : shape_(shape), bricks_(bricks), coding_(coding), units_(bricks.size()) {}
 
   [[nodiscard]] CoefficientChunk round(int shift) {
-    // Steps stay within 2^30, far beyond what a float holds exactly.
     UnitRounding how{
-        .unit = coding_.step * (1 << shift), .most = static_cast<double>((1 << 30) >> shift), .weights = {}};
+        .unit = coding_.step * (1 << shift), .most = static_cast<double>(most_steps >> shift), .weights = {}};
     if (shift > 0 || coding_.shape_all)
       for (int m = 0; m < shape_.layers; ++m) how.weights.push_back(taps_of_layer(coding_.shape, shape_, m));
     round_units(shape_, bricks_, how, units_);
-    return {.sites = kept_sites(shift), .shift = shift};
+    CoefficientChunk chunk{.sites = kept_sites(shift), .shift = shift};
+    for (const uint32_t code : chunk.sites.codes)
+      if (std::abs(static_cast<int32_t>(code - i32_air)) >= most_steps)
+        fail(Code::limit_exceeded, "writer: coefficients of 2^30 and more steps of ", coding_.step,
+             "; a range that holds the values has larger steps, and floats have none");
+    return chunk;
   }
 
  private:

@@ -131,14 +131,17 @@ std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const Chun
   return out;
 }
 
-EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& rule, int level) {
+EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& asked, int level) {
   const auto boxes = sites.place.boxes();
   std::array<std::vector<float>, 2> values = tile_values(sites, coder.codes());
   std::array<TileBands, 2> bands;
+  for (size_t c = 0; c < 2; ++c)
+    bands[c] = analyse_tile(boxes[c], std::move(values[c]), asked.steps.step, asked.halvings_along_z);
+  TileRule rule = asked;
+  fit_into_steps(bands, rule.steps);
   std::vector<TileLayers> layers(2);
   for (size_t c = 0; c < 2; ++c) {
-    if (values[c].empty()) continue;
-    bands[c] = analyse_tile(boxes[c], std::move(values[c]), rule.steps.step, rule.halvings_along_z);
+    if (bands[c].coefficients.empty()) continue;
     choose_steps(bands[c], rule);
     bands[c].coefficients = {}; // all that follows is made of steps
     layers[c] = restore_tile(bands[c], rule.steps);

@@ -37,7 +37,7 @@ struct Weighing {
   uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
     constexpr float bit_worth = .11F; // squared steps
     const size_t i = place_of(bands.shape, r) + x;
-    const float wanted = std::min(std::fabs(bands.coefficients[i]) / rule.steps.step, float{most_steps});
+    const float wanted = std::fabs(bands.coefficients[i]) / rule.steps.step;
     const int top = static_cast<int>(std::lround(wanted)), level = group_of(r.box);
     int best = 0;
     float least = INFINITY;
@@ -120,8 +120,7 @@ void round_steps(TileBands& b, float step) {
   constexpr float down = .38F;
   b.steps.resize(b.coefficients.size());
   for (size_t i = 0; i < b.steps.size(); ++i) {
-    const float v = std::min(std::fabs(b.coefficients[i]) / step, most_steps);
-    const int m = static_cast<int>(v + down);
+    const int m = static_cast<int>(std::fabs(b.coefficients[i]) / step + down);
     b.steps[i] = b.coefficients[i] < 0 ? -m : m;
   }
 }
@@ -151,14 +150,21 @@ void add_size(std::span<const float> coefficients, float step, double& bits) {
   }
 }
 
+float largest_of(std::span<const float> values) {
+  float largest = 0;
+  for (const float v : values) largest = std::max(largest, std::fabs(v));
+  return largest;
+}
+
 // Numbers to layers of a basis of time, which are not halved yet.
 TileBands analyse_time(const TileBox& box, std::vector<float> values, float step) {
+  constexpr float seen_rounded = 1 << 10; // steps of a value from which it is seen that bases are rounded
   TileBands b;
   TimeBasis own = principal_basis(values, box.layers);
   b.own_basis = takes_components(box, values, step, own);
   b.basis = b.own_basis ? std::move(own) : cosine_basis(box.layers);
   b.coefficients = std::move(values);
-  to_layers(b.basis, b.coefficients);
+  to_layers(b.basis, b.coefficients, largest_of(b.coefficients) > seen_rounded * step);
   return b;
 }
 
@@ -190,7 +196,34 @@ std::vector<TileBands> analyse_best(std::span<const TileBox> boxes, std::vector<
   return bands;
 }
 
+// Halves the layers of a box no more than that along each axis.
+void halve_less(TileBands& b, int most) {
+  const Halvings was = b.shape;
+  for (int& t : b.shape.times) t = std::min(t, most);
+  const size_t layer = was.samples();
+  for (size_t first = 0; first < b.coefficients.size(); first += layer) {
+    const auto frame = std::span(b.coefficients).subspan(first, layer);
+    synthesise(was, frame);
+    analyse(b.shape, frame);
+  }
+}
+
 } // namespace
+
+bool fit_into_steps(std::span<TileBands> bands, StepRule& rule) {
+  for (bool less = false;; less = true) {
+    float largest = 0;
+    int most = 0;
+    for (const TileBands& b : bands) {
+      if (b.coefficients.empty()) continue;
+      largest = std::max(largest, largest_of(b.coefficients)), most = std::max(most, b.shape.levels());
+    }
+    if (largest > most_steps * rule.step && most == 0) rule.step = largest / most_steps;
+    if (largest <= most_steps * rule.step) return less;
+    for (TileBands& b : bands)
+      if (!b.coefficients.empty()) halve_less(b, most - 1);
+  }
+}
 
 TileBands analyse_tile(const TileBox& box, std::vector<float> values, float step, int halvings_along_z) {
   if (values.empty()) return {};
@@ -215,9 +248,10 @@ TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<
   const auto hint = static_cast<float>(std::sqrt(mean_square * squares_of_step));
   std::vector<TileBands> bands = analyse_best(boxes, std::move(values), hint, rule.halvings_along_z);
   rule.steps.step = first_step(bands, mean_square);
-  for (TileBands& b : bands) round_steps(b, rule.steps.step);
   const double goal = mean_square * sites_of(boxes);
   for (int i = 0; i < rounds; ++i) {
+    if (fit_into_steps(bands, rule.steps) || i == 0)
+      for (TileBands& b : bands) round_steps(b, rule.steps.step);
     count_bits_of(bands, rule.costs);
     for (TileBands& b : bands) choose_steps(b, rule);
     learn_centres(bands, rule.steps);

@@ -14,7 +14,7 @@
 namespace bccsplat {
 
 inline constexpr int most_context = 1023;      // magnitudes that neighbours tell apart
-inline constexpr float most_steps = 1 << 20;   // of a coefficient
+inline constexpr float most_steps = 1 << 21;   // of a coefficient that is coded; 13 more would fit
 inline constexpr float largest_step = 1 << 24; // steps of it stay numbers
 inline constexpr float centre_unit = 256;      // of StepRule::centres
 

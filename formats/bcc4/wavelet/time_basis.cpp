@@ -66,6 +66,23 @@ void change_basis(int layers, std::span<float> slab, const std::vector<float>& w
   }
 }
 
+// What leads to the layers that rows B of nearly an orthogonal matrix make frames of: one step of Newton's
+// from them, 2 B - B B^T B.
+std::vector<float> inverse_of(int n, const std::vector<float>& rows) {
+  std::vector<float> inverse;
+  for (int k = 0; k < n; ++k) {
+    std::vector<double> row(rows.begin() + k * n, rows.begin() + (k + 1) * n);
+    for (double& v : row) v *= 2;
+    for (int j = 0; j < n; ++j) {
+      double product = 0;
+      for (int t = 0; t < n; ++t) product += double{rows[k * n + t]} * rows[j * n + t];
+      for (int t = 0; t < n; ++t) row[t] -= product * rows[j * n + t];
+    }
+    inverse.insert(inverse.end(), row.begin(), row.end());
+  }
+  return inverse;
+}
+
 } // namespace
 
 TimeBasis cosine_basis(int frames) {
@@ -109,11 +126,11 @@ std::vector<double> variances_in(const TimeBasis& basis, std::span<const float> 
   return out;
 }
 
-void to_layers(const TimeBasis& basis, std::span<float> slab) {
+void to_layers(const TimeBasis& basis, std::span<float> slab, bool exactly) {
   std::vector<float> weights;
   for (int layer = 0; layer < basis.frames; ++layer)
     for (int frame = 0; frame < basis.frames; ++frame) weights.push_back(basis.weight(layer, frame));
-  change_basis(basis.frames, slab, weights);
+  change_basis(basis.frames, slab, exactly ? inverse_of(basis.frames, weights) : weights);
 }
 
 } // namespace bccsplat

@@ -28,7 +28,8 @@ struct TimeBasis {
 // The mean squares of the layers that frames make, from some of their samples.
 [[nodiscard]] std::vector<double> variances_in(const TimeBasis& basis, std::span<const float> slab);
 
-// Frames to layers, in place. The way back is that of TileLayers (wavelet_tile.h).
-void to_layers(const TimeBasis& basis, std::span<float> slab);
+// Frames to layers, in place. The way back is that of TileLayers (wavelet_tile.h). Rows are rounded, so that
+// their transpose leads back to frames that are off by some 2^-13 of their values; exactly: by the inverse.
+void to_layers(const TimeBasis& basis, std::span<float> slab, bool exactly);
 
 } // namespace bccsplat

@@ -53,6 +53,10 @@ struct TileRule {
 // Numbers to coefficients. `step` tells which coefficients will be next to nothing.
 [[nodiscard]] TileBands analyse_tile(const TileBox& box, std::vector<float> values, float step,
                                      int halvings_along_z);
+// Halves boxes that share a head less often until no coefficient takes more steps than can be coded: each
+// halving makes the coarse rest larger. Where not even whole layers fit, their step becomes larger. Returns
+// whether boxes are halved less.
+bool fit_into_steps(std::span<TileBands> bands, StepRule& rule);
 // The most that an axis is halved.
 [[nodiscard]] int most_halvings(int size);
 
@@ -61,7 +65,7 @@ struct TileRule {
 [[nodiscard]] TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<float>> values,
                                       double mean_square);
 
-// Chooses the steps: errors weighed against bits.
+// Chooses the steps: errors weighed against bits. No coefficient takes more than fit_into_steps() leaves it.
 void choose_steps(TileBands& bands, const TileRule& rule);
 
 // A box whose layers are put together in space, but not yet in time: any frame can be made of them. Layers

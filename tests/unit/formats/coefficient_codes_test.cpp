@@ -10,6 +10,7 @@
 #include <memory>
 #include <random>
 
+#include "base/error.h"
 #include "formats/bcc4/coding/scratch.h"
 #include "kernel/autocorrelation.h"
 #include "kernel/kernel.h"
@@ -105,7 +106,7 @@ TEST(CoefficientCodes, TheContainerFindsTheUnits) {
 
 TEST(CoefficientCodes, HugeValuesKeepTheirSign) {
   for (const int most : {0, 1, 2}) {
-    const Given given = make([](int, const Int3& s) { return (s[0] % 2 ? -1 : 1) * (1e9 + 1e8 * s[1]); });
+    const Given given = make([](int, const Int3& s) { return (s[0] % 2 ? -1 : 1) * (1e9 + 4e6 * s[1]); });
     const CoefficientChunk chunk = given.round(coding_of(1, most));
     for (size_t i = 0; i < 16; ++i)
       EXPECT_EQ(static_cast<int32_t>(chunk.sites.codes[i] - i32_air) < 0, i % 2 == 1) << most << " " << i;
@@ -264,6 +265,18 @@ TEST(NoiseShape, IsAsItWas) {
   for (size_t i = 0; i < max_taps; ++i)
     sums[i < 3 ? 0 : i < own_taps ? 1 : i < own_taps + cross_taps ? 2 : 3] += w[i];
   EXPECT_EQ(sums, (std::array<int, 4>{-2060, 1908, -5724, 2938}));
+}
+
+TEST(CoefficientCodes, MoreStepsThanThereAreAreRefused) {
+  const Given g = make(noise(1));
+  g.value(2, {3, 4, 5}) = -2e6F;
+  EXPECT_FALSE(g.round(coding_of(.002, 0)).sites.codes.empty()); // 10^9, fewer than 2^30
+  try {
+    (void)g.round(coding_of(.001, 1));
+    ADD_FAILURE() << "2 * 10^9 steps were taken";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), Code::limit_exceeded) << e.message();
+  }
 }
 
 } // namespace

@@ -77,6 +77,62 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Combine(testing::Values(LatticeKind::d4star, LatticeKind::bcc, LatticeKind::cc),
                      testing::Values(ValueType::u8, ValueType::u16), testing::Values(2, 4)));
 
+// The layers are rounded before they come: what a slab has left is told, or that nothing is.
+TEST(TilesAlone, SmallErrorsAreKeptInEverySlab) {
+  for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc})
+    for (const ValueType type : {ValueType::u8, ValueType::u16})
+      for (const double codes : {20., 2., .2, .02, .002}) {
+        VolumeInfo info = tiled(kind, type, 1, 2);
+        ChannelInfo& c = info.channels[0];
+        c.offset = 0, c.air = 0, c.scale = 1, c.wavelet_error = codes;
+        const double top = type == ValueType::u8 ? 250 : 65000;
+        const Layers layers = make_volume(info, [&](int, double x, double y, double z, double t) {
+          const double wave = std::sin(.4 * x + .2 * y - t) * std::cos(.3 * z);
+          return Sample{static_cast<float>(std::floor(top - 4 * codes * (1 + wave))), x + y > 20, false};
+        });
+        const Layers back = read_all(write_file(info, layers));
+        for (int32_t s = 0; s < info.slabs(); ++s) {
+          SiteDifference d;
+          for (int32_t m = s * 6; m < s * 6 + info.layers_of(s); ++m)
+            for (size_t b = 0; b < layers[0][m].brick_slots(); ++b)
+              compare_bricks(layers[0][m].brick(b), back[0][m].brick(b), d);
+          EXPECT_LE(std::sqrt(d.squares / d.sites), codes * 1.001) << "slab " << s << ", " << codes;
+        }
+      }
+}
+
+TEST(TilesAlone, WhatRoundingHasSpentIsNotThereTwice) {
+  const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .4 / 256, 2);
+  const Layers layers = make_volume(info, [](int c, double x, double y, double z, double t) {
+    Sample s = dense(c, x, y, z, t);
+    s.value = std::floor(s.value * 256) / 256;
+    return s;
+  });
+  Bench bench;
+  const std::vector<SampleLayer> slab(layers[0].begin(), layers[0].begin() + 6);
+  const double allowed = std::pow(info.channels[0].wavelet_error, 2) * 6 * 70 * 41 * 37;
+  for (const double share : {.9, 1.1}) {
+    Bytes bytes;
+    Bcc4Writer writer(create_memory_sink(bytes), info);
+    try {
+      writer.write_slab(0, 0, slab, bench.context, share * allowed);
+      EXPECT_LT(share, 1);
+      SiteDifference d;
+      const std::vector<SampleLayer> read = writer.as_read(0, 0, slab, bench.context, share * allowed);
+      for (size_t m = 0; m < read.size(); ++m) {
+        const BrickLayer is = read[m].as_values();
+        for (size_t b = 0; b < slab[m].brick_slots(); ++b)
+          compare_bricks(layers[0][m].brick(b), is.brick(b), d);
+      }
+      EXPECT_GT(d.sites, 0);
+      EXPECT_LE(d.squares, .1001 * allowed);
+    } catch (const Error& e) {
+      EXPECT_GT(share, 1);
+      EXPECT_EQ(e.code(), Code::bound_not_met) << e.message();
+    }
+  }
+}
+
 TEST(TilesAlone, ABoxReadsItsTilesAndNoOthers) {
   const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .2, 2);
   const Bytes file = write_file(info, make_volume(info, dense));

@@ -65,6 +65,39 @@ INSTANTIATE_TEST_SUITE_P(
                     WaveletCase{{{1, 1, 1}, 16}, 9, 9}, WaveletCase{{{2, 3, 4}, 1}, 9, 9},
                     WaveletCase{{{16, 1, 40}, 32}, .5, 2}, WaveletCase{{{20, 20, 20}, 3}, 50, 9}));
 
+// Codes near the top of 16 bits: far from air no error is too small, be the coarse rest ever so large and the
+// rows of the basis rounded.
+TEST(WaveletTile, SmallErrorsFarFromAirAreKept) {
+  for (const int layers : {1, 8, 16})
+    for (const double error : {3., .1}) {
+      const TileBox box{{32, 32, 32}, layers};
+      std::vector<float> values = waves(box, error / 4);
+      for (float& v : values) v += 62000;
+      const TileRule rule = find_tile_rule(std::span(&box, 1), {values}, error * error);
+      std::vector<TileBands> bands(1);
+      bands[0] = analyse_tile(box, values, rule.steps.step, rule.halvings_along_z);
+      StepRule steps = rule.steps;
+      fit_into_steps(bands, steps);
+      EXPECT_EQ(steps.step, rule.steps.step);
+      choose_steps(bands[0], rule);
+      const std::vector<float> frames =
+          decode_tile(std::span(&box, 1), code_tile(bands, steps), 0)[0].frames();
+      EXPECT_EQ(frames, restore_tile(bands[0], steps).frames());
+      EXPECT_LT(mean_square(values, frames), 3 * error * error) << layers << " layers, " << error;
+    }
+}
+
+// What no halving less makes fit takes a larger step, which is told.
+TEST(WaveletTile, ALargerStepWhereNothingFits) {
+  const TileBox box{{16, 16, 16}, 4};
+  std::vector<TileBands> bands{analyse_tile(box, std::vector<float>(box.sites(), 60000), .001F, 2), {}};
+  StepRule steps{.001F, {}};
+  EXPECT_TRUE(fit_into_steps(bands, steps));
+  EXPECT_EQ(bands[0].shape.levels(), 0);
+  EXPECT_NEAR(steps.step, 120000. / (1 << 21), 1e-6);
+  EXPECT_FALSE(fit_into_steps(bands, steps));
+}
+
 // Frames that come in turn: their principal components are far fewer than cosines.
 TEST(WaveletTile, ABasisOfItsOwnWhereItSavesMore) {
   const TileBox box{{24, 24, 24}, 12};
