@@ -165,9 +165,9 @@ void VolumeWriter::check_settings() const {
       fail(Code::invalid_argument, "writer: abs_error must be finite and not negative");
   if (!(s.psnr >= 0 && std::isfinite(s.psnr)))
     fail(Code::invalid_argument, "writer: psnr must be finite and not negative");
-  if ((measuring_.required() || s.coefficients) && s.dims[3] == 0)
+  if ((measuring_.required() || s.coefficients || s.wavelets) && s.dims[3] == 0)
     fail(Code::invalid_argument,
-         "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
+         "writer: a bound, measuring, coefficients, or wavelets need the number of frames in dims[3]");
   if (s.wavelets && s.coefficients)
     fail(Code::invalid_argument, "writer: wavelets are of samples, not of coefficients");
   if (s.ends == Ends::periodic) check_periodic();
