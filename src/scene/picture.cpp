@@ -32,6 +32,8 @@ void check_picture(const Scene& scene, const RenderOptions& options, const Image
          options.mode == RenderMode::xray ? "an X-ray has none" : "a maximum has those of its value");
   if (scene.paint && scene.trail)
     fail(Code::unsupported, "render: a trail has no colours by another channel");
+  if (scene.paint && options.reference)
+    fail(Code::unsupported, "render: the reference integrator has no colours by another channel");
   if (scene.paint) scene.paint->function.check();
   if (casts_shadows(scene, options) && (scene.trail || options.reference))
     fail(Code::unsupported, "render: shadow and ambient occlusion are not drawn ",
