@@ -126,6 +126,8 @@ void draw_merged(std::span<const Scene> scenes, const RenderOptions& options, co
 
 RenderStats render_together(std::span<const Scene> scenes, const RenderOptions& options,
                             const Context& context, Image& image) {
+  if (options.mode == RenderMode::xray || options.mode == RenderMode::maximum)
+    fail(Code::unsupported, "render: several instances are drawn in modes composite and isosurface");
   if (image.value.pixels || image.time.pixels)
     fail(Code::unsupported, "render: values and times of several instances have no place in one picture");
   for (const Scene& scene : scenes) {
