@@ -218,7 +218,7 @@ bool find_labels(const ValueCounts& c, std::vector<double>& labels) {
   for (size_t i = 0; i < c.bins.size(); ++i) {
     if (c.bins[i] == 0) continue;
     const double low = c.stored.low + static_cast<double>(i) * step;
-    const double label = std::floor(low + step + 1e-6);
+    const double label = c.rounding > 0 ? std::round(low + 0.5 * step) : std::floor(low + step + 1e-6);
     if (label != c.air && label <= c.source.high && (labels.empty() || labels.back() != label))
       labels.push_back(label);
     if (labels.size() > most_labels) return false;

@@ -21,6 +21,7 @@ struct ValueCounts {
   uint64_t air_sites = 0;  // how many these are
   bool integers = false;   // the source is of whole numbers
   bool exact = true;       // and the samples are not coded in steps that skip some of them
+  double rounding = 0;     // how far a sample may be from its whole number, by finer steps beside these
   bool incomplete = false; // some of the domain is missing
   bool level_set = false;  // values are known to be distances, negative inside
   double voxels = 1;       // of a frame

@@ -28,7 +28,9 @@ ValueCounts value_counts(const OpenVolume& volume, uint32_t channel) {
   counts.integers = t == SourceType::u8 || t == SourceType::i8 || t == SourceType::u16 ||
                     t == SourceType::i16 || t == SourceType::u32 || t == SourceType::i32;
   const Quantiser coding = v.coding({static_cast<int>(channel), 0});
-  counts.exact = is_float(coding.type) || coding.scale <= 1;
+  // Steps of half a number to a whole one do not tell which number a sample is of.
+  counts.exact = is_float(coding.type) || coding.scale == 1 || coding.scale < 0.5;
+  if (!is_float(coding.type) && coding.scale < 0.5) counts.rounding = 0.5 * coding.scale;
   counts.voxels = 1;
   for (size_t a = 0; a < 3; ++a) counts.voxels *= v.lattice.dims[a];
   for (const auto& [key, value] : v.attributes)
