@@ -29,17 +29,24 @@ std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSett
 
 } // namespace
 
+void correct_for_psnr(WriterSettings& settings, const std::vector<ChannelScan>& scans) {
+  constexpr double kDecibels = 20;
+  const double share = kCorrectedPeak * std::pow(10, -settings.psnr / kDecibels);
+  settings.abs_error = share * peak_of(scans);
+  settings.abs_errors.clear();
+  for (const ChannelScan& scan : scans) settings.abs_errors.push_back(share * peak_of({scan}));
+}
+
 const char* make_finer(const SeriesDescription& series, const std::vector<ChannelScan>& scans, size_t missed,
                        WriterSettings& settings) {
-  constexpr double kDecibels = 20;
   if (settings.psnr == 0 || settings.abs_error > 0 || !(peak_of(scans) > 0)) return nullptr;
   if (missed < std::size(kFiner) && !(settings.steps.empty() && settings.wavelet_errors.empty())) {
     settings.steps = finer_steps(series, settings, scans, kFiner[missed]);
     for (double& error : settings.wavelet_errors) error *= kFiner[missed];
     return "finer steps";
   }
-  settings.abs_errors.clear(), settings.wavelet_errors.clear(); // the rest is the library's choice
-  settings.abs_error = kCorrectedPeak * peak_of(scans) * std::pow(10, -settings.psnr / kDecibels);
+  settings.wavelet_errors.clear(); // the library's choice
+  correct_for_psnr(settings, scans);
   return "corrections";
 }
 

@@ -9,6 +9,9 @@
 
 namespace bcc4 {
 
+// Has samples corrected that keep a channel from the PSNR of the settings: of each channel by its own range.
+void correct_for_psnr(WriterSettings& settings, const std::vector<ChannelScan>& scans);
+
 // Makes the settings finer for another attempt and says how, "finer steps" or "corrections"; null: nothing is
 // left that would help. missed: attempts before. scans: of the whole series.
 [[nodiscard]] const char* make_finer(const SeriesDescription& series, const std::vector<ChannelScan>& scans,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "choose/finer.h"
 #include "choose/labels.h"
 #include "choose/level_choice.h"
 #include "choose/motion.h"
@@ -275,7 +276,10 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   plan.search->sampled_frames = sample.frames();
   settings = apply_coding(settings, plan.search->chosen().coding);
   settings.psnr = bound.psnr;
-  if (bound.abs > 0) settings.abs_error = bound.abs;
+  if (bound.abs > 0)
+    settings.abs_error = bound.abs;
+  else if (settings.abs_error > 0)
+    correct_for_psnr(settings, plan.scans);
 }
 
 } // namespace bcc4
