@@ -34,8 +34,8 @@ drops -o "$data/waves.bcc4" --store wavelets # of version 4 of the container
 render() { # NAME CASE OPTIONS...
   "$bcc4" render "$data/$1.bcc4" --gpu off --time 4.3 --fit domain --size 200x200 --background 0,0,0 --quiet "${@:3}" -o "$data/$1-$2.png"
 }
-in_browser() { # BROWSER SCRIPT
-  BCCSPLAT_PUPPETEER=$npm/node_modules/puppeteer-core node "$top/tests/web/$2" "$1" "$site" "$data"
+in_browser() { # BROWSER SCRIPT [WRAPPER...]
+  BCCSPLAT_PUPPETEER=$npm/node_modules/puppeteer-core "${@:3}" node "$top/tests/web/$2" "$1" "$site" "$data"
 }
 render drops composite
 render waves composite
@@ -59,7 +59,5 @@ node "$top/tests/web/serving.mjs" "$data/serving"
 
 status=0
 in_browser chromium browsers.mjs || status=1
-export -f in_browser
-export npm top site data
-xvfb-run -a -s "-screen 0 1400x1000x24" bash -c 'in_browser firefox browsers.mjs' || status=1
+in_browser firefox browsers.mjs xvfb-run -a -s "-screen 0 1400x1000x24" || status=1
 exit "$status"
