@@ -1,6 +1,6 @@
 #!/bin/bash
 # changed.sh [BASE]: the files of src, formats, importers and tests whose code changed since BASE, the latest change first.
-# Moves, include lines and whole lines of comment are no change of code.
+# Moves, include lines and whole lines of comment are no change of code, nor is what was taken back.
 # BASE is the merge base with main. Where HEAD is on main, as in a fresh clone, it is the newest ancestor a day older: one
 # commit back would let everything but the last of a day's commits through, and more than a day does not fit the time.
 set -euo pipefail
@@ -22,4 +22,5 @@ folders=(src formats importers tests)
   /^rename from / { from = substr($0, 13) }
   /^rename to / { to = substr($0, 11); today[from] = to in today ? today[to] : to }
   /^(---|\+\+\+) / { file = substr($0, 7); if (file in today) file = today[file]; next }
-  /^[-+]/ && !/^[-+][ \t]*(#[ \t]*(include|define HWY_TARGET_INCLUDE).*|\/\/.*)?$/ && !seen[file]++ { print file }'
+  /^[-+]/ && !/^[-+][ \t]*(#[ \t]*(include|define HWY_TARGET_INCLUDE).*|\/\/.*)?$/ && !seen[file]++ { print file }' |
+  if [[ $base ]]; then grep -Fxf <(git diff --name-only --diff-filter=d "$base" -- "${folders[@]}") || true; else cat; fi
