@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "base/error.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/file_limits.h"
+#include "formats/bcc4/info.h"
 
 namespace bccsplat {
 

@@ -12,8 +12,8 @@
 
 #include "base/bytes.h"
 #include "base/error.h"
-#include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/counts.h"
+#include "formats/bcc4/info.h"
 
 namespace bccsplat {
 

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/tile.h"
+#include "formats/bcc4/info.h"
 #include "formats/bcc4/layout.h"
 
 namespace bccsplat {

@@ -5,9 +5,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <span>
-#include <string>
 #include <tuple>
 #include <vector>
 
@@ -52,21 +49,5 @@ void write_part(ByteWriter& out, const PartInfo& part);
 void write_block(ByteWriter& out, const PartInfo& part);
 [[nodiscard]] PartInfo read_block(ByteReader& in, const std::array<uint32_t, 4>& dims, size_t channels,
                                   int levels);
-
-class Bcc4Reader;
-
-// Sorts parts by their frames, then by z, y and x. Throws invalid_argument unless all are of one series and
-// hold each of its samples once; `names` are for the text.
-[[nodiscard]] std::vector<std::shared_ptr<const Bcc4Reader>>
-order_parts(std::vector<std::shared_ptr<const Bcc4Reader>> parts, std::span<const std::string> names);
-
-// One of the writes of all parts, which joined_writes returns in order: of a slab with all parts that have
-// bricks of it.
-struct JoinedWrite {
-  PartWrite write;
-  std::vector<size_t> parts;
-};
-[[nodiscard]] std::vector<JoinedWrite>
-joined_writes(std::span<const std::shared_ptr<const Bcc4Reader>> parts);
 
 } // namespace bccsplat

@@ -11,7 +11,7 @@ add_library(PkgConfig::HWY ALIAS bccsplat_hwy)
 
 # Debian 12's Highway has no vectors of doubles for WebAssembly: loops that take them are compiled without.
 set(loops_of_doubles src/field/footprint/footprint.cpp src/field/point_axes.cpp formats/bcc4/coding/find_codes.cpp
-  formats/bcc4/coding/normal_equations.cpp formats/bcc4/coding/spread.cpp formats/bcc4/coding/tap_rows.cpp)
+  formats/bcc4/encode/normal_equations.cpp formats/bcc4/coding/spread.cpp formats/bcc4/encode/tap_rows.cpp)
 list(TRANSFORM loops_of_doubles PREPEND ${PROJECT_SOURCE_DIR}/)
 set_source_files_properties(${loops_of_doubles} PROPERTIES COMPILE_DEFINITIONS HWY_BASELINE_TARGETS=HWY_SCALAR)
 

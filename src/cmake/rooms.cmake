@@ -13,10 +13,8 @@ if(BCCSPLAT_WITH_SPLAT)
 endif()
 
 # Of formats/bcc4 what only writes.
-set(writing_formats chunk_sites.cpp coding/coefficient_codes.cpp coding/encode_tile.cpp coding/noise_shape.cpp
-  coding/round_units.cpp coding/round_units_reference.cpp frame_blocks.cpp journal.cpp mask_blocks.cpp writer.cpp writer_index.cpp
-  writer_roots.cpp writer_slabs.cpp writer_tiles.cpp wavelet/bit_costs.cpp wavelet/choose_tile.cpp)
-list(TRANSFORM writing_formats PREPEND ${PROJECT_SOURCE_DIR}/formats/bcc4/)
+file(GLOB writing_formats CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/formats/bcc4/encode/*.cpp
+  ${PROJECT_SOURCE_DIR}/formats/bcc4/write/*.cpp)
 # Of the scene and the C ABI what a part alone needs, and what stands for it.
 set(writer_files api/recode.cpp api/writer.cpp api/writer_options.cpp)
 set(splat_files scene/trail.cpp scene/trail_layers.cpp)

@@ -12,7 +12,8 @@
 
 #include "base/context.h"
 #include "fit/fit.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/read/reader.h"
+#include "formats/bcc4/write/writer.h"
 #include "store/series_part.h"
 #include "store/settings.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "formats/bcc4/part.h"
+#include "formats/bcc4/write/joined_parts.h"
 #include "store/channel_info.h"
 #include "store/compared_levels.h"
 #include "store/part_report.h"

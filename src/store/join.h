@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/context.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/read/reader.h"
 #include "store/write_report.h"
 
 namespace bccsplat {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/memory.h"
+#include "formats/bcc4/read/samples.h"
 #include "store/join.h"
 
 namespace bccsplat {

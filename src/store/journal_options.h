@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/vec.h"
-#include "formats/bcc4/journal.h"
+#include "formats/bcc4/write/journal.h"
 #include "store/settings.h"
 
 namespace bccsplat {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/layout.h"
+#include "formats/bcc4/read/samples.h"
 #include "store/write_report.h"
 
 namespace bccsplat {

@@ -21,7 +21,7 @@
 
 #include "base/context.h"
 #include "fit/fit.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/write/writer.h"
 #include "store/continuation.h"
 #include "store/field_samples.h"
 #include "store/journal_options.h"

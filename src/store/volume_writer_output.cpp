@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The way of slabs from the fit into the file.
-#include "formats/bcc4/journal.h"
+#include "formats/bcc4/write/journal.h"
 #include "store/fingerprint.h"
 #include "store/volume_writer.h"
 

@@ -5,7 +5,8 @@
 #include <cstdint>
 
 #include "fit/fit.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/file_limits.h"
+#include "formats/bcc4/write/writer.h"
 
 namespace bccsplat {
 

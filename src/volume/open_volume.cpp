@@ -8,9 +8,9 @@
 
 #include "base/machine.h"
 #include "base/text.h"
-#include "formats/bcc4/frame_sources.h"
+#include "formats/bcc4/read/frame_sources.h"
+#include "formats/bcc4/read/unchanged_slabs.h"
 #include "formats/bcc4/same_coding.h"
-#include "formats/bcc4/unchanged_slabs.h"
 #include "slice/part.h"
 #include "volume/volume_cache.h"
 

@@ -18,8 +18,10 @@
 #include "field/coefficients/coefficients.h"
 #include "field/corrections.h"
 #include "field/masks.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/file_limits.h"
 #include "formats/bcc4/level_error.h"
+#include "formats/bcc4/read/reader.h"
+#include "formats/bcc4/read/samples.h"
 #include "points/time_axis.h"
 #include "points/uneven_axes.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/read/reader.h"
 #include "kernel/kernel.h"
 
 namespace bccsplat {

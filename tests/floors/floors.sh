@@ -21,7 +21,7 @@ find "${folders[@]}" -type f \
 BEGIN {
   ladder("", "base < lattice | kernel < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / gpu / reference < scene < api < plan")
   ladder("formats", "bcc4 / image")
-  ladder("formats/bcc4", "wavelet < coding < .")
+  ladder("formats/bcc4", "wavelet < coding < . / encode < read < write")
   ladder("field", "footprint < coefficients < .")
   ladder("fit", "frame / axis / kept < beyond < resample / coefficients < .")
   ladder("splat", "raise | points | loop < sheet < plan < tile < trail < .")

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Opens fuzzed bytes as a .bcc4 file, decodes what can be decoded and verifies it.
-#include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/file_limits.h"
+#include "formats/bcc4/read/reader.h"
 #include "fuzz_target.h"
 #include "sealed_file.h"
 

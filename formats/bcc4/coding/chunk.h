@@ -76,17 +76,10 @@ inline constexpr ChunkCodes i32_codes{ValueType::i32, i32_air};
 [[nodiscard]] ChunkCodes codes_of_chunk(const ChunkCodes& channel, uint32_t smallest, uint32_t largest,
                                         int shift);
 
-// Keeps all sites of a chunk of single bytes in which air is scattered: in a field whose values pass through
-// that of air now and then, the gaps between runs cost more than samples. The code of air must stand for it.
-void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes);
-
 struct EncodedChunk {
   Bcc4Chunk entry;              // all but slab, slot and offset
   std::vector<std::byte> bytes; // entry.stored() of them
 };
-
-// `level` is that of Bcc4WriterOptions.
-[[nodiscard]] EncodedChunk encode_chunk(ChunkSites sites, const ChunkCodes& channel, int level);
 
 using CodeRange = std::array<uint32_t, 2>; // the smallest and the largest
 

@@ -37,7 +37,7 @@ void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
 
 // The number of weights that a chunk of this shape holds for Predictor::fitted.
 [[nodiscard]] size_t fitted_weights(const ChunkShape& shape);
-// Weights by least squares on a sample of the sites. Unchained ones leave out the site at x - 1 in layers
+// Weights by least squares (fit_weights.h). Unchained ones leave out the site at x - 1 in layers
 // that come after a layer of the other coset: the sites of a row then do not depend on each other and are
 // decoded side by side, at the price of about one per cent of size, and of a tenth where values are coarse.
 struct FittedWeights {
@@ -45,9 +45,6 @@ struct FittedWeights {
 };
 // The weights of the other predictors, and of a class that has too few sites to fit any.
 [[nodiscard]] Weights constant_weights(Predictor predictor, int c);
-// sample: how many sites are looked at, more or less; more than that did not make chunks smaller.
-[[nodiscard]] FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes,
-                                        uint32_t sample = 6144);
 // What `predict` returns for both of them, in less time.
 struct FittedResiduals {
   std::vector<uint32_t> chained, unchained;

@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 namespace {
 
 // Whether the journal of `output` lists a slab. Behind 16 bytes that say what it is of come records: u32
-// bytes, u32 checksum, payload; the first has the options, each other one a slab (formats/bcc4/journal.h).
+// bytes, u32 checksum, payload; the first has the options, each other one a slab
+// (formats/bcc4/write/journal.h).
 bool has_slab(const std::string& output) {
   constexpr std::streamoff options = 16;
   std::ifstream journal(to_path(output + ".journal"), std::ios::binary);

@@ -8,7 +8,7 @@
 
 #include "base/context.h"
 #include "formats/bcc4/coding/codes.h"
-#include "formats/bcc4/coding/coefficient_codes.h"
+#include "formats/bcc4/encode/coefficient_codes.h"
 #include "points/sample_layer.h"
 #include "points/sample_source.h"
 #include "points/values.h"

@@ -11,7 +11,7 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/info.h"
 #include "store/volume_writer.h"
 #include "tests/bench/fit/fit_fields.h"
 #include "tests/bench/fit/fit_source.h"

@@ -9,7 +9,7 @@
 
 #include "base/files.h"
 #include "base/text.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/write/writer.h"
 #include "store/round_trip.h"
 
 namespace bccsplat::bench {

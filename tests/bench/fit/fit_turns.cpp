@@ -10,7 +10,8 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/read/reader.h"
+#include "formats/bcc4/read/samples.h"
 #include "store/volume_writer.h"
 #include "tests/support/fields.h"
 

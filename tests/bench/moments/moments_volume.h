@@ -10,7 +10,8 @@
 
 #include "base/machine.h"
 #include "field/coefficients/coefficients.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/read/reader.h"
+#include "formats/bcc4/read/samples.h"
 #include "slice/time_slice.h"
 #include "tests/bench/moments/moments_series.h"
 #include "tests/support/fields.h"

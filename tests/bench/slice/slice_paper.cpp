@@ -5,7 +5,8 @@
 
 #include "field/evaluate.h"
 #include "field/sample_grid.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/read/reader.h"
+#include "formats/bcc4/read/samples.h"
 #include "slice/extraction.h"
 #include "slice/time_slice.h"
 #include "tests/bench/fit/fit_fields.h"

@@ -11,7 +11,8 @@
 #include "field/evaluate.h"
 #include "fit/coefficients/layer_window.h"
 #include "formats/bcc4/coding/codes.h"
-#include "formats/bcc4/coding/coefficient_codes.h"
+#include "formats/bcc4/encode/coefficient_codes.h"
+#include "formats/bcc4/encode/encode_chunk.h"
 #include "kernel/kernel.h"
 #include "tests/support/fields.h"
 

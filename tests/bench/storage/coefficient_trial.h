@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "field/coefficients/coefficients.h"
-#include "formats/bcc4/coding/noise_shape.h"
+#include "formats/bcc4/encode/noise_shape.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
 #include "tests/bench/fit/fit_source.h"

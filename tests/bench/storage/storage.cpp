@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "field/coefficients/coefficients.h"
 #include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/read/samples.h"
 #include "kernel/kernel.h"
 #include "tests/bench/storage/storage_coefficients.h"
 #include "tests/bench/storage/storage_series.h"

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
+#include "formats/bcc4/read/samples.h"
 #include "kernel/kernel.h"
 #include "points/sample_source.h"
 #include "store/channel_info.h"

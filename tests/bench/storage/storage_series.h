@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fit/fit.h"
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/write/writer.h"
 #include "tests/bench/fit/fit_fields.h"
 
 namespace bccsplat::bench {

@@ -7,7 +7,7 @@
 
 #include "field/corrections.h"
 #include "field/slice_corrections.h"
-#include "formats/bcc4/frame_sources.h"
+#include "formats/bcc4/read/frame_sources.h"
 #include "tests/support/larger.h"
 #include "tests/unit/formats/test_data.h"
 

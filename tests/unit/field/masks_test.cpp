@@ -6,7 +6,7 @@
 #include <random>
 
 #include "field/slice_mask.h"
-#include "formats/bcc4/frame_sources.h"
+#include "formats/bcc4/read/frame_sources.h"
 #include "tests/unit/formats/test_data.h"
 
 namespace bccsplat {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is chosen for a chunk, and the weights that are fitted to it, are those of slow forms that try and sum
 // up everything, on all instruction sets.
-#include "formats/bcc4/coding/choose_predictor.h"
+#include "formats/bcc4/encode/choose_predictor.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,10 @@
 #include <memory>
 #include <random>
 
-#include "formats/bcc4/coding/constant_bits.h"
 #include "formats/bcc4/coding/entropy.h"
-#include "formats/bcc4/coding/normal_equations.h"
+#include "formats/bcc4/encode/constant_bits.h"
+#include "formats/bcc4/encode/fit_weights.h"
+#include "formats/bcc4/encode/normal_equations.h"
 #include "tests/support/targets.h"
 #include "tests/unit/formats/chunk_sites.h"
 

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "formats/bcc4/coding/scratch.h"
+#include "formats/bcc4/encode/encode_chunk.h"
 #include "kernel/kernel.h"
 #include "slice/time_slice.h"
 #include "tests/support/targets.h"

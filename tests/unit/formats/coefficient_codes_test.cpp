@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rounding of coefficients: the units that a chunk gets, how large errors may be and where they go, what is
 // kept of air, gaps and holes; and the weights that errors are handed on with.
-#include "formats/bcc4/coding/coefficient_codes.h"
+#include "formats/bcc4/encode/coefficient_codes.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "formats/bcc4/coding/scratch.h"
+#include "formats/bcc4/encode/encode_chunk.h"
 #include "kernel/autocorrelation.h"
 #include "kernel/kernel.h"
 #include "tests/support/larger.h"

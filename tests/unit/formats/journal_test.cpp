@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A writer that goes on from where an earlier one was stopped, and one that goes on from a finished file.
-#include "formats/bcc4/journal.h"
+#include "formats/bcc4/write/journal.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 
 #include <unistd.h>
 
-#include "formats/bcc4/journal.h"
 #include "formats/bcc4/part.h"
+#include "formats/bcc4/write/journal.h"
 #include "tests/unit/formats/rebuild.h"
 #include "tests/unit/formats/test_data.h"
 

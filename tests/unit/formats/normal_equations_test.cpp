@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/bcc4/coding/normal_equations.h"
+#include "formats/bcc4/encode/normal_equations.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "formats/bcc4/coding/tap_rows.h"
+#include "formats/bcc4/encode/tap_rows.h"
 #include "tests/support/targets.h"
 
 namespace bccsplat {

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <random>
 
+#include "formats/bcc4/encode/encode_chunk.h"
+#include "formats/bcc4/encode/fit_weights.h"
 #include "formats/bcc4/page.h"
 #include "tests/support/targets.h"
 #include "tests/unit/formats/chunk_sites.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rounding of sixteen rows side by side, against the formula, on every target.
-#include "formats/bcc4/coding/round_units.h"
+#include "formats/bcc4/encode/round_units.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <memory>
 #include <random>
 
-#include "formats/bcc4/coding/noise_shape.h"
+#include "formats/bcc4/encode/noise_shape.h"
 #include "kernel/kernel.h"
 #include "tests/support/targets.h"
 

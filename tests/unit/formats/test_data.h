@@ -12,7 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/read/reader.h"
+#include "formats/bcc4/read/samples.h"
+#include "formats/bcc4/write/writer.h"
 #include "tests/unit/base/bench.h"
 
 namespace bccsplat::test {

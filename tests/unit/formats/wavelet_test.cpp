@@ -8,6 +8,7 @@
 #include <random>
 
 #include "base/error.h"
+#include "formats/bcc4/encode/choose_tile.h"
 #include "formats/bcc4/wavelet/bit_tables.h"
 #include "formats/bcc4/wavelet/wavelet_tile.h"
 

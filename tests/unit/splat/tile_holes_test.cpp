@@ -6,7 +6,7 @@
 
 #include "splat/tile/tile_holes.h"
 
-#include "formats/bcc4/frame_sources.h"
+#include "formats/bcc4/read/frame_sources.h"
 #include "splat/tile/tile_rays.h"
 #include "tests/support/splat_scene.h"
 #include "tests/unit/formats/test_data.h"

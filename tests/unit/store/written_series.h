@@ -14,8 +14,9 @@
 #include "field/corrections.h"
 #include "field/evaluate.h"
 #include "field/masks.h"
-#include "formats/bcc4/bcc4.h"
-#include "formats/bcc4/frame_sources.h"
+#include "formats/bcc4/read/frame_sources.h"
+#include "formats/bcc4/read/reader.h"
+#include "formats/bcc4/read/samples.h"
 #include "store/volume_writer.h"
 #include "tests/unit/fit/fit_series.h"
 

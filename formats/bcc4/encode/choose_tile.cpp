@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chooses what a tile is coded with, and its steps. Coefficients are nearly orthonormal, so that errors are
+// told from them alone.
+#include "formats/bcc4/encode/choose_tile.h"
+
+#include <bit>
+#include <cmath>
+
+#include "formats/bcc4/wavelet/step_walk.h"
+
+namespace bccsplat {
+namespace {
+
+struct Counting {
+  const TileBands& bands;
+  BitCosts& costs;
+  bool row(const WalkRow&, uint32_t) { return true; }
+  uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
+    const int magnitude = std::abs(bands.steps[place_of(bands.shape, r) + x]);
+    costs.count(group_of(r.box), s.sum, magnitude);
+    return context_of(magnitude);
+  }
+};
+
+struct Weighing {
+  TileBands& bands;
+  const TileRule& rule;
+  bool row(const WalkRow& r, uint32_t) {
+    constexpr float least = .5F;
+    const size_t first = place_of(bands.shape, r);
+    const float* const c = bands.coefficients.data() + first;
+    bool any = false;
+    for (int x = 0; x < r.box.size[0]; ++x) any |= std::fabs(c[x]) > rule.steps.step * least;
+    if (!any) std::fill_n(bands.steps.data() + first, r.box.size[0], 0);
+    return any;
+  }
+  uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
+    constexpr float bit_worth = .11F; // squared steps
+    const size_t i = place_of(bands.shape, r) + x;
+    const float wanted = std::fabs(bands.coefficients[i]) / rule.steps.step;
+    const int top = static_cast<int>(std::lround(wanted)), level = group_of(r.box);
+    int best = 0;
+    float least = INFINITY;
+    for (const int m : {top, top - 1, 0}) {
+      if (m < 0) continue;
+      const float off = wanted - static_cast<float>(m),
+                  cost = off * off + bit_worth * rule.costs.bits(level, s.sum, m);
+      if (cost < least) least = cost, best = m;
+      if (m == 0) break;
+    }
+    bands.steps[i] = bands.coefficients[i] < 0 ? -best : best;
+    return context_of(best);
+  }
+};
+
+// The bits of the layers of a basis, by their variances alone.
+double rough_bits(std::span<const double> variances, double samples, double step) {
+  constexpr double of_rounding = 12;
+  double bits = 0;
+  for (const double v : variances) bits += samples / 2 * std::log2(1 + of_rounding * v / (step * step));
+  return bits;
+}
+
+// Cosines, or the principal components where these save more than they take.
+bool takes_components(const TileBox& box, std::span<const float> values, float step, const TimeBasis& own) {
+  constexpr double bits_of_weight = 16, least_saved = 1.05;
+  if (box.layers < 2) return false;
+  const auto samples = static_cast<double>(box.layer_sites());
+  const double cosines = rough_bits(variances_in(cosine_basis(box.layers), values), samples, step),
+               components = rough_bits(variances_in(own, values), samples, step) +
+                            bits_of_weight * box.layers * box.layers;
+  return components * least_saved < cosines;
+}
+
+double squared_error(const TileBands& b, const StepRule& rule) {
+  double sum = 0;
+  for (size_t i = 0; i < b.steps.size(); ++i) {
+    const double e = double{b.coefficients[i]} - value_of(b.steps[i], rule);
+    sum += e * e;
+  }
+  return sum;
+}
+
+// Values by the mean of what rounded to them.
+void learn_centres(std::span<const TileBands> bands, StepRule& rule) {
+  std::array<double, 2> sum{}, count{};
+  for (const TileBands& b : bands)
+    for (size_t i = 0; i < b.steps.size(); ++i) {
+      const int m = std::abs(b.steps[i]);
+      if (m == 0) continue;
+      const size_t group = m > 1 ? 1 : 0;
+      sum[group] += std::fabs(b.coefficients[i]) / rule.step - static_cast<float>(m), ++count[group];
+    }
+  for (size_t i = 0; i < 2; ++i) {
+    const double off = count[i] > 0 ? sum[i] / count[i] * centre_unit : 0;
+    rule.centres[i] = static_cast<uint8_t>(std::clamp<long>(std::lround(off) + centre_middle, 0, UINT8_MAX));
+  }
+}
+
+// A step whose plain rounding, with a dead zone, makes that error.
+float first_step(std::span<const TileBands> bands, double mean_square) {
+  constexpr double dead = .66;
+  constexpr int rounds = 24;
+  constexpr size_t every = 17;
+  double low = std::sqrt(mean_square), high = low * 64;
+  for (int i = 0; i < rounds; ++i) {
+    const double step = std::sqrt(low * high);
+    double sum = 0, count = 0;
+    for (const TileBands& b : bands)
+      for (size_t j = 0; j < b.coefficients.size(); j += every) {
+        const double v = std::fabs(b.coefficients[j]) / step, e = v < dead ? v : v - std::floor(v + .5);
+        sum += e * e, ++count;
+      }
+    (sum < mean_square / (step * step) * count ? low : high) = step;
+  }
+  return static_cast<float>(low);
+}
+
+void round_steps(TileBands& b, float step) {
+  constexpr float down = .38F;
+  b.steps.resize(b.coefficients.size());
+  for (size_t i = 0; i < b.steps.size(); ++i) {
+    const int m = static_cast<int>(std::fabs(b.coefficients[i]) / step + down);
+    b.steps[i] = b.coefficients[i] < 0 ? -m : m;
+  }
+}
+
+void count_bits_of(std::span<const TileBands> bands, BitCosts& costs) {
+  for (const TileBands& b : bands) {
+    if (b.steps.empty()) continue;
+    BandWalk walk(b.shape, b.basis.frames);
+    Counting visit{b, costs};
+    walk.run(visit);
+  }
+  costs.settle();
+}
+
+double sites_of(std::span<const TileBox> boxes) {
+  double sites = 0;
+  for (const TileBox& b : boxes) sites += static_cast<double>(b.sites());
+  return sites;
+}
+
+// Adds bits by the sizes of coefficients.
+void add_size(std::span<const float> coefficients, float step, double& bits) {
+  constexpr size_t every = 7;
+  for (size_t i = 0; i < coefficients.size(); i += every) {
+    const double v = coefficients[i] / step;
+    bits += std::log2(1 + v * v) / 2;
+  }
+}
+
+float largest_of(std::span<const float> values) {
+  float largest = 0;
+  for (const float v : values) largest = std::max(largest, std::fabs(v));
+  return largest;
+}
+
+// Numbers to layers of a basis of time, which are not halved yet.
+TileBands analyse_time(const TileBox& box, std::vector<float> values, float step) {
+  constexpr float seen_rounded = 1 << 10; // steps of a value from which it is seen that bases are rounded
+  TileBands b;
+  TimeBasis own = principal_basis(values, box.layers);
+  b.own_basis = takes_components(box, values, step, own);
+  b.basis = b.own_basis ? std::move(own) : cosine_basis(box.layers);
+  b.coefficients = std::move(values);
+  to_layers(b.basis, b.coefficients, largest_of(b.coefficients) > seen_rounded * step);
+  return b;
+}
+
+// Halves each of these layers.
+void analyse_space(const TileBox& box, int along_z, TileBands& b) {
+  b.shape = halved(box.size, {most_halved, most_halved, along_z});
+  for (int k = 0; k < box.layers; ++k)
+    analyse(b.shape, std::span(b.coefficients).subspan(k * box.layer_sites(), box.layer_sites()));
+}
+
+// The bands of all boxes, and how often z is halved: slices may lie farther apart than their samples. One box
+// after the other is tried, so that no more than one is there twice.
+std::vector<TileBands> analyse_best(std::span<const TileBox> boxes, std::vector<std::vector<float>> values,
+                                    float step, int& along_z) {
+  int most = 0;
+  for (const TileBox& b : boxes) most = std::max(most, most_halvings(b.size[2]));
+  std::vector<double> bits(most + 1);
+  std::vector<TileBands> bands;
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    bands.push_back(analyse_time(boxes[i], std::move(values[i]), step));
+    for (int z = 0; z <= most; ++z) {
+      TileBands tried = bands.back();
+      analyse_space(boxes[i], z, tried);
+      add_size(tried.coefficients, step, bits[z]);
+    }
+  }
+  along_z = static_cast<int>(std::min_element(bits.begin(), bits.end()) - bits.begin());
+  for (size_t i = 0; i < boxes.size(); ++i) analyse_space(boxes[i], along_z, bands[i]);
+  return bands;
+}
+
+// Halves the layers of a box no more than that along each axis.
+void halve_less(TileBands& b, int most) {
+  const Halvings was = b.shape;
+  for (int& t : b.shape.times) t = std::min(t, most);
+  const size_t layer = was.samples();
+  for (size_t first = 0; first < b.coefficients.size(); first += layer) {
+    const auto frame = std::span(b.coefficients).subspan(first, layer);
+    synthesise(was, frame);
+    analyse(b.shape, frame);
+  }
+}
+
+} // namespace
+
+bool fit_into_steps(std::span<TileBands> bands, StepRule& rule) {
+  for (bool less = false;; less = true) {
+    float largest = 0;
+    int most = 0;
+    for (const TileBands& b : bands) {
+      if (b.coefficients.empty()) continue;
+      largest = std::max(largest, largest_of(b.coefficients)), most = std::max(most, b.shape.levels());
+    }
+    if (largest > most_steps * rule.step && most == 0) rule.step = largest / most_steps;
+    if (largest <= most_steps * rule.step) return less;
+    for (TileBands& b : bands)
+      if (!b.coefficients.empty()) halve_less(b, most - 1);
+  }
+}
+
+TileBands analyse_tile(const TileBox& box, std::vector<float> values, float step, int halvings_along_z) {
+  if (values.empty()) return {};
+  TileBands b = analyse_time(box, std::move(values), step);
+  analyse_space(box, halvings_along_z, b);
+  return b;
+}
+
+void choose_steps(TileBands& bands, const TileRule& rule) {
+  if (bands.coefficients.empty()) return;
+  bands.steps.resize(bands.coefficients.size());
+  BandWalk walk(bands.shape, bands.basis.frames);
+  Weighing visit{bands, rule};
+  walk.run(visit);
+}
+
+TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<float>> values,
+                        double mean_square) {
+  constexpr double squares_of_step = 12, slope = .62, near_enough = .02, coarsest = 64;
+  constexpr int rounds = 6;
+  TileRule rule;
+  const auto hint = static_cast<float>(std::sqrt(mean_square * squares_of_step));
+  std::vector<TileBands> bands = analyse_best(boxes, std::move(values), hint, rule.halvings_along_z);
+  rule.steps.step = first_step(bands, mean_square);
+  const double goal = mean_square * sites_of(boxes);
+  for (int i = 0; i < rounds; ++i) {
+    if (fit_into_steps(bands, rule.steps) || i == 0)
+      for (TileBands& b : bands) round_steps(b, rule.steps.step);
+    count_bits_of(bands, rule.costs);
+    for (TileBands& b : bands) choose_steps(b, rule);
+    learn_centres(bands, rule.steps);
+    double error = 0;
+    for (const TileBands& b : bands) error += squared_error(b, rule.steps);
+    if (i > 0 && std::fabs(error / goal - 1) < near_enough) break;
+    // Of a slab that is next to empty any step errs less than it may.
+    if (error > 0 && i + 1 < rounds)
+      rule.steps.step = static_cast<float>(
+          std::min({rule.steps.step * std::pow(goal / error, slope), coarsest * hint, double{largest_step}}));
+  }
+  return rule;
+}
+
+} // namespace bccsplat

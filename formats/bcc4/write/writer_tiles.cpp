@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// Codes a slab of tiles: a few that stand for all tell how to code them, and what a reader gets is compared
+// until the slab is as near to its samples as was asked for. The sites of a tile are collected whenever they
+// are needed: those of a whole slab would be four bytes each.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/tile.h"
+#include "formats/bcc4/encode/choose_tile.h"
+#include "formats/bcc4/encode/encode_tile.h"
+#include "formats/bcc4/write/chunk_sites.h"
+#include "formats/bcc4/write/writer_state.h"
+
+namespace bccsplat {
+namespace {
+
+// A tile to be coded, and what it became.
+struct TileWork {
+  uint32_t slot = 0;
+  EncodedTile coded;
+  uint64_t kept = 0, clamped = 0;
+};
+
+// The layers of a slab.
+struct SlabLayers {
+  const StoredLattice& level;
+  int32_t slab;
+  std::span<const SampleLayer> layers;
+  const SampleCoder& coder;
+};
+
+TileSites collect_tile(const SlabLayers& of, uint32_t slot, uint64_t& clamped) {
+  const auto& [level, slab, layers, coder] = of;
+  TilePlace place = tile_place(level, slab, slot_brick(slot_dims(level), slot, level.tile_edge));
+  place.layers = static_cast<int32_t>(layers.size());
+  TileSites sites{place, {}};
+  // Of a range that is spread over codes, air may lie between two of them: then only what is left out is air.
+  const bool air_has_code = coder.decode(coder.codes().air) == 0;
+  for (int i = 0; i < place.bricks(); ++i) {
+    const Int3 brick = place.brick_at(i);
+    const ChunkShape shape = chunk_shape(*place.lattice, place.first_layer, place.layers, brick);
+    sites.bricks.push_back(collect_sites(shape, layers, brick, coder, clamped));
+    if (air_has_code) keep_but_blocks_of_air(sites.bricks.back(), coder.codes().air);
+  }
+  return sites;
+}
+
+// What the tiles of a slab are coded with, found from a few that stand for all.
+TileRule rule_for(const SlabLayers& of, std::span<const TileWork> tiles, double mean_square) {
+  constexpr size_t most = 4;
+  const size_t count = std::min(most, tiles.size());
+  std::vector<TileBox> boxes;
+  std::vector<std::vector<float>> values;
+  for (size_t i = 0; i < count; ++i) {
+    uint64_t clamped = 0;
+    const uint32_t slot = tiles[(2 * i + 1) * tiles.size() / (2 * count)].slot;
+    const TileSites sites = collect_tile(of, slot, clamped);
+    auto of_cosets = tile_values(sites, of.coder.codes());
+    for (size_t c = 0; c < of_cosets.size(); ++c) {
+      if (of_cosets[c].empty()) continue;
+      boxes.push_back(sites.place.boxes()[c]);
+      values.push_back(std::move(of_cosets[c]));
+    }
+  }
+  return find_tile_rule(boxes, std::move(values), mean_square);
+}
+
+// The tiles of which any layer keeps a site.
+std::vector<TileWork> find_tiles(const SlabLayers& of, const Context& context) {
+  std::vector<TileWork> tiles(slot_count(of.level));
+  context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
+    context.progress.check();
+    tiles[i].slot = static_cast<uint32_t>(i);
+    tiles[i].kept = collect_tile(of, tiles[i].slot, tiles[i].clamped).kept();
+  });
+  std::erase_if(tiles, [](const TileWork& tile) { return tile.kept == 0; });
+  return tiles;
+}
+
+// What a reader gets of a slab.
+std::vector<SampleLayer> layers_as_read(const SlabLayers& of, std::span<TileWork> tiles) {
+  const StoredLattice& level = of.level;
+  std::vector<SampleLayer> out;
+  for (size_t m = 0; m < of.layers.size(); ++m)
+    out.emplace_back(level.lattice.space,
+                     level.lattice.coset(of.slab * level.slab_layers + static_cast<int32_t>(m)));
+  for (TileWork& tile : tiles) {
+    const TilePlace place =
+        tile_place(level, of.slab, slot_brick(slot_dims(level), tile.slot, level.tile_edge));
+    for (size_t i = 0; i < tile.coded.bricks.size(); ++i) {
+      const Int3 to = place.brick_at(static_cast<int>(i / out.size()));
+      SampleLayer& layer = out[i % out.size()];
+      if (SampleBrick& brick = tile.coded.bricks[i]; brick)
+        layer.set(layer.slot(to[0], to[1], to[2]), std::move(brick));
+    }
+  }
+  return out;
+}
+
+// Throws bound_not_met where the squares of all errors of a slab, in codes, are more than they may be.
+void require_allowed(const SlabLayers& of, const ChannelInfo& channel, double squares, double allowed) {
+  if (squares <= allowed) return;
+  const double reached = channel.wavelet_error * std::sqrt(squares / allowed);
+  fail(Code::bound_not_met, "channel '", channel.name, "', slab ", of.slab, ": samples stored in steps of ",
+       of.coder.scale(), " are off by ", reached, " in the mean, ", channel.wavelet_error,
+       " asked for; a narrower range of the values or more bits, a larger error, or samples that are stored ",
+       "as they are would do");
+}
+
+double sites_of(const SlabLayers& of) {
+  const StoredLattice& level = of.level;
+  double sites = 0;
+  for (size_t m = 0; m < of.layers.size(); ++m) {
+    const int32_t layer = of.slab * level.slab_layers + static_cast<int32_t>(m);
+    sites += static_cast<double>(level.lattice.space.sites(level.lattice.coset(layer)));
+  }
+  return sites;
+}
+
+} // namespace
+
+Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const ChannelLevel& at,
+                                                            std::span<const SampleLayer> layers,
+                                                            double rounded, const Context& context) const {
+  constexpr int usual_rounds = 5;
+  constexpr double aim = .996, slope = .62, unseen = .002;
+  // Samples are whole codes: an eighth of one as a step leaves none of them off, and errors of less than a
+  // code shrink faster than their steps.
+  constexpr float least_step = .125F;
+  constexpr double least_error = .12, by_at_most = .7;
+  const SampleCoder& coder = index->coder(at);
+  CodedTiles out{.slab = slab, .at = at, .chunks = {}, .read = {}};
+  const SlabLayers of{info.level(at.level), slab, layers, coder};
+  const ChannelInfo& channel = info.channels[at.channel];
+  const double all = sites_of(of), allowed = std::pow(channel.wavelet_error / coder.scale(), 2) * all;
+  // Clamped samples are counted as such.
+  double spent = std::min(rounded / (coder.scale() * coder.scale()), all / 4);
+  if (spent < unseen * allowed) spent = 0;
+  require_allowed(of, channel, spent, allowed);
+  std::vector<TileWork> tiles = find_tiles(of, context);
+  if (tiles.empty()) {
+    out.read = layers_as_read(of, tiles);
+    return out;
+  }
+  // Air is exact, so that the samples may be off by more.
+  double kept = 0;
+  for (const TileWork& tile : tiles) out.clamped += tile.clamped, kept += static_cast<double>(tile.kept);
+  const double left = allowed - spent;
+  TileRule rule = rule_for(of, tiles, std::max(left / kept, least_error * least_error));
+  double error = 0;
+  for (int round = 1;; ++round) {
+    context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
+      context.progress.check();
+      uint64_t clamped = 0;
+      const TileSites sites = collect_tile(of, tiles[i].slot, clamped);
+      tiles[i].coded = encode_tile(sites, coder, rule, options.level);
+    });
+    error = 0;
+    for (const TileWork& tile : tiles) error += tile.coded.squared_error;
+    if (error <= left || rule.steps.step <= least_step) break;
+    double by = std::pow(aim * left / error, slope);
+    if (rule.steps.step < 1) by = std::max(by, by_at_most);
+    if (round >= usual_rounds) by = std::min(by, by_at_most);
+    rule.steps.step = std::max(rule.steps.step * static_cast<float>(by), least_step);
+  }
+  require_allowed(of, channel, spent + error, allowed);
+  out.read = layers_as_read(of, tiles);
+  for (TileWork& tile : tiles) {
+    tile.coded.chunk.entry.slot = tile.slot;
+    out.chunks.push_back(std::move(tile.coded.chunk));
+  }
+  return out;
+}
+
+WrittenSlab Bcc4Writer::State::encode_tiles(int32_t slab, const ChannelLevel& at,
+                                            std::span<const SampleLayer> layers, double rounded,
+                                            const Context& context) {
+  last_tiles = {}; // what nobody has asked for goes before others are made
+  last_tiles = code_tiles(slab, at, layers, rounded, context);
+  WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
+  written.clamped = last_tiles.clamped;
+  for (const EncodedChunk& chunk : last_tiles.chunks) append_chunk(at, chunk, written);
+  return written;
+}
+
+std::vector<SampleLayer> Bcc4Writer::State::as_read(int32_t slab, const ChannelLevel& at,
+                                                    std::span<const SampleLayer> layers, double rounded,
+                                                    const Context& context) {
+  if (last_tiles.slab != slab || last_tiles.at != at || last_tiles.read.empty()) {
+    last_tiles = {};
+    last_tiles = code_tiles(slab, at, layers, rounded, context);
+  }
+  return std::exchange(last_tiles.read, {});
+}
+
+} // namespace bccsplat
