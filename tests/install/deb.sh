@@ -1,8 +1,11 @@
 #!/bin/bash
 # deb.sh BUILD SCRATCH: makes the Debian packages, looks at what is in them and what they depend on, and runs the tool
-# and the library from an unpacked set of all of them. Exits with 77 without dpkg.
+# and the library from an unpacked set of all of them. Exits with 77 without dpkg and
+# where it is not due (due.sh).
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
+# shellcheck source=tests/install/due.sh
+source "$here/due.sh"
 build=${1:?usage: deb.sh BUILD SCRATCH} scratch=${2:?}
 command -v dpkg-deb >/dev/null && command -v dpkg-shlibdeps >/dev/null ||
   { echo "skipped: no dpkg-dev" && exit 77; }

@@ -2,10 +2,12 @@
 # vcpkg.sh SCRATCH [CMAKE_OPTION...]: runs the steps of the port in examples/packages/vcpkg by functions of our own that stand
 # for vcpkg's (vcpkg/functions.cmake), looks at what is installed as vcpkg's last checks do, and builds and runs a host against
 # it from where it was moved to, in both build types. Not tried: vcpkg itself, its triplets, and its builds of what the port
-# depends on, whose names vcpkg.json has; the system's libraries stand for these.
+# depends on, whose names vcpkg.json has; the system's libraries stand for these. Exits with 77 where it is not due (due.sh).
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 top=$(cd "$here/../.." && pwd)
+# shellcheck source=tests/install/due.sh
+source "$here/due.sh"
 scratch=${1:?usage: vcpkg.sh SCRATCH [CMAKE_OPTION...]}
 shift
 rm -rf "$scratch"
