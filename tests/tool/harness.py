@@ -1,7 +1,9 @@
 """What the end-to-end tests of bcc4 share. A test file is called with the path of bcc4, a scratch folder and the top of
 the sources. Standard library only."""
 import array
+import functools
 import gzip
+import itertools
 import json
 import os
 import shutil
@@ -37,7 +39,12 @@ def has_openvdb():
 
 
 def field(dims, f, code):
-    """Values f(x, y, z, t), x fastest; integers rounded."""
+    """Values f(x, y, z, t), x fastest; integers rounded. Functions of a file are asked once for all of its tests."""
+    return values_of(tuple(dims), f, code)[:]
+
+
+@functools.lru_cache(16)
+def values_of(dims, f, code):
     nx, ny, nz, nt = dims
     values = (f(x, y, z, t) for t in range(nt) for z in range(nz) for y in range(ny) for x in range(nx))
     return array.array(code, values if code in 'fd' else (round(v) for v in values))
@@ -163,12 +170,31 @@ def read_png(path):
     raw, rows, before = zlib.decompress(packed), [], bytes(n * width)
     for y in range(height):
         start = y * (n * width + 1)
-        row = bytearray(raw[start + 1:start + 1 + n * width])
-        for i in range(n * width):
-            left, up, corner = (row[i - n] if i >= n else 0), before[i], (before[i - n] if i >= n else 0)
-            guess = left + up - corner
-            paeth = min((left, up, corner), key=lambda v: abs(guess - v))
-            row[i] = (row[i] + (0, left, up, (left + up) // 2, paeth)[raw[start]]) & 255
-        rows.append([(*row[n * x:n * x + 3], row[n * x + 3] if n == 4 else 255) for x in range(width)])
-        before = row
+        before = unfiltered(raw[start], raw[start + 1:start + 1 + n * width], before, n)
+        alpha = before[3::n] if n == 4 else itertools.repeat(255)
+        rows.append(list(zip(before[0::n], before[1::n], before[2::n], alpha)))
     return rows
+
+
+def unfiltered(kind, row, above, n):
+    """The bytes of a row of a PNG with n bytes in a pixel; 'above' are those of the row before."""
+    if kind == 0:
+        return row
+    if kind == 2:
+        return bytes((a + b) & 255 for a, b in zip(row, above))
+    out = bytearray(len(row))
+    for c in range(n):
+        if kind == 1:
+            out[c::n] = bytes(v & 255 for v in itertools.accumulate(row[c::n]))
+            continue
+        values, left, corner = [], 0, 0
+        for value, up in zip(row[c::n], above[c::n]):
+            if kind == 3:
+                left = (value + (left + up) // 2) & 255
+            else:
+                to_left, to_up, to_corner = abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)
+                nearest = left if to_left <= to_up and to_left <= to_corner else up if to_up <= to_corner else corner
+                left, corner = (value + nearest) & 255, up
+            values.append(left)
+        out[c::n] = bytes(values)
+    return bytes(out)
