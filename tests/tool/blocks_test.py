@@ -1,5 +1,6 @@
 """Series imported in blocks of space and joined: the bytes of one import, and what does not fit together."""
 import array
+import functools
 import json
 import os
 import re
@@ -8,7 +9,7 @@ import signal
 import subprocess
 import time
 
-from harness import BCC4, ToolTest, main
+from harness import BCC4, ToolTest, main, some
 
 DIMS = (52, 40, 66, 9)
 
@@ -19,12 +20,20 @@ def rough(x, y, z, t):
     return 0 if r2 > 60 else int(200 / (1 + r2 / 9)) + (x * 7 + y * 13 + z * 29 + t * 3) % 17
 
 
+@functools.cache
+def series(nx, ny, nz, nt, frames=None, wide=(1, 1, 1)):
+    """The blob, so many times as wide along each axis; again from its first frame on after 'frames' of them."""
+    one = [bytes(rough(x // wide[0], y // wide[1], z // wide[2], t) for z in range(nz) for y in range(ny) for x in range(nx))
+           for t in range(frames or nt)]
+    return b''.join(one[t % len(one)] for t in range(nt))
+
+
 class Blocks(ToolTest):
+    made = {}  # by bounded()
+
     def setUp(self):
         super().setUp()
-        values = bytes(rough(x, y, z, t) for t in range(DIMS[3]) for z in range(DIMS[2]) for y in range(DIMS[1])
-                       for x in range(DIMS[0]))
-        self.write('a.raw', values)
+        self.write('a.raw', series(*DIMS))
         self.args = ['a.raw', '--dims', ','.join(map(str, DIMS)), '--dtype', 'u8', '--axes', 'xyzt']
 
     def read(self, name):
@@ -95,10 +104,16 @@ class Blocks(ToolTest):
     def large(self):
         """Arguments of a series whose import takes more than 24 MiB."""
         dims = (120, 100, 196, 5)
-        one = [bytes(rough(x // 2, y // 2, z // 3, t) for z in range(dims[2]) for y in range(dims[1]) for x in range(dims[0]))
-               for t in range(2)]
-        self.write('large.raw', b''.join(one[t % 2] for t in range(dims[3])))
+        self.write('large.raw', series(*dims, frames=2, wide=(2, 2, 3)))
         return ['large.raw', '--dims', ','.join(map(str, dims)), '--dtype', 'u8', '--blocks', '--exact', '--lattice', 'd4star']
+
+    def bounded(self, *more):
+        """The report and the bytes of a large series with a bound, imported once for all tests."""
+        made = type(self).made
+        if more not in made:
+            report = self.json('import', *self.large(), '--scale', 1.1, '--abs', 2, *more, '-o', 'made.bcc4', '--overwrite')
+            made[more] = report, self.read('made.bcc4')
+        return made[more]
 
     def left(self, what=r'\.block'):
         return [n for n in os.listdir(self.folder) if re.search(what, n)]
@@ -146,28 +161,28 @@ class Blocks(ToolTest):
 
     def test_errors_are_measured_and_bounds_kept(self):
         lattice = ['--lattice', 'd4star', '--scale', 1.1]
-        for more in (['--abs', 1], ['--abs', 2, '--store', 'coefficients'], ['--psnr', 30], ['--measure', 'all']):
+        for more in some([['--abs', 1], ['--abs', 2, '--store', 'coefficients'], ['--psnr', 30], ['--measure', 'all']], 2):
             self.joined_equals_one(self.args, *lattice, *more)
 
     def test_a_bound_without_memory_for_frames(self):
         """What blocks measured is told of the series."""
-        args = [*self.large(), '--scale', 1.1, '--abs', 2]
-        whole = self.json('import', *args, '-o', 'one.bcc4')
-        blocks = self.json('import', *args, '-o', 'blocks.bcc4', '--max-mem', '24M')
-        self.assertEqual(self.read('blocks.bcc4'), self.read('one.bcc4'))
+        whole, one = self.bounded()
+        blocks, divided = self.bounded('--max-mem', '24M')
+        self.assertEqual(divided, one)
         self.assertEqual(blocks['error']['frames_measured'], whole['error']['frames_measured'])
         for key in ('max_abs', 'worst', 'corrected', 'samples_compared', 'compared_part', 'uncorrected_max_abs', 'peak'):
             self.assertEqual(blocks['error']['channels'][0][key], whole['error']['channels'][0][key], key)
         self.assertAlmostEqual(blocks['error']['channels'][0]['psnr'], whole['error']['channels'][0]['psnr'], 9)
         self.assertGreater(whole['error']['channels'][0]['corrected'], 0)
-        self.assertTrue(self.json('verify', 'blocks.bcc4', '--against', *args[:5])['ok'])
+        self.write('blocks.bcc4', divided)
+        self.assertTrue(self.json('verify', 'blocks.bcc4', '--against', *self.large()[:5])['ok'])
 
     def test_a_psnr_that_is_missed_is_written_again(self):
-        args = [a for a in self.large() if a not in ('--exact', '--lattice', 'd4star')]
+        args = [*(a for a in self.large() if a != '--exact'), '--scale', 1.1]  # a search is another test's
         self.bcc4('import', *args, '--psnr', 38, '--dry-run', '--plan', 'plan.json')
         with open(self.path('plan.json')) as f:
             plan = json.load(f)
-        plan['settings']['psnr'] += 4  # more than its lattice and steps keep
+        plan['settings']['psnr'] += 4  # more than its steps keep
         with open(self.path('plan.json'), 'w') as f:
             json.dump(plan, f)
         for name, more in (('one.bcc4', []), ('blocks.bcc4', ['--max-mem', '40M'])):
@@ -208,16 +223,16 @@ class Blocks(ToolTest):
 
     def test_blocks_that_are_there_tell_their_errors(self):
         args = [*self.large(), '--scale', 1.1, '--abs', 2, '--max-mem', '24M']
-        whole = self.json('import', *args, '-o', 'one.bcc4')
+        whole, one = self.bounded('--max-mem', '24M')
         command = list(map(str, ['import', *args, '-o', 'x.bcc4']))
-        limit = len(self.read('one.bcc4')) * 3 // 4  # which blocks do not need, and what is joined does
+        limit = len(one) * 3 // 4  # which blocks do not need, and what is joined does
         p = subprocess.run([BCC4, *command], capture_output=True, text=True, cwd=self.folder,
                            preexec_fn=lambda: (signal.signal(signal.SIGXFSZ, signal.SIG_DFL),
                                                resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))))
         self.assertIn('finished blocks stay', p.stderr)
         kept = {n: self.read(n) for n in self.left()}
         self.assertEqual(self.json(*command, '--resume')['error'], whole['error'])
-        self.assertEqual(self.read('x.bcc4'), self.read('one.bcc4'))
+        self.assertEqual(self.read('x.bcc4'), one)
         self.assertEqual(self.left(), [])
         # One whose errors are not known is written again.
         results = sorted(n for n in kept if n.endswith('.result'))
@@ -226,7 +241,7 @@ class Blocks(ToolTest):
             self.write(name, data[:len(data) - 9] if name == results[0] else data)
         said = self.bcc4(*command, '--resume', '--overwrite')[0]
         self.assertEqual(said.count(' is there'), len(results) - 1)
-        self.assertEqual(self.read('x.bcc4'), self.read('one.bcc4'))
+        self.assertEqual(self.read('x.bcc4'), one)
 
     def test_what_does_not_fit_is_refused(self):
         self.bcc4('import', *self.args, '--blocks', '--dry-run', '--plan', 'plan.json')
