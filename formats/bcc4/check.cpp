@@ -20,6 +20,9 @@ constexpr int32_t max_planes = 1'000'000'000; // per axis, as in Lattice4::fit
 constexpr int32_t max_lead = 254;
 constexpr int32_t max_margin = 255;
 
+// Of coordinates and times, as hosts hand them in: products of three are numbers.
+constexpr double farthest = 1e30, least_length = 1e-30;
+
 [[nodiscard]] bool positive(double v) { return v > 0 && std::isfinite(v); }
 [[nodiscard]] bool is_range(const Range& r) {
   return std::isfinite(r.low) && std::isfinite(r.high) && r.low <= r.high;
@@ -152,13 +155,26 @@ void check_errors(const VolumeInfo& info, Code code) {
   }
 }
 
+// Refuses what is finite, but no coordinate or time that anything can be drawn at.
+void check_far(double v, const char* name) {
+  if (std::isfinite(v) && std::fabs(v) > farthest)
+    fail(Code::limit_exceeded, name, v, ", the limit is ", farthest);
+}
+
 void check_affine(const Affine3& affine, Code code) {
-  for (const Vec3& row : affine.linear)
-    for (const double v : row)
-      if (!std::isfinite(v)) fail(code, "affine: not finite");
-  for (const double v : affine.offset)
+  const auto entry = [&](double v) {
     if (!std::isfinite(v)) fail(code, "affine: not finite");
-  if (affine.determinant() == 0) fail(code, "affine: determinant 0");
+    check_far(v, "affine: ");
+  };
+  for (const Vec3& row : affine.linear)
+    for (const double v : row) entry(v);
+  for (const double v : affine.offset) entry(v);
+  const double determinant = affine.determinant();
+  if (determinant == 0) fail(code, "affine: determinant 0");
+  if (const double voxel = std::cbrt(std::fabs(determinant));
+      !(voxel >= least_length / 2 && voxel <= 2 * farthest))
+    fail(Code::limit_exceeded, "affine: a mean voxel of ", voxel, ", the limits are ", least_length / 2,
+         " and ", 2 * farthest);
 }
 
 // Refuses coordinates that do not put each sample at a place of its own, one beyond the other.
@@ -174,6 +190,7 @@ void check_axis(const VolumeInfo& info, size_t axis, Code code) {
     if (!std::isfinite(at[i]) || (i > 0 && !(sign * at[i] > sign * at[i - 1])))
       bad("coordinate ", at[i], " of sample ", i, " is not beyond the one before");
   if (!std::isfinite(at.back() - at.front())) bad("its coordinates are too far apart");
+  for (const double v : at) check_far(v, "axes: a coordinate of ");
   const std::vector<double> even = even_positions(at);
   for (size_t i = 1; i < even.size(); ++i)
     if (!(even[i] > even[i - 1]))
@@ -185,12 +202,16 @@ void check_times(const TimeMap& t, uint32_t frames, Code code) {
   if (t.uniform) {
     if (!std::isfinite(t.first) || !positive(t.step) || !t.times.empty())
       fail(code, "times: first ", t.first, ", step ", t.step);
+    check_far(t.first, "times: first "), check_far(t.step, "times: step ");
+    if (t.step < least_length)
+      fail(Code::limit_exceeded, "times: step ", t.step, ", the limit is ", least_length);
     return;
   }
   if (t.times.size() != frames) fail(code, "times: ", t.times.size(), " for ", frames, " frames");
   for (size_t i = 0; i < t.times.size(); ++i)
     if (!std::isfinite(t.times[i]) || (i > 0 && !(t.times[i] > t.times[i - 1])))
       fail(code, "times: time ", t.times[i], " of frame ", i, " does not rise");
+  for (const double v : t.times) check_far(v, "times: ");
 }
 
 void check_text(const std::string& s, Code code) {

@@ -613,6 +613,35 @@ TEST(Bcc4Malformed, HugeDeclaredSizesAllocateNothing) {
   expect_refused(small_file(), Code::limit_exceeded, "directory of", {.directory_bytes = 100});
 }
 
+TEST(Bcc4Malformed, PlacesAndTimesThatNoHostMayGive) {
+  const auto times = [](std::vector<double> t) {
+    return with_info([t](VolumeInfo& v) { v.time.uniform = false, v.time.times = t; });
+  };
+  expect_each_refused({
+      {"a mean voxel of", Code::limit_exceeded, with_info([](VolumeInfo& v) {
+         v.affine.linear[0] = {5e-312, 0, 0};
+       })},
+      {"a mean voxel of", Code::limit_exceeded, with_info([](VolumeInfo& v) {
+         v.affine.linear[2] = {0, 0, 1e-200};
+       })},
+      {"affine: 1e+31, the limit is", Code::limit_exceeded,
+       with_info([](VolumeInfo& v) { v.affine.linear[1][2] = 1e31; })},
+      {"affine: -1e+300, the limit is", Code::limit_exceeded,
+       with_info([](VolumeInfo& v) { v.affine.offset[1] = -1e300; })},
+      {"times: first 2e+30, the limit is", Code::limit_exceeded,
+       with_info([](VolumeInfo& v) { v.time.first = 2e30; })},
+      {"times: step 1e+31, the limit is", Code::limit_exceeded,
+       with_info([](VolumeInfo& v) { v.time.step = 1e31; })},
+      {"times: step 1e-300, the limit is", Code::limit_exceeded,
+       with_info([](VolumeInfo& v) { v.time.step = 1e-300; })},
+      {"times: 1e+31, the limit is", Code::limit_exceeded, times({1, 2, 3, 4, 5, 6, 7, 8, 1e31})},
+      {"axes: a coordinate of -1e+40, the limit is", Code::limit_exceeded, with_info([](VolumeInfo& v) {
+         v.axes[2].coordinates = {-1e40, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+         v.spatial_unit.clear();
+       })},
+  });
+}
+
 TEST(Bcc4Malformed, Channels) {
   expect_each_refused({
       {"unknown value type", Code::corrupt,
