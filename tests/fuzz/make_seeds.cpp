@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// make_seeds FOLDER FILE...: seeds of bcc4_file_fuzz from .bcc4 files, to be packed by seeds.sh. Blocks of
-// the index are stored raw, so that mutations reach their fields.
+// make_seeds FOLDER FILE...: seeds of bcc4_file and drawn from .bcc4 files, to be packed by seeds.sh.
+// Blocks of the index are stored raw, so that mutations reach their fields.
 #include <gtest/gtest.h> // for the helpers
 
 #include <cstdio>

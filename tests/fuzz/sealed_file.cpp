@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Spreads the input over a file and follows its references from the roots, inner blocks first, to set the
-// checksums of chunks, pages, corrections, metadata and roots. References that lead out of the file stay as
-// they are.
+// checksums of chunks, pages, masks, corrections, metadata and roots. References that lead out of the file
+// stay as they are.
 #include "sealed_file.h"
 
 #include <algorithm>
@@ -78,24 +78,33 @@ template<class Inside> void seal_block(File& file, std::span<std::byte> ref, con
   put(ref, 16, crc32_of(bytes));
 }
 
-// Seals the tables of corrections, and their bricks, that record 11 of raw metadata refers to.
-void seal_corrections(File& file, std::span<std::byte> metadata) {
+constexpr auto nothing = [](std::span<std::byte>) {};
+
+// Seals lists of blocks of a record, each a count with `head` bytes before it.
+template<class Inside>
+void seal_lists(File& file, std::span<std::byte> record, size_t head, const Inside& inside) {
+  for (size_t at = head; at + 4 <= record.size(); at += head) {
+    uint64_t blocks = get<uint32_t>(record, at);
+    for (at += 4; blocks > 0 && at + block_ref_bytes <= record.size(); --blocks, at += block_ref_bytes)
+      seal_block(file, record.subspan(at, block_ref_bytes), inside);
+  }
+}
+
+// Seals the masks and corrections that raw metadata refers to: records 10, 11 and 0x8002.
+void seal_frames(File& file, std::span<std::byte> metadata) {
   constexpr size_t entry_head = 16; // of a table: brick, bounds, count
   const auto seal_table = [&](std::span<std::byte> table) {
     for (size_t e = 4; e + entry_head + block_ref_bytes <= table.size(); e += entry_head + block_ref_bytes)
-      seal_block(file, table.subspan(e + entry_head, block_ref_bytes), [](std::span<std::byte>) {});
+      seal_block(file, table.subspan(e + entry_head, block_ref_bytes), nothing);
   };
   for (size_t at = 0; at + 8 <= metadata.size();) {
+    const auto type = get<uint16_t>(metadata, at);
     const uint64_t length = get<uint32_t>(metadata, at + 4);
     if (length > metadata.size() - at - 8) return;
     const auto record = metadata.subspan(at + 8, length);
-    const bool corrections = get<uint16_t>(metadata, at) == 11;
-    for (size_t channel = 0; corrections && channel + 28 <= record.size();) { // step, bound, shape, count
-      uint64_t blocks = get<uint32_t>(record, channel + 24);
-      channel += 28;
-      for (; blocks > 0 && channel + block_ref_bytes <= record.size(); --blocks, channel += block_ref_bytes)
-        seal_block(file, record.subspan(channel, block_ref_bytes), seal_table);
-    }
+    if (type == 10) seal_lists(file, record, 0, nothing);
+    if (type == 11) seal_lists(file, record, 24, seal_table);  // behind step, bound, shape and base
+    if (type == 0x8002) seal_lists(file, record, 16, nothing); // behind step and bound
     at += 8 + (length + 7) / 8 * 8;
   }
 }
@@ -104,7 +113,7 @@ void seal_root(File& file, uint64_t offset) {
   const auto root = std::span(file).subspan(offset, root_bytes);
   if (std::all_of(root.begin(), root.end(), [](std::byte b) { return b == std::byte{0}; })) return;
   seal_block(file, root.subspan(24, block_ref_bytes),
-             [&](std::span<std::byte> metadata) { seal_corrections(file, metadata); });
+             [&](std::span<std::byte> metadata) { seal_frames(file, metadata); });
   seal_block(file, root.subspan(48, block_ref_bytes), [&](std::span<std::byte> directory) {
     for (size_t p = 0; p + page_ref_bytes <= directory.size() && p < 64 * page_ref_bytes; p += page_ref_bytes)
       seal_block(file, directory.subspan(p + 24, block_ref_bytes),
