@@ -92,8 +92,9 @@ bcc4 import --plan plan.json -o one.bcc4 --quiet
 blocks=6 killed=2
 job=$(sbatch --parsable --requeue --cpus-per-task=1 --mem=512M --array=1-$blocks "$top/examples/import_array.sh" plan.json smoke)
 join=$(sbatch --parsable --mem=512M --dependency="afterok:$job" --wrap 'bcc4 concat smoke.part*.bcc4 -o smoke.bcc4 --quiet')
-runs() { [[ -s smoke.part$killed.bcc4.partial ]] && squeue -h -t R -o %K -j "$job" -r | grep -qx $killed; }
-wait_for 120 runs
+# Held, so that it is not done before Slurm has been asked to kill it.
+holds() { [[ -s smoke.part$killed.bcc4.partial ]] && pkill -STOP -f "^bcc4 import .* -o smoke\.part$killed\.bcc4\$"; }
+wait_for 120 holds
 scontrol requeue "${job}_$killed"
 [[ ! -e smoke.part$killed.bcc4 ]] || fail "task $killed was done before it was killed"
 is_pending() { squeue -h -t PD -o %K -j "$job" -r | grep -qx $killed; }
