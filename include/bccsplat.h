@@ -550,8 +550,19 @@ enum {
  * versions of the library that do not know periodic axes refuse the file. */
 enum { BCCSPLAT_PERIODIC_X = 1, BCCSPLAT_PERIODIC_Y = 2, BCCSPLAT_PERIODIC_Z = 4 };
 
-/* Bits of bccsplat_channel_options.set_mask. */
-enum { BCCSPLAT_CHANNEL_SET_AIR = 1, BCCSPLAT_CHANNEL_SET_RANGE = 2 };
+/* Bits of bccsplat_channel_options.set_mask. LABELS: values are labels, which nothing lies between,
+ * of any number and type: every way of looking takes that of the nearest sample
+ * (bccsplat_volume_evaluate). They need lattice CC at distance 1, no STORE_WAVELETS and
+ * no levels, as they have no means (UNSUPPORTED). QUANTITIES: they are none, however few they
+ * are. Without either, readers take up to 32 whole numbers within 255 of an integer source for
+ * labels. Both: INVALID_ARGUMENT. The file says it as the attribute "labels." and the channel's
+ * name: "yes" or "no". */
+enum {
+  BCCSPLAT_CHANNEL_SET_AIR = 1,
+  BCCSPLAT_CHANNEL_SET_RANGE = 2,
+  BCCSPLAT_CHANNEL_LABELS = 4,
+  BCCSPLAT_CHANNEL_QUANTITIES = 8
+};
 
 /* Fate of a file that is not finished: `path`.partial and its journal, `path`.journal. */
 typedef int32_t bccsplat_partial;
@@ -1284,7 +1295,8 @@ typedef struct bccsplat_channel_info {
   /* Stored samples per bin over kept_range, the last bin closed. */
   uint64_t histogram[256];
   bccsplat_type source_type;
-  int32_t reserved;
+  /* Non-zero: points have the value of the nearest sample, as bccsplat_volume_evaluate says. */
+  int32_t labels;
   /* With the recommended kernel no finite source sample is off by more; 0: none was asked for. */
   double error_bound;
   /* Errors of a file with a bound at the finite source samples, of the lattice alone and with
@@ -1405,8 +1417,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
  * few places, only the data around these are read and made. Where a file was written
  * with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake:
  * within three samples of such an end it is less accurate where the field is not level there, in
- * values and derivatives alike. A channel of labels (BCCSPLAT_KIND_LABELS on the source's own grid,
- * lattice CC at distance 1) has at any point the value of the sample nearest to it in space and
+ * values and derivatives alike. A channel of labels (bccsplat_channel_info.labels: on the source's
+ * own grid, lattice CC at distance 1, where the writer or the values say so) has at any point the value of the sample nearest to it in space and
  * time, and gradients of 0; so have slices of it normal to an axis, which are made through the
  * nearest samples, and their composites. Other slices and modes, and trails, show the field through
  * the samples. The token of the volume cancels it; for progress a host hands

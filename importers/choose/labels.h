@@ -8,9 +8,9 @@
 
 namespace bcc4 {
 
-// Returns by channel whether it has labels: integers, or floats that are whole numbers or only two, of few
-// values, most of them as their neighbours, that change by jumps rather than from one value to the next, or
-// are very few and unevenly apart.
+// Returns by channel whether it has labels: the source says so, or they are integers, or floats that are
+// whole numbers or only two, most of them as their neighbours, that change by jumps rather than from one
+// value to the next, or are very few and unevenly apart. Of many values most stand in blocks.
 [[nodiscard]] std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSample& sample,
                                             const std::vector<double>& air, Watch& watch);
 

@@ -175,15 +175,29 @@ double air_of(const Channel& channel, const WriterSettings& settings) {
 
 namespace {
 
-// Returns the kernel that gives the frames back that a Cartesian lattice keeps, unless one is asked for.
-std::string kernel_of(const WriterSettings& s) {
+// Returns whether the sites of a Cartesian lattice are the samples in space, and its layers frames.
+bool has_sites_at_samples(const WriterSettings& s, bool all_frames) {
   const auto distance = [&](size_t axis) {
     const double otherwise = axis == 3 ? s.time_scale : s.scale;
     return s.scales[axis] > 0 ? s.scales[axis] : otherwise > 0 ? otherwise : 1;
   };
-  const bool whole = s.lattice == BCCSPLAT_LATTICE_CC && distance(0) == 1 && distance(1) == 1 &&
-                     distance(2) == 1 && distance(3) == std::round(distance(3));
-  return s.kernel.empty() && whole && s.store != BCCSPLAT_STORE_COEFFICIENTS ? "exact" : s.kernel;
+  return s.lattice == BCCSPLAT_LATTICE_CC && distance(0) == 1 && distance(1) == 1 && distance(2) == 1 &&
+         distance(3) == (all_frames ? 1 : std::round(distance(3)));
+}
+
+// Returns the kernel that gives the frames back that a Cartesian lattice keeps, unless one is asked for.
+std::string kernel_of(const WriterSettings& s) {
+  const bool whole = has_sites_at_samples(s, false) && s.store != BCCSPLAT_STORE_COEFFICIENTS;
+  return s.kernel.empty() && whole ? "exact" : s.kernel;
+}
+
+// What a file says of a channel: labels that are blended or rounded are none any more.
+uint32_t kind_of(const WriterSettings& s, size_t channel) {
+  if (channel >= s.labels.size()) return 0;
+  if (!s.labels[channel]) return BCCSPLAT_CHANNEL_QUANTITIES;
+  const bool kept = has_sites_at_samples(s, true) && s.store != BCCSPLAT_STORE_WAVELETS;
+  const bool whole = s.quantize == BCCSPLAT_TYPE_DEFAULT && step_of(s, channel) == 0;
+  return kept && whole ? BCCSPLAT_CHANNEL_LABELS : 0;
 }
 
 void set_range(bccsplat_channel_options& options, double low, double high) {
@@ -247,6 +261,7 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
     channels.push_back(channel_options(series.channels[c], settings,
                                        c < settings.steps.size() ? settings.steps[c] : StepCoding{},
                                        c < scans.size() ? &scans[c] : nullptr));
+    channels.back().set_mask |= kind_of(settings, c);
     has_fill |= series.channels[c].has_fill;
   }
   options.channel_count = static_cast<uint32_t>(channels.size());

@@ -41,6 +41,7 @@ struct WriterSettings {
   double time_scale = 0;
   std::array<double, 4> scales{};     // of single axes, before those; 0: by them
   std::vector<StepCoding> steps;      // by channel; none: by `quantize`
+  std::vector<bool> labels;           // by channel; none: not known
   std::vector<double> wavelet_errors; // by channel, of a store of wavelets
   double abs_error = 0, psnr = 0;     // bounds; 0: none
   std::vector<double> abs_errors;     // by channel, in the place of abs_error

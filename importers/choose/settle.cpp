@@ -216,14 +216,26 @@ Spectra spectra_of(const SeriesDescription& s, const SeriesSample& sample, const
           {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT, periodic, watch}};
 }
 
-} // namespace
+// Labels have no means, of which coarser levels are made: they get none, and who asks for some hears it.
+void refuse_levels(const SeriesDescription& s, const std::vector<bool>& labels, WriterSettings& settings,
+                   ImportPlan& plan) {
+  const auto found = std::find(labels.begin(), labels.end(), true);
+  if (settings.levels == 0 || found == labels.end()) return;
+  if (!plan.levels.automatic)
+    fail_usage(s.files.front().path, ": channel '", s.channels[found - labels.begin()].name,
+               "' has labels, and coarser levels are means, which labels have none of: ask for no levels");
+  plan.levels.labels = true, settings.levels = 0;
+}
 
-void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
-                   WriterSettings& settings, ImportPlan& plan) {
+// Settles all but what the file says of labels, which are returned by channel; none where nobody looked.
+std::vector<bool> settle(FrameReader& reader, const Device& device, const Unsettled& unsettled,
+                         WriterSettings& settings, ImportPlan& plan) {
   const SeriesDescription& s = reader.description();
   const ErrorBound& bound = unsettled.bound;
-  if (settings.store == BCCSPLAT_STORE_WAVELETS)
-    return settle_wavelets(reader, device, unsettled, bound, settings, plan);
+  if (settings.store == BCCSPLAT_STORE_WAVELETS) {
+    settle_wavelets(reader, device, unsettled, bound, settings, plan);
+    return {};
+  }
   const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
                                   [&](const Channel& c) { return needs_range(c, settings); });
   const bool open = leaves_store(unsettled, settings, s) && holds_slab(device, unsettled, s, settings);
@@ -235,29 +247,32 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   const bool still = !bound.any() && unsettled.auto_lattice && s.dims[3] == 1;
   plan.still = still && settings.store != BCCSPLAT_STORE_COEFFICIENTS && has_cartesian(settings.kernel);
   const bool levels = plan.levels.automatic && settings.levels > 0;
+  const bool kept = !unsettled.auto_lattice && is_source_grid(shape_of(settings, s)); // labels whole, if any
   if (!open && !unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels &&
-      !still)
-    return;
+      !still && !kept)
+    return {};
 
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
   Watch& watch = *unsettled.progress;
   SeriesSample sample =
       sample_series(reader, air, bound.any() && !open ? SampleSize{} : size_to_choose(s.dims), watch);
-  const std::vector<bool> labels = find_labels(s, sample, air, watch);
-  if (levels && std::find(labels.begin(), labels.end(), true) != labels.end())
-    plan.levels.labels = true, settings.levels = 0;
+  const std::vector<bool> labels =
+      settings.labels.empty() ? find_labels(s, sample, air, watch) : settings.labels;
+  if (plan.levels.automatic || kept || keeps_grid(unsettled, settings, labels))
+    refuse_levels(s, labels, settings, plan);
   const ErrorBound promise = bound.any() ? bound : kUsual;
   if (open && std::find(labels.begin(), labels.end(), true) == labels.end() &&
       suits_wavelets(promise, s, settings, plan.scans)) {
     if (unsettled.everything)
       plan.spectra = spectra_of(s, sample, air, settings, watch), plan.motion = voxels_a_frame(sample);
-    return settle_wavelets(reader, device, unsettled, promise, settings, plan);
+    settle_wavelets(reader, device, unsettled, promise, settings, plan);
+    return labels;
   }
   if (open && bound.any())
     sample = sample_series(reader, air, {}, watch); // of labels as of what is searched for
   chosen = chosen || (still && keeps_grid(unsettled, settings, labels)); // others have BCC
-  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
+  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return labels;
   plan.spectra = spectra_of(s, sample, air, settings, watch);
   plan.motion = voxels_a_frame(sample);
   // What a dry run has scanned beyond it must not make other choices than an import at once.
@@ -271,7 +286,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
     choose_and_round(trier, sample, wish, rounded, settings, plan);
     if (on_grid) keep_whole(reader, air, unsettled.progress, settings, *plan.choice);
   }
-  if (!bound.any()) return;
+  if (!bound.any()) return labels;
   plan.search = search_coding(trier, *plan.spectra, s, settings, bound, plan.scans);
   plan.search->sampled_frames = sample.frames();
   settings = apply_coding(settings, plan.search->chosen().coding);
@@ -280,6 +295,15 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
     settings.abs_error = bound.abs;
   else if (settings.abs_error > 0)
     correct_for_psnr(settings, plan.scans);
+  return labels;
+}
+
+} // namespace
+
+void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
+                   WriterSettings& settings, ImportPlan& plan) {
+  const std::vector<bool> labels = settle(reader, device, unsettled, settings, plan);
+  if (settings.labels.empty()) settings.labels = labels; // a file that goes on has said it
 }
 
 } // namespace bcc4

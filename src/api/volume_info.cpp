@@ -7,6 +7,7 @@
 #include "api/handles.h"
 #include "api/numbers.h"
 #include "api/structs.h"
+#include "volume/labels.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -150,6 +151,7 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
     // The numbers of the header and of files differ for what only coefficients have.
     out.value_type = c.type == ValueType::i32 ? BCCSPLAT_TYPE_I32 : static_cast<int32_t>(c.type);
     out.source_type = static_cast<int32_t>(c.source_type);
+    out.labels = is_labels(volume->file, channel) ? 1 : 0;
     out.name = c.name.c_str(), out.unit = c.unit.c_str();
     out.air = c.air, out.air_threshold = c.threshold;
     out.value_scale = c.scale, out.value_offset = c.offset;

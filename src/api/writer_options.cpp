@@ -151,7 +151,12 @@ ChannelSettings read_channel(const bccsplat_channel_options& in, uint32_t number
   require_utf8(in.name, field(".name").c_str());
   require_utf8(in.unit, field(".unit").c_str());
   out.unit = text_or(in.unit, "");
-  if (in.set_mask & ~3u) fail(Code::invalid_argument, "channel ", out.name, ": unknown bits in set_mask");
+  constexpr uint32_t kinds = BCCSPLAT_CHANNEL_LABELS | BCCSPLAT_CHANNEL_QUANTITIES;
+  if (in.set_mask & ~(kinds | BCCSPLAT_CHANNEL_SET_AIR | BCCSPLAT_CHANNEL_SET_RANGE))
+    fail(Code::invalid_argument, "channel ", out.name, ": unknown bits in set_mask");
+  if ((in.set_mask & kinds) == kinds)
+    fail(Code::invalid_argument, "channel ", out.name, ": its values are labels or quantities, not both");
+  if (in.set_mask & kinds) out.labels = (in.set_mask & BCCSPLAT_CHANNEL_LABELS) != 0;
   if (in.source_type < 0 || in.source_type > BCCSPLAT_TYPE_U32)
     fail(Code::invalid_argument, "channel ", out.name, ": source_type ", in.source_type);
   if (in.value_type < 0 || in.value_type > BCCSPLAT_TYPE_F32)

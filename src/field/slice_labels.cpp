@@ -10,9 +10,8 @@
 namespace bccsplat {
 
 SliceLabels::SliceLabels(const Vec3& origin, const Int3& samples, std::vector<float> values,
-                         std::vector<uint8_t> number, Reservation memory)
-    : origin_(origin), samples_(samples), values_(std::move(values)), number_(std::move(number)),
-      memory_(std::move(memory)) {}
+                         Reservation memory)
+    : origin_(origin), samples_(samples), values_(std::move(values)), memory_(std::move(memory)) {}
 
 int32_t SliceLabels::nearest(size_t axis, double place) const {
   return static_cast<int32_t>(nearest_sample(place - origin_[axis], samples_[axis]));

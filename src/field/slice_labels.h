@@ -16,30 +16,27 @@ namespace bccsplat {
 // A dense grid of samples in slice space: sample (i, j, k) stands at origin + (i, j, k). Immutable once made.
 class SliceLabels {
  public:
-  // values: that labels may have, at most 256, rising; number: of each sample, x fastest, into them.
-  SliceLabels(const Vec3& origin, const Int3& samples, std::vector<float> values, std::vector<uint8_t> number,
-              Reservation memory);
+  // values: of each sample, x fastest.
+  SliceLabels(const Vec3& origin, const Int3& samples, std::vector<float> values, Reservation memory);
 
   [[nodiscard]] const Vec3& origin() const { return origin_; }
   [[nodiscard]] const Int3& samples() const { return samples_; }
-  [[nodiscard]] const std::vector<float>& values() const { return values_; }
   // The sample nearest to a place along an axis: half way the later one.
   [[nodiscard]] int32_t nearest(size_t axis, double place) const;
-  [[nodiscard]] uint8_t number(const Int3& sample) const {
+  [[nodiscard]] float value(const Int3& sample) const {
     const auto nx = static_cast<size_t>(samples_[0]), ny = static_cast<size_t>(samples_[1]);
-    return number_[(static_cast<size_t>(sample[2]) * ny + static_cast<size_t>(sample[1])) * nx +
+    return values_[(static_cast<size_t>(sample[2]) * ny + static_cast<size_t>(sample[1])) * nx +
                    static_cast<size_t>(sample[0])];
   }
   // The value at a point of slice space.
   [[nodiscard]] float at(const Vec3& uvw) const {
-    return values_[number({nearest(0, uvw[0]), nearest(1, uvw[1]), nearest(2, uvw[2])})];
+    return value({nearest(0, uvw[0]), nearest(1, uvw[1]), nearest(2, uvw[2])});
   }
 
  private:
   Vec3 origin_;
   Int3 samples_;
   std::vector<float> values_;
-  std::vector<uint8_t> number_;
   Reservation memory_;
 };
 

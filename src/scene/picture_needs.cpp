@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "view/sheet_metric.h"
+#include "volume/labels.h"
 
 namespace bccsplat {
 namespace {
@@ -126,7 +127,7 @@ PictureNeeds picture_needs(const OpenVolume& volume, uint32_t channel, const Sli
     levels.push_back({distances_per_pixel(slice, volume.lattice(l), sight, width, height),
                       level_error(volume.info(), channel, l)});
   PictureNeeds needs;
-  needs.level = enough_level(levels, options);
+  needs.level = is_labels(volume, channel) ? 0 : enough_level(levels, options); // labels have no means
   needs.distances_per_pixel = levels.front().per_pixel;
   const Lattice4& lattice = volume.lattice(0);
   for (size_t a = 0; a < 3; ++a) needs.box.end[a] = lattice.domain_end(a);

@@ -210,6 +210,27 @@ double pile_noise(const Histogram& h, double top, double boundary) {
   return std::max(half - single_bin, 0.0) * h.width() * sigma_per_half_width;
 }
 
+// The values that a file's labels may have: the whole numbers of each bin, or its middle where it holds none,
+// or more than colours can be told for.
+bool list_labels(const ValueCounts& c, std::vector<double>& labels) {
+  constexpr double near = 1e-6, most_of_bin = 16;
+  const double step = (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size());
+  const auto add = [&](double label) {
+    if (label != c.air && (labels.empty() || labels.back() < label)) labels.push_back(label);
+  };
+  for (size_t i = 0; i < c.bins.size(); ++i) {
+    if (c.bins[i] == 0) continue;
+    const double low = c.stored.low + static_cast<double>(i) * step;
+    const double first = std::ceil(low - near),
+                 last = std::floor(low + step + (i + 1 == c.bins.size() ? near : -near));
+    if (first > last || last - first >= most_of_bin)
+      add(low + 0.5 * step);
+    else
+      for (double label = first; label <= last; ++label) add(label);
+  }
+  return !labels.empty();
+}
+
 bool find_labels(const ValueCounts& c, std::vector<double>& labels) {
   if (!c.integers || !c.exact || c.source.high - c.source.low > widest_labels ||
       c.stored.high - c.stored.low > widest_labels)
@@ -385,7 +406,7 @@ ValueSurvey survey_counts(const ValueCounts& c, std::optional<ValueKind> as) {
   }
   if (as == ValueKind::both_signs) return survey_signs(h, c);
   const bool quantity = as && as != ValueKind::labels;
-  if ((!as || quantity) && (c.level_set || is_level_set(h, c))) {
+  if ((!as || quantity) && !c.labels.value_or(false) && (c.level_set || is_level_set(h, c))) {
     s.kind = ValueKind::level_set, s.below = true;
     s.background = h.range.high;
     s.empty = {0, unbounded};
@@ -393,7 +414,9 @@ ValueSurvey survey_counts(const ValueCounts& c, std::optional<ValueKind> as) {
     s.boundary = 0;
     return s;
   }
-  if (!quantity && find_labels(c, labels)) {
+  const bool said = c.labels.value_or(false);
+  if (!quantity && (as || c.labels.value_or(true)) &&
+      (said ? list_labels(c, labels) : find_labels(c, labels))) {
     s.kind = ValueKind::labels, s.above = true;
     s.background = c.air < labels.front() ? c.air : labels.front() - 1, s.labels = labels;
     s.boundary = 0.5 * (s.background + labels.front());

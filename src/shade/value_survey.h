@@ -16,15 +16,16 @@ namespace bccsplat {
 struct ValueCounts {
   std::vector<uint64_t> bins; // of the stored samples, over `stored`, the last one closed
   Range stored;
-  Range source;            // of the source's values; what lies beyond is ringing
-  double air = 0;          // of the sites that are not stored
-  uint64_t air_sites = 0;  // how many these are
-  bool integers = false;   // the source is of whole numbers
-  bool exact = true;       // and the samples are not coded in steps that skip some of them
-  double rounding = 0;     // how far a sample may be from its whole number, by finer steps beside these
-  bool incomplete = false; // some of the domain is missing
-  bool level_set = false;  // values are known to be distances, negative inside
-  double voxels = 1;       // of a frame
+  Range source;                 // of the source's values; what lies beyond is ringing
+  double air = 0;               // of the sites that are not stored
+  uint64_t air_sites = 0;       // how many these are
+  bool integers = false;        // the source is of whole numbers
+  bool exact = true;            // and the samples are not coded in steps that skip some of them
+  double rounding = 0;          // how far a sample may be from its whole number, by finer steps beside these
+  bool incomplete = false;      // some of the domain is missing
+  bool level_set = false;       // values are known to be distances, negative inside
+  std::optional<bool> labels{}; // the file says whether values are labels
+  double voxels = 1;            // of a frame
 };
 
 enum class ValueKind : uint8_t { empty, constant, labels, level_set, both_signs, solid, fog, dense };
@@ -49,9 +50,11 @@ struct ValueSurvey {
   // Of the surface that is drawn where nobody asks for a value: the boundary, or inside an object whose
   // values go on down to the noise, so that a surface between the two would be torn.
   double surface = std::numeric_limits<double>::quiet_NaN();
-  double crossing = 1;        // voxels along a ray through the middle of what is not empty
-  SideOfValues lower, upper;  // what is below the background, and what is above it
-  std::vector<double> labels; // rising, without the background, which air is where it lies below them
+  double crossing = 1;       // voxels along a ray through the middle of what is not empty
+  SideOfValues lower, upper; // what is below the background, and what is above it
+  // Rising, without the background, which air is where it lies below them. Of more than 256 whole numbers all
+  // that the samples of a bin may be.
+  std::vector<double> labels;
 };
 
 // as: what the values are taken for, whatever they look like: both_signs, labels (none found: no list of

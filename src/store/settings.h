@@ -62,6 +62,7 @@ struct ChannelSettings {
   double value_step = 0;      // value of one integer code; 0: what spreads the range over the codes
   double wavelet_error = 0;   // root mean square of samples stored as wavelets; 0: what the bounds ask for
   double abs_error = 0;       // bound of the error at source samples; 0: none
+  std::optional<bool> labels; // whether values are labels; none: the histogram will say
 };
 
 // What one of several processes writes of a series, or what continues a file.

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "formats/bcc4/coding/tile.h"
+#include "formats/bcc4/labels_attribute.h"
 #include "formats/bcc4/metadata.h"
 #include "store/block.h"
 #include "store/channel_info.h"
@@ -171,6 +172,7 @@ void VolumeWriter::check_settings() const {
   if (s.wavelets && s.coefficients)
     fail(Code::invalid_argument, "writer: wavelets are of samples, not of coefficients");
   if (s.ends == Ends::periodic) check_periodic();
+  check_labels();
   for (size_t a = 0; a < 3; ++a)
     if (s.turning[a] && !s.axes[a].coordinates.empty())
       fail(Code::unsupported, "writer: axis ", "xyz"[a],
@@ -193,6 +195,23 @@ void VolumeWriter::check_settings() const {
     if (channel.range && !(channel.range->low < channel.range->high && std::isfinite(channel.range->low) &&
                            std::isfinite(channel.range->high)))
       fail(Code::invalid_argument, "channel ", channel.name, ": range must be finite and rise");
+  }
+}
+
+// Labels have no values in between and no means: what would make some is refused.
+void VolumeWriter::check_labels() const {
+  const WriterSettings& s = settings_;
+  const bool own = std::all_of(s.scales.begin(), s.scales.end(), [](double scale) { return scale == 1; });
+  for (const ChannelSettings& c : s.channels) {
+    if (!c.labels.value_or(false)) continue;
+    if (s.lattice != LatticeKind::cc || !own || s.wavelets)
+      fail(Code::unsupported, "channel ", c.name,
+           ": labels come back whole from samples of lattice CC at distance 1 alone; store them so, or "
+           "call them quantities");
+    if (s.levels > 0)
+      fail(Code::unsupported, "channel ", c.name,
+           ": labels have no means, of which coarser levels are made; store none of these (levels 0), or "
+           "call them quantities");
   }
 }
 
@@ -244,6 +263,7 @@ void VolumeWriter::begin_info() {
     info.name = channel.name, info.unit = channel.unit;
     info.air = static_cast<float>(channel.air), info.threshold = channel.threshold;
     if (s.wavelets) info.wavelet_error = wavelet_error_of(s, c);
+    if (channel.labels) set_attribute(labels_attribute(channel.name), *channel.labels ? "yes" : "no");
   }
 }
 

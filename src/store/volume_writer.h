@@ -92,6 +92,7 @@ class VolumeWriter {
   // Settled before the first data.
   void check_settings() const;
   void check_periodic() const;
+  void check_labels() const;
   void begin_info();
   void require_wavelet_types() const;
   void leave_rounding();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "formats/bcc4/labels_attribute.h"
 #include "shade/value_survey.h"
 #include "volume/value_counts.h"
 
@@ -26,24 +27,6 @@ std::optional<size_t> axis_of(const Hyperplane& plane) {
     axis = a;
   }
   return axis;
-}
-
-// Returns the values that samples of a channel have, rising.
-std::vector<float> values_of(const OpenVolume& volume, uint32_t channel) {
-  const ValueSurvey survey = survey_values(value_counts(volume, channel));
-  std::vector<float> values{volume.channel(channel).air};
-  for (const double label : survey.labels) values.push_back(static_cast<float>(label));
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-  return values;
-}
-
-// Returns which of the values is nearest.
-uint8_t number_of(const std::vector<float>& values, float value) {
-  size_t nearest = 0;
-  for (size_t n = 1; n < values.size(); ++n)
-    if (std::fabs(values[n] - value) < std::fabs(values[nearest] - value)) nearest = n;
-  return static_cast<uint8_t>(nearest);
 }
 
 size_t count_of(const Grid& grid) {
@@ -111,9 +94,19 @@ bool is_labels(const OpenVolume& volume, uint32_t channel) {
   if (!lattice.is_static() && lattice.time_step != 1) return false;
   if (volume.info().tile_edge > 1) return false; // wavelets are near to what they store, and no labels
   if (const auto known = volume.known_labels(channel)) return *known;
-  const bool labels = survey_values(value_counts(volume, channel)).kind == ValueKind::labels;
+  const std::optional<bool> said = said_labels(volume.info(), volume.channel(channel).name);
+  const bool labels = said ? *said : survey_values(value_counts(volume, channel)).kind == ValueKind::labels;
   volume.note_labels(channel, labels);
   return labels;
+}
+
+void round_labels(const OpenVolume& volume, uint32_t channel, std::span<float> values) {
+  constexpr float near = 0.01F, share = 4e-6F; // of floats: what the field of their grid is off by, and more
+  const bool whole = value_counts(volume, channel).integers;
+  for (float& value : values) {
+    const float nearest = std::round(value);
+    if (whole || std::fabs(value - nearest) <= std::max(near, share * std::fabs(value))) value = nearest;
+  }
 }
 
 void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points) {
@@ -147,16 +140,15 @@ void add_labels(OpenSlice& slice, const OpenVolume& volume, const Context& conte
   if (slice.slice.empty()) return;
   const Grid grid = slice.own_grid();
   const size_t count = count_of(grid);
-  Reservation memory(context.memory, count, "the labels of a slice");
-  const Reservation work(context.memory, count * sizeof(float), "reading the labels of a slice");
-  std::vector<float> sampled(count);
+  Reservation memory(context.memory, count * sizeof(float), "the labels of a slice");
+  std::vector<float> values(count);
   slice.slice.coset.make(context);
-  sample_grid(slice.slice, grid, sampled.data(), context);
-  const std::vector<float> values = values_of(volume, slice.channel);
-  std::vector<uint8_t> number(count);
-  for (size_t n = 0; n < count; ++n) number[n] = number_of(values, sampled[n]);
-  slice.slice.labels = std::make_shared<const SliceLabels>(grid.origin, grid.dims, values, std::move(number),
-                                                           std::move(memory));
+  sample_grid(slice.slice, grid, values.data(), context);
+  round_labels(volume, slice.channel, values);
+  std::replace_if(
+      values.begin(), values.end(), [](float v) { return std::isnan(v); }, volume.channel(slice.channel).air);
+  slice.slice.labels =
+      std::make_shared<const SliceLabels>(grid.origin, grid.dims, std::move(values), std::move(memory));
 }
 
 SliceRequest request_labels(const OpenVolume& volume, uint32_t channel, double frame,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/error.h"
 #include "volume/labels.h"
 #include "volume/read_ranges.h"
 
@@ -37,6 +38,9 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
   OpenSlice result;
   result.channel = request.channel, result.level = request.level;
   const bool labels = cuts_labels(volume, request);
+  if (request.level > 0 && is_labels(volume, request.channel))
+    fail(Code::unsupported, "channel ", volume.channel(request.channel).name,
+         ": it has labels, and those of coarser levels are means of them, which no sample has; take level 0");
   result.cut = request.cut;
   const std::optional<IndexBox>& box = request.cut.box;
   for (size_t a = 0; labels && box && a < 3; ++a) // labels stand at samples, wherever a box ends

@@ -69,14 +69,14 @@ std::array<float, 2> label_bounds(const SliceLabels& labels, const std::array<Ve
   std::array<Int3, 2> samples;
   for (size_t side = 0; side < 2; ++side)
     for (size_t a = 0; a < 3; ++a) samples[side][a] = labels.nearest(a, box[side][a]);
-  uint8_t low = labels.number(samples[0]), high = low;
+  float low = labels.value(samples[0]), high = low;
   for (int z = samples[0][2]; z <= samples[1][2]; ++z)
     for (int y = samples[0][1]; y <= samples[1][1]; ++y)
       for (int x = samples[0][0]; x <= samples[1][0]; ++x) {
-        const uint8_t number = labels.number({x, y, z});
-        low = std::min(low, number), high = std::max(high, number);
+        const float value = labels.value({x, y, z});
+        low = std::min(low, value), high = std::max(high, value);
       }
-  return {labels.values()[low], labels.values()[high]};
+  return {low, high};
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "formats/bcc4/labels_attribute.h"
 #include "shade/gradient_noise.h"
 
 namespace bccsplat {
@@ -35,6 +36,7 @@ ValueCounts value_counts(const OpenVolume& volume, uint32_t channel) {
   for (size_t a = 0; a < 3; ++a) counts.voxels *= v.lattice.dims[a];
   for (const auto& [key, value] : v.attributes)
     if (key == "openvdb.class." + c.name) counts.level_set = value == "level set";
+  counts.labels = said_labels(v, c.name);
   return counts;
 }
 

@@ -91,7 +91,7 @@ EvaluateMisses labels_at(const OpenVolume& volume, uint32_t channel, std::span<c
   std::vector<Vec4> samples(points.begin(), points.end());
   snap_to_samples(volume, samples);
   const EvaluateMisses misses = evaluate_clusters(volume, channel, samples, values, gradients, context);
-  for (float& value : values) value = std::round(value);
+  round_labels(volume, channel, values);
   for (std::array<float, 4>& g : gradients)
     if (!std::isnan(g[0])) g = {};
   return misses;

@@ -90,6 +90,8 @@ PERIODIC_Y = 2
 PERIODIC_Z = 4
 CHANNEL_SET_AIR = 1
 CHANNEL_SET_RANGE = 2
+CHANNEL_LABELS = 4
+CHANNEL_QUANTITIES = 8
 PARTIAL_DEFAULT = 0
 PARTIAL_KEEP = 1
 PARTIAL_RESUME = 2
@@ -623,7 +625,7 @@ class ChannelInfo(Struct):
     holes: int
     histogram: Array[c_uint64]
     source_type: int
-    reserved: int
+    labels: int
     error_bound: float
     lattice_rmse: float
     lattice_max_abs: float
@@ -636,7 +638,7 @@ class ChannelInfo(Struct):
         ("air", c_double), ("air_threshold", c_double), ("value_scale", c_double), ("value_offset", c_double),
         ("range", c_double * 2), ("kept_range", c_double * 2), ("percentile_2", c_double),
         ("percentile_998", c_double), ("sites_kept", c_uint64), ("cc_relevant", c_uint64),
-        ("holes", c_uint64), ("histogram", c_uint64 * 256), ("source_type", c_int32), ("reserved", c_int32),
+        ("holes", c_uint64), ("histogram", c_uint64 * 256), ("source_type", c_int32), ("labels", c_int32),
         ("error_bound", c_double), ("lattice_rmse", c_double), ("lattice_max_abs", c_double),
         ("rmse", c_double), ("max_abs", c_double), ("corrections", c_uint64), ("missing", c_uint64),
         ("wavelet_error", c_double)]

@@ -73,8 +73,8 @@ def as_series(array: Any) -> Any:
 def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: Any = None, spacing: Any = 1.0,
          origin: Any = 0.0, affine: Any = None, name: str = "value", unit: str | None = None,
          spatial_unit: str | None = None, time_unit: str | None = None, attributes: Mapping[str, str] = {},
-         air: float = 0.0, air_threshold: float = 0.0, nonfinite: str | None = None, abs_error: float = 0.0,
-         psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
+         air: float = 0.0, air_threshold: float = 0.0, nonfinite: str | None = None, labels: bool | None = None,
+         abs_error: float = 0.0, psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
          progress: Progress | None = None, **options: Any) -> _abi.WriterReport:
     """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
 
@@ -91,7 +91,8 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     name, unit: of the channel and its values. air: the value of empty space, within air_threshold of which nothing is
     stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp"; None: "hole" where an array has a
     mask or fill values, else "error".
-    abs_error: > 0: no finite sample is off by more. psnr: in dB; lattice, steps and store of the smallest file that keeps
+    labels: whether the values of all channels are labels, which nothing lies between; they need lattice="cc". None: readers
+    tell by the values. abs_error: > 0: no finite sample is off by more. psnr: in dB; lattice, steps and store of the smallest file that keeps
     it are found by a Plan, which reads the array once more. options: further ones of Writer, such as levels=2 or
     store="coefficients", with psnr also of Plan.
     """
@@ -116,12 +117,12 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
             device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,
             attributes, psnr=psnr, affine=place, spatial_unit=spatial_unit, time_unit=time_unit, nonfinite=nonfinite,
             abs_error=abs_error, overwrite=overwrite, types=[kind.given for kind in kinds],
-            channels=[Channel(key, unit, kind.source, air=air or None, air_threshold=air_threshold)
+            channels=[Channel(key, unit, kind.source, air=air or None, air_threshold=air_threshold, labels=labels)
                       for key, kind in zip(channels, kinds)],
             progress=progress, **options)
     writer = Writer(device or default_device(), path, (nx, ny, nz, nt), affine=place, spatial_unit=spatial_unit,
                     time_unit=time_unit, nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite,
-                    channels=[Channel(key, unit, kind.source, air=air, air_threshold=air_threshold)
+                    channels=[Channel(key, unit, kind.source, air=air, air_threshold=air_threshold, labels=labels)
                               for key, kind in zip(channels, kinds)],
                     progress=progress, **options)
     with writer:

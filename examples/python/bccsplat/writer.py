@@ -26,7 +26,8 @@ TYPES = {"u1": _abi.TYPE_U8, "u2": _abi.TYPE_U16, "u4": _abi.TYPE_U32, "i1": _ab
 @dataclass
 class Channel:
     """One quantity of the file. air: the value of sites that are not stored (None: a Plan finds
-    it); range: spread over U8 or U16 codes."""
+    it); range: spread over U8 or U16 codes; labels: whether values are labels, which nothing lies between (None: readers
+    tell by the values); they need lattice="cc"."""
 
     name: str = "value"
     unit: str | None = None
@@ -35,6 +36,7 @@ class Channel:
     air: float | None = 0.0
     air_threshold: float = 0.0
     range: tuple[float, float] | None = None
+    labels: bool | None = None
 
     def options(self) -> _abi.ChannelOptions:
         """The C struct of it."""
@@ -43,6 +45,8 @@ class Channel:
                                   source_type=choose("TYPE", self.source_type),
                                   value_type=choose("TYPE", self.value_type), air=self.air or 0.0,
                                   air_threshold=self.air_threshold)
+        if self.labels is not None:
+            out.set_mask |= _abi.CHANNEL_LABELS if self.labels else _abi.CHANNEL_QUANTITIES
         if self.range is not None:
             out.set_mask |= _abi.CHANNEL_SET_RANGE
             out.range[:] = [*self.range]

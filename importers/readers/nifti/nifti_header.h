@@ -16,13 +16,13 @@ namespace bcc4 {
 // Byte offsets of the fields in the two versions.
 struct NiftiFields {
   size_t header, dim, datatype, pixdim, vox_offset, slope, inter, units, toffset, qform, sform, quatern,
-      qoffset, srow, text, intent_name;
+      qoffset, srow, text, intent, intent_name;
   bool wide; // NIfTI-2: dims are i64, floats f64, codes i32
 };
-inline constexpr NiftiFields kNifti1{348, 40,  70,  76,  108, 112, 116, 123,  136,
-                                     252, 254, 256, 268, 280, 148, 328, false};
+inline constexpr NiftiFields kNifti1{348, 40,  70,  76,  108, 112, 116, 123, 136,
+                                     252, 254, 256, 268, 280, 148, 68,  328, false};
 inline constexpr NiftiFields kNifti2{540, 16,  12,  104, 168, 176, 184, 500, 216,
-                                     344, 348, 352, 376, 400, 240, 508, true};
+                                     344, 348, 352, 376, 400, 240, 504, 508, true};
 
 class NiftiHeader {
  public:

@@ -136,8 +136,11 @@ void require_like(const SeriesDescription& d, const DenseLayout& first, const On
   require_same_place(d, place, samples_of(first), options, path);
 }
 
-// The name of the values and their unit, where the file tells them (the unit as bcc4 writes it).
+// The name of the values, their unit (as bcc4 writes it) and whether they are labels, where the file tells
+// it.
 void describe_values(Channel& channel, const NiftiHeader& h) {
+  constexpr int labels = 1002; // NIFTI_INTENT_LABEL
+  channel.labels = h.code(h.fields().intent) == labels;
   constexpr size_t name_bytes = 16, text_bytes = 80;
   constexpr std::string_view unit = "bcc4; values in ";
   if (const std::string name = h.text(h.fields().intent_name, name_bytes); !name.empty())

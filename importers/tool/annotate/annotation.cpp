@@ -86,7 +86,9 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
     heading_ = concat(heading_, " × ", spatial_unit_.empty() ? "length" : spatial_unit_.c_str());
   if (*c.unit) heading_ = concat(heading_, " [", c.unit, "]");
   if (a.iso.size() > 1) fields_ = surface_bar(heading_, a.iso, colors_);
-  if (of_labels && !fields_ && a.mode != BCCSPLAT_MODE_ISOSURFACE && a.mode != BCCSPLAT_MODE_XRAY)
+  constexpr size_t most_fields = 64; // that can be read, two colours for each
+  if (of_labels && colors_.size() <= 2 * most_fields && !fields_ && a.mode != BCCSPLAT_MODE_ISOSURFACE &&
+      a.mode != BCCSPLAT_MODE_XRAY)
     fields_ = label_bar(heading_, colors_);
   if (a.mode == BCCSPLAT_MODE_ISOSURFACE) {
     std::array<double, 4> only = colors_.front();

@@ -40,6 +40,7 @@ Json channel_json(const bccsplat_channel_info& c, bool histogram) {
          {"unit", c.unit},
          {"source_type", value_type_name(c.source_type)},
          {"value_type", value_type_name(c.value_type)},
+         {"labels", c.labels != 0},
          {"air", c.air},
          {"air_threshold", c.air_threshold},
          {"value_scale", c.value_scale},
@@ -281,10 +282,10 @@ void print_info(const Volume& volume, const InfoArguments& a) {
   for (uint32_t c = 0; c < v.channel_count; ++c) {
     const bccsplat_channel_info ch = channel_info(volume, c);
     line(c == 0 ? "channels" : "", ch.name, *ch.unit ? concat(" [", ch.unit, "]") : "", ": ",
-         value_type_name(ch.value_type), " from ", value_type_name(ch.source_type), steps_text(ch),
-         ", range ", ch.range[0], " to ", ch.range[1], ", air ", ch.air,
-         ch.air_threshold > 0 ? concat(" +- ", ch.air_threshold) : "", ", ", ch.sites_kept, " sites stored",
-         share(ch.sites_kept, v.sites_total + v.sites_outside),
+         value_type_name(ch.value_type), " from ", value_type_name(ch.source_type),
+         ch.labels != 0 ? ", labels" : "", steps_text(ch), ", range ", ch.range[0], " to ", ch.range[1],
+         ", air ", ch.air, ch.air_threshold > 0 ? concat(" +- ", ch.air_threshold) : "", ", ", ch.sites_kept,
+         " sites stored", share(ch.sites_kept, v.sites_total + v.sites_outside),
          ch.holes > 0 ? concat(", ", ch.holes, " holes") : "",
          ch.missing > 0 ? concat(", ", ch.missing, " samples missing", share(ch.missing, v.cc_samples)) : "");
     print_errors(ch);

@@ -65,7 +65,7 @@ std::vector<std::string> spectrum_lines(const Spectrum& spectrum) {
 }
 
 std::string levels_text(const LevelChoice& choice, uint32_t levels) {
-  if (choice.labels) return "none: labels have no means (--levels N stores some all the same)";
+  if (choice.labels) return "none: labels have no means";
   if (choice.scattered)
     return "none: next to nothing of a frame is active (--levels N stores some all the same)";
   if (levels == 0) return "";

@@ -51,6 +51,7 @@ Json settings_json(const WriterSettings& s) {
   j["wavelet_errors"] = s.wavelet_errors;
   j["abs_error"] = s.abs_error, j["psnr"] = s.psnr;
   j["abs_errors"] = s.abs_errors;
+  j["labels"] = s.labels;
   j["measure"] = name_of(s.measure, kMeasureChoices);
   j["kernel"] = s.kernel;
   return j;
@@ -78,6 +79,7 @@ WriterSettings read_settings(const Json& j) {
   // Older plans do not have these two.
   s.wavelet_errors = j.value("wavelet_errors", std::vector<double>{});
   s.abs_errors = j.value("abs_errors", std::vector<double>{});
+  s.labels = j.value("labels", std::vector<bool>{});
   s.abs_error = j.at("abs_error").get<double>(), s.psnr = j.at("psnr").get<double>();
   s.measure = value_of(j.at("measure"), kMeasureChoices, BCCSPLAT_MEASURE_DEFAULT);
   s.kernel = j.at("kernel").get<std::string>();

@@ -108,12 +108,8 @@ Affine Exporter::affine() const {
   return moved;
 }
 
-// Import keeps labels on their own grid, where frames come back as they are; what has few values and is
-// smooth is on another one.
 double Exporter::written_index(double index) const {
-  if (index == std::round(index) || info_.lattice != BCCSPLAT_LATTICE_CC) return index;
-  const bccsplat_look look = make_look(volume_, channel_, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_DEFAULT);
-  return look.kind == BCCSPLAT_KIND_LABELS ? std::round(index) : index;
+  return channel_info(volume_, channel_).labels != 0 ? std::round(index) : index;
 }
 
 void Exporter::sample_frame(double index, const std::optional<SampleBox>& region,

@@ -46,7 +46,7 @@ static void wrong_options(bccsplat_device* device) {
   WRONG(INVALID_ARGUMENT, "1024", o.channel_count = 5000);
   WRONG(INVALID_ARGUMENT, "named", c[1].name = "value");
   WRONG(INVALID_ARGUMENT, "empty", c[1].name = "");
-  WRONG(INVALID_ARGUMENT, "set_mask", c[1].set_mask = 4);
+  WRONG(INVALID_ARGUMENT, "set_mask", c[1].set_mask = 16);
   WRONG(INVALID_ARGUMENT, "source_type", c[1].source_type = 10);
   WRONG(INVALID_ARGUMENT, "value_type", c[1].value_type = BCCSPLAT_TYPE_I16);
   WRONG(INVALID_ARGUMENT, "air", c[1].air = NAN);

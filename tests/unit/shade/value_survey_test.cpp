@@ -164,6 +164,19 @@ TEST(ValueSurvey, LabelsAreListed) {
   EXPECT_NE(survey_values(c).kind, ValueKind::labels);
 }
 
+TEST(ValueSurvey, LabelsThatTheFileNamesAreListedWhateverTheyAre) {
+  Counts c(0.5, 512.5);
+  c.labels = true, c.integers = false;
+  c.bins.assign(256, 0);
+  c.bins[0] = c.bins[9] = c.bins[255] = 1000; // two numbers wide
+  EXPECT_EQ(survey_values(c).kind, ValueKind::labels);
+  EXPECT_EQ(survey_values(c).labels, (std::vector<double>{1, 2, 19, 20, 511, 512}));
+  c.labels = false, c.integers = true;
+  c.stored = c.source = {1, 5};
+  EXPECT_NE(survey_values(c).kind, ValueKind::labels);
+  EXPECT_EQ(survey_values(c, ValueKind::labels).kind, ValueKind::labels) << "asked for";
+}
+
 TEST(ValueSurvey, DistancesCutOffOnBothSidesAreALevelSet) {
   const ValueSurvey s = survey_values(Counts(-3, 3).normal(8e5, 3, 0.02).normal(1e5, -3, 0.02).even(1e5));
   EXPECT_EQ(s.kind, ValueKind::level_set);
