@@ -11,8 +11,7 @@ file() { # PATH INCLUDED...: a file that includes these
   printf '#include %s\n' "$@" >"$path"
 }
 
-house() {
-  rm -rf "$scratch"
+build_house() {
   file include/bccsplat.h '<stdint.h>'
   file src/base/tasks.h '<vector>' '<thread>'
   file src/kernel/prefilter.cpp '"base/tasks.h"' '"kernel/kernel.h"'
@@ -50,10 +49,15 @@ house() {
   file examples/render_frame.c '<bccsplat.h>'
 }
 
-house
+rm -rf "$scratch"
+build_house
 bash "$here/floors.sh" "$scratch"
 
 failures=0
+kept=$(mktemp -d)
+trap 'rm -rf "$kept"' EXIT
+cp -r "$scratch/." "$kept"
+house() { rm -rf "$scratch" && cp -r "$kept" "$scratch"; }
 violation() { # FILE INCLUDE-LINE [WHY]: the report names the file, its line and why
   house
   mkdir -p "$(dirname "$scratch/$1")"
