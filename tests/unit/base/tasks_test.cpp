@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Tasks in threads of the library and of a host: each is done once, errors and nested calls included.
 #include "base/tasks.h"
 
 #include <algorithm>
