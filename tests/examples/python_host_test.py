@@ -292,6 +292,7 @@ def pictures(device, volume, cut, folder):
     assert first.shape == (40, 60, 4) and 0 < first[..., 3].max() <= 1 and frame.depth().shape == (40, 60)
     raises(Error, Status.NOT_FOUND, frame.channel, Frame.TIME)
     assert np.array_equal(frame.copy("f32"), first) and np.abs(frame.copy("f16") - first).max() < 1e-3
+    assert np.array_equal(frame.copy("F32"), first) and np.array_equal(frame.copy_part(0, 0, 60, 40, abi.PIXELS_F32), first)
     straight, multiplied = frame.copy(), frame.copy("srgb8_premultiplied")
     assert straight.dtype == np.uint8 and np.array_equal(straight[..., 3], np.round(first[..., 3] * 255))
     assert np.all(multiplied <= straight) and multiplied.any() and frame.copy("f16", Frame.DEPTH).shape == (40, 60)

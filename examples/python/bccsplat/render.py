@@ -17,6 +17,8 @@ from .slices import Slice
 from .streams import WriteAt, write_stream
 
 Tile = Callable[[int, int, int, int], "bool | None"]
+# Of copies of pixels; others are bytes.
+_NUMBERS = {_abi.PIXELS_F32: np.float32, _abi.PIXELS_F16: np.float16}
 
 
 def rows_of(points: Any, what: str, columns: str) -> Array:
@@ -137,19 +139,19 @@ class Frame(Child):
         """[height, width, 4], float32, linear, premultiplied by opacity; the pixels themselves."""
         return self.channel(self.RGBA)
 
-    def copy(self, format: str = "srgb8", channel: int = RGBA) -> Array:
+    def copy(self, format: int | str = "srgb8", channel: int = RGBA) -> Array:
         """A copy of a plane: "f32", "f16", or of RGBA "srgb8", bytes as PNG has them, or "srgb8_premultiplied"."""
-        number = np.dtype({"f32": np.float32, "f16": np.float16}.get(format, np.uint8))
-        plane = self.channel(channel)
-        out = np.empty(plane.shape, number)
-        call("frame_copy", self.pointer, channel, choose("PIXELS", format), out.ctypes.data, 0)
+        pixels = choose("PIXELS", format)
+        out = np.empty(self.channel(channel).shape, _NUMBERS.get(pixels, np.uint8))
+        call("frame_copy", self.pointer, channel, pixels, out.ctypes.data, 0)
         return out
 
-    def copy_part(self, x: int, y: int, width: int, height: int, format: str = "srgb8", channel: int = RGBA) -> Array:
+    def copy_part(self, x: int, y: int, width: int, height: int, format: int | str = "srgb8",
+                  channel: int = RGBA) -> Array:
         """The same of a rectangle; for a tile function, too."""
-        number = np.dtype({"f32": np.float32, "f16": np.float16}.get(format, np.uint8))
-        out = np.empty((height, width, 4) if channel == self.RGBA else (height, width), number)
-        call("frame_copy_part", self.pointer, channel, choose("PIXELS", format), x, y, width, height, out.ctypes.data, 0)
+        pixels = choose("PIXELS", format)
+        out = np.empty((height, width, 4) if channel == self.RGBA else (height, width), _NUMBERS.get(pixels, np.uint8))
+        call("frame_copy_part", self.pointer, channel, pixels, x, y, width, height, out.ctypes.data, 0)
         return out
 
     def depth(self) -> Array:
