@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress, Watch, call, choose
-from .arrays import Array, numbers_of
+from .arrays import Array, are_drawable, numbers_of
 from .cancel import CancelToken, token_of
 from .device import Child, Device, pointer_of
 from .slices import Slice
@@ -73,8 +73,8 @@ class Frame(Child):
     @classmethod
     def wrap(cls, device: Device, pixels: Array) -> Frame:
         """Draws into the caller's float32 array [height, width, 4]; rows may be apart, pixels may not."""
-        if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 4 or pixels.strides[1:] != (16, 4):
-            raise ValueError("pixels must be float32 [height, width, 4] with contiguous rows")
+        if pixels.ndim != 3 or not are_drawable(pixels, (*pixels.shape[:2], 4)):
+            raise ValueError("pixels must be writable float32 [height, width, 4] with contiguous rows")
         frame = cls.__new__(cls)
         Child.__init__(frame, device)
         frame._pixels = pixels  # borrowed by the library
@@ -104,9 +104,8 @@ class Frame(Child):
             plane.channel = channel
             if pixels is None:
                 continue
-            shape, steps = ((height, width, 4), (16, 4)) if channel == cls.RGBA else ((height, width), (4,))
-            if pixels.dtype != np.float32 or pixels.shape != shape or pixels.strides[1:] != steps:
-                raise ValueError("planes must be float32 [height, width, 4] or [height, width] with contiguous rows")
+            if not are_drawable(pixels, (height, width, 4) if channel == cls.RGBA else (height, width)):
+                raise ValueError("planes must be writable float32 [height, width, 4] or [height, width] with contiguous rows")
             plane.pixels, plane.row_bytes = pixels.ctypes.data, pixels.strides[0]
         frame._pixels = [*planes.values()]  # borrowed by the library
         frame._create("frame_wrap_planes", device.pointer, width, height, array, len(planes))
