@@ -223,6 +223,9 @@ class Writing(unittest.TestCase):
         np.testing.assert_allclose(again.y, ds.y[3::2])
         ds[["T"]].isel(time=0).bcc4.to_file(path("one.bcc4"))
         self.assertEqual(open_file("one.bcc4")["T"].shape, (1, 20, 22, 24))
+        for one in (ds, back):
+            one.isel(time=3).bcc4.to_file(path("one.bcc4"), overwrite=True)
+            np.testing.assert_array_equal(open_file("one.bcc4").time.values, dates[3:4])
 
     def test_names_of_dimensions(self):
         ds = xr.Dataset({"f": (("when", "lev", "lat", "lon"), self.source)}, {"when": [1. * n * n for n in range(14)],

@@ -144,10 +144,11 @@ class DatasetWriter:
 
     def _times(self, count: int) -> tuple[list[float], str | None, dict[str, str]]:
         """Times of frames, their unit, and what says which date 0 is."""
-        if len(self.names) == 3 or self.names[0] not in self.dataset.coords:
+        name = self.names[0] if len(self.names) == 4 else "time"  # of one moment a scalar
+        if name not in self.dataset.coords or self.dataset[name].size != count:
             return [float(n) for n in range(count)], None, {}
-        coordinate = self.dataset[self.names[0]]
-        values, units = np.asarray(coordinate.values), coordinate.attrs.get("units")
+        coordinate = self.dataset[name]
+        values, units = np.atleast_1d(coordinate.values), coordinate.attrs.get("units")
         if values.dtype.kind == "m":
             return (values / np.timedelta64(1, "s")).tolist(), "s", {}
         calendar = coordinate.attrs.get("calendar", "standard")
