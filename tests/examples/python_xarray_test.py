@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import unittest
+from unittest import mock
 
 import python_support as support
 from python_support import path, waves, without
@@ -348,6 +349,21 @@ class Dask(unittest.TestCase):
                 after = len(file.readlines())
         self.assert_whole("r.bcc4")
         self.assertLess(after - before, before)
+
+    def test_parts_of_other_places_are_made_anew(self):
+        ds = self.chunked().isel(time=slice(0, 24))
+
+        def failing(parts, path):
+            raise OSError("the disk is away")
+
+        with mock.patch.object(bccsplat.dataset_writer, "join_task", failing), self.assertRaises(OSError):
+            ds.bcc4.to_file(path("o.bcc4"), parts=2)
+        moved = ds.assign_coords(x=5. * np.arange(ds.sizes["x"]))
+        moved.f.attrs["units"] = "K"
+        moved.bcc4.to_file(path("o.bcc4"), parts=2, resume=True)
+        back = open_file("o.bcc4")
+        np.testing.assert_allclose(back.x, moved.x)
+        self.assertEqual(back.f.attrs["units"], "K")
 
     @unittest.skipIf(*without("distributed"))
     def test_larger_than_memory_as_it_is_measured(self):

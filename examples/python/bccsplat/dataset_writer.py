@@ -201,8 +201,9 @@ class DatasetWriter:
             raise FileNotFoundError("%s: there is no folder of that name to write into" % os.path.dirname(path))
         frames = self.plan.dims[3]
         bounds = [round(frames * n / count) for n in range(count + 1)]
-        token = dask.base.tokenize([getattr(series.data, "name", None) for series in self.series], self.plan.dims,
-                                   self.plan.times, self.options, bounds)
+        token = dask.base.tokenize(path, [getattr(series.data, "name", None) for series in self.series],
+                                   [vars(channel) for channel in self.plan.channels],
+                                   {**vars(self.plan), "channels": None}, bounds)
         folder = "%s.parts-%s" % (path, token[:12])
         if not resume:
             shutil.rmtree(folder, ignore_errors=True)
