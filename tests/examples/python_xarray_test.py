@@ -157,6 +157,9 @@ class Reading(unittest.TestCase):
         numbers = open_file("dates.bcc4", decode_times=False)
         np.testing.assert_array_equal(numbers.time, 6 + 12. * np.arange(14))
         self.assertEqual(numbers.time.attrs["units"], "hours since 2020-02-27 00:00:00")
+        bccsplat.save(path("ages.bcc4"), self.source, unit="days", time_unit="hours", attributes={"time_epoch": "2020-02-27"})
+        ages = open_file("ages.bcc4").value
+        self.assertEqual((ages.dtype, ages.attrs["units"], ages.time.dtype.kind), (np.float32, "days", "M"))
         with self.assertRaisesRegex(ValueError, "date of its time 0: give times as numbers of s"):
             open_file("s.bcc4").bcc4.at("2020-02-28")
         bccsplat.save(path("months.bcc4"), self.source[:3], time_unit="months", attributes={"time_epoch": "2020-01-01"})
