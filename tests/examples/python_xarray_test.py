@@ -154,6 +154,8 @@ class Reading(unittest.TestCase):
             np.testing.assert_array_equal(ds.bcc4.at(moment).value.values, bccsplat.open(path("dates.bcc4"))[1.5])
         self.assertEqual(ds.bcc4.at("2020-02-28T00:00").time.values, np.datetime64("2020-02-28T00:00"))
         self.assertEqual(ds.sel(time="2020-03-01").value.shape[0], 2)
+        with self.assertRaisesRegex(ValueError, "not durations"):
+            ds.bcc4.at(np.timedelta64(24, "s"))
         numbers = open_file("dates.bcc4", decode_times=False)
         np.testing.assert_array_equal(numbers.time, 6 + 12. * np.arange(14))
         self.assertEqual(numbers.time.attrs["units"], "hours since 2020-02-27 00:00:00")
