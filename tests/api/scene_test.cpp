@@ -336,6 +336,30 @@ TEST_F(Scenes, MagnifiedInstancesAreRightInDepth) {
   }
 }
 
+// What finished pixels hide is left out of each instance by the samples of its own sheets, which are others
+// where the spacing is another one.
+TEST_F(Scenes, NothingOpenIsLeftOutOfInstancesOfOtherSpacing) {
+  double dense[4] = {5, 0, 30, 0.9};
+  function_.opacities = dense;
+  auto options = sized<bccsplat_render_options>();
+  auto c = sized<bccsplat_camera>();
+  c.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC, c.ortho_height = 26;
+  c.position[0] = c.target[0] = 19, c.position[1] = c.target[1] = 18.5, c.position[2] = -120, c.up[1] = 1;
+  auto small = instance(), large = instance();
+  place(small, {0.5, 0, 0, 12, 0, 0.5, 0, 10, 0, 0, 0.5, 0});
+  place(large, {3, 0, 0, -33, 0, 3, 0, -36, 0, 0, 3, -20});
+  for (const bool swapped : {false, true}) {
+    const Scene s = make_scene();
+    (void)add(swapped ? large : small, &s), (void)add(swapped ? small : large, &s);
+    ASSERT_OK(bccsplat_scene_set_time(s.get(), 16));
+    options.disable_skips = 0;
+    const Pixels drawn = draw(c, &options, &s);
+    options.disable_skips = BCCSPLAT_SKIP_OCCLUSION;
+    EXPECT_GT(sum_of(drawn), 1000);
+    EXPECT_EQ(largest_difference(drawn, draw(c, &options, &s)), 0) << swapped;
+  }
+}
+
 // What shows of the one is the same whatever the spacing of another that hardly absorbs: sheets are then
 // nearer to each other, and where that is too near deep pictures are merged.
 TEST_F(Scenes, InstancesOfOtherSpacingStandInEachOther) {
