@@ -138,6 +138,88 @@ class Arrays(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "all 14 frames, not 3"):
             bccsplat.save(name, self.source, times=[1, 2, 3], overwrite=True)
 
+    def test_masks_are_holes(self):
+        name, hidden = path("masked.bcc4"), np.zeros(self.source.shape, bool)
+        hidden[3:, 4:9, 7, 5:] = True
+        filled = np.where(hidden, np.float32(1e20), self.source)
+        masked = np.ma.array(filled, mask=hidden)
+
+        def holds(expected, off):
+            found = np.asarray(bccsplat.open(name))
+            missing = np.broadcast_to(hidden if len(found) > 1 else hidden[5], found.shape)
+            np.testing.assert_array_equal(np.isnan(found), missing)
+            self.assertLessEqual(np.nanmax(abs(found - np.where(missing, np.nan, expected))), off)
+
+        for array, options in ((masked, {}), (masked, {"nonfinite": "hole"}), ([*masked], {}), ([[*one] for one in masked], {})):
+            bccsplat.save(name, array, overwrite=True, lattice="cc", **options)
+            holds(self.source, 1e-5)
+        bccsplat.save(name, masked[5], overwrite=True, lattice="cc")
+        holds(self.source[5], 1e-5)
+        bccsplat.save(name, masked, overwrite=True, psnr=60)
+        holds(self.source, .2)
+        # Whole numbers, the first frame without a hole: of the type that they had.
+        whole = np.ma.array((100 * self.source).astype(np.int16), mask=hidden)
+        for options in {"lattice": "cc"}, {"psnr": 60}:
+            bccsplat.save(name, whole, overwrite=True, **options)
+            holds(whole.data, .01 if "lattice" in options else 20)
+            self.assertEqual(bccsplat.open(name).channel_info().source_type, abi.TYPE_I16)
+        with self.assertRaisesRegex(Error, "hole"):
+            bccsplat.save(name, masked, overwrite=True, nonfinite="error")
+        with self.assertRaises(Error):
+            bccsplat.save(name, self.source, times=np.ma.masked_equal(np.arange(14.), 13), overwrite=True)
+        cc = {"lattice": "cc", "overwrite": True, "nonfinite": "hole"}
+        with bccsplat.Device() as device:
+            with bccsplat.Writer(device, name, (24, 22, 20, 14), **cc) as writer:
+                for t, frame in enumerate(whole):
+                    writer.add_frame([((0, 0, 0), frame[:9]), ((0, 0, 9), frame[9:])], float(t))
+            holds(whole.data, .01)
+            for add in (lambda writer: writer.add_layer(masked[5], 0),
+                        lambda writer: writer.add_field(lambda at: masked[5][tuple(at[:, 2::-1].astype(int).T)])):
+                with bccsplat.Writer(device, name, (24, 22, 20, 1), **cc) as writer:
+                    add(writer)
+                holds(self.source[5], 1e-5)
+        with self.assertRaisesRegex(ValueError, "frame [0-9]+ has .* give a type of floats"):
+            bccsplat.Plan(bccsplat.default_device(), (24, 22, 20, 14), lambda t, _: whole[5 if t else t], types=[np.int16])
+
+    def test_fill_values_are_holes(self):
+        class Variable:  # of a file, as h5py and zarr have them
+            def __init__(self, data, **attrs):
+                self.data, self.attrs, self.shape = data, attrs, data.shape
+
+            def __getitem__(self, key):
+                return self.data[key]
+
+        name, source = path("filled.bcc4"), (100 * self.source).astype(np.int16)
+        source[2:, 3, 4] = -999
+        for variable, fill in ((Variable(source, _FillValue=np.array([-999], np.int16)), -999),
+                               (Variable(source.astype(np.float32) * .1, missing_value=-99.9), np.float32(-99.9)),
+                               (Variable(source.astype(np.uint8), _FillValue=-999), None)):
+            bccsplat.save(name, variable, overwrite=True, lattice="cc")
+            np.testing.assert_array_equal(np.isnan(np.asarray(bccsplat.open(name))), variable.data == fill)
+
+    @unittest.skipIf(*without("netCDF4"))
+    def test_variables_of_netcdf(self):
+        import netCDF4
+        name, source = path("nc.bcc4"), self.source.copy()
+        with netCDF4.Dataset(path("v.nc"), "w") as data:
+            for axis, size in zip("tzyx", source.shape):
+                data.createDimension(axis, size)
+            packed = data.createVariable("p", "i2", tuple("tzyx"), fill_value=-32767)
+            packed.scale_factor, packed.add_offset = .001, 2.
+            one = data.createVariable("o", "f4", tuple("zyx"))  # the fill value of the library
+            packed[:] = np.ma.array(source, mask=source > 3.5)
+            one[:] = np.ma.array(source[0], mask=source[0] > 3.5)
+        for masks in True, False:
+            with netCDF4.Dataset(path("v.nc")) as data:
+                data.set_auto_mask(masks)
+                bccsplat.save(name, data["p"], overwrite=True, lattice="cc")
+                found = np.asarray(bccsplat.open(name))
+                np.testing.assert_array_equal(np.isnan(found), source > 3.5)
+                self.assertLess(np.nanmax(abs(found - source)[source <= 3.5]), .001)
+        with netCDF4.Dataset(path("v.nc")) as data:
+            bccsplat.save(name, data["o"], overwrite=True, lattice="cc")
+            np.testing.assert_array_equal(np.isnan(bccsplat.open(name)[0]), source[0] > 3.5)
+
     def test_a_bound_in_decibels(self):
         name, source = path("bound.bcc4"), self.source[:, :, ::-1]
         for psnr in 40, 60:

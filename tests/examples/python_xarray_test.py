@@ -207,6 +207,21 @@ class Writing(unittest.TestCase):
     def setUp(self):
         self.source = waves(14, 20, 22, 24)
 
+    def test_masks_and_fill_values_are_holes(self):
+        import dask.array as da
+        hidden = np.zeros(self.source.shape, bool)
+        hidden[2:, 3:7, 5, 6:] = True
+        filled = np.where(hidden, np.float32(-999), self.source)
+        lazy = da.from_array(np.ma.array(filled, mask=hidden), chunks=(4, 20, 22, 24))
+        says = {"_FillValue": np.float32(-999)}
+        for n, (data, attrs) in enumerate(((lazy, {}), (filled, says), (da.from_array(filled, chunks=(4, 20, 22, 24)), says))):
+            ds = xr.Dataset({"q": (("time", "z", "y", "x"), data, attrs)})
+            for options in {"lattice": "cc"}, {"lattice": "cc", "parts": 2}, {"psnr": 60.}:
+                if "parts" in options and n == 1:
+                    continue  # of dask alone
+                ds.bcc4.to_file(path("m.bcc4"), overwrite=True, **options)
+                np.testing.assert_array_equal(np.isnan(open_file("m.bcc4")["q"].values), hidden, str((n, options)))
+
     def test_there_and_back(self):
         dates = np.datetime64("2021-01-01", "ns") + np.arange(14) * np.timedelta64(6, "h")
         ds = xr.Dataset({"T": (("time", "z", "y", "x"), self.source, {"units": "K"}),

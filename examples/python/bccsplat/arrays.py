@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
+_ma: Any = np.ma  # whose functions have no types
 
 
 def floats_of(out: Array | None, shape: tuple[int, ...]) -> Array:
@@ -32,6 +33,47 @@ def bytes_of(source: Any) -> Array:
         raise TypeError("a file is a path, its bytes, or (size, read_at), not %r" % (source,)) from None
 
 
+def loaded(values: Any) -> Array:
+    """An array, masked or not, of anything that is like one: arrays of dask are computed, lists put together."""
+    if isinstance(values, (list, tuple)) and values and not np.isscalar(values[0]):
+        parts = [loaded(value) for value in values]
+        if any(isinstance(part, np.ma.MaskedArray) for part in parts):
+            return np.asanyarray(_ma.stack(parts))
+    return np.asanyarray(values.compute() if hasattr(values, "compute") else values)
+
+
+def unmasked(values: Any) -> Array:
+    """The same without a mask: what one of numpy.ma hides, as netCDF4 has it, is NaN, and whole numbers are floats then."""
+    found = loaded(values)
+    if not _ma.is_masked(found):
+        return np.asarray(found)
+    hidden: Array = _ma.filled(found.astype(np.promote_types(found.dtype, np.float16)), np.nan)
+    return hidden
+
+
+def fills_of(variable: Any) -> Array:
+    """The values that stand for missing data, as the attributes _FillValue and missing_value of a variable of netCDF4,
+    h5py, zarr or xarray say."""
+    attributes = getattr(variable, "attrs", None)
+    said = [getattr(variable, name, None) if attributes is None else attributes.get(name)
+            for name in ("_FillValue", "missing_value")]
+    numbers = [np.ravel(fill) for fill in said if np.asarray(fill).dtype.kind in "iuf"]
+    fills: Array = np.concatenate(numbers) if numbers else np.empty(0)
+    if getattr(variable, "scale", False) is True:  # netCDF4 scales them with the values
+        fills = fills * getattr(variable, "scale_factor", 1) + getattr(variable, "add_offset", 0)
+    return fills
+
+
+def masked(values: Any, fills: Array) -> Array:
+    """An array as of loaded, with a mask where it has fill values. One that has a mask has these in it already."""
+    found = loaded(values)
+    if isinstance(found, np.ma.MaskedArray) or not fills.size:
+        return found
+    same = fills.astype(found.dtype) if found.dtype.kind == "f" else fills
+    hidden: Array = _ma.array(found, mask=np.isin(found, same))
+    return hidden
+
+
 def points_of(points: Any, coordinates: int) -> Array:
     """Points [..., coordinates] as doubles; ValueError of another shape."""
     at = np.ascontiguousarray(numbers_of(points, "points"))
@@ -44,7 +86,7 @@ def numbers_of(values: Any, what: str, shape: tuple[int, ...] | None = None) -> 
     """Values as doubles, of a shape if one is given, to which a single number is spread; ValueError that says `what` they
     are where that cannot be."""
     try:
-        found = np.asarray(values, np.float64)
+        found = np.asarray(unmasked(values), np.float64)
         return found if shape is None else np.broadcast_to(found, shape)
     except (TypeError, ValueError):
         raise ValueError("%s must be numbers%s, not %r" %

@@ -19,6 +19,7 @@ from .streams import WriteAt
 from .writer import Channel, Writer
 
 times_of_cf: Any = import_module("xarray.coding.times")
+masks_of_cf: Any = import_module("xarray.coding.variables")
 
 # A part is worth its task, and the frames beside it that it reads along, from so many bytes and frames on.
 _PART_BYTES = 1 << 28
@@ -65,13 +66,14 @@ class LazySeries:
 
     def __getitem__(self, t: int) -> Array:
         if self._ends is None:
-            return np.asarray(self.data[t])
+            frame: Array = self.data[t]
+            return frame
         block = bisect.bisect_right(self._ends, t)
         if self._held is None or self._held[0] != block:
             self._held = None  # before the next one is made
             begin = self._ends[block - 1] if block else 0
             self._held = block, self.data[begin:self._ends[block]].compute(scheduler=self.scheduler)
-        frame: Array = self._held[1][t - (self._ends[block - 1] if block else 0)]
+        frame = self._held[1][t - (self._ends[block - 1] if block else 0)]
         return frame
 
     def __getstate__(self) -> dict[str, Any]:
@@ -128,7 +130,7 @@ class DatasetWriter:
         return parts
 
     def _series(self, variable: Any) -> LazySeries:
-        there = variable.transpose(*self.names)
+        there = masks_of_cf.CFMaskCoder().decode(variable.transpose(*self.names))
         if len(self.names) == 3:
             there = there.set_dims(("time", *self.names))
         return LazySeries(there.data if hasattr(there.data, "dask") else VariableFrames(there))

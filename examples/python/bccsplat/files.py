@@ -1,19 +1,20 @@
 """open and save: a file as an array, and an array as a file."""
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
 
 from . import _abi
 from ._library import Progress
-from .arrays import Array, numbers_of
+from .arrays import Array, fills_of, loaded, masked, numbers_of, unmasked
 from .device import Device
 from .plan import save_planned
 from .shared import Path, default_device
 from .streams import Source
 from .volume import Volume
-from .writer import Channel, Writer
+from .writer import TYPES, Channel, Writer
 
 
 def open(source: Union[Path, bytes, bytearray, memoryview, Source], *, device: Device | None = None,
@@ -61,9 +62,9 @@ def affine_of(affine: Any) -> Array:
 def as_series(array: Any) -> Any:
     """What has frames [z, y, x] at [t], of anything with a shape: arrays of three dimensions are one frame."""
     if not hasattr(array, "shape"):
-        array = np.asarray(array)
+        array = loaded(array)
     if len(array.shape) == 3:
-        return np.asarray(array)[None]
+        return masked(array, fills_of(array))[None]
     if len(array.shape) != 4:
         raise ValueError("an array is [t, z, y, x] or [z, y, x], not of shape %r" % (tuple(array.shape),))
     return array
@@ -72,7 +73,7 @@ def as_series(array: Any) -> Any:
 def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: Any = None, spacing: Any = 1.0,
          origin: Any = 0.0, affine: Any = None, name: str = "value", unit: str | None = None,
          spatial_unit: str | None = None, time_unit: str | None = None, attributes: Mapping[str, str] = {},
-         air: float = 0.0, air_threshold: float = 0.0, nonfinite: str = "error", abs_error: float = 0.0,
+         air: float = 0.0, air_threshold: float = 0.0, nonfinite: str | None = None, abs_error: float = 0.0,
          psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
          progress: Progress | None = None, **options: Any) -> _abi.WriterReport:
     """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
@@ -82,12 +83,14 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
 
     array: [t, z, y, x], or [z, y, x] of one frame, of numbers of 1 to 8 bytes; anything with a shape whose [t] is a frame
     does, such as a memory map or a variable of a file, of which one frame is held at a time. A mapping of names to such
-    arrays of one shape makes a channel of each. Arrays are passed to the library as they are, with any strides.
+    arrays of one shape makes a channel of each. Arrays are passed to the library as they are, with any strides. What a
+    mask of numpy.ma hides, as netCDF4 has it, and what the attributes _FillValue and missing_value name is missing data.
     dt, start: time between frames and of the first, or times [t] of all of them, rising, in time_unit.
     spacing, origin: distance of samples and place of the first along x, y, z, in spatial_unit, or an affine [4, 4] from
     (x, y, z, 1) of samples to the world.
     name, unit: of the channel and its values. air: the value of empty space, within air_threshold of which nothing is
-    stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp".
+    stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp"; None: "hole" where an array has a
+    mask or fill values, else "error".
     abs_error: > 0: no finite sample is off by more. psnr: in dB; lattice, steps and store of the smallest file that keeps
     it are found by a Plan, which reads the array once more. options: further ones of Writer, such as levels=2 or
     store="coefficients", with psnr also of Plan.
@@ -102,24 +105,29 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     nt, nz, ny, nx = next(iter(channels.values())).shape
     when = frame_times(nt, dt, start, times)
     place = placed(spacing, origin) if affine is None else affine_of(affine)
+    series = [*channels.values()]
+    kinds = [kind_of(values) for values in series]
+    if nonfinite is None:
+        nonfinite = "hole" if any(kind.masked for kind in kinds) else "error"
     if psnr is not None:
         if not isinstance(psnr, (int, float)):
             raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
-        series = [*channels.values()]
         return save_planned(
-            device or default_device(), path, lambda t, channel: writable(series[channel][t]), (nx, ny, nz, nt), when,
+            device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,
             attributes, psnr=psnr, affine=place, spatial_unit=spatial_unit, time_unit=time_unit, nonfinite=nonfinite,
-            abs_error=abs_error, overwrite=overwrite, types=[writable(values[0]).dtype.newbyteorder("=") for values in series],
-            channels=[Channel(key, unit, air=air or None, air_threshold=air_threshold) for key in channels],
+            abs_error=abs_error, overwrite=overwrite, types=[kind.given for kind in kinds],
+            channels=[Channel(key, unit, kind.source, air=air or None, air_threshold=air_threshold)
+                      for key, kind in zip(channels, kinds)],
             progress=progress, **options)
     writer = Writer(device or default_device(), path, (nx, ny, nz, nt), affine=place, spatial_unit=spatial_unit,
                     time_unit=time_unit, nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite,
-                    channels=[Channel(key, unit, air=air, air_threshold=air_threshold) for key in channels],
+                    channels=[Channel(key, unit, kind.source, air=air, air_threshold=air_threshold)
+                              for key, kind in zip(channels, kinds)],
                     progress=progress, **options)
     with writer:
         for key, value in attributes.items():
             writer.set_attribute(key, value)
-        add_frames(writer, [*channels.values()], when, range(nt))
+        add_frames(writer, series, when, range(nt))
         return writer.finish()
 
 
@@ -127,12 +135,35 @@ def add_frames(writer: Writer, channels: Sequence[Any], times: Sequence[float], 
     """Gives a writer some frames of all its channels, in order."""
     for t in frames:
         for channel, series in enumerate(channels):
-            writer.add_frame(writable(series[t]), times[t], channel)
+            writer.add_frame(frame_of(series, t), times[t], channel)
+
+
+@dataclass
+class FrameKind:
+    """Of frames of a series. source: the constant of the type of their values (None: the library will say why it takes
+    none of it); given: the type that they come in; masked: whether they have masks or fill values."""
+
+    source: int | None
+    given: Any
+    masked: bool
+
+
+def kind_of(series: Any) -> FrameKind:
+    """The kind of a series' frames, by the first of them."""
+    first = masked(series[0], fills_of(series))
+    own = writable(np.empty(0, first.dtype)).dtype.newbyteorder("=")
+    missing = isinstance(first, np.ma.MaskedArray)
+    return FrameKind(TYPES.get(own.str[1:]), np.promote_types(own, np.float16) if missing else own, missing)
+
+
+def frame_of(series: Any, t: int) -> Array:
+    """Frame t of a series as writable has it; what is missing is NaN."""
+    return writable(masked(series[t], fills_of(series)))
 
 
 def writable(frame: Any) -> Array:
     """A frame as an array of a type that the library takes: booleans as bytes, 64-bit integers as doubles."""
-    array = np.asarray(frame)
+    array = unmasked(frame)
     if array.dtype == np.bool_:
         return array.view(np.uint8)
     return array.astype(np.float64) if array.dtype.kind in "iu" and array.dtype.itemsize == 8 else array

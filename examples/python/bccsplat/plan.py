@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Error, Progress, Watch, call, decode
-from .arrays import Array
+from .arrays import Array, unmasked
 from .cancel import CancelToken
 from .device import Child, Device
 from .writer import TYPES, Channel, Writer, writer_options
@@ -49,7 +49,12 @@ class Plan(Child):
                 kind = kinds[channel]
                 size = kind.itemsize * shape[0] * shape[1] * shape[2]
                 room = np.frombuffer(memoryview((ctypes.c_char * size).from_address(address)), kind).reshape(shape)
-                room[...] = source(frame, channel)
+                values = unmasked(source(frame, channel))
+                if kind.kind in "iu" and values.dtype.kind == "f":
+                    raise ValueError("frame %d has %s values, masked ones perhaps, and types says %s: give a type of floats "
+                                     "in types, and that of the source in the channel's source_type" %
+                                     (frame, values.dtype, kind))
+                room[...] = values
                 return 0
             except BaseException as error:  # ctypes would print and forget it
                 self._watch.error = error

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress, Watch, call, choose, encode
-from .arrays import Array
+from .arrays import Array, unmasked
 from .cancel import CancelToken, token_of
 from .device import Child, Device
 from .streams import Flush, Source, WriteAt, read_stream, write_stream
@@ -145,7 +145,7 @@ class Writer(Child):
 
     def add_frame(self, frame: Array | Iterable[tuple[Sequence[int], Array]], time: float, channel: int = 0) -> None:
         """The next frame: an array indexed [z, y, x] of any strides, or boxes ((x, y, z) of the first sample, array);
-        what no box covers is air. No copy is made."""
+        what no box covers is air. No copy is made, but of arrays with a mask, which is missing data (nonfinite)."""
         whole = isinstance(frame, np.ndarray)
         if isinstance(frame, np.ndarray) and frame.shape != self._shape:
             raise ValueError("a frame is an array [z, y, x] of shape %r, not %r: a part of one is a box ((x, y, z), array)" %
@@ -156,7 +156,7 @@ class Writer(Child):
             if len(part) != 2 or not isinstance(part[1], np.ndarray):
                 raise ValueError("a frame is a numpy array [z, y, x], or boxes ((x, y, z), array): numpy.asarray makes an "
                                  "array of lists")
-            begin, data = part
+            begin, data = part[0], unmasked(part[1])
             if data.ndim != 3 or data.dtype.str[1:] not in TYPES:
                 raise ValueError("a box is an array [z, y, x] of numbers of 1 to 8 bytes, not %r" % (data.dtype,))
             if not data.dtype.isnative or data.strides == (0, 0, 0):  # all strides 0 would mean packed
@@ -193,7 +193,7 @@ class Writer(Child):
 
     def add_layer(self, samples: Array, layer: int, channel: int = 0) -> None:
         """The next layer of lattice samples, indexed [z, y, x]."""
-        flat = np.ascontiguousarray(samples, np.float32)
+        flat = np.ascontiguousarray(unmasked(samples), np.float32)
         self._call("writer_add_layer", channel, layer, flat.ctypes.data, flat.size)
 
     def add_field(self, field: Field, channel: int = 0) -> None:
@@ -203,7 +203,7 @@ class Writer(Child):
         def ask(_user: int | None, n: int, xyzt: int, values: int) -> int:
             try:
                 points = np.ctypeslib.as_array((ctypes.c_double * (4 * n)).from_address(xyzt)).reshape(n, 4)
-                np.ctypeslib.as_array((ctypes.c_float * n).from_address(values))[:] = field(points)
+                np.ctypeslib.as_array((ctypes.c_float * n).from_address(values))[:] = unmasked(field(points))
                 return 0
             except BaseException as error:
                 self._watch.error = error
