@@ -77,6 +77,27 @@ export async function play(session) {
   await page.close();
 }
 
+// Planes are those of the picture: of its level, in its colours.
+export async function planes(session) {
+  const page = await session.open('/?url=levels.bcc4#time=4.3&planes=1&zoom=0.1');
+  const told = (other = '') =>
+    page
+      .waitForFunction((before) => {
+        const now = document.querySelector('.planes .value').textContent;
+        return now !== before && now;
+      }, { timeout: patience }, other)
+      .then((t) => t.jsonValue(), () => '');
+  const coarse = await told();
+  await setView(page, { zoom: 8 });
+  const fine = await told(coarse);
+  session.expect(fine !== '', 'the value at the cross-hair is of the level that is drawn', `${coarse}; ${fine}`);
+  const colors = () => page.evaluate(() => document.querySelector('.planes canvas').toDataURL());
+  const before = await colors();
+  await setView(page, { window: [0.1, 0.2] });
+  session.expect((await colors()) !== before, 'planes have the colours of the picture');
+  await page.close();
+}
+
 export async function dropFile(session) {
   const page = await session.open('/');
   const input = await page.$('#file');

@@ -241,11 +241,11 @@ export class Engine {
     this.pace.took(ms, wanted.moving);
     this.drawnTime = wanted.view.time;
     this.tell({ kind: 'drawn', time: wanted.view.time, camera: drawn.camera, ms, level: drawn.level, preview });
-    if (!preview && wanted.view.planes) this.planes(wanted);
+    if (!preview && wanted.view.planes) this.planes(wanted, drawn.level);
   }
 
-  private planes({ view, moving }: Wanted): void {
-    const of = [view.time, view.channel, moving, ...view.cross].join(' ');
+  private planes({ view, moving }: Wanted, level: number): void {
+    const of = [view.time, view.channel, moving, level, ...view.cross].join(' ');
     if (of === this.planesOf) return;
     this.planesOf = of;
     const most = moving ? largestPlane / 2 : largestPlane;
@@ -254,7 +254,8 @@ export class Engine {
       this.core.plane(axis, view.cross[axis], size(u), size(v));
     const planes = [plane(0, 1, 2), plane(1, 0, 2), plane(2, 0, 1)];
     const value = this.core.value(view.cross);
-    this.tell({ kind: 'planes', planes, value, time: view.time }, planes.map((p) => p.values.buffer));
+    const { channel, cross } = view;
+    this.tell({ kind: 'planes', planes, value, channel, cross }, planes.map((p) => p.values.buffer));
   }
 
   // Fetches the moments that will be played next.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The viewer as one element: what a page, or a notebook, puts where it likes.
-import type { Camera, FromEngine, Look, Plane, Traffic, View, VolumeInfo } from '../protocol';
+import type { Camera, FromEngine, Look, Traffic, View, VolumeInfo } from '../protocol';
 import { Shades } from './colors';
 import { element, themed } from './dom';
 import { bytes } from './format';
@@ -8,7 +8,7 @@ import { addGestures } from './gestures';
 import { Link } from './link';
 import { Overlay } from './overlay';
 import { Panel } from './panel';
-import { Planes } from './planes';
+import { Planes, type PlanesSeen } from './planes';
 import { compose, composed, download, Film, savePicture } from './save';
 import { startView } from './state';
 import { Timeline } from './timeline';
@@ -51,6 +51,7 @@ export class Viewer {
   private readonly timeline: Timeline;
   private canvas: HTMLCanvasElement | undefined;
   private look: Look | undefined;
+  private planesSeen: PlanesSeen | undefined;
   private camera: Camera | undefined;
   private drawnTime = 0;
   private behind = 0; // views that were sent and are not drawn
@@ -125,7 +126,7 @@ export class Viewer {
   }
   private begin(): void {
     this.info = undefined;
-    this.look = this.camera = undefined;
+    this.look = this.camera = this.planesSeen = undefined;
     this.behind = 0;
     this.say(`Opening ${this.name} …`);
   }
@@ -140,7 +141,7 @@ export class Viewer {
     if (message.kind === 'opened') this.opened(message.info);
     else if (message.kind === 'look') this.gotLook(message.look);
     else if (message.kind === 'drawn') this.drawn(message);
-    else if (message.kind === 'planes') this.gotPlanes(message.planes, message.value);
+    else if (message.kind === 'planes') this.gotPlanes(message);
     else if (message.kind === 'traffic') this.showTraffic(message.traffic);
     else if (message.kind === 'waiting') this.waits(true);
     else if (message.kind === 'snapshot') this.gotSnapshot(message.id, message.image);
@@ -191,7 +192,9 @@ export class Viewer {
   }
   private drawTransfer(): void {
     const shades = this.shades();
-    if (shades && this.info) this.transfer.draw(this.info.channels[this.view.channel], shades);
+    if (!shades || !this.info) return;
+    this.transfer.draw(this.info.channels[this.view.channel], shades);
+    if (this.planesSeen && this.view.planes) this.planes.draw(this.planesSeen, this.info, shades);
   }
 
   private drawn(message: Extract<FromEngine, { kind: 'drawn' }>): void {
@@ -210,9 +213,10 @@ export class Viewer {
     this.overlay.draw({ info, view, camera, shades: this.shades(), time });
   }
 
-  private gotPlanes(planes: Plane[], value: number): void {
+  private gotPlanes(planes: PlanesSeen): void {
+    this.planesSeen = planes;
     const shades = this.shades();
-    if (this.info && shades) this.planes.draw(planes, value, this.info, shades);
+    if (this.info && shades) this.planes.draw(planes, this.info, shades);
   }
 
   private showTraffic(traffic: Traffic): void {
