@@ -272,9 +272,13 @@ export class Engine {
 
   private async snapshot(id: number): Promise<void> {
     if (!this.wanted) return;
-    this.apply(this.wanted);
-    await this.fetching(() => this.core.cut(this.wanted!.view.time, this.wanted!.width, this.wanted!.height, false));
-    this.show({ ...this.wanted, moving: false }, this.wanted.width, this.wanted.height, false);
+    const wanted = { ...this.wanted, moving: false };
+    const { width, height } = wanted;
+    await this.fetching(() => {
+      this.apply(wanted); // others are drawn while bytes come
+      this.core.cut(wanted.view.time, width, height, false);
+    });
+    this.show(wanted, width, height, false);
     const image = await createImageBitmap(this.canvas);
     this.tell({ kind: 'snapshot', id, image }, [image]);
   }

@@ -59,7 +59,7 @@ export class Viewer {
   private frameAsked = false;
   private moving = false;
   private name = 'volume';
-  private snapshots = new Map<number, (image: ImageBitmap) => void>();
+  private snapshots = new Map<number, { done: (image: ImageBitmap) => void; failed: (e: Error) => void }>();
   private films = false;
 
   constructor(private readonly options: Options = {}) {
@@ -128,6 +128,7 @@ export class Viewer {
     this.info = undefined;
     this.look = this.camera = this.planesSeen = undefined;
     this.behind = 0;
+    this.endSnapshots();
     this.say(`Opening ${this.name} …`);
   }
 
@@ -167,11 +168,13 @@ export class Viewer {
     this.waits(false);
     this.behind = 0;
     this.timeline.stop();
+    this.endSnapshots();
     this.say(text, true);
   }
 
   private lost(): void {
     this.timeline.stop();
+    this.endSnapshots();
     this.camera = undefined; // nothing is drawn until it is back
     delete this.root.dataset.drawn;
     this.say(lostContext, true);
@@ -283,29 +286,43 @@ export class Viewer {
 
   private snapshot(): Promise<ImageBitmap> {
     const id = this.snapshots.size + Date.now();
-    return new Promise((done) => {
-      this.snapshots.set(id, done);
+    return new Promise((done, failed) => {
+      this.snapshots.set(id, { done, failed });
       this.link.send({ kind: 'snapshot', id });
     });
   }
   private gotSnapshot(id: number, image: ImageBitmap): void {
-    this.snapshots.get(id)?.(image);
+    this.snapshots.get(id)?.done(image);
     this.snapshots.delete(id);
+  }
+  // Of those that wait none comes any more; the page says why.
+  private endSnapshots(): void {
+    for (const { failed } of this.snapshots.values()) failed(new NoSnapshot());
+    this.snapshots.clear();
   }
 
   async savePicture(): Promise<void> {
     if (!this.camera) return;
-    await savePicture(composed(await this.snapshot(), this.overlay.canvas), `${this.name}.png`);
+    const image = await this.snapshot().catch(unlessNone);
+    if (image) await savePicture(composed(image, this.overlay.canvas), `${this.name}.png`);
   }
 
   // The whole series, moment by moment.
   async saveFilm(): Promise<void> {
     if (!this.info || !this.camera || this.films) return;
     this.timeline.stop();
-    const before = this.view.time;
-    const { times, timeEnd } = this.info;
+    const before = this.view.time, { info } = this;
+    await this.film(info).catch(unlessNone);
+    this.films = false;
+    if (this.info === info) this.view.time = before;
+    this.changed(false);
+  }
+
+  private async film(info: VolumeInfo): Promise<void> {
+    const { times, timeEnd } = info;
     let film: Film | undefined;
     for (let n = 0; n < filmPictures; ++n) {
+      if (this.info !== info) throw new NoSnapshot();
       this.films = false;
       this.view.time = times[0] + ((timeEnd - times[0]) * n) / (filmPictures - 1);
       this.send();
@@ -318,17 +335,19 @@ export class Viewer {
       await film.add(millisecondsPerPicture);
       this.say(`Film: ${n + 1} of ${filmPictures} pictures`);
     }
-    this.films = false;
     download(await film!.end(), `${this.name}.webm`);
     this.say('');
-    this.view.time = before;
-    this.changed(false);
   }
 
   end(): void {
     this.link.end();
     this.root.remove();
   }
+}
+
+class NoSnapshot extends Error {}
+function unlessNone(e: unknown): void {
+  if (!(e instanceof NoSnapshot)) throw e;
 }
 
 function composedSize(image: ImageBitmap): HTMLCanvasElement {
