@@ -35,17 +35,20 @@ export class Engine {
 
   private started: Promise<void> | undefined;
 
+  private files = 0; // that were asked for: the last one is looked at, whichever opens last
+
   async hear(message: ToEngine): Promise<void> {
+    const file = message.kind === 'open' ? ++this.files : this.files;
     try {
       if (message.kind === 'start') return await (this.started = this.start(message));
       await this.started;
       if (!this.core) return; // the page draws
-      if (message.kind === 'open') await this.open(message);
+      if (message.kind === 'open') await this.open(message, file);
       else if (message.kind === 'view') this.want(message);
       else if (message.kind === 'ahead') void this.ahead(message.from, message.to);
       else await this.snapshot(message.id);
     } catch (e) {
-      this.fail(e);
+      if (file === this.files) this.fail(e);
     }
   }
 
@@ -92,29 +95,33 @@ export class Engine {
     });
   }
 
-  private async open(from: { url?: string; file?: Blob }): Promise<void> {
+  private async open(from: { url?: string; file?: Blob }, file: number): Promise<void> {
     this.reader?.dropPending();
     this.wanted = undefined;
-    const reader = await Reader.open(from, (traffic) => this.tell({ kind: 'traffic', traffic }));
+    const reader = await Reader.open(from, (traffic) => {
+      if (file === this.files) this.tell({ kind: 'traffic', traffic });
+    });
+    if (file !== this.files) return;
     this.reader = reader;
     this.looks.clear();
     this.told = '';
     this.drawnTime = NaN;
     this.planesOf = this.exposed = '';
-    const info = await this.fetching(() => this.core.open(reader.size, (at, out) => reader.read(at, out)));
+    const info = await this.fetching(() => this.core.open(reader.size, (at, out) => reader.read(at, out)), reader);
     this.dims = info.dims;
     this.levels = info.levels;
     this.tell({ kind: 'opened', info });
   }
 
   // Makes a call again until nothing is lacking.
-  private async fetching<T>(call: () => T): Promise<T> {
+  private async fetching<T>(call: () => T, from = this.reader!): Promise<T> {
     for (;;) {
       try {
         return call();
       } catch (e) {
         if (!(e instanceof Lacking)) throw e;
-        await this.reader!.fetch(e.ranges);
+        await from.fetch(e.ranges);
+        if (from !== this.reader) throw new DOMException('another file is opened', 'AbortError');
       }
     }
   }

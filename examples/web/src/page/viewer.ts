@@ -125,6 +125,7 @@ export class Viewer {
     this.link.send({ kind: 'open', file });
   }
   private begin(): void {
+    if (this.info) this.view.window = this.view.iso = null; // values of the file before
     this.info = undefined;
     this.look = this.camera = this.planesSeen = undefined;
     this.behind = 0;
