@@ -231,6 +231,9 @@ const char* const coarse_labels = "coefficients in whole steps give some labels 
                                   "rounds them otherwise than a slice";
 const std::vector<Known> known{
     {{"data=labels", "type=i16", "store=coefficients", "lattice=cc"}, "the slice has", coarse_labels},
+    {{"data=far", "missing=clamp", "store=coefficients", "lattice=cc", "measure"},
+     "the writer measured",
+     base_of_blocks},
     {{"data=far", "predictions=fixed", "measure"}, "the writer measured", base_of_blocks},
     {{"data=far", "predictions=fixed", "bound=psnr"}, "the writer measured", base_of_blocks},
     {{"data=far", "written=blocks", "measure"}, "the writer measured", base_of_blocks},

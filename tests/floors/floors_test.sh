@@ -86,6 +86,7 @@ violation src/view/view.cpp '#include "shade/surface.h"' 'view is on rung 5, sha
 violation src/store/pipeline.cpp '#include "api/handles.h"' 'store is on rung 7, api on rung 10'
 violation src/scene/picture.cpp '#include "api/handles.h"' 'scene is on rung 9, api on rung 10'
 violation src/api/api.cpp '#include "draw/shot.h"' 'api asks scene, volume and store'
+violation src/slice/time_slice.cpp '#include "base/would_block.h"' 'waits for none'
 violation src/cellar/wine.cpp '#include "base/tasks.h"' 'src/cellar is on no floor'
 # On one floor: rooms that do not know each other, and circles of two rooms or more.
 violation formats/bcc4/read/reader.cpp '#include "field/evaluate.h"' 'formats and field do not know each other'
