@@ -286,6 +286,22 @@ TEST_F(Quantities, PicturesOfLabelsMixNoColours) {
     }
 }
 
+// Nor beside a trail, of which nothing shows here.
+TEST_F(Quantities, PicturesOfLabelsWithATrailMixNoColours) {
+  const std::vector<double> opacities{3.5, 0, 3.6, 1, 6.4, 1, 6.5, 0}, nothing{0, 0};
+  const auto between = function(white, opacities), clear = function(white, nothing);
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -1, trail.transfer_function = &clear;
+  options.preintegrate = BCCSPLAT_PREINTEGRATE_ON;
+  camera.position[0] = 200, camera.target[0] = 0, camera.position[2] = camera.target[2] = middle;
+  auto i = sized<bccsplat_instance>();
+  i.channel = 2, i.transfer_function = &between, i.trail = &trail;
+  for (const int32_t combine : {BCCSPLAT_TRAIL_PHYSICAL, BCCSPLAT_TRAIL_INTERLEAVED}) {
+    trail.combine = combine;
+    for (const float v : draw(i)) ASSERT_EQ(v, 0) << combine;
+  }
+}
+
 TEST_F(Quantities, SmallPicturesMixNoColoursOfLabels) {
   const std::vector<double> colors{0, 1, 0, 0, 0.4, 1, 0, 0, 0.5, 0, 1, 0, 2.5, 0, 1, 0, 2.6, 0, 0, 1,
                                    3, 0, 0, 1, 3.4, 0, 0, 1, 3.5, 0, 1, 0, 6.5, 0, 1, 0, 6.6, 1, 0, 0};
