@@ -4,8 +4,9 @@
 # rooms are ladders of their own. src/api and src/plan alone include the public header; src/api asks no room that draws, src/plan
 # asks importers/choose; what reads by a plan of its bytes waits for none. Importers and examples know nothing but the public
 # header and their own files, and importers/choose nothing of the tool, of JSON and of printing; the operating system is called
-# in src/base only, CLI11 in importers/tool/cli.cpp.
+# in src/base only, CLI11 in importers/tool/cli.cpp. Then classes.sh checks how large classes are.
 set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
 cd "${1:?usage: floors.sh TOP}"
 
 folders=()
@@ -126,3 +127,4 @@ END {
   else print "floors: " checked " includes hold"
   exit bad > 0
 }'
+bash "$here/classes.sh" .

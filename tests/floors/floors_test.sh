@@ -133,6 +133,22 @@ violation importers/choose/choose.cpp '#include <nlohmann/json.hpp>' 'know nothi
 violation importers/choose/choose.cpp '#include <cstdio>' 'prints nothing'
 violation importers/tool/main.cpp '#include <CLI/CLI.hpp>' 'include tool/cli.h'
 
+# The sizes that classes.sh checks.
+too_large() { # FILE WHY: the house with what stands on standard input in that file
+  house
+  cat >>"$scratch/$1"
+  if out=$(bash "$here/floors.sh" "$scratch"); then
+    echo "FAILED: passes, but $2" && failures=$((failures + 1))
+  elif [[ $out != *"$2"* ]]; then
+    echo "FAILED: the report does not say \"$2\": $out" && failures=$((failures + 1))
+  fi
+}
+printf 'auto %s = Bcc4Reader::open(source);\n' a b | too_large src/store/pipeline.cpp 'opened in one place'
+if ctags --version 2>/dev/null | grep -q Universal; then
+  { echo 'class Large {' && printf 'void f%d();\n' {1..31} && echo '};'; } |
+    too_large src/store/pipeline.h 'has 31 methods, not at most 30'
+fi
+
 rm -rf "${scratch:?}"/* && mkdir -p "$scratch/src"
 if bash "$here/floors.sh" "$scratch" >/dev/null; then
   echo "FAILED: an empty house passes" && failures=$((failures + 1))
