@@ -132,6 +132,67 @@ TEST_F(Scenes, OneInstanceIsTheRenderersPicture) {
   EXPECT_EQ(status_.cut, 0u) << "the slice was there";
 }
 
+// The default view is the same, too, also of volumes of a few samples and turned in the world.
+TEST_F(Scenes, OneInstanceHasTheRenderersDefaultView) {
+  constexpr std::array<std::array<uint32_t, 3>, 6> shapes{
+      {{1, 1, 1}, {2, 1, 1}, {2, 1, 2}, {8, 8, 1}, {1, 5, 1}, {4, 3, 2}}};
+  for (const auto& [nx, ny, nz] : shapes)
+    for (const double turn : {0.0, 0.6}) {
+      SCOPED_TRACE(std::to_string(nx) + " " + std::to_string(ny) + " " + std::to_string(nz) + ", turned by " +
+                   std::to_string(turn));
+      Series s{.nx = nx, .ny = ny, .nz = nz, .nt = 6};
+      s.field = [](double x, double y, double z, double t) { return 60 + 30 * std::sin(x + y + z + t); };
+      auto o = options_of(s);
+      const std::array<double, 16> affine{std::cos(turn),
+                                          -std::sin(turn),
+                                          0,
+                                          3,
+                                          std::sin(turn),
+                                          std::cos(turn),
+                                          0,
+                                          0,
+                                          0,
+                                          0,
+                                          2,
+                                          -7,
+                                          0,
+                                          0,
+                                          0,
+                                          1};
+      std::copy(affine.begin(), affine.end(), o.affine);
+      const std::string path = folder_.free_file("f.bcc4");
+      {
+        const Writer w = make_writer(device_, path, o);
+        ASSERT_OK(add_frames(w.get(), s));
+        ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+      }
+      const Volume few = open(device_, path);
+      const Slice slice = cut_time(few, 3.25);
+      const Scene scene = make_scene();
+      const auto i = instance();
+      uint64_t id = 0;
+      ASSERT_OK(bccsplat_scene_add(scene.get(), few.get(), &i, &id));
+      ASSERT_OK(bccsplat_scene_set_time(scene.get(), 3.25));
+      auto of_scene = sized<bccsplat_camera>(), of_slice = sized<bccsplat_camera>();
+      ASSERT_OK(bccsplat_scene_fit_camera(scene.get(), 0, 20, 30, scene_width, scene_height, &of_scene));
+      ASSERT_OK(bccsplat_slice_fit_camera(slice.get(), 0, 20, 30, scene_width, scene_height, &of_slice));
+      EXPECT_NEAR(of_scene.ortho_height, of_slice.ortho_height, 1e-9);
+      for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(of_scene.position[a], of_slice.position[a], 1e-9) << a;
+
+      bccsplat_renderer* created = nullptr;
+      ASSERT_OK(bccsplat_renderer_create(device_.get(), &created));
+      const Renderer renderer(created);
+      ASSERT_OK(bccsplat_renderer_set_slice(created, slice.get()));
+      ASSERT_OK(bccsplat_renderer_set_transfer_function(created, &function_));
+      const Frame by_renderer = frame(), by_scene = frame();
+      ASSERT_OK(bccsplat_renderer_render(created, by_renderer.get()));
+      ASSERT_OK(bccsplat_scene_render(scene.get(), nullptr, by_scene.get(), nullptr, 0, nullptr));
+      const Pixels drawn = pixels(by_renderer);
+      EXPECT_LT(largest_difference(drawn, pixels(by_scene)), 1e-5);
+      EXPECT_GT(sum_of(drawn), 10);
+    }
+}
+
 TEST_F(Scenes, NothingIsDrawnOfNothing) {
   const bccsplat_camera c = camera();
   EXPECT_EQ(sum_of(draw(c)), 0);
