@@ -6,6 +6,7 @@
 #include "store/air_warning.h"
 #include "store/channel_info.h"
 #include "store/fingerprint.h"
+#include "store/gap_warning.h"
 #include "store/part_report.h"
 #include "store/volume_writer.h"
 
@@ -109,12 +110,14 @@ WriteReport VolumeWriter::finish() {
       if (const RoundTrip* const measured = measuring_.round_trip())
         report.corrected += measured->errors(static_cast<int>(c)).corrected;
     }
+    const RoundTrip* const measured = measuring_.round_trip();
+    std::string gap = gap_warning(times_, measured ? measured->frames() : std::vector<uint32_t>{});
+    if (!gap.empty() && !part_) warnings_.push_back(std::move(gap));
     // A block counts its sites with those outside.
     if (!is_block())
       report.take_outside(result.lattice, part_ ? part_->fit.first_own : 0,
                           part_ ? part_->fit.end_own : result.lattice.layers(), added_.size());
-    if (const RoundTrip* const measured = measuring_.round_trip())
-      report.frames_measured = measured->frames().size();
+    if (measured) report.frames_measured = measured->frames().size();
     if (continued_) report.slabs_reused = continued_->slabs() * added_.size();
     if (continued_) continued_->close_file();
     const Bcc4Report written = container_->finish(context_);
