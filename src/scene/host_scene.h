@@ -133,6 +133,8 @@ class HostScene {
   [[nodiscard]] bool draw_coarse(const ScenePicture& picture, const Sight& sight, double ms,
                                  const Context& context, const Image& image, SceneStats& stats);
   void show_rows(int begin, int end, const Image& image, SceneStats& stats) const;
+  void draw_band(const ScenePicture& picture, std::span<const Need> shown, int begin, int end,
+                 const Context& context, const Image& image, SceneStats& stats);
   void draw_bands(const ScenePicture& picture, std::span<const Need> shown, const Budget& budget,
                   const Context& context, const Image& image, SceneStats& stats);
   void draw_within(const ScenePicture& picture, const Sight& sight, std::span<const Need> shown,

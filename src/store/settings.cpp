@@ -50,7 +50,8 @@ void check_settings(const WriterSettings& s, bool to_stream) {
     fail(Code::invalid_argument, "writer: psnr must be finite and not negative");
   if ((s.must_measure() || s.coefficients || s.wavelets) && s.dims[3] == 0)
     fail(Code::invalid_argument,
-         "writer: a bound, measuring, coefficients, or wavelets need the number of frames in dims[3]");
+         "writer: a bound, measuring, coefficients, or wavelets need the number of frames in dims[3]; where "
+         "it is not known yet give the most that may come, and end with finish_short");
   if (s.wavelets && s.coefficients)
     fail(Code::invalid_argument, "writer: wavelets are of samples, not of coefficients");
   if (s.ends == Ends::periodic) check_periodic(s);

@@ -12,6 +12,7 @@
 #include "store/air_warning.h"
 #include "store/channel_info.h"
 #include "store/fingerprint.h"
+#include "store/gap_warning.h"
 #include "store/part_report.h"
 
 namespace bccsplat {
@@ -127,6 +128,8 @@ WriteReport WriterEnding::report_of(const FitReport& result) {
     if (!warning.empty()) warnings_.push_back(std::move(warning));
     if (measured) report.corrected += measured->errors(static_cast<int>(c)).corrected;
   }
+  std::string gap = gap_warning(given_.times, measured ? measured->frames() : std::vector<uint32_t>{});
+  if (!gap.empty() && !part) warnings_.push_back(std::move(gap));
   // A block counts its sites with those outside.
   if (!opening_.is_block())
     report.take_outside(result.lattice, part ? part->fit.first_own : 0,
