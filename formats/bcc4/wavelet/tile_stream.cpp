@@ -131,7 +131,7 @@ std::vector<TileLayers> decode_tile(std::span<const TileBox> boxes, std::span<co
     BandWalk walk(b.shape, b.basis.frames, room.walk);
     Reading visit{b.shape, head.rule, values, symbols};
     walk.run(visit);
-    out[c] = TileLayers(b.shape, b.basis, std::move(values));
+    out[c] = TileLayers(b.shape, b.basis, values);
   }
   return out;
 }

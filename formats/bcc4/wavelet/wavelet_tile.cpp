@@ -16,7 +16,7 @@ int most_halvings(int size) {
                     most_halved);
 }
 
-TileLayers::TileLayers(const Halvings& shape, TimeBasis basis, LayerCoefficients coefficients)
+TileLayers::TileLayers(const Halvings& shape, TimeBasis basis, const LayerCoefficients& coefficients)
     : samples_(shape.samples()), stride_(coefficients.stride_), basis_(std::move(basis)),
       held_(basis_.frames), layers_(coefficients.layers_) {
   for (int k = 0; k < basis_.frames; ++k) {
@@ -55,7 +55,7 @@ TileLayers restore_tile(const TileBands& bands, const StepRule& rule, LayerRoom&
     if (std::any_of(steps.begin(), steps.end(), [](int32_t s) { return s != 0; }))
       std::transform(steps.begin(), steps.end(), out.fill(k), [&](int32_t s) { return value_of(s, rule); });
   }
-  return {bands.shape, bands.basis, std::move(out)};
+  return {bands.shape, bands.basis, out};
 }
 
 } // namespace bccsplat

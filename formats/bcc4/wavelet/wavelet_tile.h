@@ -93,7 +93,7 @@ class LayerCoefficients {
 class TileLayers {
  public:
   TileLayers() = default;
-  TileLayers(const Halvings& shape, TimeBasis basis, LayerCoefficients coefficients);
+  TileLayers(const Halvings& shape, TimeBasis basis, const LayerCoefficients& coefficients);
   // The layers that a frame is the sum of; beyond each lie beyond_sums values more.
   [[nodiscard]] std::vector<WeighedLayer> sum_of(int frame) const;
   [[nodiscard]] std::vector<float> frames() const;
