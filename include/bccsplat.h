@@ -687,7 +687,11 @@ typedef struct bccsplat_writer_options {
   uint32_t struct_size;
   /* None defined; 0. */
   uint32_t set_mask;
-  /* Source samples per axis; dims[3] = 0: as many frames as are given. */
+  /* Source samples per axis; dims[3] = 0: as many frames as are given, of which nothing is
+   * measured: where that is wanted, the most that may come, and bccsplat_writer_finish_short.
+   * Frames are one unit of time apart whatever their times are. A gap of more than three usual
+   * steps whose frames were not measured is a warning of the device's log at finish: values near it
+   * may be far off. */
   uint32_t dims[4];
   /* DEFAULT: D4* for a series, BCC for one frame. */
   bccsplat_lattice lattice;
@@ -769,6 +773,7 @@ typedef struct bccsplat_writer_options {
    * of the file reaches: at the same moments they are what the finished file has (where air is far
    * from a field without air, but for the last digits). With other kernels the last ones are as
    * accurate as those of ENDS_MIRROR. Without finish the file is removed or kept as `partial` says.
+   * With PARTIAL_RESUME it shows what the earlier writer showed until there is more.
    * The finished file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it
    * can be opened when it is finished. */
   uint32_t live;
@@ -1410,20 +1415,25 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_find_attribute(
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* volume,
     uint64_t index, const char** name, uint64_t* bytes, uint32_t* crc32);
 /* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats.
- * gradients: NULL or n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is
- * evaluated even when the call fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN,
- * and the error's text names the first of them outside and its axis. A point beyond an end by
- * what rounding makes, 1e-9 of the axis, is inside. A static volume ignores t. Of points in
- * few places, only the data around these are read and made. Where a file was written
- * with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake:
- * within three samples of such an end it is less accurate where the field is not level there, in
- * values and derivatives alike. A channel of labels (bccsplat_channel_info.labels: on the source's
- * own grid, lattice CC at distance 1, where the writer or the values say so) has at any point the value of the sample nearest to it in space and
+ * gradients: NULL or n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit: the derivatives of
+ * the values at the point, corrections included. Differences of values are as near to them as
+ * their points are close: with the kernels default and fine, of points 0.02 apart, to within 0.5 %
+ * of the largest. Where the field bends (kernel fast at the times of layers, corrections of older
+ * files at samples) they are those of one side, and where it jumps (paper, gauss09) those between
+ * jumps. Every point is evaluated even when the call fails with OUT_OF_DOMAIN or HOLE: the points
+ * concerned get NaN, and the error's text names the first of them outside and its axis. A point
+ * beyond an end by what rounding makes, 1e-9 of the axis, is inside. A static volume ignores t. Of
+ * points in few places, only the data around these are read and made. Where a file was written
+ * with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake: within
+ * three samples of such an end it is less accurate where the field is not level there, in values
+ * and derivatives alike. A channel of labels (bccsplat_channel_info.labels: on the source's own
+ * grid, where the writer or the values say so) has at any point the value of the sample nearest to
+ * it in space and
  * time, and gradients of 0; so have slices of it normal to an axis, which are made through the
- * nearest samples, and their composites. Other slices and modes, and trails, show the field through
- * the samples. The token of the volume cancels it; for progress a host hands
- * over its points in parts. Also: reading, OUT_OF_DOMAIN, HOLE, UNSUPPORTED (on CC, a kernel that
- * reaches further than 2 T). */
+ * nearest samples, and their composites. Other slices and modes, and trails, show the field
+ * through the samples. The token of the volume cancels it; for progress a host hands over its
+ * points in parts. Also: reading, OUT_OF_DOMAIN, HOLE, UNSUPPORTED (on CC, a kernel that reaches
+ * further than 2 T). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(
     const bccsplat_volume* volume, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* The same for any channel. Also: NOT_FOUND (channel). */
@@ -1859,9 +1869,9 @@ typedef struct bccsplat_camera {
 /* A view of the whole slice. It starts looking along +z of world space with +y up, so that +x
  * points to the left, and is turned about the slice's centre: first by rotate_y about the vertical
  * (positive: the view turns from +z towards +x), then by rotate_x about the horizontal axis
- * (positive: the camera rises and looks down). It fits the bounding sphere of the slice into the
- * smaller side of a width x height image. Perspective uses 30 degrees. Angles are at most 1e6
- * either way. */
+ * (positive: the camera rises and looks down). It fits the bounding sphere of what is drawn of the
+ * slice (one sample thick along an axis that has one sample) into the smaller side of a
+ * width x height image. Perspective uses 30 degrees. Angles are at most 1e6 either way. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice,
     int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
     uint32_t height, bccsplat_camera* camera);
@@ -1959,7 +1969,9 @@ typedef struct bccsplat_view {
   /* Meaning of `depth`. */
   bccsplat_depth_kind depth_kind;
   /* The frame is a part of a picture of picture_size pixels, its top left pixel at region_begin;
-   * both sizes 0: it is the whole picture. A picture drawn in parts is the picture. */
+   * both sizes 0: it is the whole picture. A picture drawn in parts is the picture, but for edges
+   * of isosurfaces (smooth_edges), which are found by the pixels next to them: a part one pixel
+   * larger on each side has them. */
   uint32_t picture_size[2];
   uint32_t region_begin[2];
   /* The host's opaque scene, one float per pixel of the frame, row 0 at the top: rays end there.
@@ -2890,8 +2902,9 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_set_lights(
  * whatever the time; without any WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_get_bounds(
     const bccsplat_scene* scene, double bounds[6]);
-/* As bccsplat_slice_fit_camera, so from behind, of the box around the instances; from other sides
- * by bccsplat_fit_camera with bccsplat_scene_get_bounds. Also: WRONG_STATE without any. */
+/* As bccsplat_slice_fit_camera, so from behind, of all instances that are not hidden: that of
+ * one is the camera of its time slices. From other sides by bccsplat_fit_camera with
+ * bccsplat_scene_get_bounds. Also: WRONG_STATE without any. */
 BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* scene,
     int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
     uint32_t height, bccsplat_camera* camera);
@@ -2904,8 +2917,8 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* sce
  * on where the last one ended, until status->complete. Cutting a slice is interrupted as well: the
  * frame then keeps its pixels, and progress is 0 until there is a first picture; where a slice
  * takes longer than the budget each call gives it twice the time of the one before. A complete
- * picture is that of budget 0 up to rounding. options->progress is not called, but options->tile
- * is; FRAME_DEEP is UNSUPPORTED.
+ * picture is that of budget 0 up to rounding, with a trail to within 2e-3. options->progress is not
+ * called, but options->tile is; FRAME_DEEP is UNSUPPORTED.
  *
  * One instance in view is drawn as a renderer does. Several are drawn together, right in depth
  * where they overlap: extinctions add, and colours mix by them. In mode composite they share

@@ -243,9 +243,9 @@ bccsplat_status bccsplat_scene_get_bounds(const bccsplat_scene* scene, double bo
   return guard([&] {
     const Shared shared(scene, "scene");
     require(bounds, "bounds");
-    const DrawnBox box = scene->scene.bounds();
-    std::copy(box.begin.begin(), box.begin.end(), bounds);
-    std::copy(box.end.begin(), box.end.end(), bounds + 3);
+    const WorldBox box = scene->scene.bounds();
+    std::copy(box.low.begin(), box.low.end(), bounds);
+    std::copy(box.high.begin(), box.high.end(), bounds + 3);
   });
 }
 

@@ -164,6 +164,8 @@ struct Around {
   std::array<int64_t, 2> at{};
   std::array<double, 2> weight{}, slope{};
 
+  [[nodiscard]] bool none(size_t k) const { return weight[k] == 0 && slope[k] == 0; }
+
   Around(double p, int64_t n, bool periodic, const FallOff& fall) {
     const double cell = periodic ? std::floor(p) : std::clamp(std::floor(p), -2.0, static_cast<double>(n));
     for (size_t k = 0; k < 2; ++k) {
@@ -207,13 +209,13 @@ uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<floa
     float sum = 0;
     std::array<double, 4> slope{};
     for (size_t m = 0; m < 2; ++m) {
-      if (time.weight[m] == 0 || look.frame(time.at[m]).empty()) continue;
+      if (time.none(m) || look.frame(time.at[m]).empty()) continue;
       for (size_t corner = 0; corner < 8; ++corner) {
         const std::array<size_t, 3> k{corner & 1, corner >> 1 & 1, corner >> 2};
         std::array<double, 4> w, s;
         for (size_t a = 0; a < 3; ++a) w[a] = space[a].weight[k[a]], s[a] = space[a].slope[k[a]];
         w[3] = time.weight[m], s[3] = n_[3] == 1 ? 0 : time.slope[m];
-        if (w[0] * w[1] * w[2] == 0) continue;
+        if (space[0].none(k[0]) || space[1].none(k[1]) || space[2].none(k[2])) continue;
         const float value = look.value(time.at[m], {static_cast<int32_t>(space[0].at[k[0]]),
                                                     static_cast<int32_t>(space[1].at[k[1]]),
                                                     static_cast<int32_t>(space[2].at[k[2]])});

@@ -21,11 +21,11 @@ struct FallOff {
     const T u = std::max(T{0}, 1 - std::fabs(d));
     return u * (static_cast<T>(a) + u * (static_cast<T>(b) + u * static_cast<T>(c)));
   }
+  // Where a tent bends, that of the side of larger d.
   [[nodiscard]] double slope(double d) const {
-    const double u = std::max(0.0, 1 - std::fabs(d));
-    if (u == 0 || d == 0) return 0;
-    const double rise = a + u * (2 * static_cast<double>(b) + u * 3 * c);
-    return d > 0 ? -rise : rise;
+    if (d < -1 || d >= 1) return 0;
+    const double u = 1 - std::fabs(d), rise = a + u * (2 * static_cast<double>(b) + u * 3 * c);
+    return d >= 0 ? -rise : rise;
   }
   // The integral of s between two distances, from <= to.
   [[nodiscard]] double integral(double from, double to) const {

@@ -58,13 +58,12 @@ float SliceCorrections::at(const Vec3& uvw, Vec3* gradient) const {
     Int3 at;
     for (size_t a = 0; a < 3; ++a) at[a] = cell[a] + static_cast<int32_t>(k[a]);
     const double wx = weight[0][k[0]], wy = weight[1][k[1]], wz = weight[2][k[2]];
-    if (wx * wy * wz == 0 || at[0] < 0 || at[1] < 0 || at[2] < 0) continue;
+    const Vec3 slopes{slope[0][k[0]] * wy * wz, wx * slope[1][k[1]] * wz, wx * wy * slope[2][k[2]]};
+    if ((wx * wy * wz == 0 && slopes == Vec3{}) || at[0] < 0 || at[1] < 0 || at[2] < 0) continue;
     const float* value = add.find(at[0], at[1], at[2]);
     if (!value) continue;
     sum += *value * static_cast<float>(wx * wy * wz);
-    if (!gradient) continue;
-    const Vec3 slopes{slope[0][k[0]] * wy * wz, wx * slope[1][k[1]] * wz, wx * wy * slope[2][k[2]]};
-    *gradient = *gradient + *value * slopes;
+    if (gradient) *gradient = *gradient + *value * slopes;
   }
   return sum;
 }

@@ -142,28 +142,21 @@ HostScene::Placed& HostScene::find(uint64_t id) const {
   return *found->second;
 }
 
-DrawnBox HostScene::bounds() const {
-  constexpr double none = std::numeric_limits<double>::infinity();
-  DrawnBox box{{none, none, none}, {-none, -none, -none}};
+std::vector<Vec3> HostScene::corners() const {
+  std::vector<Vec3> corners;
   for (const auto& [id, placed] : instances_) {
     if (placed->instance.hidden) continue;
     const Slice place = place_of(placed->instance);
-    const DrawnBox drawn = drawn_box(place);
-    for (const Vec3& corner : box_corners(drawn.begin, drawn.end)) {
-      const Vec3 p = place.slice_to_world.point(corner);
-      for (size_t a = 0; a < 3; ++a)
-        box.begin[a] = std::min(box.begin[a], p[a]), box.end[a] = std::max(box.end[a], p[a]);
-    }
+    for (const Vec3& corner : world_corners(place, drawn_box(place))) corners.push_back(corner);
   }
-  if (box.begin[0] > box.end[0]) fail(Code::wrong_state, "scene: it has no instance that is not hidden");
-  return box;
+  if (corners.empty()) fail(Code::wrong_state, "scene: it has no instance that is not hidden");
+  return corners;
 }
 
+WorldBox HostScene::bounds() const { return box_around(corners()); }
+
 Camera HostScene::fit(bool perspective, double rotate_x, double rotate_y, int width, int height) const {
-  const DrawnBox box = bounds();
-  Slice place;
-  place.domain_begin = box.begin, place.domain_end = box.end;
-  return fit_camera(place, perspective, rotate_x, rotate_y, static_cast<uint32_t>(width),
+  return fit_camera(corners(), perspective, rotate_x, rotate_y, static_cast<uint32_t>(width),
                     static_cast<uint32_t>(height));
 }
 

@@ -91,7 +91,7 @@ class HostScene {
   void set_lights(Lights lights) { lights_ = std::move(lights), ++version_; }
 
   // Of the instances that are not hidden. Throws wrong_state where there is none.
-  [[nodiscard]] DrawnBox bounds() const;
+  [[nodiscard]] WorldBox bounds() const;
   [[nodiscard]] Camera fit(bool perspective, double rotate_x, double rotate_y, int width, int height) const;
   // Tells the image of what is drawn (FinishedPixels), of a picture with a budget first of all that there is,
   // then of what this call finishes. Throws what cutting and drawing do; of a budget that ends nothing but
@@ -114,6 +114,8 @@ class HostScene {
   using CutOf = std::unique_ptr<SceneCut> Placed::*;
 
   [[nodiscard]] Placed& find(uint64_t id) const;
+  // In the scene's world, of what bounds() and fit() are around.
+  [[nodiscard]] std::vector<Vec3> corners() const;
   [[nodiscard]] Sight sight_of(const ScenePicture& picture, int width, int height) const;
   // What an instance is seen by: cut by its clips.
   [[nodiscard]] Sight sight_of(uint64_t id, const Sight& sight) const;
@@ -131,6 +133,8 @@ class HostScene {
   [[nodiscard]] bool draw_coarse(const ScenePicture& picture, const Sight& sight, double ms,
                                  const Context& context, const Image& image, SceneStats& stats);
   void show_rows(int begin, int end, const Image& image, SceneStats& stats) const;
+  void draw_band(const ScenePicture& picture, std::span<const Need> shown, int begin, int end,
+                 const Context& context, const Image& image, SceneStats& stats);
   void draw_bands(const ScenePicture& picture, std::span<const Need> shown, const Budget& budget,
                   const Context& context, const Image& image, SceneStats& stats);
   void draw_within(const ScenePicture& picture, const Sight& sight, std::span<const Need> shown,

@@ -146,6 +146,25 @@ void HostScene::show_rows(int begin, int end, const Image& image, SceneStats& st
   stats.drew = true;
 }
 
+// Draws rows of the picture, with the rows beside them where edges are smoothed by these.
+void HostScene::draw_band(const ScenePicture& picture, std::span<const Need> shown, int begin, int end,
+                          const Context& context, const Image& image, SceneStats& stats) {
+  const bool smoothed = picture.options.smooth_edges && picture.options.mode == RenderMode::isosurface;
+  const int around = smoothed ? 1 : 0, first = std::max(begin - around, 0),
+            last = std::min(end + around, image.height);
+  std::vector<Need> of_band(shown.begin(), shown.end());
+  for (Need& need : of_band) need.sight = need.sight.region(0, first);
+  const Image rows = rows_of(frame_->done->image, begin, end - begin);
+  if (!smoothed) {
+    Image band = rows;
+    return draw(picture, of_band, &Placed::fine, context, band, stats);
+  }
+  const Reservation memory(context.memory, bytes_like(image, image.width, last - first), "a band of rows");
+  const auto wider = like(image, image.width, last - first);
+  draw(picture, of_band, &Placed::fine, context, wider->image, stats);
+  copy_planes(rows_of(wider->image, begin - first, end - begin), rows, 1);
+}
+
 // Draws bands of rows, one at least.
 void HostScene::draw_bands(const ScenePicture& picture, std::span<const Need> shown, const Budget& budget,
                            const Context& context, const Image& image, SceneStats& stats) {
@@ -160,10 +179,7 @@ void HostScene::draw_bands(const ScenePicture& picture, std::span<const Need> sh
   while (frame.rows < image.height && (first || rows_in(budget.left()) >= fewest_rows)) {
     const double before = budget.left();
     const int rows = std::min(std::max(rows_in(before), fewest_rows), image.height - frame.rows);
-    Image band = rows_of(frame.done->image, frame.rows, rows);
-    std::vector<Need> of_band(shown.begin(), shown.end());
-    for (Need& need : of_band) need.sight = need.sight.region(0, frame.rows);
-    draw(picture, of_band, &Placed::fine, context, band, stats);
+    draw_band(picture, shown, frame.rows, frame.rows + rows, context, image, stats);
     frame.rows += rows, first = false;
     frame.row_ms = (before - budget.left()) / rows;
     show_rows(frame.rows - rows, frame.rows, image, stats);

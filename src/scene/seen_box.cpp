@@ -82,34 +82,24 @@ class SeenPlanes {
   std::array<std::vector<double>, 3> seen_;
 };
 
-WorldBox world_box(const Slice& slice, const Vec3& begin, const Vec3& end) {
-  const Affine3 to_world = slice.slice_to_world.after(slice.lattice_to_slice);
-  WorldBox box{to_world.point(begin), to_world.point(begin)};
-  for (const Vec3& corner : box_corners(begin, end))
-    for (size_t a = 0; a < 3; ++a) {
-      box.low[a] = std::min(box.low[a], to_world.point(corner)[a]);
-      box.high[a] = std::max(box.high[a], to_world.point(corner)[a]);
-    }
-  return box;
-}
-
 } // namespace
 
 WorldBox seen_box(const Slice& slice, const TransferFunction& function) {
   if (slice.empty()) return {};
+  const DrawnBox whole = drawn_box(slice);
   if (function.opacity(slice.base) > 0 && slice.base == slice.air)
-    return world_box(slice, slice.domain_begin, slice.domain_end);
+    return box_around(world_corners(slice, whole));
   const SeenPlanes planes(slice, function);
-  if (!planes.any()) return world_box(slice, slice.domain_begin, slice.domain_end);
-  Vec3 begin, end;
+  if (!planes.any()) return box_around(world_corners(slice, whole));
+  DrawnBox seen;
   for (size_t a = 0; a < 3; ++a) {
     const auto [first, last] = planes.ends(a);
     const double d = slice.lattice.plane_distance();
-    begin[a] = std::max(slice.domain_begin[a], d * static_cast<double>(first) - site_reach);
-    end[a] = std::min(slice.domain_end[a], d * static_cast<double>(last) + site_reach);
-    if (!(end[a] > begin[a])) begin[a] = slice.domain_begin[a], end[a] = slice.domain_end[a];
+    seen.begin[a] = std::max(whole.begin[a], d * static_cast<double>(first) - site_reach);
+    seen.end[a] = std::min(whole.end[a], d * static_cast<double>(last) + site_reach);
+    if (!(seen.end[a] > seen.begin[a])) seen.begin[a] = whole.begin[a], seen.end[a] = whole.end[a];
   }
-  return world_box(slice, begin, end);
+  return box_around(world_corners(slice, seen));
 }
 
 } // namespace bccsplat

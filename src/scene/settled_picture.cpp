@@ -161,7 +161,7 @@ void SettledPicture::settle_paint() {
   const ScenePaint& by = *scene_.paint;
   paint_.slice = by.slice, paint_.points = by.points;
   by.slice->coset.make(context_);
-  if (level_ > 0 && by.levels) {
+  if (level_ > 0 && by.levels && !by.slice->labels) { // no coarser slice has labels
     const CoarseLevels::Level& coarse = by.levels->level(*by.slice, level_, context_);
     paint_.slice = &coarse.slice, paint_.points = &coarse.points;
   }

@@ -29,10 +29,12 @@ void widen_bounds(Trail& trail, const Slice& slice) {
                                                     std::max(trail.bounds[1], slice.bounds[1])};
 }
 
-// A moment of the trail, and how it is cut.
+// A moment of the trail, how it is cut, and so many frames later it is, where time is periodic, than the
+// slice that is cut.
 struct Still {
   CutPlan plan;
   Moment moment;
+  double later = 0;
 };
 
 // Adds a moment that is a slice of its own; left to a GPU, which merges it of layers, it has no points.
@@ -106,20 +108,29 @@ std::vector<Still> plan_times(const Coefficients& coefficients, const Slice& sli
   return stills;
 }
 
-// Returns the offsets along the normal between which the hyperplane meets the domain.
-std::array<double, 2> offsets_inside(const Hyperplane& h, const Lattice4& lattice) {
+// Returns the frames of a turn of periodic time, which a time slice goes through; 0: there is none.
+double turn_of(const Slice& slice, const Lattice4& lattice) {
+  return lattice.periodic && slice.is_time_slice() ? lattice.last_frame() : 0;
+}
+
+// Returns the offsets along the normal between which the hyperplane meets the domain, or a turn before and
+// behind it.
+std::array<double, 2> offsets_inside(const Slice& slice, const Lattice4& lattice) {
+  const Hyperplane& h = slice.hyperplane;
   double low = h[4], high = h[4];
   for (size_t a = 0; a < 4; ++a) {
     const double across = h[a] * lattice.domain_end(a);
     (across < 0 ? low : high) += across;
   }
-  return {low, high};
+  const double turn = turn_of(slice, lattice);
+  return {low - turn, high + turn};
 }
 
 std::vector<Still> plan_planes(const Coefficients& coefficients, const Slice& slice,
                                const TrailOptions& options, const HypersliceOptions& like) {
   const Hyperplane h = slice.hyperplane;
-  const auto inside = offsets_inside(h, coefficients.source().lattice());
+  const Lattice4& lattice = coefficients.source().lattice();
+  const auto inside = offsets_inside(slice, lattice);
   const double from = std::clamp(options.interval[0], inside[0], inside[1]);
   const double to = std::clamp(options.interval[1], inside[0], inside[1]);
   std::vector<Still> stills;
@@ -134,7 +145,7 @@ std::vector<Still> plan_planes(const Coefficients& coefficients, const Slice& sl
     return plan_cut(coefficients, h.moved(offset), o);
   };
   const bool classified = options.content == TrailContent::classified;
-  const double units = part * std::max(1.0, lattice_density(coefficients.source().lattice(), h.normal()));
+  const double units = part * std::max(1.0, lattice_density(lattice, h.normal()));
   const int samples = !classified ? 1
                       : options.samples > 0
                           ? options.samples
@@ -142,8 +153,12 @@ std::vector<Still> plan_planes(const Coefficients& coefficients, const Slice& sl
   Thickness thickness = like.thickness;
   if (!classified)
     thickness = {part, options.content == TrailContent::mean ? ThicknessKind::mean : ThicknessKind::maximum};
-  for (const Moment& m : midpoints(from, to, shares_of(options), samples))
-    stills.push_back({cut(m.at, thickness), m});
+  const double turn = turn_of(slice, lattice);
+  for (const Moment& m : midpoints(from, to, shares_of(options), samples)) {
+    const double at = turn > 0 ? h[3] * m.at - h[3] * h[4] : 0; // the frame
+    const double later = at < 0 ? -turn : at > turn ? turn : 0;
+    stills.push_back({cut(m.at - h[3] * later, thickness), m, later});
+  }
   return stills;
 }
 
@@ -181,8 +196,10 @@ Trail make_stills(const std::vector<Still>& stills, const Coefficients& coeffici
   }
   for (const Still& s : stills)
     if (Slice made = make_slice(s.plan, in_time ? slice.slice_to_world : index_to_world, context);
-        !made.empty())
+        !made.empty()) {
+      made.origin[3] += s.later;
       add_slice(trail, std::move(made), s.moment, left, context);
+    }
   if (!left || trail.moments.empty()) return trail;
   HypersliceOptions now = like;
   now.merge_later = false;

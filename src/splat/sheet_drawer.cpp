@@ -25,10 +25,13 @@ class Integrals {
   Integrals(const Shot& shot, const SplatPoints& points) : shot_(shot), points_(points) {}
 
   [[nodiscard]] bool needed(const TransferFunction& function, const ClassTable& table) const {
-    if (shot_.slice->labels && !shot_.trail) return false; // nothing lies between
     if (shot_.preintegrate != Preintegrate::automatic) return shot_.preintegrate == Preintegrate::on;
     const double change = shot_.view->step * change_per_unit(*shot_.slice, points_);
     return narrowness(function, table, change, shot_.view->step_world) >= narrow_function;
+  }
+  // The same of the slice itself: between labels lies nothing, whatever the trail beside them asks for.
+  [[nodiscard]] bool needed_by_slice(const ClassTable& table) const {
+    return !shot_.slice->labels && needed(*shot_.function, table);
   }
   // Returns the tables of a trail, all with integrals where one of its functions asks for them. The change
   // from sheet to sheet is taken from the slice, of which the trail is the past.
@@ -150,7 +153,7 @@ DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context
     const Shot& shot = *shots[n];
     const SplatPoints& points = (shot.points ? shot.points : &of_picture[n])->of(*shot.slice, context);
     ClassTable& table = tables.emplace_back(*shot.table);
-    if (Integrals(shot, points).needed(*shot.function, table))
+    if (Integrals(shot, points).needed_by_slice(table))
       table.integrals = integrate_values(*shot.function, table), options.preintegrate = true;
     const Lights& lit = lights.emplace_back(lights_of(shot, options.kernel_form));
     const PaintScene& paint = paints.emplace_back(shot, lit, context);
@@ -180,7 +183,7 @@ DrawStats SheetDrawer::draw(const Shot& shot, const Context& context,
   const SplatPoints& points = (shot.points ? shot.points : &of_picture)->of(*shot.slice, context);
   const Lights lights = lights_of(shot, options.kernel_form);
   ClassTable table = *shot.table;
-  if (options.mode == RenderMode::composite && Integrals(shot, points).needed(*shot.function, table))
+  if (options.mode == RenderMode::composite && Integrals(shot, points).needed_by_slice(table))
     table.integrals = integrate_values(*shot.function, table);
   options.preintegrate = !table.integrals.empty();
   const PaintScene paint(shot, lights, context);

@@ -66,6 +66,10 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
     fail(Code::invalid_argument, "channel ", settings.name, ": value_step needs the range of the values");
   channel.quantiser = quantiser_of_samples(settings, info.source_type);
   static_cast<Quantiser&>(info) = channel.quantiser;
+  if (settings.abs_error > 0) {
+    info.residuals.step = RoundTrip::step(settings.abs_error), info.residuals.bound = settings.abs_error;
+    info.residuals.local = true, info.residuals.shape = CorrectionShape::smooth;
+  }
   channel.unit = packing_unit(channel.quantiser);
   if (!coefficients) return channel;
   static_cast<Quantiser&>(info) = quantiser_of_coefficients(channel.quantiser);

@@ -260,9 +260,10 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
   for (size_t c = 0; c < was.channels.size(); ++c) require_same_channel(was, now, c, path);
 }
 
-Continuation::Continuation(const WriterSettings& settings, FitOptions options, const LayerUse& use)
-    : old_(Bcc4Reader::open(open_file_source(settings.path))) {
-  const VolumeInfo& was = old_->info();
+Continuation::Continuation(const Bcc4Reader& old, const WriterSettings& settings, FitOptions options,
+                           const LayerUse& use)
+    : old_(old) {
+  const VolumeInfo& was = info();
   const PartSettings& part = *settings.part;
   const auto refuse = [&](const auto&... why) {
     fail(Code::wrong_state, settings.path, ": ", why..., "; give all frames, without a part");
@@ -306,7 +307,7 @@ void Continuation::find_places() {
   for (int32_t slab = 0; slab < slabs(); ++slab)
     for (int c = 0; c < channels; ++c)
       for (int level = 0; level < info().level_count(); ++level)
-        if (const auto chunks = old_->chunks({c, level}, slab); !chunks.empty())
+        if (const auto chunks = old_.chunks({c, level}, slab); !chunks.empty())
           slab_places_.push_back({chunks.front().offset, slab, {c, level}, 0});
   std::sort(slab_places_.begin(), slab_places_.end(),
             [](const Place& a, const Place& b) { return a.offset < b.offset; });
@@ -330,9 +331,9 @@ void Continuation::copy_what_stays(Bcc4Writer& container, Progress& progress) co
              std::back_inserter(order), [](const Place& a, const Place& b) { return a.offset < b.offset; });
   for (const Place& p : order) {
     if (p.slab == PartWrite::mask)
-      container.copy_mask(p.at.channel, p.frame, *old_);
+      container.copy_mask(p.at.channel, p.frame, old_);
     else
-      container.copy_slab(p.slab, p.at, *old_);
+      container.copy_slab(p.slab, p.at, old_);
     progress.check();
   }
 }
@@ -342,7 +343,7 @@ std::vector<LayerCounts> Continuation::old_counts(const Context& context) const 
   if (told_) return *told_;
   std::vector<LayerCounts> counts;
   for (size_t c = 0; c < was.channels.size(); ++c) {
-    counts.push_back(count_slabs(*old_, static_cast<int>(c), slabs(), context));
+    counts.push_back(count_slabs(old_, static_cast<int>(c), slabs(), context));
   }
   counts.resize(was.channels.size() * was.level_count());
   if (slabs() > 0 && was.tail)
@@ -367,7 +368,7 @@ void Continuation::add_to(FitReport& report, const Context& context) const {
     const ChannelInfo& channel = was.channels[c];
     old.source_range = channel.source_range;
     const bool only_holes = channel.holes > 0 && channel.holes == channel.sites_kept;
-    const bool none = only_holes || (channel.sites_kept == 0 && all_missing(*old_, static_cast<int>(c)));
+    const bool none = only_holes || (channel.sites_kept == 0 && all_missing(old_, static_cast<int>(c)));
     old.any_finite = !(none && channel.source_range == Range{});
     old.frames = channel.frames;
     old.source_samples = was.cc_samples();

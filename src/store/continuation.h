@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -30,11 +29,11 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
 // its lasting ones depend on, and what is said about the series is put together from the old file and these.
 class Continuation {
  public:
-  // Opens the file at settings.path. Throws, saying why, where it cannot be continued by settings.part alone.
-  // options, use: of the longer series.
-  Continuation(const WriterSettings& settings, FitOptions options, const LayerUse& use);
+  // old: the file at settings.path; once it is closed nothing but slabs() and rest() may be asked. Throws,
+  // saying why, where it cannot be continued by settings.part alone. options, use: of the longer series.
+  Continuation(const Bcc4Reader& old, const WriterSettings& settings, FitOptions options,
+               const LayerUse& use);
 
-  [[nodiscard]] const VolumeInfo& info() const { return old_->info(); }
   [[nodiscard]] const Lattice4& lattice() const { return lattice_; } // of the longer series
   [[nodiscard]] const SeriesPart& rest() const { return rest_; }     // what is left to do
   [[nodiscard]] int32_t slabs() const { return rest_.first_slab; }   // of a channel that are copied
@@ -48,16 +47,15 @@ class Continuation {
   }
   // Adds what the old file tells of its frames, and of the slabs that were copied, to the report of the rest.
   void add_to(FitReport& report, const Context& context) const;
-  // Lets go of the old file, whose name the new one is about to get: not every system replaces a file that is
-  // open. Nothing but slabs() and rest() may be asked behind it.
-  void close_file() { old_.reset(); }
 
  private:
   void find_places();
   // Counts of the sites of the slabs that stay, of each channel.
   [[nodiscard]] std::vector<LayerCounts> old_counts(const Context& context) const;
 
-  std::shared_ptr<const Bcc4Reader> old_;
+  [[nodiscard]] const VolumeInfo& info() const { return old_.info(); }
+
+  const Bcc4Reader& old_;
   Lattice4 lattice_;
   SeriesPart rest_;
   std::optional<std::vector<LayerCounts>> told_; // of coefficients and wavelets

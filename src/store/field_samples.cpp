@@ -10,6 +10,18 @@ constexpr uint64_t points_at_a_time = 1 << 16; // 2 MiB of coordinates
 
 } // namespace
 
+FieldGrid grid_of_frame(const Lattice4& lattice, uint32_t frame) {
+  const auto samples = [&](size_t a) { return static_cast<int32_t>(lattice.dims[a]); };
+  return {{}, {1, 1, 1}, {samples(0), samples(1), samples(2)}, static_cast<double>(frame)};
+}
+
+FieldGrid grid_of_layer(const Lattice4& lattice, int32_t layer) {
+  const int coset = lattice.coset(layer);
+  const Vec3 origin = lattice.site_position(coset, {0, 0, 0});
+  return {origin, lattice.site_position(coset, {1, 1, 1}) - origin, lattice.space.dims(coset),
+          lattice.is_static() ? 0 : lattice.layer_frame(layer)};
+}
+
 std::vector<float> sample_field(const Field& field, const FieldGrid& grid, const std::string& what,
                                 const Context& context) {
   const uint64_t nx = grid.dims[0], ny = grid.dims[1];

@@ -9,6 +9,7 @@
 
 #include "base/context.h"
 #include "base/vec.h"
+#include "lattice/lattice.h"
 
 namespace bccsplat {
 
@@ -21,6 +22,9 @@ struct FieldGrid {
   Int3 dims{};
   double frame = 0;
 };
+// The source samples of a frame, and the sites of a layer.
+[[nodiscard]] FieldGrid grid_of_frame(const Lattice4& lattice, uint32_t frame);
+[[nodiscard]] FieldGrid grid_of_layer(const Lattice4& lattice, int32_t layer);
 
 // Returns the field on a grid. `what` names the field in error texts; throws cancelled when the host gives
 // up.

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "formats/bcc4/write/joined_parts.h"
+#include "formats/bcc4/read/reader.h"
 #include "store/channel_info.h"
 #include "store/compared_levels.h"
 #include "store/part_report.h"
@@ -98,16 +98,6 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
 SeriesParts open_parts(const std::vector<std::string>& paths) {
   constexpr size_t open_at_once = 16; // opening one again costs little beside the chunks that are read
   return open_parts(open_file_sources(paths, open_at_once));
-}
-
-SeriesParts open_parts(std::vector<std::unique_ptr<ByteSource>> sources) {
-  SeriesParts parts;
-  std::vector<std::string> names;
-  for (std::unique_ptr<ByteSource>& source : sources) {
-    names.push_back(source->name());
-    parts.push_back(Bcc4Reader::open(std::move(source)));
-  }
-  return order_parts(std::move(parts), names);
 }
 
 WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite, bool with_levels,

@@ -7,17 +7,13 @@
 #include <vector>
 
 #include "base/context.h"
-#include "formats/bcc4/read/reader.h"
+#include "formats/bcc4/write/joined_parts.h"
 #include "store/write_report.h"
 
 namespace bccsplat {
 
-using SeriesParts = std::vector<std::shared_ptr<const Bcc4Reader>>;
-
-// Opens parts in any order and returns them by rising frames. Throws invalid_argument, naming the files,
-// unless they are the parts of one series and hold each of its frames once.
+// The same of parts that are files; see joined_parts.h.
 [[nodiscard]] SeriesParts open_parts(const std::vector<std::string>& paths);
-[[nodiscard]] SeriesParts open_parts(std::vector<std::unique_ptr<ByteSource>> sources);
 
 // Copies what the parts hold, in the order in which one writer of the whole series puts it: nothing is coded
 // again. with_levels: coarser levels that no part has measured are compared with level 0

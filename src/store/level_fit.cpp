@@ -12,8 +12,7 @@ FitOptions options_of_level(FitOptions options, int level, const Int3& margins) 
 }
 
 LevelFit::LevelFit(int level, const FitOptions& options, Store store, const Context& context, MaskSink masks)
-    : level_(level),
-      store_([level, store = std::move(store)](int32_t slab, int channel, const SlabLayers& layers) {
+    : store_([level, store = std::move(store)](int32_t slab, int channel, const SlabLayers& layers) {
         store(slab, {channel, level}, layers);
       }),
       context_(context), fit_(
@@ -40,11 +39,39 @@ void LevelFit::finish_channel(int channel) {
   if (coefficients_) coefficients_->store_ready(channel, context_, store_);
 }
 
-FitChannelReport level_counts(const FitChannelReport& report) {
-  FitChannelReport counts;
-  counts.clamped = report.clamped, counts.clamped_slabs = report.clamped_slabs;
-  counts.lasting.clamped = report.lasting.clamped;
-  return counts;
+void LevelFits::begin(const std::vector<FitOptions>& options, const LevelFit::Store& store,
+                      const MaskSink& masks, const Context& context) {
+  const MaskSink untold = [](int, uint32_t, const std::vector<std::byte>&) {};
+  frames_.emplace(options, context);
+  for (size_t l = 0; l < options.size(); ++l)
+    fits_.push_back(
+        std::make_unique<LevelFit>(static_cast<int>(l), options[l], store, context, l == 0 ? masks : untold));
+}
+
+void LevelFits::add_frame(int channel, std::span<const FrameBox> boxes, const FrameScan& scan,
+                          float ringing) {
+  const PreparedFrame prepared = fit().prepare_frame(channel, boxes, scan);
+  if (coarsest() > 0) { // what coarser levels are made of goes before level 0 takes its memory
+    const LevelFrames::Images images = frames_->make(prepared, ringing);
+    for (int l = coarsest(); l > 0; --l) fits_[l]->fit().add_frame(channel, prepared, images.at(l));
+  }
+  fit().add_frame(channel, prepared, {prepared.frame, scan.cells, prepared.faces});
+}
+
+void LevelFits::describe_lattices(VolumeInfo& info) const {
+  info.lattice = lattice();
+  for (int l = 1; l <= coarsest(); ++l) info.levels[static_cast<size_t>(l) - 1].lattice = lattice(l);
+}
+
+FitReport LevelFits::report() const {
+  FitReport result = fit().report();
+  for (size_t l = 1; l < fits_.size(); ++l)
+    for (const FitChannelReport& r : fits_[l]->fit().report().channels) {
+      FitChannelReport& counts = result.channels.emplace_back();
+      counts.clamped = r.clamped, counts.clamped_slabs = r.clamped_slabs;
+      counts.lasting.clamped = r.lasting.clamped;
+    }
+  return result;
 }
 
 } // namespace bccsplat

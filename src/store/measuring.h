@@ -23,64 +23,46 @@ namespace bccsplat {
 class Measuring {
  public:
   explicit Measuring(const WriterSettings& settings)
-      : required_(settings.bounds_samples() || settings.psnr > 0 || settings.measure == Measure::all),
-        wanted_(required_ || settings.measure == Measure::some) {}
+      : required_(settings.must_measure()), wanted_(required_ || settings.measure == Measure::some) {}
 
   [[nodiscard]] bool required() const { return required_; }
   // Returns whether measuring is asked for and has neither begun nor been given up.
-  [[nodiscard]] bool due() const { return wanted_ && !given_up_ && !round_trip_; }
+  [[nodiscard]] bool due() const { return wanted_ && !given_up_ && !round_trip(); }
   // Returns which of the frames first .. end - 1 are to be measured.
   [[nodiscard]] std::vector<uint32_t> choose_frames(uint32_t first, uint32_t end) const;
   // The same for coarser levels.
   [[nodiscard]] std::vector<uint32_t> choose_level_frames(uint32_t first, uint32_t end) const;
 
-  // Runs a step of measuring; false where it has been given up, with this step at the latest.
-  template<class Step> bool attempt(const Step& step) {
-    if (given_up_) return false;
+  // Runs a step of measuring a level; false where that has been given up, with this step at the latest.
+  template<class Step> bool attempt(const Step& step, int level = 0) {
+    if (level == 0 && given_up_) return false;
     try {
       step();
       return true;
     } catch (const Error& e) {
-      if (required_ || (e.code() != Code::memory_budget && e.code() != Code::unsupported)) throw;
-      round_trip_.reset();
-      given_up_ = true;
+      if (e.code() != Code::memory_budget && e.code() != Code::unsupported) throw;
+      if (level == 0 && required_) throw;
+      given_up_ = given_up_ || level == 0;
+      levels_.erase(level);
       return false;
     }
   }
-  // Hands the round trip, where there is one, to a step.
-  template<class Step> void with_round_trip(const Step& step) {
-    if (round_trip_) attempt([&] { step(*round_trip_); });
-  }
-  // The same at any level; level 0 is the one above.
+  // Hands the round trip of a level, where there is one, to a step.
   template<class Step> void with_level(int level, const Step& step) {
-    if (level == 0) return with_round_trip(step);
-    if (levels_.count(level) > 0) attempt_level(level, [&] { step(*levels_[level]); });
+    if (const auto at = levels_.find(level); at != levels_.end()) attempt([&] { step(*at->second); }, level);
   }
-  void begin(std::unique_ptr<RoundTrip> round_trip) { round_trip_ = std::move(round_trip); }
-  template<class Make> void begin_level(int level, const Make& make) {
-    attempt_level(level, [&] { levels_[level] = make(); });
+  template<class Make> void begin(int level, const Make& make) {
+    attempt([&] { levels_[level] = make(); }, level);
   }
-  // Null: nothing is measured.
-  [[nodiscard]] RoundTrip* round_trip() const { return round_trip_.get(); }
-  // Likewise of a coarser level.
-  [[nodiscard]] const RoundTrip* level(int level) const {
+  // Null: nothing is measured of that level.
+  [[nodiscard]] const RoundTrip* round_trip(int level = 0) const {
     const auto at = levels_.find(level);
     return at == levels_.end() ? nullptr : at->second.get();
   }
 
  private:
-  template<class Step> void attempt_level(int level, const Step& step) {
-    try {
-      step();
-    } catch (const Error& e) {
-      if (e.code() != Code::memory_budget && e.code() != Code::unsupported) throw;
-      levels_.erase(level);
-    }
-  }
-
   bool required_, wanted_, given_up_ = false;
-  std::unique_ptr<RoundTrip> round_trip_;
-  std::map<int, std::unique_ptr<RoundTrip>> levels_; // 1 ..
+  std::map<int, std::unique_ptr<RoundTrip>> levels_;
 };
 
 } // namespace bccsplat

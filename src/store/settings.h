@@ -118,10 +118,18 @@ struct WriterSettings {
   std::string recommended_kernel; // may be empty
   std::vector<ChannelSettings> channels{1};
 
+  [[nodiscard]] bool keeps_journal() const {
+    return continuity == Continuity::journal || continuity == Continuity::resume;
+  }
   // Returns whether a source sample of some channel may be off by so much and no more.
   [[nodiscard]] bool bounds_samples() const {
     return std::any_of(channels.begin(), channels.end(), [](const auto& c) { return c.abs_error > 0; });
   }
+  // Returns whether the source must be compared with the file.
+  [[nodiscard]] bool must_measure() const { return bounds_samples() || psnr > 0 || measure == Measure::all; }
 };
+
+// Throws invalid_argument or unsupported where options contradict each other. to_stream: there is no file.
+void check_settings(const WriterSettings& settings, bool to_stream);
 
 } // namespace bccsplat

@@ -109,12 +109,16 @@ Camera fit_box(const WorldBox& box, const ViewSide& side, bool perspective, doub
 
 Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees, double rotate_y_degrees,
                   uint32_t width, uint32_t height) {
-  const Affine3 to_world = slice.slice_to_world.after(slice.lattice_to_slice);
-  const Vec3 centre = to_world.point(slice.centre());
+  return fit_camera(world_corners(slice, drawn_box(slice)), perspective, rotate_x_degrees, rotate_y_degrees,
+                    width, height);
+}
+
+Camera fit_camera(std::span<const Vec3> points, bool perspective, double rotate_x_degrees,
+                  double rotate_y_degrees, uint32_t width, uint32_t height) {
+  const WorldBox box = box_around(points);
+  const Vec3 centre = 0.5 * (box.low + box.high);
   double radius = 0;
-  for (const Vec3& c : box_corners(slice.domain_begin, slice.domain_end))
-    radius = std::max(radius, length(to_world.point(c) - centre));
-  if (!(radius > 0)) radius = std::cbrt(std::fabs(to_world.determinant())); // a single sample
+  for (const Vec3& p : points) radius = std::max(radius, length(p - centre));
 
   const ViewSide turned = turn(back_side, rotate_x_degrees, rotate_y_degrees);
   const double smaller = std::min<double>(width, height) / height; // of the image's height

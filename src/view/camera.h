@@ -50,23 +50,22 @@ inline constexpr ViewSide back_side{{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}},
 inline constexpr ViewSide anterior_of_ras{{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
     anterior_of_lps{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}};
 
-// Opposite corners of a box along the axes of the world.
-struct WorldBox {
-  Vec3 low{}, high{};
-};
-
 // Returns a view that the box fills but for a margin, from that side, turned about the centre of the box as
 // fit_camera() does. It is of one size for all turns about the vertical. A single point gets a box of edge 1.
 [[nodiscard]] Camera fit_box(const WorldBox& box, const ViewSide& side, bool perspective,
                              double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
                              uint32_t height);
 
-// Returns a view of the whole slice. It starts along +z of world space with +y up and is turned about the
-// centre of the slice's box: by rotate_y about the vertical (right-handed: the view direction +z turns
-// towards +x), then by rotate_x about the camera's horizontal axis (positive: the camera rises and looks
-// down; the vertical stays upright in the picture). The bounding sphere of the box fits into the smaller side
-// of the image; a view in perspective spans 30 degrees.
+// Returns a view of all that is drawn of a slice. It starts along +z of world space with +y up and is turned
+// about the centre of the slice's box: by rotate_y about the vertical (right-handed: the view direction +z
+// turns towards +x), then by rotate_x about the camera's horizontal axis (positive: the camera rises and
+// looks down; the vertical stays upright in the picture). The bounding sphere of the box fits into the
+// smaller side of the image; a view in perspective spans 30 degrees.
 [[nodiscard]] Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees,
+                                double rotate_y_degrees, uint32_t width, uint32_t height);
+// The same of points, such as the corners of several boxes, with the sphere about the middle of the box
+// around them.
+[[nodiscard]] Camera fit_camera(std::span<const Vec3> points, bool perspective, double rotate_x_degrees,
                                 double rotate_y_degrees, uint32_t width, uint32_t height);
 
 } // namespace bccsplat

@@ -95,6 +95,21 @@ DrawnBox drawn_box(const Slice& slice) {
   return box;
 }
 
+std::array<Vec3, 8> world_corners(const Slice& slice, const DrawnBox& box) {
+  const Affine3 to_world = slice.slice_to_world.after(slice.lattice_to_slice);
+  std::array<Vec3, 8> corners = box_corners(box.begin, box.end);
+  for (Vec3& c : corners) c = to_world.point(c);
+  return corners;
+}
+
+WorldBox box_around(std::span<const Vec3> points) {
+  WorldBox box{points.front(), points.front()};
+  for (const Vec3& p : points)
+    for (size_t a = 0; a < 3; ++a)
+      box.low[a] = std::min(box.low[a], p[a]), box.high[a] = std::max(box.high[a], p[a]);
+  return box;
+}
+
 std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, double i, double j) {
   // Along the ray every coordinate is that of origin + k * direction.
   const Vec3 direction = view.ray(i, j);

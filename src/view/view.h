@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/vec.h"
@@ -104,6 +105,8 @@ struct DrawnBox {
   Vec3 begin{}, end{};
 };
 [[nodiscard]] DrawnBox drawn_box(const Slice& slice);
+// The corners of a box of the slice's lattice units in the world.
+[[nodiscard]] std::array<Vec3, 8> world_corners(const Slice& slice, const DrawnBox& box);
 
 // Returns the sheet numbers [first, last] between which the ray of pixel (i, j) runs inside the domain and in
 // front of the eye; first > last when it misses.
@@ -113,6 +116,13 @@ struct DrawnBox {
 // Returns the sheets that may hold samples: those whose segment [k - 1/2, k + 1/2] meets the domain; first >
 // last when there are none.
 [[nodiscard]] std::array<int64_t, 2> sheet_range(const Slice& slice, const SheetView& view);
+
+// Opposite corners of a box along the axes of the world.
+struct WorldBox {
+  Vec3 low{}, high{};
+};
+// Returns the box around one or more points.
+[[nodiscard]] WorldBox box_around(std::span<const Vec3> points);
 
 [[nodiscard]] inline std::array<Vec3, 8> box_corners(const Vec3& low, const Vec3& high) {
   std::array<Vec3, 8> c;

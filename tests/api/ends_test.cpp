@@ -177,12 +177,18 @@ TEST(WriterEnds, APeriodicSeriesGoesOnToItsFirstFrame) {
 
 // A picture of a moment of a ball that goes round, with what the volume held before it.
 std::vector<float> picture_of_trail(const Device& device, const Volume& volume, double frame, double back,
-                                    int32_t content) {
+                                    int32_t content, double spacing = 0) {
   constexpr uint32_t size = 48;
   bccsplat_renderer* r = nullptr;
   EXPECT_OK(bccsplat_renderer_create(device.get(), &r));
   const Renderer renderer(r);
-  const Slice slice = cut_time(volume, frame);
+  auto cut = sized<bccsplat_slice_options>();
+  cut.spacing = spacing;
+  auto h = sized<bccsplat_hyperplane>();
+  h.d = 1, h.e = -frame;
+  bccsplat_slice* cut_slice = nullptr;
+  EXPECT_OK(bccsplat_slice_create(volume.get(), &h, &cut, &cut_slice));
+  const Slice slice(cut_slice);
   auto trail = sized<bccsplat_trail>();
   trail.interval[0] = -back, trail.content = content, trail.samples = 8;
   const double colors[] = {0, 1, 1, 1, 100, 1, 0, 0}, opacities[] = {10, 0, 60, 0.5};
@@ -224,6 +230,11 @@ TEST(WriterEnds, TheTrailOfAPeriodicSeriesReachesBackAcrossItsBeginning) {
     EXPECT_GT(difference(first, picture_of_trail(device, volume, 0, 0, content)), 0.1) << content;
     EXPECT_GT(difference(first, picture_of_trail(device, volume, 5, 3, content)), 0.1) << content;
   }
+  // So does one on a lattice of its own.
+  const auto first = picture_of_trail(device, volume, 0, 3, BCCSPLAT_TRAIL_CLASSIFIED, 1.01);
+  EXPECT_LT(difference(first, picture_of_trail(device, volume, 10, 3, BCCSPLAT_TRAIL_CLASSIFIED, 1.01)),
+            2e-3);
+  EXPECT_LT(difference(first, picture_of_trail(device, volume, 0, 3, BCCSPLAT_TRAIL_CLASSIFIED)), 0.05);
 }
 
 // A field that knows what lies beyond its ends, and keeps the moments it was asked for.

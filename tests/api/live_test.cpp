@@ -498,6 +498,53 @@ TEST(Live, AKilledWriterLeavesWhatItShowed) {
 }
 #endif
 
+// A reader never sees fewer frames than before, nor other values, while a writer takes up the work.
+TEST(Live, AWriterThatResumesShowsNoLess) {
+  const host::Folder folder;
+  const TestDevice device(2);
+  for (const Variant& v : variants()) {
+    if (v.options.dims[3] == 0 || v.channels > 1) continue;
+    SCOPED_TRACE(v.name);
+    const std::string path = folder.free_file("s.bcc4"), unfinished = path + ".partial";
+    const auto begin = [&](int32_t partial) {
+      auto o = v.options;
+      o.partial = partial;
+      bccsplat_writer* writer = nullptr;
+      EXPECT_EQ(bccsplat_writer_create(device.device, path.c_str(), &o, &writer), BCCSPLAT_OK)
+          << bccsplat_last_error();
+      return writer;
+    };
+    bccsplat_writer* writer = begin(BCCSPLAT_PARTIAL_KEEP);
+    for (uint32_t t = 0; t < 40; ++t) ASSERT_EQ(add_frame(v, writer, t), BCCSPLAT_OK);
+    bccsplat_writer_release(writer);
+    const Opened before(device, unfinished);
+    ASSERT_EQ(before.status, BCCSPLAT_OK) << bccsplat_last_error();
+    const uint64_t shown = before.info.dims[3];
+    ASSERT_GT(shown, 8u);
+    const auto first = before.slice({0, 0, 0, 1, -2.5}),
+               last = before.slice({0, 0, 0, 1, 1 - static_cast<double>(shown)});
+    writer = begin(BCCSPLAT_PARTIAL_RESUME);
+    uint64_t most = 0;
+    for (uint32_t t = 0; t < frames; ++t) {
+      ASSERT_EQ(add_frame(v, writer, t), BCCSPLAT_OK) << bccsplat_last_error();
+      if (t % 3 != 0 && t + 1 < frames) continue;
+      const Opened now(device, unfinished);
+      ASSERT_EQ(now.status, BCCSPLAT_OK) << bccsplat_last_error();
+      ASSERT_GE(now.info.dims[3], shown) << t;
+      ASSERT_EQ(now.damages(), 0u) << t;
+      if (now.info.dims[3] == shown) {
+        ASSERT_EQ(now.slice({0, 0, 0, 1, -2.5}), first) << t;
+        ASSERT_EQ(now.slice({0, 0, 0, 1, 1 - static_cast<double>(shown)}), last) << t;
+      }
+      most = std::max(most, now.info.dims[3]);
+    }
+    EXPECT_GT(most, shown) << "and more, once there is more";
+    EXPECT_EQ(bccsplat_writer_finish(writer, nullptr), BCCSPLAT_OK) << bccsplat_last_error();
+    bccsplat_writer_release(writer);
+    EXPECT_EQ(Opened(device, path).info.dims[3], frames);
+  }
+}
+
 TEST(Live, IsNotForPartsAndNothingIsAppendedToIt) {
   const host::Folder folder;
   const TestDevice device;

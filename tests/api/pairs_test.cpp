@@ -202,6 +202,9 @@ const std::vector<Refused> refused{
     {{"drawn by=two", "frame=deep", "mode=isosurface|surfaces"},
      BCCSPLAT_ERROR_UNSUPPORTED,
      "is of mode composite"},
+    {{"data=far", "missing=clamp", "store=wavelets", "kept=u8"},
+     BCCSPLAT_ERROR_BOUND_NOT_MET,
+     "1.7 asked for"},
     {{"axes=uneven", "cut=oblique", "trail=mean"},
      BCCSPLAT_ERROR_UNSUPPORTED,
      "an oblique slice has no thickness"},
@@ -228,6 +231,9 @@ const char* const coarse_labels = "coefficients in whole steps give some labels 
                                   "rounds them otherwise than a slice";
 const std::vector<Known> known{
     {{"data=labels", "type=i16", "store=coefficients", "lattice=cc"}, "the slice has", coarse_labels},
+    {{"data=far", "missing=clamp", "store=coefficients", "lattice=cc", "measure"},
+     "the writer measured",
+     base_of_blocks},
     {{"data=far", "predictions=fixed", "measure"}, "the writer measured", base_of_blocks},
     {{"data=far", "predictions=fixed", "bound=psnr"}, "the writer measured", base_of_blocks},
     {{"data=far", "written=blocks", "measure"}, "the writer measured", base_of_blocks},

@@ -286,6 +286,45 @@ TEST_F(Quantities, PicturesOfLabelsMixNoColours) {
     }
 }
 
+// Nor beside a trail, of which nothing shows here.
+TEST_F(Quantities, PicturesOfLabelsWithATrailMixNoColours) {
+  const std::vector<double> opacities{3.5, 0, 3.6, 1, 6.4, 1, 6.5, 0}, nothing{0, 0};
+  const auto between = function(white, opacities), clear = function(white, nothing);
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -1, trail.transfer_function = &clear;
+  options.preintegrate = BCCSPLAT_PREINTEGRATE_ON;
+  camera.position[0] = 200, camera.target[0] = 0, camera.position[2] = camera.target[2] = middle;
+  auto i = sized<bccsplat_instance>();
+  i.channel = 2, i.transfer_function = &between, i.trail = &trail;
+  for (const int32_t combine : {BCCSPLAT_TRAIL_PHYSICAL, BCCSPLAT_TRAIL_INTERLEAVED}) {
+    trail.combine = combine;
+    for (const float v : draw(i)) ASSERT_EQ(v, 0) << combine;
+  }
+}
+
+TEST_F(Quantities, SmallPicturesMixNoColoursOfLabels) {
+  const std::vector<double> colors{0, 1, 0, 0, 0.4, 1, 0, 0, 0.5, 0, 1, 0, 2.5, 0, 1, 0, 2.6, 0, 0, 1,
+                                   3, 0, 0, 1, 3.4, 0, 0, 1, 3.5, 0, 1, 0, 6.5, 0, 1, 0, 6.6, 1, 0, 0};
+  const auto f = function(white, rising), of_labels = function(colors, rising);
+  auto i = sized<bccsplat_instance>();
+  i.transfer_function = &f;
+  i.set_mask = BCCSPLAT_INSTANCE_SET_COLOR_CHANNEL, i.color_channel = 2, i.color_function = &of_labels;
+  options.quality = BCCSPLAT_QUALITY_NORMAL;
+  camera.ortho_height = 4 * pixels; // a coarser slice is drawn
+  for (const int32_t mode : {BCCSPLAT_MODE_COMPOSITE, BCCSPLAT_MODE_ISOSURFACE}) {
+    options.mode = mode, options.set_mask = BCCSPLAT_RENDER_SET_ISO, options.iso_value = 3;
+    for (const double aside : {-1.0, 0.0, 1.0, 2.0}) {
+      camera.position[0] = camera.target[0] = middle + aside;
+      const std::vector<float> rgba = draw(i);
+      std::array<double, 4> sum{};
+      for (size_t n = 0; n < rgba.size(); ++n) sum[n % 4] += rgba[n];
+      EXPECT_EQ(sum[1], 0) << mode << ' ' << aside;
+      EXPECT_NEAR(sum[0] + sum[2], sum[3], 1e-3) << mode << ' ' << aside;
+      EXPECT_GT(sum[3], 5) << mode << ' ' << aside;
+    }
+  }
+}
+
 TEST_F(Quantities, LabelsMaskAnotherChannel) {
   const auto f = function(white, rising);
   auto i = sized<bccsplat_instance>();

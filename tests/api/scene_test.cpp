@@ -132,6 +132,67 @@ TEST_F(Scenes, OneInstanceIsTheRenderersPicture) {
   EXPECT_EQ(status_.cut, 0u) << "the slice was there";
 }
 
+// The default view is the same, too, also of volumes of a few samples and turned in the world.
+TEST_F(Scenes, OneInstanceHasTheRenderersDefaultView) {
+  constexpr std::array<std::array<uint32_t, 3>, 6> shapes{
+      {{1, 1, 1}, {2, 1, 1}, {2, 1, 2}, {8, 8, 1}, {1, 5, 1}, {4, 3, 2}}};
+  for (const auto& [nx, ny, nz] : shapes)
+    for (const double turn : {0.0, 0.6}) {
+      SCOPED_TRACE(std::to_string(nx) + " " + std::to_string(ny) + " " + std::to_string(nz) + ", turned by " +
+                   std::to_string(turn));
+      Series s{.nx = nx, .ny = ny, .nz = nz, .nt = 6};
+      s.field = [](double x, double y, double z, double t) { return 60 + 30 * std::sin(x + y + z + t); };
+      auto o = options_of(s);
+      const std::array<double, 16> affine{std::cos(turn),
+                                          -std::sin(turn),
+                                          0,
+                                          3,
+                                          std::sin(turn),
+                                          std::cos(turn),
+                                          0,
+                                          0,
+                                          0,
+                                          0,
+                                          2,
+                                          -7,
+                                          0,
+                                          0,
+                                          0,
+                                          1};
+      std::copy(affine.begin(), affine.end(), o.affine);
+      const std::string path = folder_.free_file("f.bcc4");
+      {
+        const Writer w = make_writer(device_, path, o);
+        ASSERT_OK(add_frames(w.get(), s));
+        ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+      }
+      const Volume few = open(device_, path);
+      const Slice slice = cut_time(few, 3.25);
+      const Scene scene = make_scene();
+      const auto i = instance();
+      uint64_t id = 0;
+      ASSERT_OK(bccsplat_scene_add(scene.get(), few.get(), &i, &id));
+      ASSERT_OK(bccsplat_scene_set_time(scene.get(), 3.25));
+      auto of_scene = sized<bccsplat_camera>(), of_slice = sized<bccsplat_camera>();
+      ASSERT_OK(bccsplat_scene_fit_camera(scene.get(), 0, 20, 30, scene_width, scene_height, &of_scene));
+      ASSERT_OK(bccsplat_slice_fit_camera(slice.get(), 0, 20, 30, scene_width, scene_height, &of_slice));
+      EXPECT_NEAR(of_scene.ortho_height, of_slice.ortho_height, 1e-9);
+      for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(of_scene.position[a], of_slice.position[a], 1e-9) << a;
+
+      bccsplat_renderer* created = nullptr;
+      ASSERT_OK(bccsplat_renderer_create(device_.get(), &created));
+      const Renderer renderer(created);
+      ASSERT_OK(bccsplat_renderer_set_slice(created, slice.get()));
+      ASSERT_OK(bccsplat_renderer_set_transfer_function(created, &function_));
+      const Frame by_renderer = frame(), by_scene = frame();
+      ASSERT_OK(bccsplat_renderer_render(created, by_renderer.get()));
+      ASSERT_OK(bccsplat_scene_render(scene.get(), nullptr, by_scene.get(), nullptr, 0, nullptr));
+      const Pixels drawn = pixels(by_renderer);
+      EXPECT_LT(largest_difference(drawn, pixels(by_scene)), 1e-5);
+      EXPECT_GT(sum_of(drawn), 10);
+    }
+}
+
 TEST_F(Scenes, NothingIsDrawnOfNothing) {
   const bccsplat_camera c = camera();
   EXPECT_EQ(sum_of(draw(c)), 0);
@@ -333,6 +394,30 @@ TEST_F(Scenes, MagnifiedInstancesAreRightInDepth) {
         off = larger(off, std::fabs(both[p] - front[p] - (1 - front[p / 4 * 4 + 3]) * back[p]));
       EXPECT_LT(off, 4e-3);
     }
+  }
+}
+
+// What finished pixels hide is left out of each instance by the samples of its own sheets, which are others
+// where the spacing is another one.
+TEST_F(Scenes, NothingOpenIsLeftOutOfInstancesOfOtherSpacing) {
+  double dense[4] = {5, 0, 30, 0.9};
+  function_.opacities = dense;
+  auto options = sized<bccsplat_render_options>();
+  auto c = sized<bccsplat_camera>();
+  c.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC, c.ortho_height = 26;
+  c.position[0] = c.target[0] = 19, c.position[1] = c.target[1] = 18.5, c.position[2] = -120, c.up[1] = 1;
+  auto small = instance(), large = instance();
+  place(small, {0.5, 0, 0, 12, 0, 0.5, 0, 10, 0, 0, 0.5, 0});
+  place(large, {3, 0, 0, -33, 0, 3, 0, -36, 0, 0, 3, -20});
+  for (const bool swapped : {false, true}) {
+    const Scene s = make_scene();
+    (void)add(swapped ? large : small, &s), (void)add(swapped ? small : large, &s);
+    ASSERT_OK(bccsplat_scene_set_time(s.get(), 16));
+    options.disable_skips = 0;
+    const Pixels drawn = draw(c, &options, &s);
+    options.disable_skips = BCCSPLAT_SKIP_OCCLUSION;
+    EXPECT_GT(sum_of(drawn), 1000);
+    EXPECT_EQ(largest_difference(drawn, draw(c, &options, &s)), 0) << swapped;
   }
 }
 
@@ -569,6 +654,47 @@ TEST_F(Scenes, ABudgetEndsInThePicture) {
   ASSERT_OK(bccsplat_scene_render(scene_.get(), &v, f.get(), nullptr, 1e6, &status));
   EXPECT_EQ(status.complete, 1u);
   EXPECT_LT(largest_difference(pixels(f), pixels(whole)), 1e-4);
+}
+
+// Edges of surfaces are found by the pixels next to them: those of the next band, or of another part.
+TEST_F(Scenes, EdgesAreSmoothWhereBandsAndPartsMeet) {
+  (void)add(instance());
+  set_time(15);
+  auto options = sized<bccsplat_render_options>();
+  options.mode = BCCSPLAT_MODE_ISOSURFACE, options.set_mask = BCCSPLAT_RENDER_SET_ISO, options.iso_value = 50;
+  options.smooth_edges = BCCSPLAT_SMOOTH_EDGES_ON;
+  for (int turn = 0; turn < 12; ++turn) {
+    SCOPED_TRACE(turn);
+    auto c = sized<bccsplat_camera>();
+    ASSERT_OK(bccsplat_slice_fit_camera(cut_time(volume_, 3).get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC,
+                                        20 + 7 * turn, 35 + 31 * turn, scene_width, scene_height, &c));
+    c.ortho_height /= 2; // of edges that cross all rows
+    auto v = sized<bccsplat_view>();
+    v.camera = &c;
+    const Pixels whole = draw(c, &options);
+    const Scene other = make_scene();
+    (void)add(instance(), &other);
+    ASSERT_OK(bccsplat_scene_set_time(other.get(), 15));
+    const Frame bands = frame(BCCSPLAT_FRAME_DEPTH);
+    auto status = sized<bccsplat_scene_status>();
+    for (int calls = 0; calls < 100 && !status.complete; ++calls)
+      ASSERT_OK(bccsplat_scene_render(other.get(), &v, bands.get(), &options, 1e-3, &status));
+    ASSERT_EQ(status.complete, 1u);
+    EXPECT_LT(largest_difference(pixels(bands), whole), 1e-4);
+    // The lower half with a row of the upper one, which is left out.
+    constexpr uint32_t begin = scene_height / 2;
+    v.picture_size[0] = scene_width, v.picture_size[1] = scene_height, v.region_begin[1] = begin - 1;
+    bccsplat_frame* f = nullptr;
+    ASSERT_OK(bccsplat_frame_create(device_.get(), scene_width, scene_height - begin + 1, 0, &f));
+    const Frame part(f);
+    ASSERT_OK(bccsplat_scene_render(other.get(), &v, f, &options, 0, nullptr));
+    auto plane = sized<bccsplat_plane>();
+    ASSERT_OK(bccsplat_frame_get_channel(f, BCCSPLAT_FRAME_RGBA, &plane));
+    const size_t row = size_t{4} * scene_width;
+    EXPECT_LT(largest_difference(Pixels(plane.pixels + row, plane.pixels + row * (scene_height - begin + 1)),
+                                 Pixels(whole.begin() + begin * row, whole.end())),
+              1e-4);
+  }
 }
 
 // A picture within a budget is that of none, whatever else of an instance than its slice takes time.

@@ -162,22 +162,24 @@ TEST_F(Views, LeftHandedMatricesAreTheCamera) {
 }
 
 TEST_F(Views, PartsOfAPictureAreThePicture) {
-  for (const bool perspective : {false, true}) {
-    const bccsplat_camera c = camera(perspective);
-    bccsplat_view v = view_of(c);
-    const Pixels whole = draw(&v);
-    v.picture_size[0] = width, v.picture_size[1] = height;
-    for (const auto& [x, y, w, h] : {std::array<uint32_t, 4>{0, 0, 40, 17}, {31, 20, 41, 28}}) {
-      v.region_begin[0] = x, v.region_begin[1] = y;
-      const Pixels part = draw(&v, w, h);
-      double off = 0;
-      for (uint32_t j = 0; j < h; ++j)
-        for (uint32_t i = 0; i < 4 * w; ++i)
-          off = larger(off,
-                       std::fabs(part[4 * size_t{w} * j + i] - whole[4 * (size_t{width} * (j + y) + x) + i]));
-      EXPECT_LT(off, 2e-5) << perspective;
+  for (const bool perspective : {false, true})
+    for (const double magnified : {1.0, 3.0}) {
+      bccsplat_camera c = camera(perspective);
+      c.ortho_height /= magnified, c.fovy_degrees /= magnified;
+      bccsplat_view v = view_of(c);
+      const Pixels whole = draw(&v);
+      v.picture_size[0] = width, v.picture_size[1] = height;
+      for (const auto& [x, y, w, h] : {std::array<uint32_t, 4>{0, 0, 40, 17}, {31, 20, 41, 28}}) {
+        v.region_begin[0] = x, v.region_begin[1] = y;
+        const Pixels part = draw(&v, w, h);
+        double off = 0;
+        for (uint32_t j = 0; j < h; ++j)
+          for (uint32_t i = 0; i < 4 * w; ++i)
+            off = larger(
+                off, std::fabs(part[4 * size_t{w} * j + i] - whole[4 * (size_t{width} * (j + y) + x) + i]));
+        EXPECT_LT(off, 2e-5) << perspective << ' ' << magnified;
+      }
     }
-  }
 }
 
 // An off-axis frustum: the middle of a wider picture.

@@ -357,6 +357,16 @@ class Looking(unittest.TestCase):
         for text in ("24 x 22 x 20, 5 frames", "channel &lt;d&gt;", "data:image/png;base64,"):
             self.assertIn(text, html)
 
+    def test_looks_are_of_what_is_drawn(self):
+        bccsplat.save(path("two.bcc4"), {"a": self.source, "b": 100 + 50 * self.source}, overwrite=True)
+        volume = bccsplat.open(path("two.bcc4"))
+        for mode in ("composite", "maximum"):
+            of = bccsplat.TransferFunction.of(volume.look(1, "fire", mode))
+            wanted = volume.show(frame=1, channel="b", width=40, height=40, mode=mode, transfer_function=of)
+            named = {"width": 40, "height": 40, "mode": mode, "look": "fire"}
+            for picture in (volume.show(frame=1, channel=1, **named), volume.slice(frame=1, channel="b").show(**named)):
+                np.testing.assert_array_equal(picture.pixels, wanted.pixels)
+
     def test_planes(self):
         plane = self.volume.plane(1.25, z=7.5)
         np.testing.assert_allclose(plane.values, FieldArray(self.volume, [[2.5], [7.5], np.arange(22), np.arange(24)]).read()[0, 0])

@@ -292,6 +292,7 @@ def pictures(device, volume, cut, folder):
     assert first.shape == (40, 60, 4) and 0 < first[..., 3].max() <= 1 and frame.depth().shape == (40, 60)
     raises(Error, Status.NOT_FOUND, frame.channel, Frame.TIME)
     assert np.array_equal(frame.copy("f32"), first) and np.abs(frame.copy("f16") - first).max() < 1e-3
+    assert np.array_equal(frame.copy("F32"), first) and np.array_equal(frame.copy_part(0, 0, 60, 40, abi.PIXELS_F32), first)
     straight, multiplied = frame.copy(), frame.copy("srgb8_premultiplied")
     assert straight.dtype == np.uint8 and np.array_equal(straight[..., 3], np.round(first[..., 3] * 255))
     assert np.all(multiplied <= straight) and multiplied.any() and frame.copy("f16", Frame.DEPTH).shape == (40, 60)
@@ -299,6 +300,12 @@ def pictures(device, volume, cut, folder):
     wide = np.zeros((40, 80, 4), np.float32)
     renderer.render(Frame.wrap(device, wide[:, :60]))
     assert np.array_equal(wide[:, :60], first) and not wide[:, 60:].any()
+    kept = np.zeros((40, 60, 4), np.float32)
+    kept.flags.writeable = False
+    one_row = np.lib.stride_tricks.as_strided(wide, (40, 60, 4), (0, 16, 4))
+    for pixels_of_others in (kept, one_row):
+        raises(ValueError, None, Frame.wrap, device, pixels_of_others, text="writable float32")
+        raises(ValueError, None, Frame.wrap_planes, device, 60, 40, {Frame.RGBA: pixels_of_others}, text="writable float32")
     upside_down, depth = np.zeros((40, 60, 4), np.float32), np.zeros((40, 70), np.float32)
     planes = Frame.wrap_planes(device, 60, 40, {Frame.RGBA: upside_down[::-1], Frame.DEPTH: depth[:, :60],
                                                 Frame.VALUE: None})

@@ -113,6 +113,7 @@ class Mistakes(User):
         self.refused(ValueError, "five numbers", v.slice, plane=(1, 0, 0, 0))
         self.refused(ValueError, "two corners", v.slice, time=1, box=3)
         self.refused(ValueError, "one of time, frame and plane", v.slice)
+        self.refused(ValueError, "and a step to them", v.slice(frame=0).sample_grid, step=(2, 2, 2))
         self.refused(TypeError, "did you mean 'channel'", v.slice, time=1, chanel=0)
         self.refused(ValueError, "at one of x, y and z.*given: w", v.plane, 1, w=3)
         self.refused(ValueError, "z = 99 lies outside the samples, 0 to 11", v.plane, 1, z=99)

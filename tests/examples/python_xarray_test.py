@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import unittest
+from unittest import mock
 
 import python_support as support
 from python_support import path, waves, without
@@ -153,9 +154,14 @@ class Reading(unittest.TestCase):
             np.testing.assert_array_equal(ds.bcc4.at(moment).value.values, bccsplat.open(path("dates.bcc4"))[1.5])
         self.assertEqual(ds.bcc4.at("2020-02-28T00:00").time.values, np.datetime64("2020-02-28T00:00"))
         self.assertEqual(ds.sel(time="2020-03-01").value.shape[0], 2)
+        with self.assertRaisesRegex(ValueError, "not durations"):
+            ds.bcc4.at(np.timedelta64(24, "s"))
         numbers = open_file("dates.bcc4", decode_times=False)
         np.testing.assert_array_equal(numbers.time, 6 + 12. * np.arange(14))
         self.assertEqual(numbers.time.attrs["units"], "hours since 2020-02-27 00:00:00")
+        bccsplat.save(path("ages.bcc4"), self.source, unit="days", time_unit="hours", attributes={"time_epoch": "2020-02-27"})
+        ages = open_file("ages.bcc4").value
+        self.assertEqual((ages.dtype, ages.attrs["units"], ages.time.dtype.kind), (np.float32, "days", "M"))
         with self.assertRaisesRegex(ValueError, "date of its time 0: give times as numbers of s"):
             open_file("s.bcc4").bcc4.at("2020-02-28")
         bccsplat.save(path("months.bcc4"), self.source[:3], time_unit="months", attributes={"time_epoch": "2020-01-01"})
@@ -238,6 +244,9 @@ class Writing(unittest.TestCase):
         np.testing.assert_allclose(again.y, ds.y[3::2])
         ds[["T"]].isel(time=0).bcc4.to_file(path("one.bcc4"))
         self.assertEqual(open_file("one.bcc4")["T"].shape, (1, 20, 22, 24))
+        for one in (ds, back):
+            one.isel(time=3).bcc4.to_file(path("one.bcc4"), overwrite=True)
+            np.testing.assert_array_equal(open_file("one.bcc4").time.values, dates[3:4])
 
     def test_names_of_dimensions(self):
         ds = xr.Dataset({"f": (("when", "lev", "lat", "lon"), self.source)}, {"when": [1. * n * n for n in range(14)],
@@ -360,6 +369,21 @@ class Dask(unittest.TestCase):
                 after = len(file.readlines())
         self.assert_whole("r.bcc4")
         self.assertLess(after - before, before)
+
+    def test_parts_of_other_places_are_made_anew(self):
+        ds = self.chunked().isel(time=slice(0, 24))
+
+        def failing(parts, path):
+            raise OSError("the disk is away")
+
+        with mock.patch.object(bccsplat.dataset_writer, "join_task", failing), self.assertRaises(OSError):
+            ds.bcc4.to_file(path("o.bcc4"), parts=2)
+        moved = ds.assign_coords(x=5. * np.arange(ds.sizes["x"]))
+        moved.f.attrs["units"] = "K"
+        moved.bcc4.to_file(path("o.bcc4"), parts=2, resume=True)
+        back = open_file("o.bcc4")
+        np.testing.assert_allclose(back.x, moved.x)
+        self.assertEqual(back.f.attrs["units"], "K")
 
     @unittest.skipIf(*without("distributed"))
     def test_larger_than_memory_as_it_is_measured(self):

@@ -49,6 +49,14 @@ class Zarr(unittest.TestCase):
         np.testing.assert_allclose(attrs["bcc4"]["times"], self.volume.times())
         self.assertEqual(attrs["bcc4"]["attributes"]["made"], "up")
 
+    def test_axes_that_run_backwards(self):
+        affine = np.diag([-2., 3, 4, 1])
+        affine[0, 3] = 30
+        bccsplat.save(path("back.bcc4"), waves(1, 4, 4, 4), affine=affine)
+        scale, shift = json.loads(Store(path("back.bcc4"))[".zattrs"])["multiscales"][0]["datasets"][0]["coordinateTransformations"]
+        self.assertEqual(shift["translation"][-1] + 3 * scale["scale"][-1], 24)
+        self.assertEqual(scale["scale"][2:4], [4, 3])
+
     def test_large_frames_are_cut_at_bricks(self):
         bccsplat.save(path("large.bcc4"), waves(1, 40, 260, 300))
         store = Store(path("large.bcc4"))

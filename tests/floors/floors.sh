@@ -2,10 +2,11 @@
 # floors.sh TOP: checks the includes below TOP against the floors of the house and prints each that does not hold.
 # A room includes only its own floor or lower ones, and no circle closes among the rooms of one floor; the folders of some
 # rooms are ladders of their own. src/api and src/plan alone include the public header; src/api asks no room that draws, src/plan
-# asks importers/choose. Importers and examples know nothing but the public header and their own files, and importers/choose
-# nothing of the tool, of JSON and of printing; the operating system is called in src/base only, CLI11
-# in importers/tool/cli.cpp.
+# asks importers/choose; what reads by a plan of its bytes waits for none. Importers and examples know nothing but the public
+# header and their own files, and importers/choose nothing of the tool, of JSON and of printing; the operating system is called
+# in src/base only, CLI11 in importers/tool/cli.cpp. Then classes.sh checks how large classes are.
 set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
 cd "${1:?usage: floors.sh TOP}"
 
 folders=()
@@ -89,6 +90,9 @@ function leads(place, from, to, steps, e, p) {
     else if (home == "plan" && target ~ /^(choose|readers)\//) next
     else if (quoted && !public && !ours) wrong("write includes from src/ or the top, as \"folder/file.h\"")
     else if (ours) {
+      if (target == "base/would_block.h" && path !~ /^(base|volume|api|formats)\// &&
+          path !~ /^(field\/(corrections|evaluate|masks)|slice\/corrected_cut)\.cpp$/) # which have no plan to read by
+        wrong("what reads by a plan of its bytes waits for none: formats, volume and api know would_block.h")
       if (home == "api" && target !~ /^(api|scene|volume|store|view|base)\//)
         wrong("api asks scene, volume and store, and knows view and base")
       for (place in order) check_ladder(place)
@@ -123,3 +127,4 @@ END {
   else print "floors: " checked " includes hold"
   exit bad > 0
 }'
+bash "$here/classes.sh" .

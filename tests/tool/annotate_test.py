@@ -102,9 +102,9 @@ class Annotate(ToolTest):
         for span, ticks in (('0,1', '1.0 0.8 0.6 0.4 0.2 0.0'), ('-1000,1000', '1000 500 0 -500 -1000'), ('0,3e-5', '3e-5 2e-5 1e-5 0'),
                             ('10,10.3', '10.3 10.2 10.1 10.0'), ('5,5.00004', '5.00004 5.00003 5.00002 5.00001 5.00000'), ('0,4e7', '4e7 3e7 2e7 1e7 0'), ('0,40000', '40000 30000 20000 10000 0')):
             rows = self.picture('--time', 500, '--annotate', 'colorbar', '--range', span, *WHITE)
-            read = re.findall(r'-?\d[\d.e-]*', self.read(rows, (.6, .2, 1, .8)).replace('le', '1e'))
-            # A single 0 is not always found beside the bar.
-            self.assertEqual([number for number in read if number != '0'], [t for t in ticks.split() if t != '0'], span)
+            # A single 0 is not always found beside the bar, and what is drawn behind a 1 may hide it at one size.
+            read = [re.findall(r'-?\d[\d.e-]*', self.read(rows, (.6, .2, 1, .8), larger=n).replace('le', '1e')) for n in (3, 4, 6)]
+            self.assertIn([t for t in ticks.split() if t != '0'], [[number for number in numbers if number != '0'] for numbers in read], span)
 
     @READER
     def test_what_is_drawn_is_named(self):

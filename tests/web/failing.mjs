@@ -50,6 +50,20 @@ export async function lostServer(session) {
   await page.close();
 }
 
+// A film whose file is left ends, and the viewer draws the next one.
+export async function leftFilm(session) {
+  const page = await session.open('/bare.html?url=large.bcc4&time=0', { width: 300, height: 300 });
+  await drawn(page);
+  await page.evaluate(() => {
+    void window.viewer.saveFilm();
+    window.viewer.openUrl(new URL('drops.bcc4', location.href).href);
+    delete document.querySelector('.bccsplat').dataset.drawn;
+  });
+  const next = await drawn(page).then(() => true, () => false);
+  session.expect(next, 'a film whose file is left ends, and the next one is drawn');
+  await page.close();
+}
+
 // Keeps the contexts that the page and its workers make, and lets go of one when asked to on a channel.
 const patch = `
 for (const kind of [globalThis.OffscreenCanvas, globalThis.HTMLCanvasElement]) {

@@ -77,6 +77,57 @@ export async function play(session) {
   await page.close();
 }
 
+// Planes are those of the picture: of its level, in its colours.
+export async function planes(session) {
+  const page = await session.open('/?url=levels.bcc4#time=4.3&planes=1&zoom=0.1');
+  const told = (other = '') =>
+    page
+      .waitForFunction((before) => {
+        const now = document.querySelector('.planes .value').textContent;
+        return now !== before && now;
+      }, { timeout: patience }, other)
+      .then((t) => t.jsonValue(), () => '');
+  const coarse = await told();
+  await setView(page, { zoom: 8 });
+  const fine = await told(coarse);
+  session.expect(fine !== '', 'the value at the cross-hair is of the level that is drawn', `${coarse}; ${fine}`);
+  const colors = () => page.evaluate(() => document.querySelector('.planes canvas').toDataURL());
+  const before = await colors();
+  await setView(page, { window: [0.1, 0.2] });
+  session.expect((await colors()) !== before, 'planes have the colours of the picture');
+  await page.close();
+}
+
+// Of two files the one that was asked for last stays, with its own values.
+export async function another(session) {
+  const page = await session.open('/?url=drops.bcc4#window=0.25,101325.125');
+  await drawn(page);
+  await setView(page, { turnX: 21 });
+  await page.waitForFunction(() => location.hash.includes('turnX=21'), { timeout: patience });
+  const link = await page.evaluate(() => location.hash);
+  session.expect(/window=0.25%2C101325.125/.test(link), 'a link has values as they are', link);
+  let release;
+  session.server.held = new Promise((go) => (release = go));
+  const seen = await page.evaluate(() => {
+    const from = (name) => new URL(name, location.href).href;
+    window.viewer.openUrl(from('large.bcc4?held'));
+    window.viewer.openUrl(from('drops.bcc4'));
+    delete document.querySelector('.bccsplat').dataset.drawn;
+    return window.viewer.view.window;
+  });
+  session.expect(seen === null, 'another file has colours of its own');
+  await drawn(page);
+  const asked = page.evaluate(() => fetch('large.bcc4?held', { headers: { Range: 'bytes=0-9' } }).then(() => {}));
+  release();
+  await asked;
+  const width = await page.evaluate(async () => {
+    for (let n = 0; n < 3; ++n) (await window.viewer.snapshot()).close();
+    return window.viewer.info.dims[0];
+  });
+  session.expect(width === 48, 'of two files the last one stays, whichever comes last', `${width} samples along x`);
+  await page.close();
+}
+
 export async function dropFile(session) {
   const page = await session.open('/');
   const input = await page.$('#file');

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The example's server, which counts and delays what is asked of it, and misbehaves on request: ?ranges=no, ?status=403; where
-// it refuses, it hangs up.
+// The example's server, which counts and delays what is asked of it, and misbehaves on request: ?ranges=no, ?status=403, ?held until
+// what it holds by has come; where it refuses, it hangs up.
 import { makeServer } from '../../examples/web/serve.mjs';
 
 export class CountingServer {
   requests = [];
   latency = 0;
   refuses = false;
+  held; // a promise
 
   constructor(folders, extra = {}) {
     this.server = makeServer(folders, {
@@ -22,6 +23,7 @@ export class CountingServer {
           return true;
         }
         if (url.searchParams.get('ranges') === 'no') delete request.headers.range;
+        if (url.searchParams.has('held')) await this.held;
         const status = Number(url.searchParams.get('status'));
         if (status) response.writeHead(status).end();
         return status > 0;

@@ -29,6 +29,8 @@ def dates_of_texts(values: Array) -> Array:
 def numbers_of_times(values: Any, volume: Volume) -> Array:
     """Times in the file's unit, float64, of numbers or, where the file knows the date of its 0, of dates."""
     array = dates_of_texts(np.asarray(values))
+    if array.dtype.kind == "m":
+        raise ValueError("times are numbers in the unit of the file, or dates, not durations such as %r" % (array.flat[0],))
     if array.dtype.kind not in "MO":
         return array.astype(np.float64)
     attrs = engine.time_coordinate(volume, np.zeros(1)).attrs

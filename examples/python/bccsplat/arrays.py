@@ -18,6 +18,13 @@ def floats_of(out: Array | None, shape: tuple[int, ...]) -> Array:
     return out
 
 
+def are_drawable(pixels: Array, shape: tuple[int, ...]) -> bool:
+    """Whether a picture can be drawn into a caller's array: float32, writable, rows apart and pixels together."""
+    steps = (4 * int(np.prod(shape[2:])), 4)[:len(shape) - 1]
+    return (pixels.dtype == np.float32 and pixels.shape == shape and pixels.strides[1:] == steps and pixels.flags.writeable
+            and (shape[0] == 1 or abs(pixels.strides[0]) >= shape[1] * steps[0]))
+
+
 def bytes_of(source: Any) -> Array:
     """The bytes that an object of Python lends, uint8; TypeError of what has none."""
     try:

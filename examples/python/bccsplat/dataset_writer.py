@@ -146,10 +146,11 @@ class DatasetWriter:
 
     def _times(self, count: int) -> tuple[list[float], str | None, dict[str, str]]:
         """Times of frames, their unit, and what says which date 0 is."""
-        if len(self.names) == 3 or self.names[0] not in self.dataset.coords:
+        name = self.names[0] if len(self.names) == 4 else "time"  # of one moment a scalar
+        if name not in self.dataset.coords or self.dataset[name].size != count:
             return [float(n) for n in range(count)], None, {}
-        coordinate = self.dataset[self.names[0]]
-        values, units = np.asarray(coordinate.values), coordinate.attrs.get("units")
+        coordinate = self.dataset[name]
+        values, units = np.atleast_1d(coordinate.values), coordinate.attrs.get("units")
         if values.dtype.kind == "m":
             return (values / np.timedelta64(1, "s")).tolist(), "s", {}
         calendar = coordinate.attrs.get("calendar", "standard")
@@ -202,8 +203,9 @@ class DatasetWriter:
             raise FileNotFoundError("%s: there is no folder of that name to write into" % os.path.dirname(path))
         frames = self.plan.dims[3]
         bounds = [round(frames * n / count) for n in range(count + 1)]
-        token = dask.base.tokenize([getattr(series.data, "name", None) for series in self.series], self.plan.dims,
-                                   self.plan.times, self.options, bounds)
+        token = dask.base.tokenize(path, [getattr(series.data, "name", None) for series in self.series],
+                                   [vars(channel) for channel in self.plan.channels],
+                                   {**vars(self.plan), "channels": None}, bounds)
         folder = "%s.parts-%s" % (path, token[:12])
         if not resume:
             shutil.rmtree(folder, ignore_errors=True)

@@ -46,7 +46,7 @@ class Picture:
 
 def draw(cut: Slice, width: int = 512, height: int = 512, *, transfer_function: TransferFunction | None = None,
          look: int | str | None = None, rotate_x: float = 20, rotate_y: float = 30,
-         background: Sequence[float] | None = (0, 0, 0), channel: int = 0, **options: Any) -> Picture:
+         background: Sequence[float] | None = (0, 0, 0), **options: Any) -> Picture:
     """A picture of a slice, width x height pixels, filled by what is seen, from the front (of a patient the face) turned
     by angles in degrees.
 
@@ -58,7 +58,7 @@ def draw(cut: Slice, width: int = 512, height: int = 512, *, transfer_function: 
     renderer = Renderer(cut.device)
     renderer.set_slice(cut)
     if transfer_function is None and look is not None:
-        transfer_function = TransferFunction.of(cut.volume.look(channel, look))
+        transfer_function = TransferFunction.of(cut.look(look, options.get("mode")))
     renderer.set_transfer_function(transfer_function)
     renderer.set_camera(fit_camera(cut.seen_bounds(transfer_function), width, height, rotate_x=rotate_x, rotate_y=rotate_y,
                                    side=cut.volume.side()))

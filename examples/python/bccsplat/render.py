@@ -10,13 +10,15 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress, Watch, call, choose
-from .arrays import Array, numbers_of
+from .arrays import Array, are_drawable, numbers_of
 from .cancel import CancelToken, token_of
 from .device import Child, Device, pointer_of
 from .slices import Slice
 from .streams import WriteAt, write_stream
 
 Tile = Callable[[int, int, int, int], "bool | None"]
+# Of copies of pixels; others are bytes.
+_NUMBERS = {_abi.PIXELS_F32: np.float32, _abi.PIXELS_F16: np.float16}
 
 
 def rows_of(points: Any, what: str, columns: str) -> Array:
@@ -71,8 +73,8 @@ class Frame(Child):
     @classmethod
     def wrap(cls, device: Device, pixels: Array) -> Frame:
         """Draws into the caller's float32 array [height, width, 4]; rows may be apart, pixels may not."""
-        if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 4 or pixels.strides[1:] != (16, 4):
-            raise ValueError("pixels must be float32 [height, width, 4] with contiguous rows")
+        if pixels.ndim != 3 or not are_drawable(pixels, (*pixels.shape[:2], 4)):
+            raise ValueError("pixels must be writable float32 [height, width, 4] with contiguous rows")
         frame = cls.__new__(cls)
         Child.__init__(frame, device)
         frame._pixels = pixels  # borrowed by the library
@@ -102,9 +104,8 @@ class Frame(Child):
             plane.channel = channel
             if pixels is None:
                 continue
-            shape, steps = ((height, width, 4), (16, 4)) if channel == cls.RGBA else ((height, width), (4,))
-            if pixels.dtype != np.float32 or pixels.shape != shape or pixels.strides[1:] != steps:
-                raise ValueError("planes must be float32 [height, width, 4] or [height, width] with contiguous rows")
+            if not are_drawable(pixels, (height, width, 4) if channel == cls.RGBA else (height, width)):
+                raise ValueError("planes must be writable float32 [height, width, 4] or [height, width] with contiguous rows")
             plane.pixels, plane.row_bytes = pixels.ctypes.data, pixels.strides[0]
         frame._pixels = [*planes.values()]  # borrowed by the library
         frame._create("frame_wrap_planes", device.pointer, width, height, array, len(planes))
@@ -137,19 +138,19 @@ class Frame(Child):
         """[height, width, 4], float32, linear, premultiplied by opacity; the pixels themselves."""
         return self.channel(self.RGBA)
 
-    def copy(self, format: str = "srgb8", channel: int = RGBA) -> Array:
+    def copy(self, format: int | str = "srgb8", channel: int = RGBA) -> Array:
         """A copy of a plane: "f32", "f16", or of RGBA "srgb8", bytes as PNG has them, or "srgb8_premultiplied"."""
-        number = np.dtype({"f32": np.float32, "f16": np.float16}.get(format, np.uint8))
-        plane = self.channel(channel)
-        out = np.empty(plane.shape, number)
-        call("frame_copy", self.pointer, channel, choose("PIXELS", format), out.ctypes.data, 0)
+        pixels = choose("PIXELS", format)
+        out = np.empty(self.channel(channel).shape, _NUMBERS.get(pixels, np.uint8))
+        call("frame_copy", self.pointer, channel, pixels, out.ctypes.data, 0)
         return out
 
-    def copy_part(self, x: int, y: int, width: int, height: int, format: str = "srgb8", channel: int = RGBA) -> Array:
+    def copy_part(self, x: int, y: int, width: int, height: int, format: int | str = "srgb8",
+                  channel: int = RGBA) -> Array:
         """The same of a rectangle; for a tile function, too."""
-        number = np.dtype({"f32": np.float32, "f16": np.float16}.get(format, np.uint8))
-        out = np.empty((height, width, 4) if channel == self.RGBA else (height, width), number)
-        call("frame_copy_part", self.pointer, channel, choose("PIXELS", format), x, y, width, height, out.ctypes.data, 0)
+        pixels = choose("PIXELS", format)
+        out = np.empty((height, width, 4) if channel == self.RGBA else (height, width), _NUMBERS.get(pixels, np.uint8))
+        call("frame_copy_part", self.pointer, channel, pixels, x, y, width, height, out.ctypes.data, 0)
         return out
 
     def depth(self) -> Array:

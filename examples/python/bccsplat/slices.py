@@ -181,8 +181,8 @@ class Slice(Child):
                     dims: Sequence[int] | None = None, out: Array | None = None) -> Array:
         """A dense box indexed [w, v, u] ([z, y, x] of a time slice), by default at the source's own resolution.
         dims: samples along u, v, w. NaN outside the domain and in holes."""
-        if (origin is None) != (dims is None):
-            raise ValueError("origin and dims belong together")
+        if (origin is None) != (dims is None) or (dims is None and tuple(step) != (1, 1, 1)):
+            raise ValueError("origin and dims belong together, and a step to them")
         grid = None
         if origin is not None and dims is not None:
             grid = _abi.Grid()

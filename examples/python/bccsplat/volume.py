@@ -108,9 +108,7 @@ class Volume(Child):
         from .pictures import draw
         if time is None and frame is None:
             frame = (self.shape[0] - 1) / 2
-        number = self.channel_number(channel)
-        cut = self.slice(time=time, frame=frame, channel=number, space="even")
-        return draw(cut, width, height, channel=number, **options)
+        return draw(self.slice(time=time, frame=frame, channel=channel, space="even"), width, height, **options)
 
     def plane(self, time: float | None = None, *, frame: float | None = None, channel: int | str = 0, level: int = 0,
               **place: float) -> Plane:

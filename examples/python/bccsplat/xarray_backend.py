@@ -138,7 +138,8 @@ def decoded(dataset: Any, decode_times: bool = True, use_cftime: bool | None = N
     if not decode_times or "since" not in dataset["time"].attrs.get("units", ""):
         return dataset
     try:
-        return xarray.decode_cf(dataset, mask_and_scale=False, use_cftime=use_cftime)
+        times = xarray.decode_cf(dataset[["time"]], mask_and_scale=False, use_cftime=use_cftime)  # of no channel in days
+        return dataset.assign_coords(time=times["time"])
     except (ValueError, OverflowError):  # such as months: the numbers say more than an error
         return dataset
 

@@ -70,7 +70,7 @@ class Store(storage.Store):  # type: ignore[misc]
         """Multiscales and channels of OME-NGFF, and what it has no place for: all times and the affine."""
         volume, info = self.file.volume, self.file.volume.info()
         affine = np.array(info.affine[:]).reshape(4, 4)
-        spacing = np.linalg.norm(affine[:3, :3], axis=0)
+        spacing = np.copysign(np.linalg.norm(affine[:3, :3], axis=0), np.diag(affine)[:3])  # axes may run backwards
         step = (info.time_last - info.time_first) / max(1, info.dims[3] - 1) or 1.0
         units = [_UNITS.get((unit or b"").decode(), (unit or b"").decode()) for unit in (info.time_unit, info.spatial_unit)]
         axes: list[dict[str, str]] = [{"name": "t", "type": "time"}, {"name": "c", "type": "channel"},

@@ -88,7 +88,7 @@ export type FromEngine =
   | { kind: 'opened'; info: VolumeInfo }
   | { kind: 'look'; look: Look; channel: number }
   | { kind: 'drawn'; time: number; camera: Camera; ms: number; level: number; preview: boolean }
-  | { kind: 'planes'; planes: Plane[]; value: number; time: number }
+  | { kind: 'planes'; planes: Plane[]; value: number; channel: number; cross: View['cross'] }
   | { kind: 'traffic'; traffic: Traffic }
   | { kind: 'snapshot'; id: number; image: ImageBitmap }
   | { kind: 'waiting'; time: number }

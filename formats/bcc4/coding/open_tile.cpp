@@ -11,6 +11,7 @@
 #include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/chunk_rows.h"
 #include "formats/bcc4/coding/range.h"
+#include "formats/bcc4/coding/scratch.h"
 #include "formats/bcc4/coding/tile_rows.h"
 
 namespace bccsplat {
@@ -47,7 +48,7 @@ OpenTile::OpenTile(const TilePlace& place, const ChunkCodes& codes, const Bcc4Ch
   bricks_.resize(place.bricks());
   for (int i = 0; i < place.bricks(); ++i) bricks_[i].shape = shape_at(place, i), bricks_[i].coded = codes;
   read_runs(entry, open_runs(entry, bytes, scratch));
-  layers_ = decode_tile(boxes_, bytes.first(entry.values_bytes), entry.offset);
+  layers_ = decode_tile(boxes_, bytes.first(entry.values_bytes), entry.offset, scratch.room);
 }
 
 OpenTile::OpenTile(const TileSites& sites, const ChunkCodes& codes, const CodeRange& range,

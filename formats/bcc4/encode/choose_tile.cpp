@@ -125,10 +125,10 @@ void round_steps(TileBands& b, float step) {
   }
 }
 
-void count_bits_of(std::span<const TileBands> bands, BitCosts& costs) {
+void count_bits_of(std::span<const TileBands> bands, BitCosts& costs, WalkRoom& room) {
   for (const TileBands& b : bands) {
     if (b.steps.empty()) continue;
-    BandWalk walk(b.shape, b.basis.frames);
+    BandWalk walk(b.shape, b.basis.frames, room);
     Counting visit{b, costs};
     walk.run(visit);
   }
@@ -232,10 +232,10 @@ TileBands analyse_tile(const TileBox& box, std::vector<float> values, float step
   return b;
 }
 
-void choose_steps(TileBands& bands, const TileRule& rule) {
+void choose_steps(TileBands& bands, const TileRule& rule, WalkRoom& room) {
   if (bands.coefficients.empty()) return;
   bands.steps.resize(bands.coefficients.size());
-  BandWalk walk(bands.shape, bands.basis.frames);
+  BandWalk walk(bands.shape, bands.basis.frames, room);
   Weighing visit{bands, rule};
   walk.run(visit);
 }
@@ -245,6 +245,7 @@ TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<
   constexpr double squares_of_step = 12, slope = .62, near_enough = .02, coarsest = 64;
   constexpr int rounds = 6;
   TileRule rule;
+  WalkRoom room;
   const auto hint = static_cast<float>(std::sqrt(mean_square * squares_of_step));
   std::vector<TileBands> bands = analyse_best(boxes, std::move(values), hint, rule.halvings_along_z);
   rule.steps.step = first_step(bands, mean_square);
@@ -252,8 +253,8 @@ TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<
   for (int i = 0; i < rounds; ++i) {
     if (fit_into_steps(bands, rule.steps) || i == 0)
       for (TileBands& b : bands) round_steps(b, rule.steps.step);
-    count_bits_of(bands, rule.costs);
-    for (TileBands& b : bands) choose_steps(b, rule);
+    count_bits_of(bands, rule.costs, room);
+    for (TileBands& b : bands) choose_steps(b, rule, room);
     learn_centres(bands, rule.steps);
     double error = 0;
     for (const TileBands& b : bands) error += squared_error(b, rule.steps);

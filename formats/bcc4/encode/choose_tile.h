@@ -30,6 +30,6 @@ bool fit_into_steps(std::span<TileBands> bands, StepRule& rule);
                                       double mean_square);
 
 // Chooses the steps: errors weighed against bits. No coefficient takes more than fit_into_steps() leaves it.
-void choose_steps(TileBands& bands, const TileRule& rule);
+void choose_steps(TileBands& bands, const TileRule& rule, WalkRoom& room);
 
 } // namespace bccsplat

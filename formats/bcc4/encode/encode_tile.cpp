@@ -133,7 +133,8 @@ std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const Chun
   return out;
 }
 
-EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& asked, int level) {
+EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& asked, int level,
+                        TileRoom& room) {
   const auto boxes = sites.place.boxes();
   std::array<std::vector<float>, 2> values = tile_values(sites, coder.codes());
   std::array<TileBands, 2> bands;
@@ -144,9 +145,9 @@ EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const 
   std::vector<TileLayers> layers(2);
   for (size_t c = 0; c < 2; ++c) {
     if (bands[c].coefficients.empty()) continue;
-    choose_steps(bands[c], rule);
+    choose_steps(bands[c], rule, room.walk);
     bands[c].coefficients = {}; // all that follows is made of steps
-    layers[c] = restore_tile(bands[c], rule.steps);
+    layers[c] = restore_tile(bands[c], rule.steps, room.layers[c]);
   }
   EncodedTile tile;
   const CodeRange range = read_back(sites, coder, std::move(layers), tile);
@@ -155,7 +156,7 @@ EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const 
   for (const ChunkSites& b : sites.bricks) entry.holes += b.holes();
   entry.min_code = range[0], entry.max_code = range[1];
   const RunsPart runs = pack_runs(tile_runs(sites), level);
-  std::vector<std::byte>& bytes = tile.chunk.bytes = code_tile(bands, rule.steps);
+  std::vector<std::byte>& bytes = tile.chunk.bytes = code_tile(bands, rule.steps, room.walk);
   entry.values_bytes = static_cast<uint32_t>(bytes.size());
   finish_entry(runs, wavelet_part, tile.chunk);
   return tile;

@@ -25,6 +25,6 @@ struct EncodedTile {
   std::vector<SampleBrick> bricks; // what a reader gets: the layers of the first brick, those of the next ..
 };
 [[nodiscard]] EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& rule,
-                                      int level);
+                                      int level, TileRoom& room);
 
 } // namespace bccsplat

@@ -2,15 +2,18 @@
 // Finds the chunks of a slab in the index of a file, reads and decodes them; when salvaging, what is damaged
 // becomes holes.
 #include <algorithm>
+#include <climits>
 #include <map>
 #include <numeric>
 
 #include "base/memory_turns.h"
+#include "base/pool.h"
 #include "base/would_block.h"
 #include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/deflate.h"
 #include "formats/bcc4/coding/layer_codes.h"
 #include "formats/bcc4/coding/open_tile.h"
+#include "formats/bcc4/coding/scratch.h"
 #include "formats/bcc4/field_base.h"
 #include "formats/bcc4/file_limits.h"
 #include "formats/bcc4/read/reader.h"
@@ -243,18 +246,16 @@ std::vector<std::byte> Bcc4Reader::stored_bytes(const Bcc4Chunk& chunk) const {
   return stored;
 }
 
-std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const ChannelLevel& at,
-                                                                      std::span<const Bcc4Chunk> chunks,
-                                                                      const Context& context,
-                                                                      Attempts& attempts, int layers) const {
-  std::vector<std::shared_ptr<const ChunkData>> out(chunks.size());
+void Bcc4Reader::read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks,
+                             const Context& context, Attempts& attempts, int layers,
+                             const TakeChunk& take) const {
   const std::vector<ChunkGroup> groups = group_chunks(chunks, merge_gap());
   std::vector<StoredGroup> stored(groups.size());
   const auto decode = [&](size_t g, size_t i, ChunkScratch& scratch) {
     auto part = std::span<const std::byte>(stored[g].bytes);
     part = stored[g].is_read ? part.subspan(chunks[i].offset - groups[g].offset, chunks[i].stored())
                              : part.first(0);
-    out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(at, chunks[i], part, scratch, layers));
+    take(i, state_->decode_or_lose(at, chunks[i], part, scratch, layers));
   };
   const bool tiles = info().tile_edge > 1;
   context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
@@ -267,33 +268,34 @@ std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const Chan
     for (const size_t i : groups[g].members) decode(g, i, scratch);
     s.bytes = {};
   });
-  if (!tiles) return out;
+  if (!tiles) return;
   // A tile takes as long as many chunks, so that each is a task.
   std::vector<std::pair<size_t, size_t>> later;
   for (size_t g = 0; g < groups.size(); ++g)
     for (const size_t i : groups[g].members)
       if (stored[g].is_here) later.emplace_back(g, i);
   MemoryTurns turns(context.memory);
+  Pool<ChunkScratch> scratches;
   context.tasks.parallel_for(later.size(), [&](uint64_t n) {
     context.progress.check();
     const size_t g = later[n].first, i = later[n].second;
     turns.run(decoding_bytes(at, chunks[i]), "decoding a tile", [&] {
-      ChunkScratch scratch;
-      decode(g, i, scratch);
+      auto scratch = scratches.take([] { return std::make_unique<ChunkScratch>(); });
+      decode(g, i, *scratch);
+      scratches.give_back(std::move(scratch));
     });
   });
-  return out;
 }
 
 std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const ChannelLevel& at,
                                                                       std::span<const Bcc4Chunk> chunks,
                                                                       const Context& context) const {
+  std::vector<std::shared_ptr<const ChunkData>> out(chunks.size());
   Attempts attempts;
-  auto out = read_chunks(at, chunks, context, attempts);
-  attempts.throw_if_waiting();
-  context.tasks.parallel_for(out.size(), [&](uint64_t i) {
-    if (out[i]->tile) out[i] = std::make_shared<const ChunkData>(whole_tile(*out[i]->tile));
+  read_chunks(at, chunks, context, attempts, INT_MAX, [&](size_t i, ChunkData&& data) {
+    out[i] = std::make_shared<const ChunkData>(data.tile ? whole_tile(*data.tile) : std::move(data));
   });
+  attempts.throw_if_waiting();
   return out;
 }
 

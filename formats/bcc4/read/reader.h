@@ -6,8 +6,8 @@
 #pragma once
 
 #include <array>
-#include <climits>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -105,12 +105,12 @@ class Bcc4Reader {
   // Decodes chunks of one channel and level in parallel; neighbours in the file are read together.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context) const;
-  // Does the same; those whose bytes are not there yet are null, and `attempts` knows. Of each chunk the
-  // first `layers` are wanted: it may have a rest. Chunks that are salvaged are decoded whole. Of tiles there
-  // is what their bricks are made of.
-  [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
-  read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context,
-              Attempts& attempts, int layers = INT_MAX) const;
+  // Does the same, and hands over each where it was decoded, with its place in `chunks`; not those whose
+  // bytes are not there yet, which `attempts` knows. Of each chunk the first `layers` are wanted: it may have
+  // a rest. Chunks that are salvaged are decoded whole. Of tiles there is what their bricks are made of.
+  using TakeChunk = std::function<void(size_t, ChunkData&&)>;
+  void read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context,
+                   Attempts& attempts, int layers, const TakeChunk& take) const;
   // Decodes the rest of a chunk, as chunk.h says.
   [[nodiscard]] ChunkData finish_chunk(const ChunkRest& rest,
                                        const std::optional<std::array<std::span<const std::byte>, 2>>& before,

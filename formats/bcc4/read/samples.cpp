@@ -193,11 +193,9 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
     }
     if (reader_->info().tile_edge > 1 && !missing.empty())
       cache_->make_room(reader_->decoding_bytes(at, missing.front()));
-    auto decoded = reader_->read_chunks(at, missing, context, attempts, layers.end());
-    context.tasks.parallel_for(decoded.size(), [&](uint64_t i) {
-      if (decoded[i])
-        held[missing_at[i]] =
-            std::make_shared<const HeldChunk>(std::exchange(decoded[i], nullptr), samples, layers.bits);
+    reader_->read_chunks(at, missing, context, attempts, layers.end(), [&](size_t i, ChunkData&& data) {
+      held[missing_at[i]] = std::make_shared<const HeldChunk>(
+          std::make_shared<const ChunkData>(std::move(data)), samples, layers.bits);
     });
     finish_chunks(at, begun_at, held, layers.bits, context);
     const auto keep = [&](size_t i) {

@@ -61,25 +61,71 @@ struct WalkSite {
 
 class BandWalk {
  public:
-  BandWalk(const Halvings& shape, int layers)
-      : shape_(shape), bands_(bands_of(shape)), layers_(layers), magnitudes_(bands_.size()) {}
+  // room: for this walk alone until it ends.
+  BandWalk(const Halvings& shape, int layers, WalkRoom& room)
+      : shape_(shape), bands_(bands_of(shape)), layers_(layers) {
+    size_t values = 0, flags = 0;
+    for (const BandBox& box : bands_) {
+      const BandMagnitudes& m = magnitudes_.emplace_back(box, layers);
+      values += m.values(), flags += m.flags();
+    }
+    if (room.values.size() < values) room.values.resize(values);
+    if (room.filled.size() < flags) room.filled.resize(flags);
+    values = flags = 0;
+    for (BandMagnitudes& m : magnitudes_) {
+      m.place(room.values.data() + values, room.filled.data() + flags);
+      values += m.values(), flags += m.flags();
+    }
+  }
+  BandWalk(const BandWalk&) = delete;
+  BandWalk& operator=(const BandWalk&) = delete;
+  ~BandWalk() {
+    for (BandMagnitudes& m : magnitudes_) m.clear();
+  }
 
   // Calls visit.row(WalkRow, what is expected in all of it) -> bool: whether something is in it;
   // visit.site(WalkRow, x, WalkSite) -> magnitude.
   template<class Visit> void run(Visit& visit) {
     for (size_t b = 0; b < bands_.size(); ++b) {
-      magnitudes_[b] = BandMagnitudes(bands_[b], layers_);
       if (bands_[b].empty()) continue;
       find_relatives(static_cast<int>(b));
       outside_.assign(bands_[b].size[0], 0);
       outside_is_zero_ = true;
       for (int k = 0; k < layers_; ++k)
-        for (int z = 0; z < bands_[b].size[2]; ++z)
-          for (int y = 0; y < bands_[b].size[1]; ++y) row(static_cast<int>(b), k, z, y, visit);
+        for (int z = 0; z < bands_[b].size[2]; ++z) plane(static_cast<int>(b), k, z, visit);
     }
   }
 
  private:
+  template<class Visit> void plane(int b, int k, int z, Visit& visit) {
+    const BandBox& box = bands_[b];
+    int y = 0;
+    // Nine of ten planes are far from anything: nothing is expected in their rows until one has something.
+    if (!near_something(magnitudes_[b], k, z)) {
+      parent_row_ = nullptr;
+      while (y < box.size[1] && !visit.row(WalkRow{box, b, k, z, y}, 0)) ++y;
+      if (y == box.size[1]) return;
+      sum_outside(magnitudes_[b], k, z, y, box.size[0]);
+      sites(WalkRow{box, b, k, z, y++}, visit);
+    }
+    for (; y < box.size[1]; ++y) {
+      const WalkRow row{box, b, k, z, y};
+      sum_outside(magnitudes_[b], k, z, y, box.size[0]);
+      if (visit.row(row, expected_in_row())) sites(row, visit);
+    }
+  }
+  // Whether any row that sum_outside() adds may have anything.
+  [[nodiscard]] bool near_something(const BandMagnitudes& m, int k, int z) const {
+    if (m.filled(k, z - 1) | m.filled(k, z - 2) | m.filled(k - 1, z - 1) | m.filled(k - 1, z) |
+        m.filled(k - 1, z + 1) | m.filled(k - 2, z))
+      return true;
+    const int pz = z >> shift_[2];
+    if (parent_ && (parent_->filled(k, pz - 1) | parent_->filled(k, pz) | parent_->filled(k, pz + 1)))
+      return true;
+    return std::any_of(siblings_.begin(), siblings_.end(),
+                       [&](int s) { return z < bands_[s].size[2] && magnitudes_[s].filled(k, z); });
+  }
+
   void find_relatives(int b) {
     const BandBox& box = bands_[b];
     siblings_.clear();
@@ -105,14 +151,12 @@ class BandWalk {
     return (fine.direction & halved) != 0 && (fine.direction & halved) == coarse.direction;
   }
 
-  template<class Visit> void row(int b, int k, int z, int y, Visit& visit) {
-    const BandBox& box = bands_[b];
+  // A row that has something.
+  template<class Visit> void sites(const WalkRow& place, Visit& visit) {
+    const auto& [box, b, k, z, y] = place;
     BandMagnitudes& m = magnitudes_[b];
     uint16_t* const here = m.row(k, z, y);
-    sum_outside(m, k, z, y, box.size[0]);
-    const WalkRow place{box, b, k, z, y};
-    if (!visit.row(place, expected_in_row())) return;
-    m.filled(k, z, y) = 1;
+    m.fill(k, z, y);
     const uint16_t *north_row = m.row(k, z, y - 1), *up_row = m.row(k, z - 1, y),
                    *before_row = m.row(k - 1, z, y);
     const int sx = shift_[0];

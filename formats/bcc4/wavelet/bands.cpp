@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/bcc4/wavelet/bands.h"
 
+#include <algorithm>
+
 namespace bccsplat {
 namespace {
 
@@ -34,8 +36,21 @@ std::vector<BandBox> bands_of(const Halvings& shape) {
 }
 
 BandMagnitudes::BandMagnitudes(const BandBox& box, int layers)
-    : width_(box.size[0] + 2 * rim), height_(box.size[1] + 2 * rim), depth_(box.size[2] + 2 * rim),
-      values_(width_ * height_ * depth_ * (layers + rim) + 2 * width_),
-      filled_(height_ * depth_ * (layers + rim)) {}
+    : width_(std::max(box.size[0], 0) + 2 * rim), height_(std::max(box.size[1], 0) + 2 * rim),
+      depth_(std::max(box.size[2], 0) + 2 * rim), layers_(layers + rim) {}
+
+void BandMagnitudes::place(uint16_t* values, uint8_t* flags) {
+  values_ = values, rows_ = flags, planes_ = flags + height_ * depth_ * layers_;
+}
+
+void BandMagnitudes::clear() {
+  for (size_t plane = 0; plane < depth_ * layers_; ++plane) {
+    if (!planes_[plane]) continue;
+    for (size_t row = plane * height_; row < (plane + 1) * height_; ++row)
+      if (rows_[row]) std::fill_n(values_ + row * width_, width_, uint16_t{0});
+    std::fill_n(rows_ + plane * height_, height_, uint8_t{0});
+    planes_[plane] = 0;
+  }
+}
 
 } // namespace bccsplat

@@ -22,26 +22,45 @@ struct BandBox {
 // finest, directions 1 to 7.
 [[nodiscard]] std::vector<BandBox> bands_of(const Halvings& shape);
 
-// Magnitudes of a band in all layers, with a rim of zeros for those that ask for neighbours.
+// Memory for the magnitudes of a box, which the next one uses again: a walk leaves it all 0.
+struct WalkRoom {
+  std::vector<uint16_t> values;
+  std::vector<uint8_t> filled;
+};
+
+// Magnitudes of a band in all layers, with a rim of zeros for those that ask for neighbours, and which rows
+// and planes may have anything other than 0.
 class BandMagnitudes {
  public:
-  BandMagnitudes() = default;
   BandMagnitudes(const BandBox& box, int layers);
+  // What it takes of a room, and where it begins there.
+  [[nodiscard]] size_t values() const { return width_ * height_ * depth_ * layers_ + 2 * width_; }
+  [[nodiscard]] size_t flags() const { return (height_ + 1) * depth_ * layers_; }
+  void place(uint16_t* values, uint8_t* flags);
+
   // The row at y, z of layer k, each from -2 to one (k: none) past the end.
-  [[nodiscard]] uint16_t* row(int k, int z, int y) {
-    return values_.data() + rim + row_number(k, z, y) * width_;
+  [[nodiscard]] uint16_t* row(int k, int z, int y) const {
+    return values_ + rim + (plane_number(k, z) * height_ + y + rim) * width_;
   }
-  // Whether anything of that row may be other than 0.
-  [[nodiscard]] uint8_t& filled(int k, int z, int y) { return filled_[row_number(k, z, y)]; }
+  [[nodiscard]] uint8_t filled(int k, int z, int y) const {
+    return rows_[plane_number(k, z) * height_ + y + rim];
+  }
+  [[nodiscard]] uint8_t filled(int k, int z) const { return planes_[plane_number(k, z)]; }
+  void fill(int k, int z, int y) {
+    const size_t plane = plane_number(k, z);
+    rows_[plane * height_ + y + rim] = planes_[plane] = 1;
+  }
+  // All is 0 again.
+  void clear();
 
  private:
   static constexpr int rim = 2;
-  [[nodiscard]] size_t row_number(int k, int z, int y) const {
-    return (static_cast<size_t>(k + rim) * depth_ + z + rim) * height_ + y + rim;
+  [[nodiscard]] size_t plane_number(int k, int z) const {
+    return static_cast<size_t>(k + rim) * depth_ + z + rim;
   }
-  size_t width_ = 0, height_ = 0, depth_ = 0;
-  std::vector<uint16_t> values_;
-  std::vector<uint8_t> filled_;
+  size_t width_, height_, depth_, layers_;
+  uint16_t* values_ = nullptr;
+  uint8_t *rows_ = nullptr, *planes_ = nullptr;
 };
 
 } // namespace bccsplat

@@ -30,15 +30,13 @@ struct Writing {
 struct Reading {
   const Halvings& shape;
   const StepRule& rule;
-  std::span<float> coefficients;
+  LayerCoefficients& coefficients;
   SymbolCoder<BinaryDecoder>& symbols;
-  uint32_t filled = 0; // layers, a bit each
   bool row(const WalkRow& r, uint32_t expected) { return symbols.row(false, r, expected); }
   uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
     const int steps = symbols.code(0, r, s);
     if (steps == 0) return 0;
-    coefficients[place_of(shape, r) + x] = value_of(steps, rule);
-    filled |= uint32_t{1} << r.k;
+    coefficients.fill(r.k)[place_of(shape, r) - r.k * shape.samples() + x] = value_of(steps, rule);
     return context_of(steps);
   }
 };
@@ -102,14 +100,14 @@ int most_layers_of(std::span<const TileBands> bands) {
 
 } // namespace
 
-std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRule& rule) {
+std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRule& rule, WalkRoom& room) {
   ByteWriter head;
   write_head(bands, rule, head);
   BinaryEncoder coder;
   SymbolCoder<BinaryEncoder> symbols(coder, most_layers_of(bands));
   for (const TileBands& b : bands) {
     if (b.steps.empty()) continue;
-    BandWalk walk(b.shape, b.basis.frames);
+    BandWalk walk(b.shape, b.basis.frames, room);
     Writing visit{b, symbols};
     walk.run(visit);
   }
@@ -120,7 +118,7 @@ std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRul
 }
 
 std::vector<TileLayers> decode_tile(std::span<const TileBox> boxes, std::span<const std::byte> bytes,
-                                    uint64_t offset) {
+                                    uint64_t offset, TileRoom& room) {
   ByteReader in(bytes, in_words, offset);
   const Head head = read_head(in, boxes, offset);
   BinaryDecoder coder(bytes.subspan(in.position()));
@@ -128,12 +126,12 @@ std::vector<TileLayers> decode_tile(std::span<const TileBox> boxes, std::span<co
   std::vector<TileLayers> out(boxes.size());
   for (size_t c = 0; c < boxes.size(); ++c) {
     if (boxes[c].sites() == 0) continue;
-    std::vector<float> values(boxes[c].sites() + beyond_sums);
     const TileBands& b = head.bands[c];
-    BandWalk walk(b.shape, b.basis.frames);
+    LayerCoefficients values(b.shape.samples(), b.basis.frames, room.layers[c]);
+    BandWalk walk(b.shape, b.basis.frames, room.walk);
     Reading visit{b.shape, head.rule, values, symbols};
     walk.run(visit);
-    out[c] = TileLayers(b.shape, b.basis, std::move(values), visit.filled);
+    out[c] = TileLayers(b.shape, b.basis, values);
   }
   return out;
 }

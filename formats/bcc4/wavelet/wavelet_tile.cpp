@@ -16,25 +16,28 @@ int most_halvings(int size) {
                     most_halved);
 }
 
-TileLayers::TileLayers(const Halvings& shape, TimeBasis basis, std::vector<float> coefficients,
-                       uint32_t filled)
-    : samples_(shape.samples()), basis_(std::move(basis)), layers_(std::move(coefficients)) {
+TileLayers::TileLayers(const Halvings& shape, TimeBasis basis, const LayerCoefficients& coefficients)
+    : samples_(shape.samples()), stride_(coefficients.stride_), basis_(std::move(basis)),
+      held_(basis_.frames), layers_(coefficients.layers_) {
   for (int k = 0; k < basis_.frames; ++k) {
-    if ((filled >> k & 1) == 0) continue;
-    const auto from = layers_.begin() + static_cast<std::ptrdiff_t>(k * samples_),
-               to = layers_.begin() + static_cast<std::ptrdiff_t>(filled_.size() * samples_);
-    if (from != to) std::copy_n(from, samples_, to);
-    synthesise(shape, std::span(&*to, samples_));
-    filled_.push_back(k);
+    if ((coefficients.filled_ >> k & 1) == 0) continue;
+    filled_.emplace_back(k, k);
+    synthesise(shape, std::span(coefficients.layers_.get() + k * stride_, samples_));
   }
-  layers_.resize(filled_.size() * samples_ + beyond_sums);
-  if (filled_.size() + 2 < static_cast<size_t>(basis_.frames)) layers_.shrink_to_fit();
+  // Few layers may be kept for long, in place of codes.
+  if (filled_.size() * 2 >= held_) return;
+  held_ = filled_.size();
+  const std::shared_ptr<float[]> few(new float[held_ * stride_]);
+  for (size_t i = 0; i < held_; ++i)
+    std::copy_n(layers_.get() + std::exchange(filled_[i].second, i) * stride_, stride_,
+                few.get() + i * stride_);
+  layers_ = few;
 }
 
 std::vector<WeighedLayer> TileLayers::sum_of(int frame) const {
   std::vector<WeighedLayer> sum;
-  for (size_t i = 0; i < filled_.size(); ++i)
-    sum.push_back({layers_.data() + i * samples_, basis_.weight(filled_[i], frame)});
+  for (const auto& [layer, place] : filled_)
+    sum.push_back({layers_.get() + place * stride_, basis_.weight(layer, frame)});
   return sum;
 }
 
@@ -44,16 +47,15 @@ std::vector<float> TileLayers::frames() const {
   return out;
 }
 
-TileLayers restore_tile(const TileBands& bands, const StepRule& rule) {
-  const size_t layer = bands.shape.samples();
-  std::vector<float> values;
-  values.reserve(bands.steps.size() + beyond_sums);
-  uint32_t filled = 0;
-  for (const int32_t steps : bands.steps) {
-    if (steps != 0) filled |= uint32_t{1} << values.size() / layer;
-    values.push_back(value_of(steps, rule));
+TileLayers restore_tile(const TileBands& bands, const StepRule& rule, LayerRoom& room) {
+  const size_t samples = bands.shape.samples();
+  LayerCoefficients out(samples, bands.basis.frames, room);
+  for (int k = 0; k < bands.basis.frames; ++k) {
+    const auto steps = std::span(bands.steps).subspan(k * samples, samples);
+    if (std::any_of(steps.begin(), steps.end(), [](int32_t s) { return s != 0; }))
+      std::transform(steps.begin(), steps.end(), out.fill(k), [&](int32_t s) { return value_of(s, rule); });
   }
-  return {bands.shape, bands.basis, std::move(values), filled};
+  return {bands.shape, bands.basis, out};
 }
 
 } // namespace bccsplat

@@ -102,10 +102,7 @@ void require_whole(std::span<const PlacedPart> parts, const std::array<uint32_t,
        " is missing");
 }
 
-} // namespace
-
-std::vector<std::shared_ptr<const Bcc4Reader>>
-order_parts(std::vector<std::shared_ptr<const Bcc4Reader>> parts, std::span<const std::string> names) {
+SeriesParts order_parts(const SeriesParts& parts, std::span<const std::string> names) {
   if (parts.empty()) fail(Code::invalid_argument, "no parts to join");
   for (size_t i = 0; i < parts.size(); ++i)
     if (!parts[i]->info().part)
@@ -127,12 +124,24 @@ order_parts(std::vector<std::shared_ptr<const Bcc4Reader>> parts, std::span<cons
            why.empty() ? "it was made with other options or by a version that resamples otherwise" : why);
   }
   require_whole(order, series.lattice.dims, names);
-  std::vector<std::shared_ptr<const Bcc4Reader>> sorted;
+  SeriesParts sorted;
   for (const PlacedPart& p : order) sorted.push_back(parts[p.number]);
   return sorted;
 }
 
-std::vector<JoinedWrite> joined_writes(std::span<const std::shared_ptr<const Bcc4Reader>> parts) {
+} // namespace
+
+SeriesParts open_parts(std::vector<std::unique_ptr<ByteSource>> sources) {
+  SeriesParts parts;
+  std::vector<std::string> names;
+  for (std::unique_ptr<ByteSource>& source : sources) {
+    names.push_back(source->name());
+    parts.push_back(Bcc4Reader::open(std::move(source)));
+  }
+  return order_parts(parts, names);
+}
+
+std::vector<JoinedWrite> joined_writes(const SeriesParts& parts) {
   std::vector<std::pair<PartWrite, size_t>> all;
   for (size_t i = 0; i < parts.size(); ++i)
     for (const PartWrite& w : parts[i]->info().part->writes) all.emplace_back(w, i);

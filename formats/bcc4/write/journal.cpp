@@ -9,6 +9,7 @@
 
 #include "base/bytes.h"
 #include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/layout.h"
 
 namespace bccsplat {
 namespace {
@@ -136,6 +137,19 @@ bool all_there(const WrittenSlab& slab, const ByteSource& file) {
   return true;
 }
 
+// Returns what the root of an unfinished file shows; 0: nothing.
+uint32_t frames_shown(const ByteSource& unfinished) {
+  if (unfinished.size() < preamble_bytes) return 0;
+  std::vector<std::byte> head(preamble_bytes);
+  unfinished.read_at(0, head);
+  try {
+    const Preamble preamble = read_preamble(head, "unfinished");
+    return preamble.root ? preamble.root->frames : 0;
+  } catch (const Error&) {
+    return 0; // nothing was shown yet
+  }
+}
+
 } // namespace
 
 void Bcc4Journal::require_options(const std::string& path, const JournalOptions& options) {
@@ -169,6 +183,7 @@ void Bcc4Journal::read(const ByteSource* unfinished) {
   fingerprint_ = head->fingerprint;
   found_ = true;
   end_ = file.position();
+  if (unfinished) shown_frames_ = frames_shown(*unfinished);
   while (const auto payload = file.take_record()) {
     WrittenSlab s = slab_of(*payload);
     if (!unfinished || !all_there(s, *unfinished)) return;

@@ -51,6 +51,8 @@ class Bcc4Journal {
   Bcc4Journal(const std::string& path, bool take_over, uint64_t interval = default_interval,
               JournalOptions options = {});
 
+  // Frames that the unfinished file shows to readers; 0: none, or nothing is taken over.
+  [[nodiscard]] uint32_t shown_frames() const { return shown_frames_; }
   // Says before anything else what the file is made of. A journal that is taken over must agree
   // (Code::wrong_state).
   void start(uint32_t fingerprint);
@@ -70,6 +72,7 @@ class Bcc4Journal {
   std::unique_ptr<ByteSink> sink_;
   bool found_ = false;       // there was a journal to take over
   uint32_t fingerprint_ = 0; // of that journal
+  uint32_t shown_frames_ = 0;
   std::map<std::pair<int32_t, ChannelLevel>, WrittenSlab> earlier_;
   std::vector<std::byte> pending_;
   uint64_t end_ = 0, pending_bytes_ = 0, interval_;

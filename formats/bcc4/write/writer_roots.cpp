@@ -52,6 +52,8 @@ void Bcc4Writer::State::show(VolumeInfo of, const Context& context) {
   shown.bytes = root.directory.padded() + root.metadata.padded();
   root.unfinished = true, root.frames = of.lattice.dims[3];
   root.sequence = ++shown.times;
+  // What an earlier writer showed stays until there is as much again, in the same bytes.
+  if (options.journal && root.frames < options.journal->shown_frames()) return;
   // The first root stands in A, those that follow overwrite the older one.
   if (shown.times == 1)
     file.overwrite(0, write_preamble({root, Root{}}, unfinished_version));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/pool.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/tile.h"
 #include "formats/bcc4/encode/choose_tile.h"
@@ -152,12 +153,15 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
   const double left = allowed - spent;
   TileRule rule = rule_for(of, tiles, std::max(left / kept, least_error * least_error));
   double error = 0;
+  Pool<TileRoom> rooms;
   for (int round = 1;; ++round) {
     context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
       context.progress.check();
       uint64_t clamped = 0;
       const TileSites sites = collect_tile(of, tiles[i].slot, clamped);
-      tiles[i].coded = encode_tile(sites, coder, rule, options.level);
+      auto room = rooms.take([] { return std::make_unique<TileRoom>(); });
+      tiles[i].coded = encode_tile(sites, coder, rule, options.level, *room);
+      rooms.give_back(std::move(room));
     });
     error = 0;
     for (const TileWork& tile : tiles) error += tile.coded.squared_error;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums the layers in reach, then inverts one axis after the other: a brick with the sites in reach along the
-// axis is copied, and shrinks to the brick factor by factor. Products are rounded before they are added, so
-// that every target computes the same coefficients.
+// Sums the layers in reach, then inverts one axis after the other: some bricks in a row with the sites in
+// reach along the axis are copied, and shrink to the bricks factor by factor. Products are rounded before
+// they are added, so that every target computes the same coefficients.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "field/coefficients/inverse.cpp"
 #include <hwy/foreach_target.h>
@@ -66,8 +66,9 @@ HWY_EXPORT(ApplyFactor);
 
 namespace {
 
-// Sites of a brick and those in reach along one axis; floats that a vector may touch behind them.
-constexpr int longest = brick_edge + 2 * PrefilterStage::pole_reach, beyond = 64;
+// Bricks that are copied at once, more than half a megabyte would leave the fast caches; floats that a vector
+// may touch behind them.
+constexpr int most_bricks = 8, beyond = 64;
 using TwoCopies = std::array<std::vector<float>, 2>;
 
 // 1 / (1 - p w) is the product of 1 + (p w)^(2^k): four factors reach 15 sites.
@@ -91,28 +92,39 @@ void clear_beyond(const Int3& dims, const Int3& brick, Brick& out) {
       out.value[s] = 0;
 }
 
-// The sites of a brick, filtered along an axis; null where nothing is in reach.
-std::shared_ptr<Brick> filter_brick(const std::vector<InverseFactor>& factors, const BrickLayer& from,
-                                    size_t axis, const Int3& brick, TwoCopies& copies) {
+// Some bricks along an axis, from this one on.
+struct BrickRun {
+  size_t axis;
+  Int3 first;
+  int count;
+};
+
+// Filters the bricks along their axis; out: the first one, and how far apart they are. Nothing is made where
+// nothing is in reach.
+void filter_run(const std::vector<InverseFactor>& factors, const BrickLayer& from, const BrickRun& run,
+                TwoCopies& copies, std::shared_ptr<Brick>* out, size_t apart) {
   SiteBox box{{}, {brick_edge, brick_edge, brick_edge}};
-  for (size_t a = 0; a < 3; ++a) box.origin[a] = brick[a] * brick_edge;
-  box.origin[axis] -= PrefilterStage::pole_reach, box.size[axis] = longest;
-  for (auto& copy : copies) copy.resize(size_t{longest} * brick_rows + beyond);
-  if (!gather_box(from, box, copies[0].data())) return nullptr;
-  InverseLines lines{1, longest, axis == 0 ? 1 : axis == 1 ? brick_edge : brick_rows};
+  for (size_t a = 0; a < 3; ++a) box.origin[a] = run.first[a] * brick_edge;
+  int length = run.count * brick_edge + 2 * PrefilterStage::pole_reach;
+  box.origin[run.axis] -= PrefilterStage::pole_reach, box.size[run.axis] = length;
+  for (auto& copy : copies) copy.resize(std::max(copy.size(), size_t(length) * brick_rows + beyond));
+  if (!gather_box(from, box, copies[0].data())) return;
+  InverseLines lines{1, length, run.axis == 0 ? 1 : run.axis == 1 ? brick_edge : brick_rows};
   lines.outer = brick_rows / lines.inner;
-  int length = longest;
   for (const InverseFactor& factor : factors) {
     length -= 2 * factor.stride;
     HWY_DYNAMIC_DISPATCH(ApplyFactor)(factor, lines, length, copies[0].data(), copies[1].data());
     std::swap(copies[0], copies[1]);
   }
-  auto out = std::make_shared_for_overwrite<Brick>();
-  for (int o = 0; o < lines.outer; ++o)
-    std::copy_n(copies[0].data() + o * longest * lines.inner, brick_edge * lines.inner,
-                out->value.data() + o * brick_edge * lines.inner);
-  clear_beyond(from.dims(), brick, *out);
-  return out;
+  const size_t part = size_t{brick_edge} * lines.inner;
+  for (Int3 brick = run.first; brick[run.axis] < run.first[run.axis] + run.count;
+       ++brick[run.axis], out += apart) {
+    *out = std::make_shared_for_overwrite<Brick>();
+    const float* in = copies[0].data() + (brick[run.axis] - run.first[run.axis]) * part;
+    for (int o = 0; o < lines.outer; ++o, in += size_t(lines.pitch) * lines.inner)
+      std::copy_n(in, part, (*out)->value.data() + o * part);
+    clear_beyond(from.dims(), brick, **out);
+  }
 }
 
 // Returns whether the brick or a neighbour along the axis holds anything; mirror images lie no further away,
@@ -133,38 +145,60 @@ bool near(const BrickLayer& from, size_t axis, Int3 brick) {
   return false;
 }
 
-BrickLayer filter_along(const PrefilterStage& stage, const BrickLayer& from, size_t axis,
-                        const BrickBox& region, const Context& context) {
+// Returns the bricks by slot; null where nothing is.
+std::vector<std::shared_ptr<Brick>> filter_along(const PrefilterStage& stage, const BrickLayer& from,
+                                                 size_t axis, const BrickBox& region,
+                                                 const Context& context) {
   const std::vector<InverseFactor> factors = factors_of(stage);
-  BrickLayer result(from.lattice(), from.coset());
-  std::vector<std::shared_ptr<Brick>> made(result.brick_slots());
-  context.tasks.parallel_for(result.rows(), [&](uint64_t row) {
+  std::vector<std::shared_ptr<Brick>> made(from.brick_slots());
+  Int3 across = from.brick_dims(); // lines of bricks along the axis
+  const int bricks = std::exchange(across[axis], 1);
+  const Int3 next{axis == 0, axis == 1, axis == 2};
+  const size_t apart = bricks > 1 ? from.slot(next[0], next[1], next[2]) : 0;
+  context.tasks.parallel_for(size_t(across[0]) * across[1] * across[2], [&](uint64_t line) {
     context.progress.check();
     TwoCopies copies;
-    for (size_t slot = row * result.row_slots(); slot < (row + 1) * result.row_slots(); ++slot)
-      if (const Int3 brick = result.slot_position(slot); region.contains(brick) && near(from, axis, brick))
-        made[slot] = filter_brick(factors, from, axis, brick, copies);
+    const auto n = static_cast<int32_t>(line);
+    BrickRun run{axis, {n % across[0], n / across[0] % across[1], n / across[0] / across[1]}, 0};
+    const auto end = [&] {
+      if (run.count > 0)
+        filter_run(factors, from, run, copies, &made[from.slot(run.first[0], run.first[1], run.first[2])],
+                   apart);
+      run.count = 0;
+    };
+    for (Int3 brick = run.first; brick[axis] < bricks; ++brick[axis]) {
+      if (run.count == most_bricks) end();
+      if (!region.contains(brick) || !near(from, axis, brick)) {
+        end();
+        continue;
+      }
+      if (run.count++ == 0) run.first = brick;
+    }
+    end();
   });
-  for (size_t slot = 0; slot < made.size(); ++slot)
-    if (made[slot]) result.set(slot, std::move(made[slot]));
-  return result;
+  return made;
 }
 
-// Coefficients that matter, and the holes of the samples.
-BrickLayer finished(const BrickLayer& layer, const SampleLayer& samples, float prune,
-                    const BrickBox& region) {
-  BrickLayer result(layer.lattice(), layer.coset());
-  for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
-    if (!region.contains(layer.slot_position(slot))) continue;
-    const BrickMask* hole = samples.brick(slot).hole();
-    if (!layer.brick(slot) && !hole) continue;
-    auto out = std::make_shared<Brick>();
-    if (const Brick* values = layer.brick(slot)) out->value = values->value;
-    const int kept = out->keep_above(prune);
-    if (hole) out->hole = std::make_unique<BrickMask>(*hole);
-    if (kept > 0 || hole) result.set(slot, std::move(out));
+BrickLayer layer_of(const BrickLayer& like, std::vector<std::shared_ptr<Brick>> bricks) {
+  BrickLayer layer(like.lattice(), like.coset());
+  for (size_t slot = 0; slot < bricks.size(); ++slot)
+    if (bricks[slot]) layer.set(slot, std::move(bricks[slot]));
+  return layer;
+}
+
+// Keeps the coefficients that matter, and the holes of the samples.
+void finish(std::vector<std::shared_ptr<Brick>>& bricks, const SampleLayer& samples, float prune,
+            const BrickBox& region) {
+  for (size_t slot = 0; slot < bricks.size(); ++slot) {
+    std::shared_ptr<Brick>& brick = bricks[slot];
+    const bool inside = region.contains(samples.slot_position(slot));
+    const BrickMask* const hole = inside ? samples.brick(slot).hole() : nullptr;
+    if (hole && !brick) brick = std::make_shared<Brick>();
+    if (!brick) continue;
+    const int kept = brick->keep_above(prune);
+    if (hole) brick->hole = std::make_unique<BrickMask>(*hole);
+    if (!inside || (kept == 0 && !hole)) brick = nullptr;
   }
-  return result;
 }
 
 } // namespace
@@ -218,8 +252,11 @@ BrickLayer InversePrefilter::apply(int32_t layer, const Lattice4& lattice,
   const BrickBox box = go_round(region.widened(), lattice.space); // its bricks depend on those beside them
   BrickLayer made = sum_layers(layer, lattice, samples, box, context);
   const Reservation room(context.memory, 2 * made.bytes(), "two layers of the inverse filter");
-  for (size_t axis = 0; axis < 3; ++axis) made = filter_along(space_, made, axis, box, context);
-  return finished(made, *samples.at(layer), prune, region);
+  for (size_t axis = 0; axis < 2; ++axis)
+    made = layer_of(made, filter_along(space_, made, axis, box, context));
+  auto bricks = filter_along(space_, made, 2, box, context);
+  finish(bricks, *samples.at(layer), prune, region);
+  return layer_of(made, std::move(bricks));
 }
 
 } // namespace bccsplat

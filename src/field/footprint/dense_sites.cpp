@@ -57,7 +57,7 @@ void copy_part(const float* from, const Run& x, const Run& y, const Run& z, floa
 
 bool gather_box(const BrickLayer& layer, const SiteBox& box, float* out) {
   const Runs<SiteBox::max_length> x(layer, 0, box.origin[0], box.size[0]);
-  const Runs<SiteBox::max_rows> y(layer, 1, box.origin[1], box.size[1]),
+  const Runs<SiteBox::max_length> y(layer, 1, box.origin[1], box.size[1]),
       z(layer, 2, box.origin[2], box.size[2]);
   const auto row = static_cast<size_t>(box.size[0]), plane = row * box.size[1];
   bool any = false;

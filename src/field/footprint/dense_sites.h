@@ -13,7 +13,7 @@ namespace bccsplat {
 
 // Sites origin .. origin + size - 1 of a coset, which may lie beyond its ends.
 struct SiteBox {
-  static constexpr int max_length = 512, max_rows = 64; // along x; along y and z
+  static constexpr int max_length = 512, max_rows = 64; // along an axis; of DenseScratch along y and z
   Int3 origin{}, size{};
 };
 

@@ -37,6 +37,15 @@ constexpr uint64_t roomy = 16 << 20;
 constexpr int small_tiles_per_thread = 8;
 constexpr int most_tile_size = 4096; // that a caller may ask for
 
+// Returns the pixel, at most one sample before the first, that a sample stands at so that one stands at a
+// place of the world, its origin or the foot of the eye: samples are the same in all parts of a picture.
+// per_pixel: gx or gy.
+double first_sample(const SheetView& v, const Vec3& per_pixel, double ratio) {
+  const double place = v.perspective ? -dot(per_pixel, v.ez)
+                                     : dot(per_pixel, v.lattice_to_world.inverse().point({0, 0, 0}) - v.eye);
+  return place - std::ceil(place / ratio) * ratio;
+}
+
 // Returns the view of the sheets' own samples, where having them pays, and makes the tables that raise them;
 // elsewhere the samples are the pixels.
 SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, SplatPlan& plan) {
@@ -75,16 +84,19 @@ SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, Spl
   if (!(std::min(ratio_x, ratio_y) >= std::max(1.0, isotropic(v) ? filter.from : filter.from_general)))
     return v;
   plan.raise.taps = filter.taps;
+  const double x = first_sample(v, v.gx, ratio_x), y = first_sample(v, v.gy, ratio_y);
   plan.raise.x = make_raise_axis(ratio_x, filter.density, plan.raise.taps, -plan.sheets.border,
-                                 v.width + 2 * plan.sheets.border);
+                                 v.width + 2 * plan.sheets.border, x);
   plan.raise.y = make_raise_axis(ratio_y, filter.density, plan.raise.taps, -plan.sheets.border,
-                                 v.height + 2 * plan.sheets.border);
+                                 v.height + 2 * plan.sheets.border, y);
   plan.raise.around =
       plan.raise.taps / 2 + static_cast<int>(std::ceil(plan.sheets.border / std::min(ratio_x, ratio_y))) + 1;
+  Vec3& first = v.perspective ? v.ez : v.eye;
+  first = first + (x * v.ex + y * v.ey);
   v.ex = ratio_x * v.ex, v.ey = ratio_y * v.ey;
   v.gx = (1 / ratio_x) * v.gx, v.gy = (1 / ratio_y) * v.gy;
-  v.width = static_cast<int>(std::ceil(v.width / ratio_x)) + 1;
-  v.height = static_cast<int>(std::ceil(v.height / ratio_y)) + 1;
+  v.width = static_cast<int>(std::ceil(v.width / ratio_x)) + 2;
+  v.height = static_cast<int>(std::ceil(v.height / ratio_y)) + 2;
   return v;
 }
 
@@ -190,11 +202,11 @@ void cut_tiles(const SheetView& view, const TileGrid& grid, SplatPlan& plan) {
 void deal_bricks(const TileGrid& grid, SplatPlan& plan) {
   const bool fan = plan.raise.fan.taps > 0; // rectangles of pixels, not of samples
   const int around = fan ? 0 : plan.raise.around;
-  const auto tile = [&](int sample, double ratio, int count) {
-    const double pixel = std::clamp(sample * (fan ? 1 : ratio), -1.0, 1e9);
+  const auto tile = [&](int sample, const RaiseAxis& axis, int count) {
+    const double pixel = std::clamp(fan ? sample : axis.offset + sample * axis.ratio, -1.0, 1e9);
     return std::clamp(static_cast<int>(std::floor(pixel / grid.size)), 0, count - 1);
   };
-  const double rx = plan.raise.x.ratio, ry = plan.raise.y.ratio;
+  const RaiseAxis &rx = plan.raise.x, &ry = plan.raise.y;
   for (uint32_t n = 0; n < plan.bricks.size(); ++n) {
     const auto& r = plan.bricks[n].rect;
     const int x0 = tile(r[0] - around, rx, grid.columns), x1 = tile(r[2] - 1 + around, rx, grid.columns);

@@ -71,18 +71,19 @@ void raise_weights(int taps, double band, double phase, double* weight) {
   Normal(taps, band).weights(taps, band, phase, weight);
 }
 
-RaiseAxis make_raise_axis(double ratio, double density, int taps, int first, int count) {
+RaiseAxis make_raise_axis(double ratio, double density, int taps, int first, int count, double offset) {
   constexpr double edge = 0.5; // of the band, cycles per T
   const double band = edge / density;
   const Normal normal(taps, band);
   RaiseAxis axis;
-  axis.ratio = ratio, axis.first = first;
+  axis.ratio = ratio, axis.offset = offset, axis.first = first;
   axis.pitch = static_cast<size_t>(count) + 16;
   axis.sample.resize(axis.pitch);
   axis.weight.resize(axis.pitch * taps);
   std::array<double, most_taps> weight{};
   for (size_t n = 0; n < axis.pitch; ++n) {
-    const double place = (first + static_cast<double>(std::min(n, static_cast<size_t>(count) - 1))) / ratio;
+    const double pixel = first + static_cast<double>(std::min(n, static_cast<size_t>(count) - 1));
+    const double place = (pixel - offset) / ratio;
     const double whole = std::floor(place);
     axis.sample[n] = static_cast<int32_t>(whole) - (taps / 2 - 1);
     normal.weights(taps, band, place - whole, weight.data());

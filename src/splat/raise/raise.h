@@ -2,10 +2,10 @@
 // Sheets that hold fewer samples than the picture has pixels, and the filter that raises them to its pixels.
 //
 // A kernel leaves little above half a cycle per T, so that a magnified picture is drawn as well from 1.5 to 2
-// samples per T and axis. Sample I of an axis lies at pixel I * ratio of the picture, whatever the tile. A
-// pixel is the weighted sum of the nearest `taps` samples along each axis; its weights are those that come
-// closest, in the mean square over the band, to the wave that the samples describe (weights fall to nothing
-// at the band's edge, where fields hold little), among those that reproduce constants.
+// samples per T and axis. Sample I of an axis lies at pixel offset + I * ratio of the picture, whatever the
+// tile. A pixel is the weighted sum of the nearest `taps` samples along each axis; its weights are those that
+// come closest, in the mean square over the band, to the wave that the samples describe (weights fall to
+// nothing at the band's edge, where fields hold little), among those that reproduce constants.
 #pragma once
 
 #include <cstddef>
@@ -38,6 +38,7 @@ void raise_weights(int taps, double band, double phase, double* weight);
 // The pixels of one axis.
 struct RaiseAxis {
   double ratio = 1;            // pixels per sample, at least 0.6
+  double offset = 0;           // where sample 0 lies, pixels
   int first = 0;               // pixel that the tables start with
   size_t pitch = 0;            // entries per tap: the pixels and 16 more, as the last
   std::vector<int32_t> sample; // the first one of each pixel
@@ -46,7 +47,8 @@ struct RaiseAxis {
   // The first sample of a pixel.
   [[nodiscard]] int32_t at(int pixel) const { return sample[pixel - first]; }
 };
-[[nodiscard]] RaiseAxis make_raise_axis(double ratio, double density, int taps, int first, int count);
+[[nodiscard]] RaiseAxis make_raise_axis(double ratio, double density, int taps, int first, int count,
+                                        double offset = 0);
 
 // A sheet's pixels columns [x0, x1), rows [y0, y1) of the tile's plane.
 struct RaiseArgs {

@@ -26,6 +26,13 @@ void OpenPixels::prepare(const PlannedTile& tile, const SplatPlan& plan) {
   std::partial_sum(rows_.begin(), rows_.end(), rows_.begin());
 }
 
+bool OpenPixels::counts_like(const OpenPixels& other) const {
+  const auto place = [](const OpenPixels& o) {
+    return std::array{o.ring_x_, o.ring_y_, o.ring_width_, o.ring_height_, o.width_, o.height_, o.around_};
+  };
+  return place(*this) == place(other) && pixels_ == other.pixels_ && row_ == other.row_;
+}
+
 std::array<int, 4> OpenPixels::in_ring(const std::array<int, 4>& rect) const {
   const auto x = [&](int at) { return std::clamp(at - ring_x_, 0, ring_width_); };
   const auto y = [&](int at) { return std::clamp(at - ring_y_, 0, ring_height_); };

@@ -24,6 +24,8 @@ inline constexpr int mostly_closed_part = 4;
 class OpenPixels {
  public:
   void prepare(const PlannedTile& tile, const SplatPlan& plan);
+  // Returns whether sums of the one serve the other: each pixel follows the same sample of the same ring.
+  [[nodiscard]] bool counts_like(const OpenPixels& other) const;
 
   // Makes the sums anew from open(p) of each pixel p = row * pitch + column. A pixel counts at the sample
   // that it follows.

@@ -68,7 +68,7 @@ class TrailTile {
                       .halfway = halfway_,
                       .gradients = analytic_,
                       .skip_empty = !(options_.disable_skips & skip_empty_sheets)};
-    open_pixels_.prepare(plan.tiles[n], plan);
+    list_rings(n);
     prepare_pixels();
     prepare_rays();
     list_drawn();
@@ -84,6 +84,18 @@ class TrailTile {
   }
 
  private:
+  // Open pixels are counted by the samples of a ring: once for all objects whose rings are alike.
+  void list_rings(size_t n) {
+    for (const TrailObject* o : objects_) {
+      OpenPixels own;
+      own.prepare(o->plan.tiles[n], o->plan);
+      const auto like = std::find_if(open_pixels_.begin(), open_pixels_.end(),
+                                     [&](const OpenPixels& other) { return own.counts_like(other); });
+      ring_of_.push_back(static_cast<size_t>(like - open_pixels_.begin()));
+      if (like == open_pixels_.end()) open_pixels_.push_back(std::move(own));
+    }
+  }
+
   void prepare_pixels() {
     float** const planes[] = {&pixel_.red,   &pixel_.green, &pixel_.blue, &pixel_.alpha,
                               &pixel_.depth, &pixel_.value, &pixel_.time};
@@ -222,11 +234,11 @@ class TrailTile {
     for (int64_t k = first_; k <= last_ && open_ > 0; k += sheets_together) {
       job_.context->progress.check();
       const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + around_;
-      const OpenPixels* open = open_pixels(k);
+      const bool hides = count_open(k);
       for (auto& sheet : used_) sheet.assign(matter_.front().size(), 0);
       for (size_t n = 0; n < drawn_.size(); ++n) {
-        for (const SheetShare& s : drawn_[n].shares) complete(s.source, through, open, clock);
-        if (drawn_[n].paint) complete(*drawn_[n].paint, through, open, clock);
+        for (const SheetShare& s : drawn_[n].shares) complete(s.source, through, hides, clock);
+        if (drawn_[n].paint) complete(*drawn_[n].paint, through, hides, clock);
         sheets_[n].mix(next_mixed_, through);
         for (int64_t sheet = k; sheet < end; ++sheet) add_sheet(drawn_[n], sheets_[n], sheet, sheet - k);
         add_lap(clock, stats_.ms_shade);
@@ -238,26 +250,27 @@ class TrailTile {
     }
   }
 
-  void complete(uint32_t object, int64_t through, const OpenPixels* open, StageClock::time_point& clock) {
+  void complete(uint32_t object, int64_t through, bool hides, StageClock::time_point& clock) {
     if (!touched_[object]) return;
     job_.context->progress.check();
-    sources_[object].complete_sheets(through, open, clock);
+    sources_[object].complete_sheets(through, hides ? &open_pixels_[ring_of_[object]] : nullptr, clock);
   }
 
-  // Returns the pixels still open, brought up to date when enough have closed since or have come to the
-  // surface; null when nothing is to be left out.
-  const OpenPixels* open_pixels(int64_t k) {
+  // Counts the pixels still open anew when enough have closed since or have come to the surface; returns
+  // whether anything is to be left out.
+  bool count_open(int64_t k) {
     if ((options_.disable_skips & skip_occlusion) || (closed_ == 0 && (!surface_ || through_surface())))
-      return nullptr;
+      return false;
     const bool few = summed_closed_ > 0 && (closed_ - summed_closed_) * closed_part < open_;
     if (!few || surface_) {
       summed_closed_ = closed_;
       const float front = static_cast<float>(k) - 0.5f;
-      open_pixels_.count(pitch_, [&](size_t p) {
-        return pixel_.alpha[p] < options_.opacity_stop && front < pixel_.leave[p];
-      });
+      for (OpenPixels& ring : open_pixels_)
+        ring.count(pitch_, [&](size_t p) {
+          return pixel_.alpha[p] < options_.opacity_stop && front < pixel_.leave[p];
+        });
     }
-    return &open_pixels_;
+    return true;
   }
 
   // Adds what `d` absorbs on sheet k, which is number n of those under way.
@@ -416,7 +429,8 @@ class TrailTile {
   PixelPlanes pixel_;
   std::array<std::vector<MatterPlanes>, sheets_together> matter_; // of the sheets under way, by group
   std::array<std::vector<char>, sheets_together> used_;           // there is something
-  OpenPixels open_pixels_;
+  std::vector<OpenPixels> open_pixels_;                           // per ring
+  std::vector<size_t> ring_of_;                                   // per object
   int64_t first_ = 0, last_ = -1, next_mixed_ = 0;
   int open_ = 0, closed_ = 0, summed_closed_ = 0; // pixels
 };

@@ -78,15 +78,18 @@ class FieldTruth {
   static constexpr double moment = 3.25;
 
  private:
+  static constexpr int mean_steps = 200; // of a mean over time
   // Of layers and fields what is missing is told by the lattice, where places stand between two sites.
   [[nodiscard]] bool missing_by_sites() const {
     return asked_.missing && (asked_.way == Way::layers || asked_.way == Way::field);
   }
   [[nodiscard]] double slice_error() const {
     const bool resampled = asked_.cut == Cut::oblique || asked_.cut == Cut::axis;
-    // A lattice in an oblique slice rings where the field jumps.
+    // A lattice in an oblique slice rings where the field jumps, and the rule of a mean misses by a step
+    // there.
     const bool jumps = asked_.data == Data::labels || asked_.file.nonfinite == BCCSPLAT_NONFINITE_CLAMP;
-    return (!resampled ? 2e-3
+    const bool missed = asked_.data == Data::labels && asked_.cut == Cut::mean;
+    return (!resampled ? (missed ? 4. / mean_steps : 2e-3)
             : jumps    ? .5
                        : asked_.usual_error) *
                range_.length() +
@@ -113,14 +116,13 @@ class FieldTruth {
   // Of a mean over time the mean of values at moments, by Simpson's rule between layers of half a frame.
   [[nodiscard]] std::vector<float> mean_values(const std::vector<double>& places) const {
     if (asked_.cut != Cut::mean) return values_at(0, places);
-    constexpr int steps = 200;
     std::vector<double> sum(places.size() / 4);
-    for (int n = 0; n <= steps; ++n) {
+    for (int n = 0; n <= mean_steps; ++n) {
       std::vector<double> moved = places;
-      for (size_t i = 3; i < moved.size(); i += 4) moved[i] = moment - 1 + 2.5 * n / steps;
+      for (size_t i = 3; i < moved.size(); i += 4) moved[i] = moment - 1 + 2.5 * n / mean_steps;
       const std::vector<float> v = values_at(0, moved);
       for (size_t i = 0; i < sum.size(); ++i)
-        sum[i] += v[i] * (n == 0 || n == steps ? 1 : n % 2 ? 4 : 2) / (3. * steps);
+        sum[i] += v[i] * (n == 0 || n == mean_steps ? 1 : n % 2 ? 4 : 2) / (3. * mean_steps);
     }
     return {sum.begin(), sum.end()};
   }

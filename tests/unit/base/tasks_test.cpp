@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+// Tasks in threads of the library and of a host: each is done once, errors and nested calls included.
 #include "base/tasks.h"
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <fstream>
+#include <mutex>
 #include <numeric>
 #include <stdexcept>
+#include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -21,6 +29,45 @@ TEST_P(TasksOfThreads, EachIndexOnce) {
     tasks.parallel_for(count, [&](uint64_t i) { ++calls.at(i); });
     for (const auto& n : calls) ASSERT_EQ(n, 1);
   }
+}
+
+// As many bodies are under way at once as there are threads, the caller's among them.
+TEST_P(TasksOfThreads, AllThreadsWorkAtOnce) {
+  const int threads = GetParam();
+  Tasks tasks(threads);
+  std::mutex mutex;
+  std::condition_variable all;
+  int inside = 0;
+  tasks.parallel_for(threads, [&](uint64_t) {
+    std::unique_lock lock(mutex);
+    ++inside;
+    all.notify_all();
+    all.wait_for(lock, std::chrono::seconds(60), [&] { return inside == threads; });
+    EXPECT_EQ(inside, threads);
+  });
+}
+
+TEST(TasksOfTheMachine, AreAsManyThreadsAsItHas) {
+  EXPECT_EQ(Tasks().threads(), static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  EXPECT_EQ(Tasks(3).threads(), 3);
+}
+
+TEST(TasksOfTheMachine, HaveANameForWhoLooksAtTheProcess) {
+  if (!std::ifstream("/proc/thread-self/comm")) GTEST_SKIP() << "no /proc/thread-self";
+  Tasks tasks(2);
+  const auto caller = std::this_thread::get_id();
+  std::mutex mutex;
+  std::string name;
+  for (int round = 0; round < 1000 && name.empty(); ++round)
+    tasks.parallel_for(100, [&](uint64_t) {
+      if (std::this_thread::get_id() == caller) {
+        std::this_thread::yield();
+        return;
+      }
+      const std::scoped_lock lock(mutex);
+      std::ifstream("/proc/thread-self/comm") >> name;
+    });
+  EXPECT_EQ(name, "bccsplat");
 }
 
 TEST_P(TasksOfThreads, WritesAreVisibleAfterwards) {

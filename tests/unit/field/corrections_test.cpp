@@ -105,6 +105,13 @@ TEST(Corrections, AreThoseOfThePageWithBothRecords) {
                       1e-4);
         }
       }
+      // Where a tent bends, at source samples, that of the side of larger indices.
+      for (size_t i = 0; i < points.size(); i += 10) {
+        Vec4 high = points[i];
+        high[3] += h;
+        EXPECT_NEAR(slopes[i][3], (expected(frames, shape, high) - expected(frames, shape, points[i])) / h,
+                    1e-3);
+      }
       uint64_t count = 1; // the one that is set
       for (const auto& f : frames) count += f.size();
       EXPECT_EQ(fix.count(), count);

@@ -47,12 +47,14 @@ TEST_P(WaveletTiles, TheDecoderHasWhatTheCoderForetold) {
   const std::vector<TileBox> boxes{box, {}};
   const TileRule rule = find_tile_rule(std::span(&box, 1), {values}, error * error);
   std::vector<TileBands> bands(2);
+  TileRoom room;
+  LayerRoom other;
   bands[0] = analyse_tile(box, values, rule.steps.step, rule.halvings_along_z);
-  choose_steps(bands[0], rule);
-  const auto bytes = code_tile(bands, rule.steps);
-  const auto back = decode_tile(boxes, bytes, 0);
+  choose_steps(bands[0], rule, room.walk);
+  const auto bytes = code_tile(bands, rule.steps, room.walk);
+  const auto back = decode_tile(boxes, bytes, 0, room);
   const std::vector<float> frames = back[0].frames();
-  EXPECT_EQ(frames, restore_tile(bands[0], rule.steps).frames());
+  EXPECT_EQ(frames, restore_tile(bands[0], rule.steps, other).frames());
   EXPECT_TRUE(back[1].frames().empty());
   EXPECT_LT(mean_square(values, frames), 3 * error * error);
   EXPECT_GT(mean_square(values, frames), .5 * error * error);
@@ -69,6 +71,8 @@ INSTANTIATE_TEST_SUITE_P(
 // Codes near the top of 16 bits: far from air no error is too small, be the coarse rest ever so large and the
 // rows of the basis rounded.
 TEST(WaveletTile, SmallErrorsFarFromAirAreKept) {
+  TileRoom room;
+  LayerRoom other;
   for (const int layers : {1, 8, 16})
     for (const double error : {3., .1}) {
       const TileBox box{{32, 32, 32}, layers};
@@ -80,10 +84,10 @@ TEST(WaveletTile, SmallErrorsFarFromAirAreKept) {
       StepRule steps = rule.steps;
       fit_into_steps(bands, steps);
       EXPECT_EQ(steps.step, rule.steps.step);
-      choose_steps(bands[0], rule);
+      choose_steps(bands[0], rule, room.walk);
       const std::vector<float> frames =
-          decode_tile(std::span(&box, 1), code_tile(bands, steps), 0)[0].frames();
-      EXPECT_EQ(frames, restore_tile(bands[0], steps).frames());
+          decode_tile(std::span(&box, 1), code_tile(bands, steps, room.walk), 0, room)[0].frames();
+      EXPECT_EQ(frames, restore_tile(bands[0], steps, other).frames());
       EXPECT_LT(mean_square(values, frames), 3 * error * error) << layers << " layers, " << error;
     }
 }
@@ -120,19 +124,40 @@ TEST(WaveletTile, BytesThatNoCoderMadeAreRefusedOrDecoded) {
   const std::vector<float> values = waves(box, 3);
   const TileRule rule = find_tile_rule(std::span(&box, 1), {values}, 4);
   std::vector<TileBands> bands(1);
+  TileRoom room;
+  LayerRoom other;
   bands[0] = analyse_tile(box, values, rule.steps.step, rule.halvings_along_z);
-  choose_steps(bands[0], rule);
-  const auto good = code_tile(bands, rule.steps);
+  choose_steps(bands[0], rule, room.walk);
+  const auto good = code_tile(bands, rule.steps, room.walk);
   std::mt19937 random(3);
   for (int i = 0; i < 60; ++i) {
     auto bytes = good;
     bytes[random() % (i < 30 ? 12 : bytes.size())] ^= static_cast<std::byte>(1U << (random() % 8));
     if (i % 3 == 0) bytes.resize(random() % bytes.size());
     try {
-      EXPECT_EQ(decode_tile(std::span(&box, 1), bytes, 0)[0].frames().size(), box.sites());
+      EXPECT_EQ(decode_tile(std::span(&box, 1), bytes, 0, room)[0].frames().size(), box.sites());
     } catch (const Error& e) {
       EXPECT_TRUE(e.code() == Code::corrupt || e.code() == Code::truncated) << e.message();
     }
+  }
+  // Whatever was walked through, the room is as it was.
+  EXPECT_EQ(decode_tile(std::span(&box, 1), good, 0, room)[0].frames(),
+            restore_tile(bands[0], rule.steps, other).frames());
+}
+
+// Few coefficients, far from each other in space, time and level: each is found where nothing is expected.
+TEST(WaveletTile, WhatStandsAloneIsFound) {
+  const TileBox box{{64, 33, 20}, 16};
+  const StepRule steps{2, {}};
+  TileRoom room;
+  LayerRoom other;
+  for (const size_t apart : {7919UL, 104729UL, 400009UL}) {
+    std::vector<TileBands> bands{analyse_tile(box, std::vector<float>(box.sites()), 2, 2)};
+    bands[0].steps.assign(box.sites(), 0);
+    for (size_t i = apart / 2; i < box.sites(); i += apart) bands[0].steps[i] = static_cast<int>(i % 5) - 2;
+    const auto bytes = code_tile(bands, steps, room.walk);
+    EXPECT_EQ(decode_tile(std::span(&box, 1), bytes, 0, room)[0].frames(),
+              restore_tile(bands[0], steps, other).frames());
   }
 }
 

@@ -35,17 +35,20 @@ export class Engine {
 
   private started: Promise<void> | undefined;
 
+  private files = 0; // that were asked for: the last one is looked at, whichever opens last
+
   async hear(message: ToEngine): Promise<void> {
+    const file = message.kind === 'open' ? ++this.files : this.files;
     try {
       if (message.kind === 'start') return await (this.started = this.start(message));
       await this.started;
       if (!this.core) return; // the page draws
-      if (message.kind === 'open') await this.open(message);
+      if (message.kind === 'open') await this.open(message, file);
       else if (message.kind === 'view') this.want(message);
       else if (message.kind === 'ahead') void this.ahead(message.from, message.to);
       else await this.snapshot(message.id);
     } catch (e) {
-      this.fail(e);
+      if (file === this.files) this.fail(e);
     }
   }
 
@@ -92,29 +95,33 @@ export class Engine {
     });
   }
 
-  private async open(from: { url?: string; file?: Blob }): Promise<void> {
+  private async open(from: { url?: string; file?: Blob }, file: number): Promise<void> {
     this.reader?.dropPending();
     this.wanted = undefined;
-    const reader = await Reader.open(from, (traffic) => this.tell({ kind: 'traffic', traffic }));
+    const reader = await Reader.open(from, (traffic) => {
+      if (file === this.files) this.tell({ kind: 'traffic', traffic });
+    });
+    if (file !== this.files) return;
     this.reader = reader;
     this.looks.clear();
     this.told = '';
     this.drawnTime = NaN;
     this.planesOf = this.exposed = '';
-    const info = await this.fetching(() => this.core.open(reader.size, (at, out) => reader.read(at, out)));
+    const info = await this.fetching(() => this.core.open(reader.size, (at, out) => reader.read(at, out)), reader);
     this.dims = info.dims;
     this.levels = info.levels;
     this.tell({ kind: 'opened', info });
   }
 
   // Makes a call again until nothing is lacking.
-  private async fetching<T>(call: () => T): Promise<T> {
+  private async fetching<T>(call: () => T, from = this.reader!): Promise<T> {
     for (;;) {
       try {
         return call();
       } catch (e) {
         if (!(e instanceof Lacking)) throw e;
-        await this.reader!.fetch(e.ranges);
+        await from.fetch(e.ranges);
+        if (from !== this.reader) throw new DOMException('another file is opened', 'AbortError');
       }
     }
   }
@@ -241,11 +248,11 @@ export class Engine {
     this.pace.took(ms, wanted.moving);
     this.drawnTime = wanted.view.time;
     this.tell({ kind: 'drawn', time: wanted.view.time, camera: drawn.camera, ms, level: drawn.level, preview });
-    if (!preview && wanted.view.planes) this.planes(wanted);
+    if (!preview && wanted.view.planes) this.planes(wanted, drawn.level);
   }
 
-  private planes({ view, moving }: Wanted): void {
-    const of = [view.time, view.channel, moving, ...view.cross].join(' ');
+  private planes({ view, moving }: Wanted, level: number): void {
+    const of = [view.time, view.channel, moving, level, ...view.cross].join(' ');
     if (of === this.planesOf) return;
     this.planesOf = of;
     const most = moving ? largestPlane / 2 : largestPlane;
@@ -254,7 +261,8 @@ export class Engine {
       this.core.plane(axis, view.cross[axis], size(u), size(v));
     const planes = [plane(0, 1, 2), plane(1, 0, 2), plane(2, 0, 1)];
     const value = this.core.value(view.cross);
-    this.tell({ kind: 'planes', planes, value, time: view.time }, planes.map((p) => p.values.buffer));
+    const { channel, cross } = view;
+    this.tell({ kind: 'planes', planes, value, channel, cross }, planes.map((p) => p.values.buffer));
   }
 
   // Fetches the moments that will be played next.
@@ -271,9 +279,13 @@ export class Engine {
 
   private async snapshot(id: number): Promise<void> {
     if (!this.wanted) return;
-    this.apply(this.wanted);
-    await this.fetching(() => this.core.cut(this.wanted!.view.time, this.wanted!.width, this.wanted!.height, false));
-    this.show({ ...this.wanted, moving: false }, this.wanted.width, this.wanted.height, false);
+    const wanted = { ...this.wanted, moving: false };
+    const { width, height } = wanted;
+    await this.fetching(() => {
+      this.apply(wanted); // others are drawn while bytes come
+      this.core.cut(wanted.view.time, width, height, false);
+    });
+    this.show(wanted, width, height, false);
     const image = await createImageBitmap(this.canvas);
     this.tell({ kind: 'snapshot', id, image }, [image]);
   }

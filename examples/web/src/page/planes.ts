@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The x, y and z planes through the cross-hair, beside the picture: dragging in one moves the others.
-import type { Plane, VolumeInfo, View } from '../protocol';
+import type { FromEngine, Plane, VolumeInfo, View } from '../protocol';
 import type { Shades } from './colors';
 import { element, sized, themed } from './dom';
 import { withUnit } from './format';
 import { toWorld } from './project';
 import { number } from './format';
+
+export type PlanesSeen = Extract<FromEngine, { kind: 'planes' }>;
 
 const names = ['x', 'y', 'z'];
 const across: [number, number][] = [
@@ -77,7 +79,7 @@ export class Planes {
     );
   }
 
-  draw(planes: Plane[], value: number, info: VolumeInfo, shades: Shades): void {
+  draw({ planes, value, channel: of, cross }: PlanesSeen, info: VolumeInfo, shades: Shades): void {
     const table = shades.table();
     const [from, to] = shades.range;
     planes.forEach((plane, axis) => {
@@ -88,8 +90,8 @@ export class Planes {
       this.paint(sized(canvas), canvas, plane, table, from, to);
       this.hair(canvas, axis, u, v);
     });
-    const channel = info.channels[this.view().channel];
-    const place = toWorld(info, this.view().cross).map(number).join(', ');
+    const channel = info.channels[of];
+    const place = toWorld(info, cross).map(number).join(', ');
     this.read.textContent = `${channel.name} = ${withUnit(value, channel.unit)} at (${place}${info.spatialUnit ? ' ' + info.spatialUnit : ''})`;
   }
 

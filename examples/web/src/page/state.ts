@@ -24,7 +24,7 @@ export function startView(): View {
   };
 }
 
-const digits = 6;
+const digits = 15; // times and values are of any size; what is behind is rounding
 const short = (x: number) => String(Number(x.toPrecision(digits)));
 
 function written(value: View[keyof View]): string {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The viewer as one element: what a page, or a notebook, puts where it likes.
-import type { Camera, FromEngine, Look, Plane, Traffic, View, VolumeInfo } from '../protocol';
+import type { Camera, FromEngine, Look, Traffic, View, VolumeInfo } from '../protocol';
 import { Shades } from './colors';
 import { element, themed } from './dom';
 import { bytes } from './format';
@@ -8,7 +8,7 @@ import { addGestures } from './gestures';
 import { Link } from './link';
 import { Overlay } from './overlay';
 import { Panel } from './panel';
-import { Planes } from './planes';
+import { Planes, type PlanesSeen } from './planes';
 import { compose, composed, download, Film, savePicture } from './save';
 import { startView } from './state';
 import { Timeline } from './timeline';
@@ -51,6 +51,7 @@ export class Viewer {
   private readonly timeline: Timeline;
   private canvas: HTMLCanvasElement | undefined;
   private look: Look | undefined;
+  private planesSeen: PlanesSeen | undefined;
   private camera: Camera | undefined;
   private drawnTime = 0;
   private behind = 0; // views that were sent and are not drawn
@@ -58,7 +59,7 @@ export class Viewer {
   private frameAsked = false;
   private moving = false;
   private name = 'volume';
-  private snapshots = new Map<number, (image: ImageBitmap) => void>();
+  private snapshots = new Map<number, { done: (image: ImageBitmap) => void; failed: (e: Error) => void }>();
   private films = false;
 
   constructor(private readonly options: Options = {}) {
@@ -124,9 +125,11 @@ export class Viewer {
     this.link.send({ kind: 'open', file });
   }
   private begin(): void {
+    if (this.info) this.view.window = this.view.iso = null; // values of the file before
     this.info = undefined;
-    this.look = this.camera = undefined;
+    this.look = this.camera = this.planesSeen = undefined;
     this.behind = 0;
+    this.endSnapshots();
     this.say(`Opening ${this.name} …`);
   }
 
@@ -140,7 +143,7 @@ export class Viewer {
     if (message.kind === 'opened') this.opened(message.info);
     else if (message.kind === 'look') this.gotLook(message.look);
     else if (message.kind === 'drawn') this.drawn(message);
-    else if (message.kind === 'planes') this.gotPlanes(message.planes, message.value);
+    else if (message.kind === 'planes') this.gotPlanes(message);
     else if (message.kind === 'traffic') this.showTraffic(message.traffic);
     else if (message.kind === 'waiting') this.waits(true);
     else if (message.kind === 'snapshot') this.gotSnapshot(message.id, message.image);
@@ -166,11 +169,13 @@ export class Viewer {
     this.waits(false);
     this.behind = 0;
     this.timeline.stop();
+    this.endSnapshots();
     this.say(text, true);
   }
 
   private lost(): void {
     this.timeline.stop();
+    this.endSnapshots();
     this.camera = undefined; // nothing is drawn until it is back
     delete this.root.dataset.drawn;
     this.say(lostContext, true);
@@ -191,7 +196,9 @@ export class Viewer {
   }
   private drawTransfer(): void {
     const shades = this.shades();
-    if (shades && this.info) this.transfer.draw(this.info.channels[this.view.channel], shades);
+    if (!shades || !this.info) return;
+    this.transfer.draw(this.info.channels[this.view.channel], shades);
+    if (this.planesSeen && this.view.planes) this.planes.draw(this.planesSeen, this.info, shades);
   }
 
   private drawn(message: Extract<FromEngine, { kind: 'drawn' }>): void {
@@ -210,9 +217,10 @@ export class Viewer {
     this.overlay.draw({ info, view, camera, shades: this.shades(), time });
   }
 
-  private gotPlanes(planes: Plane[], value: number): void {
+  private gotPlanes(planes: PlanesSeen): void {
+    this.planesSeen = planes;
     const shades = this.shades();
-    if (this.info && shades) this.planes.draw(planes, value, this.info, shades);
+    if (this.info && shades) this.planes.draw(planes, this.info, shades);
   }
 
   private showTraffic(traffic: Traffic): void {
@@ -279,29 +287,43 @@ export class Viewer {
 
   private snapshot(): Promise<ImageBitmap> {
     const id = this.snapshots.size + Date.now();
-    return new Promise((done) => {
-      this.snapshots.set(id, done);
+    return new Promise((done, failed) => {
+      this.snapshots.set(id, { done, failed });
       this.link.send({ kind: 'snapshot', id });
     });
   }
   private gotSnapshot(id: number, image: ImageBitmap): void {
-    this.snapshots.get(id)?.(image);
+    this.snapshots.get(id)?.done(image);
     this.snapshots.delete(id);
+  }
+  // Of those that wait none comes any more; the page says why.
+  private endSnapshots(): void {
+    for (const { failed } of this.snapshots.values()) failed(new NoSnapshot());
+    this.snapshots.clear();
   }
 
   async savePicture(): Promise<void> {
     if (!this.camera) return;
-    await savePicture(composed(await this.snapshot(), this.overlay.canvas), `${this.name}.png`);
+    const image = await this.snapshot().catch(unlessNone);
+    if (image) await savePicture(composed(image, this.overlay.canvas), `${this.name}.png`);
   }
 
   // The whole series, moment by moment.
   async saveFilm(): Promise<void> {
     if (!this.info || !this.camera || this.films) return;
     this.timeline.stop();
-    const before = this.view.time;
-    const { times, timeEnd } = this.info;
+    const before = this.view.time, { info } = this;
+    await this.film(info).catch(unlessNone);
+    this.films = false;
+    if (this.info === info) this.view.time = before;
+    this.changed(false);
+  }
+
+  private async film(info: VolumeInfo): Promise<void> {
+    const { times, timeEnd } = info;
     let film: Film | undefined;
     for (let n = 0; n < filmPictures; ++n) {
+      if (this.info !== info) throw new NoSnapshot();
       this.films = false;
       this.view.time = times[0] + ((timeEnd - times[0]) * n) / (filmPictures - 1);
       this.send();
@@ -314,17 +336,19 @@ export class Viewer {
       await film.add(millisecondsPerPicture);
       this.say(`Film: ${n + 1} of ${filmPictures} pictures`);
     }
-    this.films = false;
     download(await film!.end(), `${this.name}.webm`);
     this.say('');
-    this.view.time = before;
-    this.changed(false);
   }
 
   end(): void {
     this.link.end();
     this.root.remove();
   }
+}
+
+class NoSnapshot extends Error {}
+function unlessNone(e: unknown): void {
+  if (!(e instanceof NoSnapshot)) throw e;
 }
 
 function composedSize(image: ImageBitmap): HTMLCanvasElement {
