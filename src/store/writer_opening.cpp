@@ -212,7 +212,8 @@ void WriterOpening::begin_info() {
     of.name = channel.name, of.unit = channel.unit;
     of.air = static_cast<float>(channel.air), of.threshold = channel.threshold;
     if (s.wavelets) of.wavelet_error = wavelet_error_of(s, old_.get(), c);
-    if (channel.labels) info.attributes.emplace_back(labels_attribute(channel.name), *channel.labels ? "yes" : "no");
+    if (channel.labels)
+      info.attributes.emplace_back(labels_attribute(channel.name), *channel.labels ? "yes" : "no");
   }
 }
 

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "formats/bcc4/labels_attribute.h"
 #include "shade/value_survey.h"
+#include "volume/label_samples.h"
 #include "volume/value_counts.h"
 
 namespace bccsplat {
@@ -100,15 +101,6 @@ bool is_labels(const OpenVolume& volume, uint32_t channel) {
   return labels;
 }
 
-void round_labels(const OpenVolume& volume, uint32_t channel, std::span<float> values) {
-  constexpr float near = 0.01F, share = 4e-6F; // of floats: what the field of their grid is off by, and more
-  const bool whole = value_counts(volume, channel).integers;
-  for (float& value : values) {
-    const float nearest = std::round(value);
-    if (whole || std::fabs(value - nearest) <= std::max(near, share * std::fabs(value))) value = nearest;
-  }
-}
-
 void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points) {
   for (Vec4& p : points)
     for (size_t a = 0; a < 4; ++a) {
@@ -139,16 +131,9 @@ Hyperplane plane_of_samples(const OpenVolume& volume, const Hyperplane& plane) {
 void add_labels(OpenSlice& slice, const OpenVolume& volume, const Context& context) {
   if (slice.slice.empty()) return;
   const Grid grid = slice.own_grid();
-  const size_t count = count_of(grid);
-  Reservation memory(context.memory, count * sizeof(float), "the labels of a slice");
-  std::vector<float> values(count);
-  slice.slice.coset.make(context);
-  sample_grid(slice.slice, grid, values.data(), context);
-  round_labels(volume, slice.channel, values);
-  std::replace_if(
-      values.begin(), values.end(), [](float v) { return std::isnan(v); }, volume.channel(slice.channel).air);
-  slice.slice.labels =
-      std::make_shared<const SliceLabels>(grid.origin, grid.dims, std::move(values), std::move(memory));
+  Reservation memory(context.memory, count_of(grid) * sizeof(float), "the labels of a slice");
+  slice.slice.labels = std::make_shared<const SliceLabels>(
+      grid.origin, grid.dims, read_labels(volume, slice, context), std::move(memory));
 }
 
 SliceRequest request_labels(const OpenVolume& volume, uint32_t channel, double frame,

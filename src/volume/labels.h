@@ -18,8 +18,6 @@ namespace bccsplat {
 // Returns whether a channel is of labels, kept on the source's own grid, where they come back as they are:
 // the file says so, or says nothing and has few whole numbers of an integer source.
 [[nodiscard]] bool is_labels(const OpenVolume& volume, uint32_t channel);
-// Makes values at samples of labels these labels again: of integers whole, of floats where they nearly are.
-void round_labels(const OpenVolume& volume, uint32_t channel, std::span<float> values);
 
 // Moves places (x, y, z, t) of index space that lie within the samples onto the nearest ones.
 void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "volume/label_samples.h"
 #include "volume/labels.h"
 
 namespace bccsplat {
@@ -59,21 +60,30 @@ std::vector<Cluster> clusters_of(const OpenVolume& volume, std::span<const Vec4>
   return {all};
 }
 
-// Does what evaluate4() does, reading what is around each cluster of probes.
-EvaluateMisses evaluate_clusters(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
-                                 std::span<float> values, std::span<std::array<float, 4>> gradients,
-                                 const Context& context) {
+// Does what evaluate4() does, in one go; labels: the points are samples of labels, which the file has.
+EvaluateMisses evaluate_near(const OpenVolume& volume, uint32_t channel, bool labels,
+                             std::span<const Vec4> points, std::span<float> values,
+                             std::span<std::array<float, 4>> gradients, const Context& context) {
+  const EvaluateMisses misses =
+      evaluate4(*volume.coefficients_at(channel, points), points, values, gradients, context);
+  if (labels) read_labels(volume, channel, points, values, context);
+  return misses;
+}
+
+// The same, reading what is around each cluster of probes.
+EvaluateMisses evaluate_clusters(const OpenVolume& volume, uint32_t channel, bool labels,
+                                 std::span<const Vec4> points, std::span<float> values,
+                                 std::span<std::array<float, 4>> gradients, const Context& context) {
   std::vector<Cluster> clusters;
   if (points.size() <= most_probes) clusters = clusters_of(volume, points);
-  if (clusters.size() < 2)
-    return evaluate4(*volume.coefficients_at(channel, points), points, values, gradients, context);
+  if (clusters.size() < 2) return evaluate_near(volume, channel, labels, points, values, gradients, context);
   EvaluateMisses misses;
   for (const Cluster& cluster : clusters) {
     std::vector<Vec4> own;
     for (const size_t n : cluster) own.push_back(points[n]);
     std::vector<float> found(own.size());
     std::vector<std::array<float, 4>> slopes(gradients.empty() ? 0 : own.size());
-    const EvaluateMisses more = evaluate4(*volume.coefficients_at(channel, own), own, found, slopes, context);
+    const EvaluateMisses more = evaluate_near(volume, channel, labels, own, found, slopes, context);
     misses.outside += more.outside, misses.holes += more.holes;
     for (size_t i = 0; i < cluster.size(); ++i) {
       values[cluster[i]] = found[i];
@@ -83,15 +93,14 @@ EvaluateMisses evaluate_clusters(const OpenVolume& volume, uint32_t channel, std
   return misses;
 }
 
-// Returns what evaluate4() of the samples nearest to the points does; labels have no slope.
+// Returns the labels at the samples nearest to the points, and what is missing there; labels have no slope.
 EvaluateMisses labels_at(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context) {
   const Reservation memory(context.memory, points.size() * sizeof(Vec4), "the samples nearest to points");
   std::vector<Vec4> samples(points.begin(), points.end());
   snap_to_samples(volume, samples);
-  const EvaluateMisses misses = evaluate_clusters(volume, channel, samples, values, gradients, context);
-  round_labels(volume, channel, values);
+  const EvaluateMisses misses = evaluate_clusters(volume, channel, true, samples, values, gradients, context);
   for (std::array<float, 4>& g : gradients)
     if (!std::isnan(g[0])) g = {};
   return misses;
@@ -103,7 +112,7 @@ EvaluateMisses values_at(const OpenVolume& volume, uint32_t channel, std::span<c
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context) {
   if (is_labels(volume, channel)) return labels_at(volume, channel, points, values, gradients, context);
-  return evaluate_clusters(volume, channel, points, values, gradients, context);
+  return evaluate_clusters(volume, channel, false, points, values, gradients, context);
 }
 
 EvaluateMisses values_at_world(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> points,

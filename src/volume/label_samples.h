@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// The samples of labels as the file has them, which no field goes through exactly.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/context.h"
+#include "volume/open_slice.h"
+#include "volume/open_volume.h"
+
+namespace bccsplat {
+
+// Puts the labels that stand at samples (x, y, z, t) in the place of values there; NaN stays. The lattice is
+// the source's own grid.
+void read_labels(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> samples,
+                 std::span<float> values, const Context& context);
+// Returns the labels of a slice through samples at its own grid, x fastest.
+[[nodiscard]] std::vector<float> read_labels(const OpenVolume& volume, const OpenSlice& slice,
+                                             const Context& context);
+
+} // namespace bccsplat
