@@ -551,12 +551,13 @@ enum {
 enum { BCCSPLAT_PERIODIC_X = 1, BCCSPLAT_PERIODIC_Y = 2, BCCSPLAT_PERIODIC_Z = 4 };
 
 /* Bits of bccsplat_channel_options.set_mask. LABELS: values are labels, which nothing lies between,
- * of any number and type: every way of looking takes that of the nearest sample
- * (bccsplat_volume_evaluate). They need lattice CC at distance 1, no STORE_WAVELETS and
- * no levels, as they have no means (UNSUPPORTED). QUANTITIES: they are none, however few they
- * are. Without either, readers take up to 32 whole numbers within 255 of an integer source for
- * labels. Both: INVALID_ARGUMENT. The file says it as the attribute "labels." and the channel's
- * name: "yes" or "no". */
+ * of any number and type, whole numbers up to 2^24: every point has that of the nearest sample
+ * (bccsplat_volume_evaluate). They need lattice CC at distance 1 and their own codes, without
+ * levels, as they have no means: STORE_COEFFICIENTS and STORE_WAVELETS, other lattices and
+ * distances, levels, SET_RANGE of integers without value_step, and F16 of other types are refused
+ * (UNSUPPORTED). QUANTITIES: they are none, however few they are. Without either, readers take up
+ * to 32 whole numbers within 255 of an integer source for labels. Both: INVALID_ARGUMENT. The file
+ * says it as the attribute "labels." and the channel's name: "yes" or "no". */
 enum {
   BCCSPLAT_CHANNEL_SET_AIR = 1,
   BCCSPLAT_CHANNEL_SET_RANGE = 2,
@@ -978,9 +979,10 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_add_field(
  * called before, it has no effect on them. Also: WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(
     bccsplat_writer* writer, double first, double step);
-/* A free attribute of the file; a key given twice keeps the last value. LIMIT_EXCEEDED, and nothing
- * is taken, where the texts of all attributes and sources come to more than 32 MiB. Also:
- * WRONG_STATE (finished, or failed). */
+/* A free attribute of the file; a key given twice keeps the last value. INVALID_ARGUMENT: "labels."
+ * and a channel's name, which the options of the channel say. LIMIT_EXCEEDED, and nothing is taken,
+ * where the texts of all attributes and sources come to more than 32 MiB. Also: WRONG_STATE
+ * (finished, or failed). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(
     bccsplat_writer* writer, const char* key, const char* value);
 /* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). Also:
@@ -1089,15 +1091,15 @@ typedef struct bccsplat_plan_options {
    * chosen. dims are all > 0. Chosen are: lattice with its distances (unless one of scale,
    * time_scale and scales is given), store, faces, ends, value_type with range and value_step,
    * wavelet_errors, levels (from 192^3 on; none for labels; without SET_LEVELS wish->levels say
-   * nothing), air of channels of floats without SET_AIR that are hardly ever 0, and `measure`,
-   * which is SOME. abs_error or psnr is the bound that the smallest file is to keep
-   * (INVALID_ARGUMENT for both). A wish that leaves store, lattice, distances, filter, lowpass,
-   * value_type, air_threshold and live at their defaults, without density and exact, gets
-   * STORE_WAVELETS where the data suit it (importers/README.md), without a bound of 50 dB outside
-   * air and no sample off by more than 2 % of its channel's range. progress (NULL: none) and
-   * cancel_token are looked at by create, too. UNSUPPORTED, as a plan is of the whole series and
-   * finds these itself: part, PARTIAL_APPEND, SET_RANGE, value_step, wavelet_errors, abs_errors;
-   * and channels of several value_types or air_thresholds. */
+   * nothing), whether a channel has LABELS or QUANTITIES, air of channels of floats without SET_AIR
+   * that are hardly ever 0, and `measure`, which is SOME. abs_error or psnr is the bound that the
+   * smallest file is to keep (INVALID_ARGUMENT for both). A wish that leaves store, lattice,
+   * distances, filter, lowpass, value_type, air_threshold and live at their defaults, without
+   * density and exact, gets STORE_WAVELETS where the data suit it (importers/README.md), without a
+   * bound of 50 dB outside air and no sample off by more than 2 % of its channel's range. progress
+   * (NULL: none) and cancel_token are looked at by create, too. UNSUPPORTED, as a plan is of the
+   * whole series and finds these itself: part, PARTIAL_APPEND, SET_RANGE, value_step,
+   * wavelet_errors, abs_errors; and channels of several value_types or air_thresholds. */
   const bccsplat_writer_options* wish;
   /* One for each of the wish's channels; NULL: all DEFAULT. */
   const bccsplat_plan_channel* channels;
@@ -1428,10 +1430,9 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
  * three samples of such an end it is less accurate where the field is not level there, in values
  * and derivatives alike. A channel of labels (bccsplat_channel_info.labels: on the source's own
  * grid, where the writer or the values say so) has at any point the value of the sample nearest to
- * it in space and
- * time, and gradients of 0; so have slices of it normal to an axis, which are made through the
- * nearest samples, and their composites. Other slices and modes, and trails, show the field
- * through the samples. The token of the volume cancels it; for progress a host hands over its
+ * it in space and time, and gradients of 0; so have slices of it normal to an axis, which are made
+ * through the nearest samples, and their composites. Other slices and modes, and trails, show the
+ * field through the samples. The token of the volume cancels it; for progress a host hands over its
  * points in parts. Also: reading, OUT_OF_DOMAIN, HOLE, UNSUPPORTED (on CC, a kernel that reaches
  * further than 2 T). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(
@@ -1586,8 +1587,9 @@ typedef struct bccsplat_slice_options {
   /* Target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC. */
   bccsplat_lattice lattice;
   /* Level of the volume: 0: all of it; l in 1 .. level_count: its coarser lattice l, with an eighth
-   * of the points and work for each, without the file's corrections; NOT_FOUND beyond. A slice that
-   * is resampled has the same spacing at every level. */
+   * of the points and work for each, without the file's corrections; NOT_FOUND beyond, and
+   * UNSUPPORTED above 0 for labels. A slice that is resampled has the same spacing at every
+   * level. */
   uint32_t level;
   /* NULL: none; about the share of the work done, 1 at success. */
   bccsplat_progress_fn progress;
@@ -2085,7 +2087,7 @@ typedef int32_t bccsplat_data_kind;
 enum {
   BCCSPLAT_KIND_EMPTY = 0,     /* nothing but air */
   BCCSPLAT_KIND_CONSTANT = 1,  /* one value beside air */
-  BCCSPLAT_KIND_LABELS = 2,    /* few whole numbers */
+  BCCSPLAT_KIND_LABELS = 2,    /* the file says so, or few whole numbers */
   BCCSPLAT_KIND_LEVEL_SET = 3, /* distances, negative inside */
   BCCSPLAT_KIND_SIGNED = 4,    /* both sides of 0, around which most are */
   BCCSPLAT_KIND_SOLID = 5,     /* an object of values that stand apart from the background's */
@@ -2368,7 +2370,7 @@ typedef struct bccsplat_picture_needs {
    * pixel covers a lattice distance of it or more, in the direction of fewest; for drafts a fifth
    * of it and for normal pictures a third is enough where the level's error, squared, is above that
    * of level 0 by at most that of 0.002 of the range (over what is kept) and nowhere above 0.05,
-   * for then it is below that of the quality. 0 for fine, best and reference pictures, mode
+   * for then it is below that of the quality. 0 for fine, best and reference pictures, labels, mode
    * MAXIMUM, and where SKIP_FINE_DETAIL is switched off. */
   uint32_t level;
   /* The part of the slice that the camera sees, and three samples more, as

@@ -210,8 +210,8 @@ double pile_noise(const Histogram& h, double top, double boundary) {
   return std::max(half - single_bin, 0.0) * h.width() * sigma_per_half_width;
 }
 
-// The values that a file's labels may have: the whole numbers of each bin, or its middle where it holds none,
-// or more than colours can be told for.
+// The values that a file's labels may have: the whole numbers of each bin, or where it holds none, or more
+// than colours can be told for, an end of all values or its middle.
 bool list_labels(const ValueCounts& c, std::vector<double>& labels) {
   constexpr double near = 1e-6, most_of_bin = 16;
   const double step = (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size());
@@ -221,12 +221,11 @@ bool list_labels(const ValueCounts& c, std::vector<double>& labels) {
   for (size_t i = 0; i < c.bins.size(); ++i) {
     if (c.bins[i] == 0) continue;
     const double low = c.stored.low + static_cast<double>(i) * step;
-    const double first = std::ceil(low - near),
-                 last = std::floor(low + step + (i + 1 == c.bins.size() ? near : -near));
-    if (first > last || last - first >= most_of_bin)
-      add(low + 0.5 * step);
-    else
+    const double first = std::ceil(low - near), last = std::floor(low + step + near);
+    if (first <= last && last - first < most_of_bin)
       for (double label = first; label <= last; ++label) add(label);
+    else
+      add(i == 0 ? c.stored.low : i + 1 == c.bins.size() ? c.stored.high : low + 0.5 * step);
   }
   return !labels.empty();
 }
@@ -414,9 +413,8 @@ ValueSurvey survey_counts(const ValueCounts& c, std::optional<ValueKind> as) {
     s.boundary = 0;
     return s;
   }
-  const bool said = c.labels.value_or(false);
-  if (!quantity && (as || c.labels.value_or(true)) &&
-      (said ? list_labels(c, labels) : find_labels(c, labels))) {
+  const bool said = c.labels.value_or(false), open = as || !c.labels;
+  if (!quantity && ((said && list_labels(c, labels)) || (!said && open && find_labels(c, labels)))) {
     s.kind = ValueKind::labels, s.above = true;
     s.background = c.air < labels.front() ? c.air : labels.front() - 1, s.labels = labels;
     s.boundary = 0.5 * (s.background + labels.front());
