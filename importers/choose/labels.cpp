@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells labels from measurements by their neighbours along x, and what bound keeps labels whole.
+// Tells labels from measurements by their neighbours along x, and refuses those that no file holds.
 #include "choose/labels.h"
 
 #include <algorithm>
@@ -116,8 +116,9 @@ std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSampl
                               const std::vector<double>& air, Watch& watch) {
   std::vector<bool> labels;
   for (size_t c = 0; c < series.channels.size(); ++c)
-    labels.push_back(series.channels[c].labels ||
-                     is_labels(sample, c, air[c], source_step(series.channels[c]) > 0, watch));
+    labels.push_back(series.channels[c].labels
+                         ? *series.channels[c].labels
+                         : is_labels(sample, c, air[c], source_step(series.channels[c]) > 0, watch));
   return labels;
 }
 
@@ -125,24 +126,19 @@ bool has_wide_integers(const Channel& channel) {
   return !channel.scaled() && !is_float(channel.precision) && type_size(channel.precision) > 2;
 }
 
-double bound_of_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
-                       const std::vector<double>& air) {
-  constexpr double kept = 1 << 16;  // the field of their grid is off by a 500000th of the largest one
+void require_exact_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
+                          const std::vector<double>& air) {
   constexpr double exact = 1 << 24; // whole numbers up to this are, as floats
-  double largest = 0;
   for (size_t c = 0; c < ranges.size(); ++c) {
     if (ranges[c].empty() || !has_wide_integers(series.channels[c])) continue;
     const auto reach = [&](double v) { return std::max(std::abs(v), std::abs(v - air[c])); };
-    const double most = std::max(reach(ranges[c].min), reach(ranges[c].max));
-    if (most > exact)
+    if (std::max(reach(ranges[c].min), reach(ranges[c].max)) > exact)
       fail_input(
           series.files.front().path, ": channel '", series.channels[c].name, "' has labels, ", ranges[c].min,
           " to ", ranges[c].max,
           ", and whole numbers come back exactly up to 16777216: number the labels anew, such as 0, 1, "
           "2 ..., or store them as values that may be off, on a Cartesian lattice (cc)");
-    largest = std::max(largest, most);
   }
-  return largest > kept ? kWholeBound : 0;
 }
 
 } // namespace bcc4

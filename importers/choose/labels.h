@@ -8,7 +8,7 @@
 
 namespace bcc4 {
 
-// Returns by channel whether it has labels: the source says so, or they are integers, or floats that are
+// Returns by channel whether it has labels: the source says it, or they are integers, or floats that are
 // whole numbers or only two, most of them as their neighbours, that change by jumps rather than from one
 // value to the next, or are very few and unevenly apart. Of many values most stand in blocks.
 [[nodiscard]] std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSample& sample,
@@ -17,12 +17,8 @@ namespace bcc4 {
 // Returns whether a channel has integers of more than 16 bits, which are stored as floats.
 [[nodiscard]] bool has_wide_integers(const Channel& channel);
 
-// An error that leaves whole numbers theirs when they are rounded.
-inline constexpr double kWholeBound = 0.25;
-
-// Returns the bound that labels on their own grid need to come back whole, 0 where they do by themselves.
-// Throws for those that floats cannot tell apart. ranges: of all frames, by channel.
-[[nodiscard]] double bound_of_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
-                                     const std::vector<double>& air);
+// Throws for labels that are larger integers than floats tell apart. ranges: of all frames, by channel.
+void require_exact_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
+                          const std::vector<double>& air);
 
 } // namespace bcc4

@@ -39,7 +39,6 @@ struct LatticeChoice {
   CodingTrial rounded;        // the best one with the steps it is stored in
   uint64_t sampled_frames = 0;
   std::vector<bool> labels{}; // by channel
-  bool corrected = false;     // those of more bits than the field of their grid keeps
   [[nodiscard]] const LatticeCandidate& chosen() const { return candidates[best]; }
 };
 

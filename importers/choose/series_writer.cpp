@@ -195,7 +195,8 @@ std::string kernel_of(const WriterSettings& s) {
 uint32_t kind_of(const WriterSettings& s, size_t channel) {
   if (channel >= s.labels.size()) return 0;
   if (!s.labels[channel]) return BCCSPLAT_CHANNEL_QUANTITIES;
-  const bool kept = has_sites_at_samples(s, true) && s.store != BCCSPLAT_STORE_WAVELETS;
+  const bool kept = has_sites_at_samples(s, true) && s.store != BCCSPLAT_STORE_WAVELETS &&
+                    s.store != BCCSPLAT_STORE_COEFFICIENTS;
   const bool whole = s.quantize == BCCSPLAT_TYPE_DEFAULT && step_of(s, channel) == 0;
   return kept && whole ? BCCSPLAT_CHANNEL_LABELS : 0;
 }

@@ -49,17 +49,6 @@ bool keeps_grid(const Unsettled& unsettled, const WriterSettings& settings, cons
          has_cartesian(settings.kernel);
 }
 
-// Labels of more bits than the field of their grid keeps are corrected to be whole.
-void keep_whole(FrameReader& reader, const std::vector<double>& air, Watch* progress,
-                WriterSettings& settings, LatticeChoice& choice) {
-  const SeriesDescription& s = reader.description();
-  if (settings.store == BCCSPLAT_STORE_COEFFICIENTS ||
-      std::none_of(s.channels.begin(), s.channels.end(), has_wide_integers))
-    return;
-  settings.abs_error = bound_of_labels(s, scan_series(reader, settings, progress), air);
-  choice.corrected = settings.abs_error > 0;
-}
-
 LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s,
                     std::vector<bool> labels) {
   LatticeWish wish;
@@ -227,15 +216,14 @@ void refuse_levels(const SeriesDescription& s, const std::vector<bool>& labels, 
   plan.levels.labels = true, settings.levels = 0;
 }
 
-// Settles all but what the file says of labels, which are returned by channel; none where nobody looked.
-std::vector<bool> settle(FrameReader& reader, const Device& device, const Unsettled& unsettled,
-                         WriterSettings& settings, ImportPlan& plan) {
+} // namespace
+
+void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
+                   WriterSettings& settings, ImportPlan& plan) {
   const SeriesDescription& s = reader.description();
   const ErrorBound& bound = unsettled.bound;
-  if (settings.store == BCCSPLAT_STORE_WAVELETS) {
-    settle_wavelets(reader, device, unsettled, bound, settings, plan);
-    return {};
-  }
+  if (settings.store == BCCSPLAT_STORE_WAVELETS)
+    return settle_wavelets(reader, device, unsettled, bound, settings, plan);
   const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
                                   [&](const Channel& c) { return needs_range(c, settings); });
   const bool open = leaves_store(unsettled, settings, s) && holds_slab(device, unsettled, s, settings);
@@ -250,15 +238,15 @@ std::vector<bool> settle(FrameReader& reader, const Device& device, const Unsett
   const bool kept = !unsettled.auto_lattice && is_source_grid(shape_of(settings, s)); // labels whole, if any
   if (!open && !unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels &&
       !still && !kept)
-    return {};
+    return;
 
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
   Watch& watch = *unsettled.progress;
   SeriesSample sample =
       sample_series(reader, air, bound.any() && !open ? SampleSize{} : size_to_choose(s.dims), watch);
-  const std::vector<bool> labels =
-      settings.labels.empty() ? find_labels(s, sample, air, watch) : settings.labels;
+  if (settings.labels.empty()) settings.labels = find_labels(s, sample, air, watch); // else the file says it
+  const std::vector<bool> labels = settings.labels;
   if (plan.levels.automatic || kept || keeps_grid(unsettled, settings, labels))
     refuse_levels(s, labels, settings, plan);
   const ErrorBound promise = bound.any() ? bound : kUsual;
@@ -266,13 +254,12 @@ std::vector<bool> settle(FrameReader& reader, const Device& device, const Unsett
       suits_wavelets(promise, s, settings, plan.scans)) {
     if (unsettled.everything)
       plan.spectra = spectra_of(s, sample, air, settings, watch), plan.motion = voxels_a_frame(sample);
-    settle_wavelets(reader, device, unsettled, promise, settings, plan);
-    return labels;
+    return settle_wavelets(reader, device, unsettled, promise, settings, plan);
   }
   if (open && bound.any())
     sample = sample_series(reader, air, {}, watch); // of labels as of what is searched for
   chosen = chosen || (still && keeps_grid(unsettled, settings, labels)); // others have BCC
-  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return labels;
+  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
   plan.spectra = spectra_of(s, sample, air, settings, watch);
   plan.motion = voxels_a_frame(sample);
   // What a dry run has scanned beyond it must not make other choices than an import at once.
@@ -284,9 +271,10 @@ std::vector<bool> settle(FrameReader& reader, const Device& device, const Unsett
     const LatticeWish wish = wish_of(unsettled, settings, s, labels);
     const bool on_grid = keeps_grid(unsettled, settings, labels);
     choose_and_round(trier, sample, wish, rounded, settings, plan);
-    if (on_grid) keep_whole(reader, air, unsettled.progress, settings, *plan.choice);
+    if (on_grid && std::any_of(s.channels.begin(), s.channels.end(), has_wide_integers))
+      require_exact_labels(s, scan_series(reader, settings, unsettled.progress), air);
   }
-  if (!bound.any()) return labels;
+  if (!bound.any()) return;
   plan.search = search_coding(trier, *plan.spectra, s, settings, bound, plan.scans);
   plan.search->sampled_frames = sample.frames();
   settings = apply_coding(settings, plan.search->chosen().coding);
@@ -295,15 +283,6 @@ std::vector<bool> settle(FrameReader& reader, const Device& device, const Unsett
     settings.abs_error = bound.abs;
   else if (settings.abs_error > 0)
     correct_for_psnr(settings, plan.scans);
-  return labels;
-}
-
-} // namespace
-
-void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
-                   WriterSettings& settings, ImportPlan& plan) {
-  const std::vector<bool> labels = settle(reader, device, unsettled, settings, plan);
-  if (settings.labels.empty()) settings.labels = labels; // a file that goes on has said it
 }
 
 } // namespace bcc4

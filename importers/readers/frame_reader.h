@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,7 +43,7 @@ struct Channel {
   Type precision = Type::f32; // of the source: a float grid saved as halves holds f16
   double air = 0;             // the value of what no box covers
   bool has_fill = false;      // the source has a "no data" value; the reader turned it into NaN
-  bool labels = false;        // the source says that its values are labels
+  std::optional<bool> labels{}; // the source says whether its values are labels
   // Values are offset + step x integers of `precision`; 0: the numbers of the source are the values.
   double step = 0, offset = 0;
 

@@ -76,6 +76,8 @@ bcc4::Channel read_channel(const bccsplat_channel_options& own, const bccsplat_p
   channel.has_fill = in.missing != 0;
   channel.step = in.step, channel.offset = in.offset;
   if (own.set_mask & BCCSPLAT_CHANNEL_SET_AIR) channel.air = own.air;
+  if (own.set_mask & BCCSPLAT_CHANNEL_LABELS) channel.labels = true;
+  if (own.set_mask & BCCSPLAT_CHANNEL_QUANTITIES) channel.labels = false;
   return channel;
 }
 

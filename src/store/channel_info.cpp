@@ -39,6 +39,12 @@ Quantiser quantiser_of_samples(const ChannelSettings& settings, SourceType sourc
   const auto air = static_cast<float>(settings.air);
   const Quantiser own = quantiser_of_source(source, air);
   const ValueType type = settings.value_type.value_or(own.type);
+  const bool spread = settings.range && settings.value_step == 0 && is_integer(type);
+  if (settings.labels.value_or(false) && (spread || (type == ValueType::f16 && type != own.type)))
+    fail(Code::unsupported, "channel ", settings.name,
+         ": codes of a range and halves are near to labels at most; store them in their own type, or call "
+         "them "
+         "quantities");
   if (settings.value_step != 0)
     return quantiser_of_step(type, *settings.range, settings.value_step, air, settings.name);
   if (settings.range) return quantiser_of_range(type, *settings.range, air);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "formats/bcc4/labels_attribute.h"
 
 namespace bccsplat {
 namespace {
@@ -115,6 +116,10 @@ void VolumeWriter::take_text(uint64_t bytes, uint64_t replaced) {
 
 void VolumeWriter::set_attribute(const std::string& key, const std::string& value) {
   require_open();
+  for (const ChannelInfo& c : opening_.info().channels)
+    if (key == labels_attribute(c.name))
+      fail(Code::invalid_argument, "attribute ", key,
+           ": the options of the channel say whether it has labels");
   auto& attributes = opening_.info().attributes;
   const auto it =
       std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.first == key; });

@@ -27,7 +27,7 @@ class FrameLabels {
   FrameLabels(const OpenVolume& volume, uint32_t channel, double frame, const SampleRange& range,
               const Context& context)
       : lattice_(volume.lattice(0)), whole_(value_counts(volume, channel).integers) {
-    const SampleSource& source = volume.coefficients(channel, nullptr).samples();
+    const SampleSource& source = volume.samples(0);
     const int number = static_cast<int>(channel);
     BrickBox bricks;
     for (size_t a = 0; a < 3; ++a) {
@@ -41,7 +41,7 @@ class FrameLabels {
     memory_ = Reservation(context.memory, layer_.bytes(), "a frame of labels");
     base_ = source.base(number);
   }
-  // Those of integers are whole, in whatever steps they are stored.
+  // Labels of integers are whole, in whatever steps they are stored.
   [[nodiscard]] float at(const Vec4& sample) const {
     const float value = base_ + layer_.value(site(0, sample[0]), site(1, sample[1]), site(2, sample[2]));
     return whole_ ? std::round(value) : value;

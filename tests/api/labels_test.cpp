@@ -11,7 +11,7 @@
 namespace host {
 namespace {
 
-constexpr std::array<float, 5> numbers{0, 2, 4, 1035, 0.25F};
+constexpr std::array<float, 8> numbers{0, 2, 4, 1035, 0.1F, 0.25F, 100001, 3e7F};
 double block(double x, double y, double z, double t) {
   return numbers[static_cast<size_t>((x + t) / 4 + y / 5 + z / 6) % numbers.size()];
 }
@@ -59,22 +59,50 @@ class SaidLabels : public testing::Test {
 };
 
 TEST_F(SaidLabels, AreThoseOfTheNearestSample) {
+  options.faces = BCCSPLAT_FACES_PREDICT,
+  options.ends = BCCSPLAT_ENDS_PREDICT; // sites before the first sample
   write();
   EXPECT_TRUE(are_labels());
+  // Slices of one moment, and across an axis: u, v, w are what is left of x, y, z, t.
+  for (const size_t axis : {3u, 0u, 2u}) {
+    SCOPED_TRACE(axis);
+    const std::array<double, 4> at{5.2, 7.4, 6.6, 1.5};
+    auto plane = sized<bccsplat_hyperplane>();
+    (axis == 3 ? plane.d : axis == 2 ? plane.c : plane.a) = 1, plane.e = -at[axis];
+    bccsplat_slice* made = nullptr;
+    ASSERT_OK(bccsplat_slice_create(volume.get(), &plane, nullptr, &made));
+    const Slice slice(made);
+    for (double first = 0.1; first < 11; first += 0.7)
+      for (double second = 0.3; second < 11; second += 0.9) {
+        std::array<double, 4> p = at;
+        p[axis == 0 ? 1 : 0] = first, p[axis == 2 ? 1 : 2] = second;
+        std::array<double, 3> uvw{};
+        for (size_t a = 0, k = 0; a < 4; ++a)
+          if (a != axis) uvw[k++] = p[a];
+        std::array<double, 4> sample{};
+        for (size_t a = 0; a < 4; ++a) sample[a] = std::floor(p[a] + 0.5);
+        const auto nearest = static_cast<float>(block(sample[0], sample[1], sample[2], sample[3]));
+        EXPECT_EQ(value(p), nearest) << first << ' ' << second;
+        float found = 0;
+        ASSERT_OK(bccsplat_slice_evaluate(made, 1, uvw.data(), &found, nullptr));
+        EXPECT_EQ(found, nearest) << first << ' ' << second;
+      }
+  }
+}
+
+TEST_F(SaidLabels, OfATurnAreThoseOfItsFirstSampleAgain) {
+  options.periodic_axes = BCCSPLAT_PERIODIC_X;
+  write();
+  EXPECT_EQ(value({19.7, 5, 5, 1}), static_cast<float>(block(0, 5, 5, 1)));
   auto plane = sized<bccsplat_hyperplane>();
-  plane.d = 1, plane.e = -1.5;
+  plane.d = 1, plane.e = -1;
   bccsplat_slice* made = nullptr;
   ASSERT_OK(bccsplat_slice_create(volume.get(), &plane, nullptr, &made));
   const Slice slice(made);
-  for (double x = 0.1; x < 19; x += 0.7)
-    for (double y = 0.3; y < 15; y += 0.9) {
-      const auto nearest = static_cast<float>(block(std::floor(x + 0.5), std::floor(y + 0.5), 5, 2));
-      EXPECT_EQ(value({x, y, 5.2, 1.5}), nearest) << x << ' ' << y;
-      const std::array<double, 3> uvw{x, y, 5.2};
-      float found = 0;
-      ASSERT_OK(bccsplat_slice_evaluate(made, 1, uvw.data(), &found, nullptr));
-      EXPECT_EQ(found, nearest) << x << ' ' << y;
-    }
+  const std::array<double, 3> uvw{19.7, 5, 5};
+  float found = 0;
+  ASSERT_OK(bccsplat_slice_evaluate(made, 1, uvw.data(), &found, nullptr));
+  EXPECT_EQ(found, static_cast<float>(block(0, 5, 5, 1)));
 }
 
 TEST_F(SaidLabels, QuantitiesOfFewWholeNumbersAreBlended) {
@@ -102,11 +130,68 @@ TEST_F(SaidLabels, WhatWouldBlendThemIsRefused) {
   refused([&] { options.lattice = BCCSPLAT_LATTICE_D4STAR; }, whole);
   refused([&] { options.scale = 1.5; }, whole);
   refused([&] { options.store = BCCSPLAT_STORE_WAVELETS, options.abs_error = 1; }, whole);
+  refused([&] { options.store = BCCSPLAT_STORE_COEFFICIENTS; }, whole);
   refused([&] { options.levels = 1; },
           "labels have no means, of which coarser levels are made; store none of these");
   EXPECT_EQ(created(), BCCSPLAT_OK);
   channel.set_mask |= BCCSPLAT_CHANNEL_QUANTITIES;
   EXPECT_EQ(created(), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+}
+
+// Whether codes have the values is known when the first ones come.
+TEST_F(SaidLabels, CodesThatAreOnlyNearAreRefused) {
+  const auto first_frame = [&] {
+    const Writer w = make_writer(device, folder.file("x.bcc4"), options);
+    EXPECT_EQ(bccsplat_writer_set_attribute(w.get(), "labels.value", "no"), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+    return add_frames(w.get(), series, 0);
+  };
+  channel.value_type = BCCSPLAT_TYPE_F16;
+  EXPECT_EQ(first_frame(), BCCSPLAT_ERROR_UNSUPPORTED);
+  channel.value_type = BCCSPLAT_TYPE_U8, channel.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
+  channel.range[1] = 1035;
+  EXPECT_EQ(first_frame(), BCCSPLAT_ERROR_UNSUPPORTED);
+  series.field = [](double x, double, double, double) { return x < 10 ? 3.5 : 7; };
+  channel.range[1] = 7, channel.value_step = 0.5;
+  EXPECT_EQ(first_frame(), BCCSPLAT_OK) << "steps that the values come in";
+}
+
+// A plan keeps what its host says of them, and no file blends them.
+TEST_F(SaidLabels, APlanKeepsThem) {
+  const auto planned = [&](uint32_t kind) {
+    channel.set_mask = kind;
+    auto o = sized<bccsplat_plan_options>();
+    o.wish = &options;
+    o.frame = [](void* user, uint64_t frame, uint32_t, void* values) {
+      const Series& s = *static_cast<const Series*>(user);
+      auto* to = static_cast<float*>(values);
+      for (uint32_t z = 0; z < s.nz; ++z)
+        for (uint32_t y = 0; y < s.ny; ++y)
+          for (uint32_t x = 0; x < s.nx; ++x)
+            *to++ = static_cast<float>(s.field(x, y, z, static_cast<double>(frame)));
+      return int32_t{0};
+    };
+    o.frame_user = &series;
+    bccsplat_plan* made = nullptr;
+    EXPECT_OK(bccsplat_plan_create(device.get(), &o, &made));
+    auto chosen = sized<bccsplat_writer_options>();
+    EXPECT_OK(bccsplat_plan_get_writer_options(made, &chosen));
+    bccsplat_writer* writer = nullptr;
+    const bccsplat_status status =
+        bccsplat_writer_create(device.get(), folder.file("p.bcc4").c_str(), &chosen, &writer);
+    const std::pair result{
+        chosen.channels[0].set_mask & (BCCSPLAT_CHANNEL_LABELS | BCCSPLAT_CHANNEL_QUANTITIES), status};
+    bccsplat_writer_release(writer);
+    bccsplat_plan_release(made);
+    return result;
+  };
+  options.lattice = BCCSPLAT_LATTICE_DEFAULT;
+  using Result = std::pair<uint32_t, bccsplat_status>;
+  EXPECT_EQ(planned(BCCSPLAT_CHANNEL_QUANTITIES), Result(BCCSPLAT_CHANNEL_QUANTITIES, BCCSPLAT_OK));
+  series.field = [](double x, double y, double, double t) { return std::sin(0.3 * x + 0.2 * y + t); };
+  EXPECT_EQ(planned(0), Result(BCCSPLAT_CHANNEL_QUANTITIES, BCCSPLAT_OK));
+  EXPECT_EQ(planned(BCCSPLAT_CHANNEL_LABELS), Result(BCCSPLAT_CHANNEL_LABELS, BCCSPLAT_OK));
+  options.lattice = BCCSPLAT_LATTICE_D4STAR;
+  EXPECT_EQ(planned(BCCSPLAT_CHANNEL_LABELS), Result(BCCSPLAT_CHANNEL_LABELS, BCCSPLAT_ERROR_UNSUPPORTED));
 }
 
 // Those that nobody named may have levels, which are means of them.
@@ -122,6 +207,14 @@ TEST_F(SaidLabels, LevelsThatAreThereAreNotShown) {
   bccsplat_slice* made = nullptr;
   EXPECT_EQ(bccsplat_slice_create(volume.get(), &plane, &o, &made), BCCSPLAT_ERROR_UNSUPPORTED);
   EXPECT_NE(std::string(bccsplat_last_error()).find("take level 0"), std::string::npos);
+  ASSERT_OK(bccsplat_slice_create(volume.get(), &plane, nullptr, &made));
+  const Slice slice(made);
+  constexpr uint32_t small = 8;
+  auto camera = sized<bccsplat_camera>();
+  ASSERT_OK(bccsplat_slice_fit_camera(made, BCCSPLAT_PROJECTION_ORTHOGRAPHIC, 20, 30, small, small, &camera));
+  auto needs = sized<bccsplat_picture_needs>();
+  ASSERT_OK(bccsplat_slice_get_picture_needs(made, &camera, small, small, nullptr, &needs));
+  EXPECT_EQ(needs.level, 0u);
 }
 
 } // namespace

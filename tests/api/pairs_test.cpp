@@ -219,6 +219,7 @@ const std::vector<Together> no_sense{
     {"bound=psnr", "drawn by=mask|paint"},           // is of one channel here
     {"bound=psnr", "data=labels"},                   // which jump, so that no lattice holds them well
     {"bound=psnr", "missing=clamp"},                 // likewise
+    {"data=labels", "level"},                        // which have no means
     {"cut", "drawn by=scene|budget|two|mask|paint"}, // a scene cuts its slices itself
     {"level", "drawn by=scene|budget|two|mask|paint"},
     {"drawn by=two", "light"}, // volumes throw no shadow on each other
@@ -227,10 +228,7 @@ const std::vector<Together> no_sense{
 // Faults that are not mended yet. Each has to fail: where it does not, its row goes.
 const char* const base_of_blocks =
     "errors are measured about air, as of blocks, where readers of the file take the median for its base";
-const char* const coarse_labels = "coefficients in whole steps give some labels back as others, and a volume "
-                                  "rounds them otherwise than a slice";
 const std::vector<Known> known{
-    {{"data=labels", "type=i16", "store=coefficients", "lattice=cc"}, "the slice has", coarse_labels},
     {{"data=far", "missing=clamp", "store=coefficients", "lattice=cc", "measure"},
      "the writer measured",
      base_of_blocks},

@@ -138,6 +138,19 @@ class Arrays(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "all 14 frames, not 3"):
             bccsplat.save(name, self.source, times=[1, 2, 3], overwrite=True)
 
+    def test_labels_have_nothing_between_them(self):
+        blocks = np.kron(np.arange(24).reshape(4, 2, 3, 1) * 171 % 1036, np.ones((1, 5, 4, 12))).astype(np.float32)
+        bccsplat.save(path("l.bcc4"), blocks, labels=True, lattice="cc")
+        volume = bccsplat.open(path("l.bcc4"))
+        self.assertEqual((volume.channel_info().labels, volume.attributes()["labels.value"]), (1, "yes"))
+        self.assertTrue(np.array_equal(np.asarray(volume), blocks))
+        self.assertTrue(np.array_equal(volume[1.5], blocks[2]))
+        bccsplat.save(path("l.bcc4"), blocks, labels=False, lattice="cc", overwrite=True)
+        self.assertGreater(abs(bccsplat.open(path("l.bcc4"))[1.5] - blocks[2]).max(), 10)
+        for options in ({}, {"psnr": 40, "lattice": "d4star"}):
+            with self.assertRaisesRegex(Error, "labels come back whole from samples of lattice CC"):
+                bccsplat.save(path("l.bcc4"), blocks, labels=True, overwrite=True, **options)
+
     def test_masks_are_holes(self):
         name, hidden = path("masked.bcc4"), np.zeros(self.source.shape, bool)
         hidden[3:, 4:9, 7, 5:] = True

@@ -242,6 +242,9 @@ class Writing(unittest.TestCase):
         again = open_file("w2.bcc4")
         np.testing.assert_array_equal(again.time.values, dates[2:9])
         np.testing.assert_allclose(again.y, ds.y[3::2])
+        back.attrs["labels.T"] = "yes"  # of another file, whose values they are no more
+        back[["T"]].bcc4.to_file(path("w3.bcc4"))
+        self.assertNotIn("labels.T", bccsplat.open(path("w3.bcc4")).attributes())
         ds[["T"]].isel(time=0).bcc4.to_file(path("one.bcc4"))
         self.assertEqual(open_file("one.bcc4")["T"].shape, (1, 20, 22, 24))
         for one in (ds, back):

@@ -17,6 +17,11 @@ def wide(x, y, z, t):
     return (0, 2, 4, 17, 1035, 2035)[((x + t) // 5 + y // 5 * 2 + z // 6) % 6]
 
 
+def far(x, y, z, t):
+    """Numbers that are as large as floats hold, and small ones beside them."""
+    return {17: 16777215, 1035: 100001}.get(wide(x, y, z, t), wide(x, y, z, t))
+
+
 def few(x, y, z, t):
     """Few whole numbers that are no labels: they rise by one."""
     return round(6 + 5 * math.sin(.13 * x + .2 * t) * math.cos(.11 * y - .12 * z))
@@ -54,7 +59,7 @@ class Labels(ToolTest):
         return info
 
     def test_of_any_number_and_type(self):
-        for f, dtype in ((atlas, 'u8'), (atlas, 'f32'), (wide, 'i32'), (wide, 'f32'), (lambda *p: .25 + .5 * (wide(*p) > 10), 'f32')):
+        for f, dtype in ((atlas, 'u8'), (atlas, 'f32'), (wide, 'i32'), (far, 'i32'), (far, 'f32'), (lambda *p: .25 + .5 * (wide(*p) > 10), 'f32')):
             for more in (), ('--lattice', 'cc'):
                 with self.subTest(dtype=dtype, more=more):
                     self.bcc4('import', *self.raw('a.raw', DIMS, f, dtype), *more, '-o', 'v.bcc4', '--overwrite', '--quiet')

@@ -138,7 +138,7 @@ class DatasetWriter:
     def _plan(self) -> SeriesPlan:
         nt, nz, ny, nx = self.series[0].shape
         attributes = {str(key): str(value) for key, value in self.dataset.attrs.items()
-                      if not str(key).startswith("bcc4_") and key not in ("Conventions", "time_epoch", "time_calendar")}
+                      if not str(key).startswith(("bcc4_", "labels.")) and key not in ("Conventions", "time_epoch", "time_calendar")}
         times, time_unit, dates = self._times(nt)
         channels = [Channel(str(name), variable.attrs.get("units")) for name, variable in self.dataset.data_vars.items()]
         return SeriesPlan((nx, ny, nz, nt), times, channels, self._affine(), self._spatial_unit(), time_unit,

@@ -140,7 +140,7 @@ void require_like(const SeriesDescription& d, const DenseLayout& first, const On
 // it.
 void describe_values(Channel& channel, const NiftiHeader& h) {
   constexpr int labels = 1002; // NIFTI_INTENT_LABEL
-  channel.labels = h.code(h.fields().intent) == labels;
+  if (h.code(h.fields().intent) == labels) channel.labels = true;
   constexpr size_t name_bytes = 16, text_bytes = 80;
   constexpr std::string_view unit = "bcc4; values in ";
   if (const std::string name = h.text(h.fields().intent_name, name_bytes); !name.empty())

@@ -238,7 +238,8 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
   const std::vector<uint64_t> wanted =
       add_channels(d, options, path, components, {.unit = utf8_of(h.sample_unit), .precision = layout.type});
   if (components == 1 && one_content) set_name(d.channels[0], h.content);
-  for (Channel& channel : d.channels) channel.labels = lower(path).ends_with(".seg.nrrd"); // 3D Slicer's
+  if (lower(path).ends_with(".seg.nrrd")) // 3D Slicer's
+    for (Channel& channel : d.channels) channel.labels = true;
   if (h.encoding != Encoding::raw)
     d.notes.push_back(h.encoding == Encoding::gzip ? "gzip encoding" : "ascii encoding");
 

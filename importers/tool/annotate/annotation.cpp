@@ -87,8 +87,10 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
   if (*c.unit) heading_ = concat(heading_, " [", c.unit, "]");
   if (a.iso.size() > 1) fields_ = surface_bar(heading_, a.iso, colors_);
   constexpr size_t most_fields = 64; // that can be read, two colours for each
-  if (of_labels && colors_.size() <= 2 * most_fields && !fields_ && a.mode != BCCSPLAT_MODE_ISOSURFACE &&
-      a.mode != BCCSPLAT_MODE_XRAY)
+  constexpr double told = 256;       // labels as far from each other are one in a bin of the histogram
+  const bool each =
+      of_labels && colors_.size() <= 2 * most_fields && c.kept_range[1] - c.kept_range[0] < told;
+  if (each && !fields_ && a.mode != BCCSPLAT_MODE_ISOSURFACE && a.mode != BCCSPLAT_MODE_XRAY)
     fields_ = label_bar(heading_, colors_);
   if (a.mode == BCCSPLAT_MODE_ISOSURFACE) {
     std::array<double, 4> only = colors_.front();

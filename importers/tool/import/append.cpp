@@ -8,14 +8,12 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "choose/beyond.h"
-#include "choose/labels.h"
 
 namespace bcc4 {
 
@@ -121,18 +119,12 @@ namespace {
 
 // Returns by channel whether a file has labels; empty: it does not say it of all.
 std::vector<bool> labels_in_file(const Volume& old) {
-  const bccsplat_volume_info info = volume_info(old);
-  std::map<std::string, std::string> attributes;
-  for (uint64_t i = 0; i < info.attribute_count; ++i) {
-    const char *key = nullptr, *value = nullptr;
-    check(bccsplat_volume_get_attribute(old.get(), i, &key, &value), "");
-    attributes[key] = value;
-  }
   std::vector<bool> labels;
-  for (uint32_t c = 0; c < info.channel_count; ++c) {
-    const auto said = attributes.find(concat("labels.", channel_info(old, c).name));
-    if (said == attributes.end()) return {};
-    labels.push_back(said->second == "yes");
+  for (uint32_t c = 0; c < volume_info(old).channel_count; ++c) {
+    const char* said = "";
+    const std::string key = concat("labels.", channel_info(old, c).name);
+    if (bccsplat_volume_find_attribute(old.get(), key.c_str(), &said) != BCCSPLAT_OK) return {};
+    labels.push_back(said == std::string("yes"));
   }
   return labels;
 }
@@ -146,7 +138,6 @@ uint32_t levels_in_file(const Device& device, const std::string& path) {
 void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings) {
   const Volume old = open_volume(device, path, "");
   const bccsplat_volume_info info = volume_info(old);
-  if (channel_info(old, 0).error_bound == kWholeBound) settings.abs_error = kWholeBound; // of wide labels
   settings.labels = labels_in_file(old);
   settings.lattice = info.lattice;
   std::copy(std::begin(info.scales), std::end(info.scales), settings.scales.begin());

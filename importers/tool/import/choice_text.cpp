@@ -30,8 +30,7 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
     if (choice.labels[c]) labels += concat(labels.empty() ? "" : ", ", series.channels[c].name);
   if (!labels.empty())
     lines.push_back(concat("labels: ", labels, labels.find(',') == std::string::npos ? " has" : " have",
-                           " few values and no gradations: as precise as the source's",
-                           choice.corrected ? ", corrected to be whole" : "",
+                           " no gradations: as precise as the source's",
                            is_source_grid(choice.chosen().shape) ? ", on its grid; --density blends them"
                                                                  : "; --lattice cc does not blend them"));
   for (size_t i = 0; i < choice.candidates.size(); ++i) {
