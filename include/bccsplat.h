@@ -1587,9 +1587,9 @@ typedef struct bccsplat_slice_options {
   /* Target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC. */
   bccsplat_lattice lattice;
   /* Level of the volume: 0: all of it; l in 1 .. level_count: its coarser lattice l, with an eighth
-   * of the points and work for each, without the file's corrections; NOT_FOUND beyond, and
-   * UNSUPPORTED above 0 for labels. A slice that is resampled has the same spacing at every
-   * level. */
+   * of the points and work for each, without the file's corrections; NOT_FOUND beyond. Of
+   * labels, which have no means, level 0 stands for all. A slice that is resampled has the same
+   * spacing at every level. */
   uint32_t level;
   /* NULL: none; about the share of the work done, 1 at success. */
   bccsplat_progress_fn progress;

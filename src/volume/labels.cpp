@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "base/error.h"
@@ -89,6 +90,7 @@ class HiddenSamples {
 } // namespace
 
 bool is_labels(const OpenVolume& volume, uint32_t channel) {
+  const std::string& name = volume.channel(channel).name;
   const Lattice4& lattice = volume.lattice(0);
   const Vec3 own{1, 1, 1};
   if (lattice.kind != LatticeKind::cc || lattice.space_step != own) return false;
@@ -96,7 +98,7 @@ bool is_labels(const OpenVolume& volume, uint32_t channel) {
   // Wavelets and coefficients are near to what they store, and no labels.
   if (volume.info().tile_edge > 1 || !volume.info().coefficient_kernel.empty()) return false;
   if (const auto known = volume.known_labels(channel)) return *known;
-  const std::optional<bool> said = said_labels(volume.info(), volume.channel(channel).name);
+  const std::optional<bool> said = said_labels(volume.info(), name);
   const bool labels = said ? *said : survey_values(value_counts(volume, channel)).kind == ValueKind::labels;
   volume.note_labels(channel, labels);
   return labels;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "base/error.h"
 #include "volume/labels.h"
 #include "volume/read_ranges.h"
 
@@ -29,6 +28,8 @@ template<class Body> void each_row(const Grid& grid, float* values, const Body& 
 
 SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const char* kernel, uint32_t level,
                            const Hyperplane& plane, const HypersliceOptions& cut, bool keep) {
+  (void)volume.lattice(level); // refuses what is beyond the last one
+  if (level > 0 && is_labels(volume, channel)) level = 0; // of whose means the others are made
   const BrickBox region = cut.reads(volume.lattice(level));
   return {channel, level, plane, cut, volume.coefficients(channel, kernel, level, region, keep)};
 }
@@ -38,9 +39,6 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
   OpenSlice result;
   result.channel = request.channel, result.level = request.level;
   const bool labels = cuts_labels(volume, request);
-  if (request.level > 0 && is_labels(volume, request.channel))
-    fail(Code::unsupported, "channel ", volume.channel(request.channel).name,
-         ": it has labels, and those of coarser levels are means of them, which no sample has; take level 0");
   result.cut = request.cut;
   const std::optional<IndexBox>& box = request.cut.box;
   for (size_t a = 0; labels && box && a < 3; ++a) // labels stand at samples, wherever a box ends

@@ -219,7 +219,6 @@ const std::vector<Together> no_sense{
     {"bound=psnr", "drawn by=mask|paint"},           // is of one channel here
     {"bound=psnr", "data=labels"},                   // which jump, so that no lattice holds them well
     {"bound=psnr", "missing=clamp"},                 // likewise
-    {"data=labels", "level"},                        // which have no means
     {"cut", "drawn by=scene|budget|two|mask|paint"}, // a scene cuts its slices itself
     {"level", "drawn by=scene|budget|two|mask|paint"},
     {"drawn by=two", "light"}, // volumes throw no shadow on each other
