@@ -38,8 +38,13 @@ bool outweighs_rounding(const ChannelInfo& c, bool psnr, double bound) {
                             : c.wavelet_error >= rounded && !(bound > 0 && bound < 2 * rounded);
 }
 
-// Returns whether the field that goes through the samples is compared at these.
-bool compares_at_sites(const WriterSettings& s, const VolumeInfo& info) {
+// Returns whether what is stored of the samples is compared, not the field that goes through them: labels are
+// read so, and of wavelets it is as good.
+bool compares_at_sites(const WriterOpening& opening) {
+  const WriterSettings& s = opening.settings();
+  const VolumeInfo& info = opening.info();
+  const auto labels = [](const ChannelSettings& c) { return c.labels.value_or(false); };
+  if (std::all_of(s.channels.begin(), s.channels.end(), labels)) return !opening.is_block();
   for (size_t i = 0; i < info.channels.size(); ++i) {
     const double bound = s.channels[i].abs_error;
     if ((s.psnr == 0 && meets_bound(info.channels[i], bound)) ||
@@ -58,7 +63,7 @@ std::vector<RoundTripChannel> channels_to_measure(const WriterOpening& opening, 
     const double bound = coarser ? 0 : asked.abs_error;
     channels.push_back(
         {c.name, asked.air, c.threshold, bound, opening.knows_base(), bound > 0 ? 0 : sample_step(c)});
-    if (!coarser && holds_source(c)) channels.back().as_given = c.source_type;
+    if (!coarser && opening.settings().wavelets && holds_source(c)) channels.back().as_given = c.source_type;
   }
   return channels;
 }
@@ -96,13 +101,14 @@ void WriterInput::begin_measuring(bool frames_known) {
   const auto store = [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
     output_.store_residuals(channel, frame, residuals);
   };
+  const bool at_sites = compares_at_sites(opening_);
   measuring_.begin(0, [&] {
     return std::make_unique<RoundTrip>(
         lattice, channels_to_measure(opening_, false), opening_.info().recommended_kernel,
         opening_.settings().coefficients, std::move(frames), store, context_,
         RoundTripScope{.first_layer = part ? part->first_layer : 0,
-                       .in_boxes = !measuring_.required(),
-                       .at_sites = compares_at_sites(opening_.settings(), opening_.info()),
+                       .in_boxes = !measuring_.required() && !at_sites,
+                       .at_sites = at_sites,
                        .samples = opening_.is_block() ? scope_of(opening_.fit(), lattice).counted : Region{},
                        .bricks = opening_.is_block() ? part->measured : BrickBox{}});
   });

@@ -62,7 +62,8 @@ class Labels(ToolTest):
         for f, dtype in ((atlas, 'u8'), (atlas, 'f32'), (wide, 'i32'), (far, 'i32'), (far, 'f32'), (lambda *p: .25 + .5 * (wide(*p) > 10), 'f32')):
             for more in (), ('--lattice', 'cc'):
                 with self.subTest(dtype=dtype, more=more):
-                    self.bcc4('import', *self.raw('a.raw', DIMS, f, dtype), *more, '-o', 'v.bcc4', '--overwrite', '--quiet')
+                    report = self.json('import', *self.raw('a.raw', DIMS, f, dtype), *more, '-o', 'v.bcc4', '--overwrite')
+                    self.assertEqual(report['error']['channels'][0]['max_abs'], 0)
                     self.check_kept(field(DIMS, f, CODES[dtype]))
 
     def test_the_source_says_it(self):
