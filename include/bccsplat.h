@@ -980,7 +980,7 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_add_field(
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(
     bccsplat_writer* writer, double first, double step);
 /* A free attribute of the file; a key given twice keeps the last value. INVALID_ARGUMENT: "labels."
- * and a channel's name, which the options of the channel say. LIMIT_EXCEEDED, and nothing is taken,
+ * and a channel's name, unless its options say the same. LIMIT_EXCEEDED, and nothing is taken,
  * where the texts of all attributes and sources come to more than 32 MiB. Also: WRONG_STATE
  * (finished, or failed). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(

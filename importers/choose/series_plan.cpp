@@ -69,8 +69,9 @@ SeriesPlan::SeriesPlan(FrameReader& reader, const Device& device, WriterSettings
 
 void SeriesPlan::make_options() {
   options_.emplace(series_, settings_, scans_);
-  for (size_t c = 0; c < series_.channels.size(); ++c) // what the host calls so is stored so, or refused
-    if (series_.channels[c].labels.value_or(false)) options_->channels[c].set_mask |= BCCSPLAT_CHANNEL_LABELS;
+  for (size_t c = 0; c < series_.channels.size(); ++c) // what the host says is kept, or refused by the writer
+    if (const auto labels = series_.channels[c].labels)
+      options_->channels[c].set_mask |= *labels ? BCCSPLAT_CHANNEL_LABELS : BCCSPLAT_CHANNEL_QUANTITIES;
   options_->options.dims[3] = static_cast<uint32_t>(series_.dims[3]);
   options_->options.partial = settings_.partial, options_->options.live = settings_.live;
 }

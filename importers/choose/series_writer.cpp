@@ -191,14 +191,14 @@ std::string kernel_of(const WriterSettings& s) {
   return s.kernel.empty() && whole ? "exact" : s.kernel;
 }
 
-// What a file says of a channel: labels that are blended or rounded are none any more.
+// What a file says of a channel. Labels that are blended or rounded are none any more, and off the grid of
+// the source there are none.
 uint32_t kind_of(const WriterSettings& s, size_t channel) {
-  if (channel >= s.labels.size()) return 0;
+  const bool samples = s.store != BCCSPLAT_STORE_WAVELETS && s.store != BCCSPLAT_STORE_COEFFICIENTS;
+  if (channel >= s.labels.size() || !samples || !has_sites_at_samples(s, true)) return 0;
   if (!s.labels[channel]) return BCCSPLAT_CHANNEL_QUANTITIES;
-  const bool kept = has_sites_at_samples(s, true) && s.store != BCCSPLAT_STORE_WAVELETS &&
-                    s.store != BCCSPLAT_STORE_COEFFICIENTS;
   const bool whole = s.quantize == BCCSPLAT_TYPE_DEFAULT && step_of(s, channel) == 0;
-  return kept && whole ? BCCSPLAT_CHANNEL_LABELS : 0;
+  return whole ? BCCSPLAT_CHANNEL_LABELS : 0;
 }
 
 void set_range(bccsplat_channel_options& options, double low, double high) {

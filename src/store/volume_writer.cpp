@@ -116,13 +116,13 @@ void VolumeWriter::take_text(uint64_t bytes, uint64_t replaced) {
 
 void VolumeWriter::set_attribute(const std::string& key, const std::string& value) {
   require_open();
-  for (const ChannelInfo& c : opening_.info().channels)
-    if (key == labels_attribute(c.name))
-      fail(Code::invalid_argument, "attribute ", key,
-           ": the options of the channel say whether it has labels");
   auto& attributes = opening_.info().attributes;
   const auto it =
       std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.first == key; });
+  for (const ChannelInfo& c : opening_.info().channels)
+    if (key == labels_attribute(c.name) && (it == attributes.end() || it->second != value))
+      fail(Code::invalid_argument, "attribute ", key,
+           ": the options of the channel say whether it has labels");
   if (it != attributes.end()) {
     take_text(value.size(), it->second.size());
     it->second = value;

@@ -106,4 +106,18 @@ std::vector<float> read_labels(const OpenVolume& volume, const OpenSlice& slice,
   return values;
 }
 
+void hold_labels(const OpenVolume& volume, uint32_t channel, double frame, const std::optional<IndexBox>& box,
+                 const Context& context) {
+  SampleRange range{{0, 0, 0, frame}, {0, 0, 0, frame}};
+  for (size_t a = 0; a < 3; ++a) {
+    range.low[a] = box ? std::floor(box->begin[a]) : 0;
+    range.high[a] = box ? std::ceil(box->end[a]) : volume.lattice(0).domain_end(a);
+  }
+  SampleRange part = range;
+  for (double& z = part.low[2]; z <= range.high[2]; z += planes_at_once) {
+    part.high[2] = std::min(range.high[2], z + planes_at_once - 1);
+    (void)FrameLabels(volume, channel, frame, part, context);
+  }
+}
+
 } // namespace bccsplat

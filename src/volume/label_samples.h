@@ -2,6 +2,7 @@
 // The samples of labels as the file has them, which no field goes through exactly.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,5 +19,9 @@ void read_labels(const OpenVolume& volume, uint32_t channel, std::span<const Vec
 // Returns the labels of a slice through samples at its own grid, x fastest.
 [[nodiscard]] std::vector<float> read_labels(const OpenVolume& volume, const OpenSlice& slice,
                                              const Context& context);
+// Has the file's cache hold the labels of a frame, or of a box of it: what makes a slice of it lets go of
+// them.
+void hold_labels(const OpenVolume& volume, uint32_t channel, double frame, const std::optional<IndexBox>& box,
+                 const Context& context);
 
 } // namespace bccsplat

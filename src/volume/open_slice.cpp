@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "volume/label_samples.h"
 #include "volume/labels.h"
 #include "volume/read_ranges.h"
 
@@ -28,7 +29,7 @@ template<class Body> void each_row(const Grid& grid, float* values, const Body& 
 
 SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const char* kernel, uint32_t level,
                            const Hyperplane& plane, const HypersliceOptions& cut, bool keep) {
-  (void)volume.lattice(level); // refuses what is beyond the last one
+  (void)volume.lattice(level);                            // refuses what is beyond the last one
   if (level > 0 && is_labels(volume, channel)) level = 0; // of whose means the others are made
   const BrickBox region = cut.reads(volume.lattice(level));
   return {channel, level, plane, cut, volume.coefficients(channel, kernel, level, region, keep)};
@@ -74,6 +75,9 @@ void take_labels(const SliceLabels& labels, std::span<const Vec3> points, std::s
 void prefetch_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context) {
   const CutPlan plan = plan_cut(*request.coefficients, request.plane, request.cut);
   or_all_lacking(volume, request.level, {&plan, 1}, context, [&] { fetch(plan, context); });
+  if (!cuts_labels(volume, request)) return;
+  const Hyperplane samples = plane_of_samples(volume, request.plane);
+  hold_labels(volume, request.channel, -samples[4] / samples[3], request.cut.box, context);
 }
 
 std::array<std::array<double, 2>, 3> OpenSlice::extent() const {
