@@ -39,10 +39,10 @@ struct Frame {
 struct Channel {
   std::string name = "value";
   std::string unit{};
-  Type type = Type::f32;      // of the boxes
-  Type precision = Type::f32; // of the source: a float grid saved as halves holds f16
-  double air = 0;             // the value of what no box covers
-  bool has_fill = false;      // the source has a "no data" value; the reader turned it into NaN
+  Type type = Type::f32;        // of the boxes
+  Type precision = Type::f32;   // of the source: a float grid saved as halves holds f16
+  double air = 0;               // the value of what no box covers
+  bool has_fill = false;        // the source has a "no data" value; the reader turned it into NaN
   std::optional<bool> labels{}; // the source says whether its values are labels
   // Values are offset + step x integers of `precision`; 0: the numbers of the source are the values.
   double step = 0, offset = 0;
