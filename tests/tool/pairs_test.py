@@ -15,7 +15,7 @@ import unittest
 
 from cases_netcdf_test import classic
 from covering import cases, reduced
-from harness import BCC4, CODES, LONG, Nrrd, ToolTest, has_reader, main, read_png
+from harness import BCC4, CODES, LONG, Nrrd, ToolTest, has_openvdb, has_reader, main, read_png
 
 # ---- The options: the first choice is what nobody asks for ----
 
@@ -52,7 +52,7 @@ OPTIONS = {
     'written': {'whole': choice(), 'parts': choice(way='parts'), 'blocks': choice('--blocks', way='blocks'), 'appended': choice('--exact', way='appended'),
                 'resumed': choice(way='resumed'), 'live': choice('--live', 1), 'recoded': choice(way='recoded')},
     # What is made of it.
-    'export': {'nrrd': choice(), **{name: choice(export=name) for name in ('raw', 'nii', 'nc', 'tif', 'vdb')}},
+    'export': {'nrrd': choice(), **{name: choice(export=name) for name in ('raw', 'nii', 'nc', 'tif', *(['vdb'] if has_openvdb() else []))}},
     'look': {'usual': choice(), 'iso': choice(render=['--mode', 'iso', '--smooth-edges', 'off']), 'xray': choice(render=['--mode', 'xray']),
              'trail': choice(render=['--trail', '-2']), 'plane': choice(render=['--plane', '.3,.4,0,1,-8.5'])},
 }
