@@ -1972,7 +1972,7 @@ typedef struct bccsplat_view {
   bccsplat_depth_kind depth_kind;
   /* The frame is a part of a picture of picture_size pixels, its top left pixel at region_begin;
    * both sizes 0: it is the whole picture. A picture drawn in parts is the picture, but for edges
-   * of isosurfaces (smooth_edges), which are found by the pixels next to them: a part one pixel
+   * of isosurfaces (smooth_edges), which are found by two pixels on each side: a part two pixels
    * larger on each side has them. */
   uint32_t picture_size[2];
   uint32_t region_begin[2];

@@ -39,6 +39,10 @@ struct SurfacePicture {
   }
 };
 
+// Pixels on either side of one that say whether it is on an edge: the one beside it and, how depths change
+// there, the next.
+inline constexpr int edge_reach = 2;
+
 struct EdgeStats {
   uint64_t pixels = 0; // on edges
   double ms = 0;       // summed over threads

@@ -15,19 +15,19 @@
 #include "gpu/gpu_picture.h"
 #include "gpu/gpu_rows.h"
 #include "gpu/trail_apart.h"
+#include "gpu/value_change.h"
 
 namespace bccsplat {
 
 struct GpuDrawer::Kept {
   SliceMark mark;
   FieldBricks bricks; // without their values
-  double change = 0;
   uint64_t bytes = 0; // on the GPU
   std::optional<GpuSites> sites;
   std::optional<GpuClasses> classes;
   GpuClassKey key;
   // Of a moment: its layers, which may have been dropped and sent again since, and what it is merged by.
-  std::vector<GpuLayerKey> layers;
+  GpuMomentKey moment_key;
   std::vector<const GpuLayer*> now;
   std::vector<float> weights;
   std::optional<GpuMoment> moment;
@@ -93,46 +93,32 @@ GpuDrawer::Kept& GpuDrawer::find_merged(const Slice& slice, const Context& conte
   auto fresh = std::make_unique<Kept>();
   fresh->mark = mark;
   fresh->bricks = make_field_bricks(slice, brick_border(slice.kernel.space, slice.lattice.bcc), context);
-  fresh->change = change_at_sites(slice);
   fresh->bytes = fresh->bricks.bytes();
   stats.bytes_sent += fresh->bytes;
   return keep(std::move(fresh));
-}
-
-double GpuDrawer::change_of(const Slice& slice, const Context& context) {
-  constexpr size_t most = 100;
-  const MomentPlan* const moment = slice.coset.moment();
-  if (!moment) return change_at_sites(slice);
-  const auto known = change_.find(moment->series());
-  if (known != change_.end()) return known->second;
-  slice.coset.make(context);
-  if (change_.size() >= most) change_.clear();
-  return change_[moment->series()] = change_at_sites(slice);
 }
 
 GpuDrawer::Kept& GpuDrawer::find_moment(const Slice& slice, const MomentPlan& moment, const Context& context,
                                         DrawStats& stats) {
   const int border = brick_border(slice.kernel.space, slice.lattice.bcc);
   const auto layers = layers_.find(slice, moment, {&moment}, border, *device_, context, stats);
-  std::vector<GpuLayerKey> keys;
+  const GpuMomentKey key = key_of(moment, layers);
   std::vector<MomentLayer> of;
-  for (const GpuLayer* layer : layers)
-    keys.push_back(layer->key), of.push_back({layer->coset, &layer->bricks});
+  for (const GpuLayer* layer : layers) of.push_back({layer->coset, &layer->bricks});
   // Corrections are a moment's own.
   const SliceMark mark = slice.corrections ? mark_without_bricks(slice) : SliceMark{};
   const auto same = [&](const std::unique_ptr<Kept>& kept) {
-    return kept && kept->layers == keys && kept->mark == mark;
+    return kept && kept->moment_key == key && kept->mark == mark;
   };
   if (same(kept_[1])) std::swap(kept_[0], kept_[1]);
   if (!same(kept_[0])) {
     auto fresh = std::make_unique<Kept>();
-    fresh->layers = keys, fresh->mark = mark;
-    fresh->bricks = moment_bricks(slice, border, of, moment.largest_weight());
-    fresh->change = change_of(slice, context);
+    fresh->moment_key = key, fresh->mark = mark;
+    fresh->bricks = moment_bricks(slice, border, of, key.most);
     const auto bricks =
         uint64_t{*std::max_element(fresh->bricks.brick_at.begin(), fresh->bricks.brick_at.end())} + 1;
     const auto edge = static_cast<uint64_t>(fresh->bricks.edge);
-    fresh->bytes = bricks * (sizeof(float) * edge * edge * edge + sizeof(uint32_t) * keys.size());
+    fresh->bytes = bricks * (sizeof(float) * edge * edge * edge + sizeof(uint32_t) * layers.size());
     const uint64_t fixes = sizeof(float) * fresh->bricks.fixes.value.size();
     fresh->bytes += fixes, stats.bytes_sent += fixes;
     (void)keep(std::move(fresh));
@@ -214,8 +200,10 @@ GpuPixels GpuDrawer::draw_pixels(const Shot& shot, const ClassTable& table, Kept
   std::optional<GpuPicture> picture;
   const EndOnGpu end{*device_, picture};
   device_->run([&] {
-    if (!kept.sites && kept.layers.empty()) kept.sites.emplace(kept.bricks, device_->programs().info());
-    if (!kept.layers.empty()) kept.merge(device_->programs());
+    if (!kept.moment_key.layers.empty())
+      kept.merge(device_->programs());
+    else if (!kept.sites)
+      kept.sites.emplace(kept.bricks, device_->programs().info());
     if (other) kept.classes.emplace(texels, kept.bricks, unseen), kept.key = std::move(key);
     picture.emplace(device_->programs(), shader_kind(shot, table), picture_block(shot, table, kept.bricks),
                     *kept.sites, *kept.classes, ends, shot.target ? shot.target->depth_texture : 0);
@@ -226,7 +214,8 @@ GpuPixels GpuDrawer::draw_pixels(const Shot& shot, const ClassTable& table, Kept
 
 GpuPixels GpuDrawer::draw_slice(const Shot& shot, const Context& context, DrawStats& stats) {
   Kept& kept = find(*shot.slice, context, stats);
-  const ClassTable table = gpu_table(shot, kept.change);
+  const double change = asks_for_change(shot) ? change_at_sites(*shot.slice, context) : 0;
+  const ClassTable table = gpu_table(shot, change);
   GpuPixels pixels = draw_pixels(shot, table, kept, context);
   stats.preintegrated = !table.integrals.empty();
   return pixels;
@@ -234,9 +223,14 @@ GpuPixels GpuDrawer::draw_slice(const Shot& shot, const Context& context, DrawSt
 
 GpuPixels GpuDrawer::draw_objects(std::span<const GpuObject> objects, const Shot& shot, TrailCombine combine,
                                   const std::vector<float>& ends, const Context& context, DrawStats& stats) {
+  const auto change_of = [&](const Shot& of, const Slice& slice) {
+    return asks_for_change(of) ? change_at_sites(slice, context) : 0;
+  };
   std::vector<double> change;
-  for (const GpuObject& o : objects)
-    change.push_back(shot.trail ? change_of(*shot.slice, context) : change_of(*o.shot.slice, context));
+  if (shot.trail) // of which all stills are classified like the slice
+    change.resize(objects.size(), change_of(objects.front().shot, *shot.slice));
+  else
+    for (const GpuObject& o : objects) change.push_back(change_of(o.shot, *o.shot.slice));
   return objects_.draw(objects, shot, combine, ends, change, *device_, layers_, context, stats);
 }
 

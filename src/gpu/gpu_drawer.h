@@ -4,7 +4,6 @@
 #pragma once
 
 #include <array>
-#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -44,7 +43,6 @@ class GpuDrawer : public Drawer {
   Kept& find_merged(const Slice& slice, const Context& context, DrawStats& stats);
   // Of a moment whose layers are merged on the GPU.
   Kept& find_moment(const Slice& slice, const MomentPlan& moment, const Context& context, DrawStats& stats);
-  double change_of(const Slice& slice, const Context& context);
   Kept& keep(std::unique_ptr<Kept> fresh);
   void drop(std::unique_ptr<Kept>& kept);
   void drop_all();
@@ -58,8 +56,6 @@ class GpuDrawer : public Drawer {
   std::array<std::unique_ptr<Kept>, 2> kept_; // the latest first
   GpuLayers layers_;
   GpuObjects objects_;
-  // How fast the fields of series change (change_at_sites()), as the first moment of each said.
-  std::map<uint64_t, double> change_;
   uint64_t too_large_ = 0; // a series whose layers find no room
 };
 

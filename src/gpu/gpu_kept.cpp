@@ -23,8 +23,15 @@ SliceMark mark_without_bricks(const Slice& slice) {
 }
 
 GpuClassKey key_of(const Shot& shot, const ClassTable& table, const std::vector<Vec4f>& texels) {
-  return {shot.options.mode,          texels,         table.low, table.scale, shot.options.surfaces,
-          shot.options.disable_skips, shot.view->step};
+  return {shot.options.mode,
+          texels,
+          table.low,
+          table.scale,
+          shot.options.surfaces,
+          shot.options.disable_skips,
+          cells_of_step(shot),
+          shot.slice->base,
+          shot.slice->air};
 }
 
 } // namespace bccsplat

@@ -30,7 +30,8 @@ struct GpuClassKey {
   float low = 0, scale = 0;
   std::vector<IsoSurface> surfaces;
   uint32_t disable_skips = 0;
-  double step = 0;
+  int cells_of_step = 0;
+  float base = 0, air = 0;
   bool operator==(const GpuClassKey&) const = default;
 };
 [[nodiscard]] GpuClassKey key_of(const Shot& shot, const ClassTable& table, const std::vector<Vec4f>& texels);

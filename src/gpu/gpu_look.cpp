@@ -53,37 +53,8 @@ const char* not_on_gpu(const Shot& shot) {
   return nullptr;
 }
 
-double change_at_sites(const Slice& slice) {
-  constexpr int64_t asked = 512, percentile = 95, whole = 100;
-  const int64_t every = std::max<int64_t>(1, slice.points() / asked);
-  const bool all = slice.base != slice.air;
-  int64_t count = every / 2;
-  std::vector<Vec3> places;
-  for (int c = 0; c < slice.lattice.cosets(); ++c) {
-    const BrickLayer& layer = slice.coset[static_cast<size_t>(c)];
-    for (size_t s = 0; s < layer.brick_slots(); ++s) {
-      const Brick* const brick = layer.brick(s);
-      if (!brick) continue;
-      const Int3 at = layer.slot_position(s);
-      for (int n = 0; n < brick_sites; ++n) {
-        if (!all && !(brick->kept[static_cast<size_t>(n / brick_edge)] >> (n % brick_edge) & 1)) continue;
-        if (++count % every != 0) continue;
-        const Vec3 p = slice.site(c, {brick_edge * at[0] + n % brick_edge,
-                                      brick_edge * at[1] + n / brick_edge % brick_edge,
-                                      brick_edge * at[2] + n / brick_rows});
-        if (slice.inside(p)) places.push_back(p);
-      }
-    }
-  }
-  if (places.empty()) return 0;
-  std::vector<float> values(places.size());
-  std::vector<Vec3> gradients(places.size());
-  field_at(SurfaceField(slice), places, values, gradients);
-  std::vector<double> lengths;
-  for (const Vec3& g : gradients) lengths.push_back(length(g));
-  const auto at = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size()) * percentile / whole;
-  std::nth_element(lengths.begin(), at, lengths.end());
-  return *at;
+bool asks_for_change(const Shot& shot) {
+  return shot.options.mode == RenderMode::composite && shot.preintegrate == Preintegrate::automatic;
 }
 
 ClassTable gpu_table(const Shot& shot, double change) {
@@ -277,14 +248,18 @@ PictureBlock picture_block(const Shot& shot, const ClassTable& table, const Fiel
   return b;
 }
 
-std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table, const FieldBricks& bricks) {
-  const Slice& slice = *shot.slice;
+int cells_of_step(const Shot& shot) {
   const SheetView& view = *shot.view;
   double step = 0; // along any ray, lattice units
   for (const double i : {0.0, view.width - 1.0})
     for (const double j : {0.0, view.height - 1.0}) step = std::max(step, length(view.ray(i, j)));
-  const double cell = 2 * coset_pitch(slice.lattice.bcc); // of 2^3 sites
-  const int steps = static_cast<int>(std::ceil(step / cell));
+  const double cell = 2 * coset_pitch(shot.slice->lattice.bcc); // of 2^3 sites
+  return static_cast<int>(std::ceil(step / cell));
+}
+
+std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table, const FieldBricks& bricks) {
+  const Slice& slice = *shot.slice;
+  const int steps = cells_of_step(shot);
   const bool base_seen = (shot.options.disable_skips & skip_transfer_function) != 0;
   const double base = slice.base;
   switch (shot.options.mode) {

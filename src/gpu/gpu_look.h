@@ -34,12 +34,11 @@ inline constexpr int table_row = 1024;
 // Why the GPU does not draw a shot; null: it does.
 [[nodiscard]] const char* not_on_gpu(const Shot& shot);
 
-// change: what change_per_unit() says of the shot's slice. Returns the table with integrals where the shot is
-// classified by them.
+// Whether it depends on how fast values change if a shot is classified by integrals.
+[[nodiscard]] bool asks_for_change(const Shot& shot);
+// change: what change_at_sites() says of the shot's slice, where it is asked for. Returns the table with
+// integrals where the shot is classified by them.
 [[nodiscard]] ClassTable gpu_table(const Shot& shot, double change);
-
-// How much values change along a lattice unit where they change fast, of some hundred sites.
-[[nodiscard]] double change_at_sites(const Slice& slice);
 
 // The form of the kernel that a shot is drawn with.
 [[nodiscard]] KernelForm gpu_form(const Shot& shot);
@@ -54,6 +53,8 @@ inline constexpr int table_row = 1024;
   return picture_block(shot, table, bricks, gpu_form(shot));
 }
 
+// How many cells a step along a ray passes at most.
+[[nodiscard]] int cells_of_step(const Shot& shot);
 // The cells of the bricks that a shot sees nothing of, as unseen_cells().
 [[nodiscard]] std::vector<uint8_t> unseen_by(const Shot& shot, const ClassTable& table,
                                              const FieldBricks& bricks);

@@ -42,6 +42,12 @@ bool in_buffers(const FieldBricks& like, const GpuInfo& info) {
 
 } // namespace
 
+GpuMomentKey key_of(const MomentPlan& moment, const std::vector<const GpuLayer*>& layers) {
+  GpuMomentKey key{{}, moment.largest_weight()};
+  for (const GpuLayer* layer : layers) key.layers.push_back(layer->key);
+  return key;
+}
+
 std::unique_ptr<GpuLayer> GpuLayers::make(const Slice& slice, const MomentPlan& moment,
                                           const NeededMoments& needed, const MomentPlan::Part& part,
                                           int border, GpuDevice& device, const Context& context) {
@@ -134,11 +140,16 @@ bool GpuMoment::merge(GpuPrograms& programs, const std::vector<const GpuLayer*>&
                       const std::vector<float>& weights, const GpuBricks& sites, size_t first) {
   if (weights == weights_ && first == first_) return false;
   weights_ = weights, first_ = first;
-  if (sites.in_buffer())
-    merge_buffers(programs, layers, sites);
-  else
-    merge_textures(programs, layers, sites);
-  check_gl("merging a moment");
+  try {
+    if (sites.in_buffer())
+      merge_buffers(programs, layers, sites);
+    else
+      merge_textures(programs, layers, sites);
+    check_gl("merging a moment");
+  } catch (...) { // or the next picture would take what is there for merged
+    weights_.clear();
+    throw;
+  }
   return true;
 }
 

@@ -22,6 +22,13 @@ namespace bccsplat {
 
 using GpuLayerKey = std::pair<uint64_t, int32_t>; // series, and layer of it
 
+// What is made of a moment at any of its weights: the places of bricks, and bounds of the field.
+struct GpuMomentKey {
+  std::vector<GpuLayerKey> layers; // none: of a slice that is no moment
+  float most = 0;                  // MomentPlan::largest_weight()
+  bool operator==(const GpuMomentKey&) const = default;
+};
+
 struct GpuLayer {
   GpuLayerKey key;
   size_t coset = 0;
@@ -31,6 +38,8 @@ struct GpuLayer {
 };
 
 using NeededMoments = std::vector<const MomentPlan*>;
+
+[[nodiscard]] GpuMomentKey key_of(const MomentPlan& moment, const std::vector<const GpuLayer*>& layers);
 
 // The layers that were used last.
 class GpuLayers {

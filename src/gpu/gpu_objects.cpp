@@ -13,10 +13,10 @@
 namespace bccsplat {
 // One object on the GPU.
 struct KeptObject {
-  SliceMark mark;                  // of a slice that was sent
-  std::vector<GpuLayerKey> layers; // of a moment
-  FieldBricks bricks;              // without their values, once these were sent
-  size_t count = 0;                // bricks
+  SliceMark mark;     // of a slice that was sent
+  GpuMomentKey key;   // of a moment
+  FieldBricks bricks; // without their values, once these were sent
+  size_t count = 0;   // bricks
   std::vector<const GpuLayer*> now;
   std::vector<float> weights;
   std::optional<GpuMoment> moment;
@@ -77,7 +77,7 @@ KeptObject describe(const GpuObject& object, const NeededMoments& needed, GpuDev
   }
   const int border = brick_border(slice.kernel.space, slice.lattice.bcc);
   out.now = layers.find(slice, *moment, needed, border, device, context, stats);
-  for (const GpuLayer* layer : out.now) out.layers.push_back(layer->key);
+  out.key = key_of(*moment, out.now);
   for (const MomentPlan::Part& part : moment->parts()) out.weights.push_back(part.weight);
   return out;
 }
@@ -97,7 +97,7 @@ void make_bricks(const GpuObject& object, const Context& context, KeptObject& ke
 
 bool same_objects(const std::vector<KeptObject>& a, const std::vector<KeptObject>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const KeptObject& x, const KeptObject& y) {
-    return x.mark == y.mark && x.layers == y.layers;
+    return x.mark == y.mark && x.key == y.key;
   });
 }
 
@@ -129,8 +129,8 @@ GpuObjects::Kept& GpuObjects::find(std::span<const GpuObject> objects, GpuDevice
   const auto edge = static_cast<uint64_t>(fresh->placed.all.edge);
   for (const KeptObject& o : fresh->object) {
     const uint64_t sites = sizeof(float) * edge * edge * edge * o.count;
-    bytes += sites + sizeof(uint32_t) * o.count * o.layers.size();
-    stats.bytes_sent += o.layers.empty() ? sites : 0;
+    bytes += sites + sizeof(uint32_t) * o.count * o.key.layers.size();
+    stats.bytes_sent += o.key.layers.empty() ? sites : 0;
   }
   device.reserve(bytes);
   fresh->bytes = bytes;
@@ -147,12 +147,12 @@ void GpuObjects::Kept::send(GpuDevice& device) {
                     [](const KeptObject& o) { return o.now.empty() || o.now.front()->sites->in_buffer(); });
     sites.emplace(placed.all, GpuBricks(nullptr, placed.count, placed.all.edge, fit));
     for (size_t n = 0; n < object.size(); ++n)
-      if (KeptObject& o = object[n]; o.layers.empty())
+      if (KeptObject& o = object[n]; o.key.layers.empty())
         sites->sites.set(placed.places[n].first, o.bricks.value.data(), o.count), o.bricks.drop_values();
   }
   for (size_t n = 0; n < object.size(); ++n) {
     KeptObject& o = object[n];
-    if (o.layers.empty()) continue;
+    if (o.key.layers.empty()) continue;
     if (!o.moment) o.moment.emplace(o.bricks, o.now);
     (void)o.moment->merge(device.programs(), o.now, o.weights, sites->sites, placed.places[n].first);
   }

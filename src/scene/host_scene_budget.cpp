@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "draw/smooth_edges.h"
 #include "draw/stage_clock.h"
 #include "scene/host_scene.h"
 #include "scene/host_scene_parts.h"
@@ -150,7 +151,7 @@ void HostScene::show_rows(int begin, int end, const Image& image, SceneStats& st
 void HostScene::draw_band(const ScenePicture& picture, std::span<const Need> shown, int begin, int end,
                           const Context& context, const Image& image, SceneStats& stats) {
   const bool smoothed = picture.options.smooth_edges && picture.options.mode == RenderMode::isosurface;
-  const int around = smoothed ? 1 : 0, first = std::max(begin - around, 0),
+  const int around = smoothed ? edge_reach : 0, first = std::max(begin - around, 0),
             last = std::min(end + around, image.height);
   std::vector<Need> of_band(shown.begin(), shown.end());
   for (Need& need : of_band) need.sight = need.sight.region(0, first);

@@ -128,8 +128,6 @@ SplatOptions shared_options(std::span<const Shot* const> shots) {
     if (o.gradient == GradientMethod::analytic) shared.gradient = o.gradient;
     differences = differences || shot->slice->kernel.normalised || corrected(*shot);
     shared.disable_skips |= o.disable_skips;
-    // Labels are where the field that reaches them is another.
-    if (shot->slice->labels) shared.disable_skips |= skip_transfer_function | skip_cells | skip_empty_sheets;
   }
   if (differences && shared.gradient == GradientMethod::analytic)
     shared.gradient = GradientMethod::fourth_order;

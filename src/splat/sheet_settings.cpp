@@ -56,6 +56,9 @@ SplatOptions sheet_options(const Shot& shot) {
   const SheetWishes none, &wishes = shot.wishes ? *shot.wishes : none;
   SplatOptions o;
   static_cast<ShotOptions&>(o) = shot.options;
+  // Labels are where the field that reaches them is another.
+  if (shot.slice->labels && o.mode == RenderMode::composite)
+    o.disable_skips |= skip_transfer_function | skip_cells | skip_empty_sheets;
   const double pixels = pixels_per_unit(*shot.view);
   o.gradient = wishes.gradient.value_or(pixels < quality.analytic_below || pixels > analytic_above
                                             ? GradientMethod::analytic

@@ -98,6 +98,10 @@ class Reading(unittest.TestCase):
         np.testing.assert_array_equal(ds["d"].values, self.volume.field(0, 1).read())
         self.assertEqual(ds.bcc4.at(1.1)["d"].shape, (10, 11, 12))
         self.assertEqual(ds.bcc4.level, 1)
+        coarse = ds.bcc4.at(1.1)["d"].values
+        ds.attrs = {}  # as many operations leave it
+        self.assertEqual(ds.bcc4.level, 1)
+        np.testing.assert_array_equal(ds.bcc4.at(1.1)["d"].values, coarse)
         with self.assertRaisesRegex(ValueError, "levels 0 to 1"):
             open_file("s.bcc4", level=2)
 

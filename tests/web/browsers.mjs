@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Looks at the viewer in one browser: node browsers.mjs chromium|firefox SITE DATA. Prints a line a check and a table of
 // what was measured; exits with 1 where something does not hold.
-import { errors, leftFilm, lostContext, lostServer } from './failing.mjs';
+import { brokenFilm, errors, leftFilm, lostContext, lostServer } from './failing.mjs';
 import { Session } from './harness.mjs';
-import { another, dropFile, firstPicture, planes, play, scrub } from './looking.mjs';
+import { another, dropFile, firstPicture, planes, play, round, scrub } from './looking.mjs';
 import { pictures } from './pictures.mjs';
 import { onAPhone } from './touch.mjs';
 
@@ -23,7 +23,8 @@ if (page) await session.part(scrub, page);
 await page?.close();
 await session.part(pictures, 'drops', 4.3);
 await session.part(pictures, 'waves', 4.3, ['composite']);
-for (const part of [play, planes, another, dropFile, onAPhone, lostContext, lostServer, leftFilm, errors]) await session.part(part);
+await session.part(pictures, 'round', 4.3, ['composite', 'cut']);
+for (const part of [play, planes, round, another, dropFile, onAPhone, lostContext, lostServer, leftFilm, brokenFilm, errors]) await session.part(part);
 await session.end();
 session.table(limits);
 process.exit(session.failures ? 1 : 0);

@@ -64,6 +64,25 @@ export async function leftFilm(session) {
   await page.close();
 }
 
+// A film that a browser does not record is an error, after which the viewer draws as before.
+export async function brokenFilm(session) {
+  const page = await session.open('/bare.html?url=drops.bcc4&time=0', { width: 300, height: 300 });
+  await drawn(page);
+  const text = await page.evaluate(() => {
+    window.MediaRecorder = class {
+      constructor() {
+        throw new Error('nothing is recorded');
+      }
+      static isTypeSupported = () => false;
+    };
+    return window.viewer.saveFilm().then(() => '', (e) => e.message);
+  });
+  await setView(page, { time: 3 });
+  const next = await drawn(page, 3).then(() => true, () => false);
+  session.expect(next && text === 'nothing is recorded', 'after a film that fails the next moment is drawn', text);
+  await page.close();
+}
+
 // Keeps the contexts that the page and its workers make, and lets go of one when asked to on a channel.
 const patch = `
 for (const kind of [globalThis.OffscreenCanvas, globalThis.HTMLCanvasElement]) {

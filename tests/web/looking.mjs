@@ -98,6 +98,18 @@ export async function planes(session) {
   await page.close();
 }
 
+// Along a periodic axis the domain goes on from the last sample to the first.
+export async function round(session) {
+  const page = await session.open('/?url=round.bcc4#time=4.3&planes=1');
+  const told = await page.waitForFunction(
+    () => /at \(.*\)/.exec(document.querySelector('.planes .value').textContent)?.[0],
+    { timeout: patience },
+  );
+  const text = await told.jsonValue();
+  session.expect(text.startsWith('at (24, 19.5, 15.5'), 'the middle of 48 periodic samples is at 24', text);
+  await page.close();
+}
+
 // Of two files the one that was asked for last stays, with its own values.
 export async function another(session) {
   const page = await session.open('/?url=drops.bcc4#window=0.25,101325.125');

@@ -30,6 +30,7 @@ const cases = {
   surface: { mode: 2, iso: 0.4 },
   maximum: { mode: 4, iso: null },
   xray: { mode: 3 },
+  cut: { clip: [0, 0, 0, 1, 1, 0.5] },
   turned: { mode: 1, perspective: true, turnX: 35, turnY: -50, zoom: 1.5 },
 };
 

@@ -31,6 +31,7 @@ drops() { "$bcc4" import "$data/drops.raw" --dims 48,40,32,24 --dtype f32 --dt 0
 drops -o "$data/drops.bcc4"
 drops -o "$data/waves.bcc4" --store wavelets # of version 4 of the container
 drops -o "$data/levels.bcc4" --levels 2
+drops -o "$data/round.bcc4" --periodic x
 "$bcc4" import "$data/large.raw" --dims 128,128,128,12 --dtype u8 --dt 0.5 --air-threshold 2 --quiet -o "$data/large.bcc4"
 render() { # NAME CASE OPTIONS...
   "$bcc4" render "$data/$1.bcc4" --gpu off --time 4.3 --fit domain --size 200x200 --background 0,0,0 --quiet "${@:3}" -o "$data/$1-$2.png"
@@ -44,6 +45,8 @@ if [[ $one_moment ]]; then
   in_browser chromium one_moment.mjs
   exit
 fi
+render round composite
+render round cut --box 0,0,0,48,39,15.5
 render drops surface --mode iso --iso 0.4 --smooth-edges off
 render drops maximum --mode mip
 render drops xray --mode xray

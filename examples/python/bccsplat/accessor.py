@@ -70,9 +70,7 @@ class Bcc4Accessor:
     @property
     def file(self) -> SharedFile:
         """The file behind the dataset."""
-        for name in self._dataset.data_vars:
-            return self._origin(name)[0]
-        raise ValueError("the dataset has no variable")
+        return self._first_origin()[0]
 
     @property
     def volume(self) -> Volume:
@@ -82,7 +80,7 @@ class Bcc4Accessor:
     @property
     def level(self) -> int:
         """The level of the file that the dataset was opened at."""
-        return int(self._dataset.attrs.get("bcc4_level", 0))
+        return self._first_origin()[2]
 
     def at(self, t: Any) -> Any:
         """The dataset at a moment, on a frame or between two, or at a list of moments: in the file's unit of time, or
@@ -132,20 +130,25 @@ class Bcc4Accessor:
     def _positions(self, name: str, values: Any) -> Array:
         return frames_of_times(values, self.volume) if name == "time" else samples_of_places(name, values, self.volume)
 
-    def _origin(self, name: Any) -> tuple[SharedFile, int]:
-        """File and channel of a variable. What is calculated has none, as xarray drops the encoding."""
-        origin: tuple[SharedFile, int] | None = self._dataset[name].encoding.get("bcc4")
+    def _first_origin(self) -> tuple[SharedFile, int, int]:
+        for name in self._dataset.data_vars:
+            return self._origin(name)
+        raise ValueError("the dataset has no variable")
+
+    def _origin(self, name: Any) -> tuple[SharedFile, int, int]:
+        """File, channel and level of a variable. What is calculated has none, as xarray drops the encoding."""
+        origin: tuple[SharedFile, int, int] | None = self._dataset[name].encoding.get("bcc4")
         if origin is None:
             raise ValueError('%s is not as xarray.open_dataset(..., engine="bccsplat") gave it: interpolate before you '
                              "calculate" % name)
         return origin
 
-    def _channels(self) -> list[tuple[Any, int]]:
+    def _channels(self) -> list[tuple[Any, int, int]]:
         names = list(self._dataset.data_vars)
         if len(paths := {self._origin(name)[0].path for name in names}) > 1:
             raise ValueError("the variables are of several files: %s; interpolate those of each for themselves" %
                              ", ".join(sorted(paths)))
-        return [(name, self._origin(name)[1]) for name in names]
+        return [(name, *self._origin(name)[1:]) for name in names]
 
     def _coordinates(self, wanted: dict[str, Any]) -> dict[str, Any]:
         return {name: at.variable._replace(attrs=self._dataset[name].attrs if name in self._dataset.coords else {})
@@ -160,20 +163,20 @@ class Bcc4Accessor:
         axes = [np.atleast_1d(self._positions(name, at.data)) for name, at in wanted.items()]
         kept = [at.ndim == 1 for at in wanted.values()]
         variables = {}
-        for name, channel in self._channels():
-            field = FieldArray(self.file, axes, channel, self.level)
+        for name, channel, level in self._channels():
+            field = FieldArray(self.file, axes, channel, level)
             variables[name] = engine.lazy_variable(field, self._dataset[name].attrs, kept)
-            variables[name].encoding["bcc4"] = self.file, channel
+            variables[name].encoding["bcc4"] = self.file, channel, level
         return self._finished(variables, wanted)
 
     def _points(self, wanted: dict[str, Any]) -> Any:
-        if self.level:
-            raise ValueError("points are evaluated at level 0: open the dataset without level=%d" % self.level)
+        if level := max(level for *_, level in self._channels()):
+            raise ValueError("points are evaluated at level 0: open the dataset without level=%d" % level)
         positions = [at.copy(data=self._positions(name, at.data)) for name, at in wanted.items()]
         t, z, y, x = xarray.broadcast(*positions)
         points = np.stack([axis.data for axis in (x, y, z, t)], -1)
         variables = {}
-        for name, channel in self._channels():
+        for name, channel, _ in self._channels():
             values = evaluate_or_nan(self.volume, points, np.empty(points.shape[:-1], np.float32), channel=channel)
             variables[name] = (t.dims, values, self._dataset[name].attrs)
         return self._finished(variables, wanted)

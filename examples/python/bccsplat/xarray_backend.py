@@ -124,7 +124,7 @@ def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = ()) -> Any:
             continue
         field = FieldArray.whole(file, channel, level)
         variable = lazy_variable(field, channel_attrs(volume, channel))
-        variable.encoding["bcc4"] = file, channel
+        variable.encoding["bcc4"] = file, channel, level
         variable.encoding["preferred_chunks"] = {"time": chunk_frames(volume), "z": space[0], "y": space[1], "x": space[2]}
         variables[name] = variable
     axes = FieldArray.whole(file, 0, level).axes

@@ -69,9 +69,9 @@ EMSCRIPTEN_KEEPALIVE void web_set_clip(const double* box) {
   for (int row = 0; row < 3; ++row) {
     placed[4 * row + 3] = to_world[4 * row + 3];
     for (int a = 0; a < 3; ++a) {
-      const double last = static_cast<double>(viewer.info.dims[a]) - 1;
-      placed[4 * row + a] = to_world[4 * row + a] * last * std::max(box[3 + a] - box[a], least_share);
-      placed[4 * row + 3] += to_world[4 * row + a] * last * box[a];
+      const double across = to_world[4 * row + a] * samples_across(viewer.info, a);
+      placed[4 * row + a] = across * std::max(box[3 + a] - box[a], least_share);
+      placed[4 * row + 3] += across * box[a];
     }
   }
   viewer.wishes.clips.resize(6);

@@ -61,10 +61,12 @@ std::string times_text() {
 
 std::string info_text() {
   const bccsplat_volume_info& i = viewer.info;
+  const std::array<double, 3> across{samples_across(i, 0), samples_across(i, 1), samples_across(i, 2)};
   std::string channels = "[";
   for (uint32_t c = 0; c < i.channel_count; ++c) channels += (c > 0 ? "," : "") + channel_text(c);
   return Object()
       .put("dims", json(std::span<const uint64_t>(i.dims)))
+      .put("across", json(std::span<const double>(across)))
       .put("affine", json(std::span<const double>(i.affine)))
       .put("times", times_text())
       .add("timeEnd", i.time_end)

@@ -24,7 +24,7 @@ void bounds_of(const bccsplat_volume_info& info, double (&bounds)[6]) {
     for (int row = 0; row < 3; ++row) {
       double at = info.affine[4 * row + 3];
       for (int a = 0; a < 3; ++a)
-        if (corner >> a & 1) at += info.affine[4 * row + a] * (static_cast<double>(info.dims[a]) - 1);
+        if (corner >> a & 1) at += info.affine[4 * row + a] * samples_across(info, a);
       bounds[row] = corner ? std::min(bounds[row], at) : at;
       bounds[row + 3] = corner ? std::max(bounds[row + 3], at) : at;
     }

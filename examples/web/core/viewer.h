@@ -54,6 +54,12 @@ struct Viewer {
 
 extern Viewer viewer;
 
+// Samples from the first place of an axis of the domain to its last one, which along a periodic axis is the
+// first again.
+[[nodiscard]] inline double samples_across(const bccsplat_volume_info& info, int axis) {
+  return static_cast<double>(info.dims[axis]) - (info.periodic_axes >> axis & 1 ? 0 : 1);
+}
+
 // Runs the body; returns its status, with the text of a failure in viewer.text.
 [[nodiscard]] int answer(const std::function<void()>& body);
 // Puts the error of the current thread into viewer.text.

@@ -23,6 +23,7 @@ export interface Channel {
 
 export interface VolumeInfo {
   dims: [number, number, number, number];
+  across: [number, number, number]; // samples from the first place of each axis of the domain to its last
   affine: number[];
   times: number[];
   timeEnd: number;

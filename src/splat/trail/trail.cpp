@@ -6,8 +6,10 @@
 #include "splat/trail/trail.h"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "base/grid.h"
 #include "splat/tile/tile.h"
@@ -146,9 +148,22 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
   DrawStats stats = planned.stats;
   const std::vector<PlannedTile>& tiles = planned.objects[0].plan.tiles;
   const TileJob alone_job{&slice, &alone, &planned.objects[0].plan, &planned.objects[0].kernel, &context};
+  // Labels, which only sheets side by side are classified by, as a field by itself.
+  const SheetShare whole{0, 1};
+  const std::array<TrailStill, 1> still{
+      {{std::span(&whole, 1), slice.table, 1, slice.slice->frame, {}, true, 1}}};
+  TrailJob labels = job;
+  labels.sources = std::span(planned.objects).first(1), labels.stills = still, labels.options = &alone;
+  const auto draw_front = [&](uint64_t n, TrailMemory& memory, DrawStats& mine) {
+    if (!slice.slice->labels || alone.mode != RenderMode::composite)
+      return draw_tile(alone_job, tiles[n], memory.slice, mine);
+    const TilePixels front = draw_trail_tile(labels, n, tiles[n], nullptr, memory, mine);
+    std::swap(memory.pixels, memory.front); // the trail has pixels of its own
+    return front;
+  };
   stats += draw_tiles(tiles.size(), bytes, context, [&](uint64_t n, TrailMemory& memory, DrawStats& mine) {
     if (!apart) return emit(draw_trail_tile(job, n, tiles[n], nullptr, memory, mine));
-    const TilePixels front = draw_tile(alone_job, tiles[n], memory.slice, mine);
+    const TilePixels front = draw_front(n, memory, mine);
     const TilePixels trail = draw_trail_tile(job, n, tiles[n], post ? nullptr : &front, memory, mine);
     emit(post ? lay_over(front, trail, memory) : trail);
   });

@@ -90,6 +90,7 @@ uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
   // rays.
   size_t painted = 0;
   for (const TrailObject& o : job.sources) painted = std::max(painted, paint_planes(*o.scene));
+  if (apart) painted = std::max(painted, paint_planes(*apart->scene));
   const uint64_t planes = 7 + painted + matter_planes(job) + (apart ? TileMemory::pixel_planes : 0) +
                           (job.sources.size() + 2) * ray_planes;
   return sum +

@@ -231,9 +231,12 @@ class TrailTile {
       s.begin_sheets(std::max(first_ - around_, view_.first_sheet()), last_ + around_);
     next_mixed_ = first_ - around_;
     auto clock = StageClock::now();
-    for (int64_t k = first_; k <= last_ && open_ > 0; k += sheets_together) {
+    int64_t end = 0;
+    for (int64_t k = first_; k <= last_ && open_ > 0; k = end) {
       job_.context->progress.check();
-      const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + around_;
+      // How segments are lit depends on what is open where those together begin: in all tiles the same.
+      end = std::min((k | (sheets_together - 1)) + 1, last_ + 1);
+      const int64_t through = end - 1 + around_;
       const bool hides = count_open(k);
       for (auto& sheet : used_) sheet.assign(matter_.front().size(), 0);
       for (size_t n = 0; n < drawn_.size(); ++n) {

@@ -37,6 +37,7 @@ struct TrailMemory {
   TileMemory slice;               // of the slice where it is drawn apart
   std::vector<TileMemory> sheets; // per object
   AlignedArray<float> pixels, matter, mixed, rays, paint;
+  AlignedArray<float> front; // pixels of a slice of labels that is drawn apart
   AlignedArray<uint8_t> hole;
   DeepTile deep; // where the options ask for it
 };

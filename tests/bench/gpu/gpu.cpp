@@ -14,6 +14,7 @@
 #include "draw/stage_clock.h"
 #include "gpu/gpu_device.h"
 #include "gpu/gpu_picture.h"
+#include "gpu/value_change.h"
 #include "scene/settled_picture.h"
 #include "tests/bench/gpu/gpu_moments.h"
 #include "tests/bench/gpu/texture_gathers.h"
@@ -97,7 +98,7 @@ struct Measured {
     const Shot& shot = picture.shot();
     const FieldBricks bricks =
         make_field_bricks(*shot.slice, brick_border(shot.slice->kernel.space), context.get());
-    const ClassTable table = gpu_table(shot, change_at_sites(*shot.slice));
+    const ClassTable table = gpu_table(shot, change_at_sites(*shot.slice, context.get()));
     GpuPixels pixels;
     double ms = 0;
     gpu->run([&] {

@@ -63,13 +63,14 @@ struct MovingCloud {
   Coefficients coefficients;
   TestContext context;
 
-  explicit MovingCloud(LatticeKind kind, const char* kernel = "default", bool periodic = false)
+  explicit MovingCloud(LatticeKind kind, const char* kernel = "default", bool periodic = false,
+                       double (*field)(const Vec4&) = moving)
       : lattice(Lattice4::fit(kind, {30, 28, 26, 12}, {1, 1, 1, 1}, 0, {}, periodic)),
-        samples(sample_field(lattice, moving, 0)),
+        samples(sample_field(lattice, field, 0)),
         coefficients(samples, 0, make_kernel(kernel), 0, uint64_t{1} << 30), context(2) {}
-  [[nodiscard]] Slice cut(double frame, bool later, double around = 0) {
-    return thick_time_slice(coefficients, frame, {-around, around}, ThicknessKind::mean, {}, context.get(),
-                            later);
+  [[nodiscard]] Slice cut(double frame, bool later, double around = 0,
+                          ThicknessKind kind = ThicknessKind::mean) {
+    return thick_time_slice(coefficients, frame, {-around, around}, kind, {}, context.get(), later);
   }
 };
 

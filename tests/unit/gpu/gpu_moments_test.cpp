@@ -90,8 +90,7 @@ TEST_P(GpuMoments, LayersAreSentOnce) {
 TEST_P(GpuMoments, WithCorrections) {
   MovingCloud series(LatticeKind::d4star);
   ImageStorage merged(pixels, pixels), together(pixels, pixels), without(pixels, pixels);
-  (void)draw_on_gpu(series.cut(4.1, true),
-                    without);               // of the first one the CPU sees how fast the field changes
+  (void)draw_on_gpu(series.cut(4.1, true), without);
   for (const float size : {0.25f, -0.2f}) { // the same moment, corrected in another way
     Slice now = series.cut(4, false), later = series.cut(4, true);
     (void)draw_on_gpu(later, without);
@@ -123,6 +122,60 @@ TEST_P(GpuMoments, WithoutRoomForLayers) {
     (void)draw_on_gpu(later, image);
     EXPECT_GT(compare(image, merged).db(), 100);
     EXPECT_LE(gpu_->bytes(), enough + enough / 8);
+  }
+}
+
+// A cloud that grows dense: its values change ever faster.
+double growing(const Vec4& p) { return (0.004 + 0.006 * p[3] * p[3]) * moving(p); }
+
+// Whatever was drawn before, from the same layers or others, a picture is the one that is drawn first.
+TEST_P(GpuMoments, KnowNothingOfPicturesBefore) {
+  constexpr int few = pixels / 4;
+  MovingCloud series(LatticeKind::d4star, "default", false, growing);
+  std::vector<Slice> slices;
+  for (const double frame : {1.3, 9.6}) slices.push_back(series.cut(frame, true));
+  for (const ThicknessKind kind : {ThicknessKind::mean, ThicknessKind::sum})
+    slices.push_back(series.cut(5.5, true, 1.5, kind));
+  slices.push_back(slices[1]);
+  slices.back().corrections = make_corrections(CorrectionShape::tent, 0.25f, {30, 28, 26});
+  slices.back().bounds[0] -= 0.25, slices.back().bounds[1] += 0.25;
+  slices.push_back(series.cut(9.6, false)); // merged by the CPU
+  // Of sums it shows something where means have nothing, and is narrow where values change fast.
+  TransferFunction peak = ramp_function(0.1, 1, 0);
+  peak.opacities = {{0.4, 0}, {0.48, 0.8}, {0.56, 0}};
+  struct State {
+    Scene scene;
+    RenderOptions options;
+  };
+  std::vector<State> states;
+  for (const Slice& s : slices) {
+    State one{make_scene(s, peak, fit_camera(s, false, 25, 40, few, few)), {}};
+    one.options.backend = Backend::gpu, one.options.gpu = gpu_, one.options.sheet_step = 2.7;
+    states.push_back(one);
+  }
+  states.push_back(states[1]); // rays in perspective pass more cells with a step
+  states.back().scene.camera = fit_camera(slices[1], true, 25, 40, few, few);
+  states.push_back(states[2]);
+  states.back().options.mode = RenderMode::xray;
+  const auto picture = [&](const State& of, Drawers& by) {
+    ImageStorage image(few, few);
+    Scene scene = of.scene;
+    scene.drawers = &by;
+    EXPECT_STREQ(draw(scene, of.options, image).drawer, "gpu");
+    return image.rgba;
+  };
+  std::vector<std::vector<float>> fresh;
+  for (const State& s : states) {
+    Drawers own;
+    fresh.push_back(picture(s, own));
+  }
+  const auto expect_fresh = [&](size_t n) { EXPECT_TRUE(picture(states[n], drawers_) == fresh[n]) << n; };
+  for (size_t a = 0; a < states.size(); ++a) { // each after itself, and after each other
+    expect_fresh(a), expect_fresh(a);
+    for (size_t b = a + 1; b < states.size(); ++b) {
+      SCOPED_TRACE(std::to_string(a) + " and " + std::to_string(b));
+      expect_fresh(b), expect_fresh(a);
+    }
   }
 }
 

@@ -340,5 +340,21 @@ TEST_F(TrailPicture, ThreadsAndTilesDoNotChangeABit) {
   EXPECT_EQ(with(alone), with(three));
 }
 
+// Rays of a perspective begin at other sheets in each tile.
+TEST_F(TrailPicture, TilesAreLitAlike) {
+  const Slice s = still(20);
+  const auto t = trail(s, {.interval = {-10, 0}, .samples = 10});
+  options.shading = true, options.sheet_step = 1;
+  camera.perspective = true, camera.fovy_degrees = 25;
+  camera.position = {30, -4, -16};
+  solid.opacities = thin.opacities = {{0.05, 0}, {0.9, 0.25}}; // of segments that are lit by halves in part
+  for (const TrailCombine combine : {TrailCombine::physical, TrailCombine::interleaved}) {
+    options.tile_size = 0;
+    const auto whole = draw(s, solid, t, combine);
+    options.tile_size = 9;
+    EXPECT_LT(largest_difference(whole, draw(s, solid, t, combine)), 2e-5);
+  }
+}
+
 } // namespace
 } // namespace bccsplat

@@ -85,7 +85,7 @@ export class Planes {
     planes.forEach((plane, axis) => {
       const canvas = this.canvases[axis];
       const [u, v] = across[axis];
-      const size = (a: number) => Math.hypot(...[0, 4, 8].map((row) => info.affine[row + a])) * (info.dims[a] - 1);
+      const size = (a: number) => Math.hypot(...[0, 4, 8].map((row) => info.affine[row + a])) * info.across[a];
       canvas.style.aspectRatio = String(Math.max(0.4, Math.min(2.5, size(u) / Math.max(size(v), 1e-30))));
       this.paint(sized(canvas), canvas, plane, table, from, to);
       this.hair(canvas, axis, u, v);

@@ -17,7 +17,7 @@ const unit = (a: Vector): Vector => {
 
 // A fraction of the domain, in the world.
 export function toWorld(info: VolumeInfo, at: Vector): Vector {
-  const index = at.map((x, a) => x * (info.dims[a] - 1));
+  const index = at.map((x, a) => x * info.across[a]);
   const row = (r: number) =>
     info.affine[4 * r] * index[0] + info.affine[4 * r + 1] * index[1] + info.affine[4 * r + 2] * index[2] + info.affine[4 * r + 3];
   return [row(0), row(1), row(2)];

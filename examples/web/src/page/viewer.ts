@@ -313,10 +313,13 @@ export class Viewer {
     if (!this.info || !this.camera || this.films) return;
     this.timeline.stop();
     const before = this.view.time, { info } = this;
-    await this.film(info).catch(unlessNone);
-    this.films = false;
-    if (this.info === info) this.view.time = before;
-    this.changed(false);
+    try {
+      await this.film(info).catch(unlessNone);
+    } finally {
+      this.films = false;
+      if (this.info === info) this.view.time = before;
+      this.changed(false);
+    }
   }
 
   private async film(info: VolumeInfo): Promise<void> {
