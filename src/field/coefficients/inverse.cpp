@@ -69,7 +69,8 @@ namespace {
 // Bricks that are copied at once, more than half a megabyte would leave the fast caches; floats that a vector
 // may touch behind them.
 constexpr int most_bricks = 8, beyond = 64;
-using TwoCopies = std::array<std::vector<float>, 2>;
+constexpr int reach = PrefilterStage::pole_reach;
+using Bricks = std::vector<std::shared_ptr<Brick>>; // by slot; null where nothing is
 
 // 1 / (1 - p w) is the product of 1 + (p w)^(2^k): four factors reach 15 sites.
 std::vector<InverseFactor> factors_of(const PrefilterStage& stage) {
@@ -99,33 +100,82 @@ struct BrickRun {
   int count;
 };
 
-// Filters the bricks along their axis; out: the first one, and how far apart they are. Nothing is made where
-// nothing is in reach.
-void filter_run(const std::vector<InverseFactor>& factors, const BrickLayer& from, const BrickRun& run,
-                TwoCopies& copies, std::shared_ptr<Brick>* out, size_t apart) {
-  SiteBox box{{}, {brick_edge, brick_edge, brick_edge}};
-  for (size_t a = 0; a < 3; ++a) box.origin[a] = run.first[a] * brick_edge;
-  int length = run.count * brick_edge + 2 * PrefilterStage::pole_reach;
-  box.origin[run.axis] -= PrefilterStage::pole_reach, box.size[run.axis] = length;
-  for (auto& copy : copies) copy.resize(std::max(copy.size(), size_t(length) * brick_rows + beyond));
-  if (!gather_box(from, box, copies[0].data())) return;
-  InverseLines lines{1, length, run.axis == 0 ? 1 : run.axis == 1 ? brick_edge : brick_rows};
-  lines.outer = brick_rows / lines.inner;
-  for (const InverseFactor& factor : factors) {
-    length -= 2 * factor.stride;
-    HWY_DYNAMIC_DISPATCH(ApplyFactor)(factor, lines, length, copies[0].data(), copies[1].data());
-    std::swap(copies[0], copies[1]);
+// The sites of a run and those in reach, as lines along its axis.
+class RunSites {
+ public:
+  // Copies them; false where all are air.
+  bool gather(const BrickLayer& from, const BrickRun& run) {
+    run_ = run;
+    lines_ = {1, run.count * brick_edge + 2 * reach,
+              run.axis == 0   ? 1
+              : run.axis == 1 ? brick_edge
+                              : brick_rows};
+    lines_.outer = brick_rows / lines_.inner;
+    sites_.resize(std::max(sites_.size(), size_t(lines_.pitch) * brick_rows + beyond));
+    const int32_t begin = run.first[run.axis] * brick_edge, end = begin + run.count * brick_edge;
+    bool any = gather_sites(from, begin - reach, reach);
+    for (Int3 brick = run.first; brick[run.axis] * brick_edge < end; ++brick[run.axis]) {
+      const int32_t at = brick[run.axis] * brick_edge;
+      if (at + brick_edge > from.dims()[run.axis]) { // beyond the last site are mirror images
+        any = gather_sites(from, at, brick_edge) || any;
+        continue;
+      }
+      const Brick* const whole = from.brick(brick[0], brick[1], brick[2]);
+      put(whole ? whole->value.data() : nullptr, at, brick_edge);
+      any = any || whole;
+    }
+    return gather_sites(from, end, reach) || any;
   }
-  const size_t part = size_t{brick_edge} * lines.inner;
-  for (Int3 brick = run.first; brick[run.axis] < run.first[run.axis] + run.count;
-       ++brick[run.axis], out += apart) {
-    *out = std::make_shared_for_overwrite<Brick>();
-    const float* in = copies[0].data() + (brick[run.axis] - run.first[run.axis]) * part;
-    for (int o = 0; o < lines.outer; ++o, in += size_t(lines.pitch) * lines.inner)
-      std::copy_n(in, part, (*out)->value.data() + o * part);
-    clear_beyond(from.dims(), brick, **out);
+  // room: is used.
+  void filter(const std::vector<InverseFactor>& factors, std::vector<float>& room) {
+    room.resize(std::max(room.size(), sites_.size()));
+    int length = lines_.pitch;
+    for (const InverseFactor& factor : factors) {
+      length -= 2 * factor.stride;
+      HWY_DYNAMIC_DISPATCH(ApplyFactor)(factor, lines_, length, sites_.data(), room.data());
+      std::swap(sites_, room);
+    }
   }
-}
+  // Writes what has been filtered, over bricks that are there.
+  void put_into(Bricks& made, const BrickLayer& like) const {
+    const size_t part = size_t{brick_edge} * lines_.inner;
+    const float* in = sites_.data();
+    Int3 brick = run_.first;
+    for (int i = 0; i < run_.count; ++i, ++brick[run_.axis], in += part) {
+      std::shared_ptr<Brick>& out = made[like.slot(brick[0], brick[1], brick[2])];
+      if (!out) out = std::make_shared_for_overwrite<Brick>();
+      for (int o = 0; o < lines_.outer; ++o)
+        std::copy_n(in + o * size_t(lines_.pitch) * lines_.inner, part, out->value.data() + o * part);
+      clear_beyond(like.dims(), brick, *out);
+    }
+  }
+
+ private:
+  // Puts sites of all lines, `count` along the axis from one of the lattice on; null: air.
+  void put(const float* values, int32_t first, int count) {
+    const size_t part = size_t(count) * lines_.inner;
+    float* to = sites_.data() + size_t(first - run_.first[run_.axis] * brick_edge + reach) * lines_.inner;
+    for (int o = 0; o < lines_.outer; ++o, to += size_t(lines_.pitch) * lines_.inner)
+      if (values)
+        std::copy_n(values + o * part, part, to);
+      else
+        std::fill_n(to, part, 0.F);
+  }
+  // The same of sites that may lie beyond the ends; false where all are air.
+  bool gather_sites(const BrickLayer& from, int32_t first, int count) {
+    SiteBox box{{}, {brick_edge, brick_edge, brick_edge}};
+    for (size_t a = 0; a < 3; ++a) box.origin[a] = run_.first[a] * brick_edge;
+    box.origin[run_.axis] = first, box.size[run_.axis] = count;
+    const bool any = gather_box(from, box, some_.data());
+    put(any ? some_.data() : nullptr, first, count);
+    return any;
+  }
+
+  BrickRun run_{};
+  InverseLines lines_;
+  std::vector<float> sites_;
+  std::array<float, brick_sites + beyond> some_;
+};
 
 // Returns whether the brick or a neighbour along the axis holds anything; mirror images lie no further away,
 // and what a periodic axis has beyond its end is looked at.
@@ -145,25 +195,28 @@ bool near(const BrickLayer& from, size_t axis, Int3 brick) {
   return false;
 }
 
-// Returns the bricks by slot; null where nothing is.
-std::vector<std::shared_ptr<Brick>> filter_along(const PrefilterStage& stage, const BrickLayer& from,
-                                                 size_t axis, const BrickBox& region,
-                                                 const Context& context) {
+// Filters lines of bricks along an axis. made: the bricks of `from`, which are written over, or no brick.
+// What a run has is written when the next one, which reaches into it, has been copied.
+void filter_along(const PrefilterStage& stage, const BrickLayer& from, size_t axis, const BrickBox& region,
+                  const Context& context, Bricks& made) {
   const std::vector<InverseFactor> factors = factors_of(stage);
-  std::vector<std::shared_ptr<Brick>> made(from.brick_slots());
   Int3 across = from.brick_dims(); // lines of bricks along the axis
   const int bricks = std::exchange(across[axis], 1);
-  const Int3 next{axis == 0, axis == 1, axis == 2};
-  const size_t apart = bricks > 1 ? from.slot(next[0], next[1], next[2]) : 0;
   context.tasks.parallel_for(size_t(across[0]) * across[1] * across[2], [&](uint64_t line) {
     context.progress.check();
-    TwoCopies copies;
+    const auto sites = std::make_unique<std::array<RunSites, 2>>();
+    RunSites *now = sites->data(), *before = now + 1; // before: filtered, not written yet
+    std::vector<float> room;
+    bool waits = false;
     const auto n = static_cast<int32_t>(line);
     BrickRun run{axis, {n % across[0], n / across[0] % across[1], n / across[0] / across[1]}, 0};
     const auto end = [&] {
-      if (run.count > 0)
-        filter_run(factors, from, run, copies, &made[from.slot(run.first[0], run.first[1], run.first[2])],
-                   apart);
+      if (run.count > 0 && now->gather(from, run)) {
+        if (waits) before->put_into(made, from);
+        now->filter(factors, room);
+        std::swap(now, before);
+        waits = true;
+      }
       run.count = 0;
     };
     for (Int3 brick = run.first; brick[axis] < bricks; ++brick[axis]) {
@@ -175,20 +228,19 @@ std::vector<std::shared_ptr<Brick>> filter_along(const PrefilterStage& stage, co
       if (run.count++ == 0) run.first = brick;
     }
     end();
+    if (waits) before->put_into(made, from);
   });
-  return made;
 }
 
-BrickLayer layer_of(const BrickLayer& like, std::vector<std::shared_ptr<Brick>> bricks) {
+BrickLayer layer_of(const BrickLayer& like, const Bricks& bricks) {
   BrickLayer layer(like.lattice(), like.coset());
   for (size_t slot = 0; slot < bricks.size(); ++slot)
-    if (bricks[slot]) layer.set(slot, std::move(bricks[slot]));
+    if (bricks[slot]) layer.set(slot, bricks[slot]);
   return layer;
 }
 
 // Keeps the coefficients that matter, and the holes of the samples.
-void finish(std::vector<std::shared_ptr<Brick>>& bricks, const SampleLayer& samples, float prune,
-            const BrickBox& region) {
+void finish(Bricks& bricks, const SampleLayer& samples, float prune, const BrickBox& region) {
   for (size_t slot = 0; slot < bricks.size(); ++slot) {
     std::shared_ptr<Brick>& brick = bricks[slot];
     const bool inside = region.contains(samples.slot_position(slot));
@@ -203,22 +255,6 @@ void finish(std::vector<std::shared_ptr<Brick>>& bricks, const SampleLayer& samp
 
 } // namespace
 
-InversePrefilter::InversePrefilter(const PrefilterStage& space, std::span<const PrefilterStage> time)
-    : space_(space) {
-  std::vector<double> weights{1};
-  for (const PrefilterStage& stage : time) {
-    const size_t stride = stage.stride;
-    std::vector<double> next(weights.size() + 2 * stride);
-    for (size_t i = 0; i < weights.size(); ++i) {
-      next[i] += stage.temporal * weights[i];
-      next[i + stride] += stage.self * weights[i];
-      next[i + 2 * stride] += stage.temporal * weights[i];
-    }
-    weights = std::move(next);
-  }
-  weights_.assign(weights.begin(), weights.end());
-}
-
 BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
                                         const std::map<int32_t, const SampleLayer*>& samples,
                                         const BrickBox& region, const Context& context) const {
@@ -227,10 +263,15 @@ BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
   for (int32_t k = -reach; k <= reach; ++k)
     inputs.emplace_back(samples.at(lattice.mirror_layer(layer + k)), weights_[k + reach]);
   BrickLayer sum(lattice.space, lattice.coset(layer));
+  const bool alone = inputs.size() == 1 && weights_.front() == 1;
   context.tasks.parallel_for(sum.rows(), [&](uint64_t row) {
     context.progress.check();
     for (size_t slot = row * sum.row_slots(); slot < (row + 1) * sum.row_slots(); ++slot) {
       if (!region.contains(sum.slot_position(slot))) continue;
+      if (alone && inputs.front().first->brick(slot).values) {
+        sum.set(slot, inputs.front().first->brick(slot).values);
+        continue;
+      }
       std::shared_ptr<Brick> out;
       std::array<float, brick_sites> room;
       for (const auto& [input, weight] : inputs) {
@@ -250,13 +291,18 @@ BrickLayer InversePrefilter::apply(int32_t layer, const Lattice4& lattice,
                                    const std::map<int32_t, const SampleLayer*>& samples, float prune,
                                    const BrickBox& region, const Context& context) const {
   const BrickBox box = go_round(region.widened(), lattice.space); // its bricks depend on those beside them
-  BrickLayer made = sum_layers(layer, lattice, samples, box, context);
-  const Reservation room(context.memory, 2 * made.bytes(), "two layers of the inverse filter");
-  for (size_t axis = 0; axis < 2; ++axis)
-    made = layer_of(made, filter_along(space_, made, axis, box, context));
-  auto bricks = filter_along(space_, made, 2, box, context);
-  finish(bricks, *samples.at(layer), prune, region);
-  return layer_of(made, std::move(bricks));
+  BrickLayer layer_now = sum_layers(layer, lattice, samples, box, context);
+  const Reservation room(context.memory, layer_now.bytes(), "a layer of the inverse filter");
+  Bricks made(layer_now.brick_slots());
+  for (size_t axis = 0; axis < 3; ++axis) {
+    // Along a periodic axis the last bricks reach into the first ones.
+    Bricks written = lattice.space.periodic[axis] ? Bricks(made.size()) : made;
+    filter_along(space_, layer_now, axis, box, context, written);
+    made = std::move(written);
+    layer_now = layer_of(layer_now, made);
+  }
+  finish(made, *samples.at(layer), prune, region);
+  return layer_of(layer_now, made);
 }
 
 } // namespace bccsplat

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <map>
-#include <span>
+#include <utility>
 #include <vector>
 
 #include "base/context.h"
@@ -16,8 +16,9 @@ namespace bccsplat {
 
 class InversePrefilter {
  public:
-  // space: the stage with a pole; time: those behind it, which sum layers `stride` apart.
-  InversePrefilter(const PrefilterStage& space, std::span<const PrefilterStage> time);
+  // space: the stage with a pole; time: weights of the layers around one, which has the middle one.
+  InversePrefilter(const PrefilterStage& space, std::vector<float> time)
+      : space_(space), weights_(std::move(time)) {}
 
   // Prefilters one layer as Prefilter::apply does.
   [[nodiscard]] BrickLayer apply(int32_t layer, const Lattice4& lattice,
@@ -30,7 +31,7 @@ class InversePrefilter {
                                       const BrickBox& region, const Context& context) const;
 
   PrefilterStage space_;
-  std::vector<float> weights_{1}; // of the layers around one, which has the middle one
+  std::vector<float> weights_;
 };
 
 } // namespace bccsplat

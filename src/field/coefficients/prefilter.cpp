@@ -11,6 +11,7 @@
 
 #include "base/aligned.h"
 #include "field/coefficients/inverse.h"
+#include "field/coefficients/prefilter_steps.h"
 #include "field/coefficients/stage_plan.h"
 #include "field/coefficients/tile_planes.h"
 #include "points/rounded_brick.h"
@@ -149,9 +150,8 @@ std::vector<SampleLayer> Prefilter::invert(std::span<const int32_t> layers,
                                            const std::map<int32_t, const SampleLayer*>& samples,
                                            const CoefficientForm& form, const BrickBox& region,
                                            const Context& context) const {
-  std::vector<PrefilterStage> time;
-  for (const PrefilterStep& step : std::span(steps_).subspan(1)) time.push_back(step.filter);
-  const InversePrefilter inverse(steps_.front().filter, time);
+  const std::vector<double> time = weights_in_time(std::span(steps_).subspan(1));
+  const InversePrefilter inverse(steps_.front().filter, {time.begin(), time.end()});
   std::vector<SampleLayer> made;
   for (const int32_t m : layers) {
     const BrickLayer values = inverse.apply(m, lattice_, samples, form.prune, region, context);
