@@ -460,9 +460,11 @@ enum {
  * Needs dims[3] > 0. Where samples would be integers, coefficients are whole steps of the same
  * value from air; where floats, floats. Files with such steps need readers of version 3 of the
  * format. WAVELETS: samples as wavelet coefficients, rounded as far as an error allows: a fraction
- * of the bytes, and a moment reads and decodes all layers of a slab. Stored as U8 or U16; needs
- * dims[3] > 0, and abs_error, or psnr and SET_RANGE, or wavelet_errors (INVALID_ARGUMENT).
- * PARTIAL_APPEND keeps the errors of the file, and refuses smaller ones. Readers: version 4. */
+ * of the bytes, and a moment reads and decodes all layers of a slab. Stored as U8 or U16; on
+ * LATTICE_CC, where the error is half a step between these or more, samples are read as what the
+ * coefficients add up to, not as whole steps. Needs dims[3] > 0, and abs_error, or psnr and
+ * SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). PARTIAL_APPEND keeps the errors of the file, and
+ * refuses smaller ones. Readers: version 4. */
 typedef int32_t bccsplat_store;
 enum {
   BCCSPLAT_STORE_DEFAULT = 0,

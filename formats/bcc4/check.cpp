@@ -306,6 +306,8 @@ void check_tiles(const VolumeInfo& info, Code code) {
       fail(code, "channel ", c.name, ": wavelet coefficients with an error of ", c.wavelet_error);
     if (tiles && c.type != ValueType::u8 && c.type != ValueType::u16)
       fail(code, "channel ", c.name, ": wavelet coefficients are of samples of type u8 or u16");
+    if (c.linear && (!tiles || info.lattice.space.bcc))
+      fail(code, "channel ", c.name, ": linear samples without wavelet coefficients on a Cartesian lattice");
   }
 }
 

@@ -76,6 +76,9 @@ struct ChannelInfo : Quantiser {
   // Of wavelet coefficients: the root mean square error of the stored samples that was asked for, in the
   // units of the channel. The caller's.
   double wavelet_error = 0;
+  // Samples are what wavelet coefficients on a Cartesian lattice add up to, not the codes nearest to that.
+  // The caller's.
+  bool linear = false;
   // Which source samples are missing (mask_runs.h), a block for each frame, stored == 0 where none is, frames
   // may share one; empty: none at all.
   std::vector<BlockRef> masks;

@@ -11,13 +11,14 @@ namespace bccsplat {
 namespace {
 
 constexpr uint64_t measured_error_bytes = 48;
+constexpr uint16_t linear_flag = 1;
 
 } // namespace
 
 void write_channel(ByteWriter& out, const ChannelInfo& c) {
   out.write(static_cast<uint8_t>(c.type));
   out.write(static_cast<uint8_t>(c.source_type));
-  out.write(uint16_t{0});
+  out.write(c.linear ? linear_flag : uint16_t{0});
   out.write(SampleCoder(c).codes().air);
   out.write(c.scale);
   out.write(c.offset);
@@ -43,7 +44,9 @@ void write_channel(ByteWriter& out, const ChannelInfo& c) {
 uint32_t read_channel(ByteReader& in, ChannelInfo& c, uint32_t frames) {
   c.type = static_cast<ValueType>(in.read<uint8_t>());
   c.source_type = static_cast<SourceType>(in.read<uint8_t>());
-  if (in.read<uint16_t>() != 0) fail(Code::corrupt, "metadata: reserved bytes of a channel are not zero");
+  const auto flags = in.read<uint16_t>();
+  if ((flags & ~linear_flag) != 0) fail(Code::corrupt, "metadata: reserved bits of a channel are not zero");
+  c.linear = flags == linear_flag;
   const auto air_code = in.read<uint32_t>();
   c.scale = in.read<double>();
   c.offset = in.read<double>();

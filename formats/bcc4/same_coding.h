@@ -18,7 +18,9 @@ namespace bccsplat {
   for (int l = 0; l < a.level_count(); ++l) {
     if (!same_layers(a.level(l), b.level(l))) return false;
     for (int c = 0; c < static_cast<int>(a.channels.size()); ++c)
-      if (a.coding({c, l}) != b.coding({c, l}) || a.channels[c].wavelet_error != b.channels[c].wavelet_error)
+      if (a.coding({c, l}) != b.coding({c, l}) ||
+          a.channels[c].wavelet_error != b.channels[c].wavelet_error ||
+          a.channels[c].linear != b.channels[c].linear)
         return false;
   }
   return true;

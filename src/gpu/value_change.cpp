@@ -157,7 +157,8 @@ double change_at_sites(const Slice& slice, const Context& context) {
   if (places.empty()) return 0;
   std::vector<double> lengths(places.size());
   context.tasks.parallel_for((places.size() + at_once - 1) / at_once, [&](uint64_t part) {
-    for (size_t n = part * at_once; n < std::min((part + 1) * at_once, places.size()); ++n) {
+    const auto first = static_cast<size_t>(part) * at_once, end = std::min(first + at_once, places.size());
+    for (size_t n = first; n < end; ++n) {
       Vec3 gradient = sites.gradient(places[n]), per_uvw;
       if (slice.corrections) {
         (void)slice.corrections->at(slice.lattice_to_slice.point(places[n]), &per_uvw);

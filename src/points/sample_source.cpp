@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "points/sample_source.h"
 
+#include "base/error.h"
+
 namespace bccsplat {
 
 BrickBox bricks_on(const Lattice3& lattice, const PlaneRange& planes) {
@@ -25,6 +27,11 @@ void SampleSource::read_planes(int channel, std::span<const int32_t> layers, con
 void SampleSource::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                 const Context& context, const TakeLayer<SampleLayer>& take) const {
   for (const int32_t m : layers) take(m, SampleLayer(read_layer(channel, m, region, context)));
+}
+
+std::vector<BrickLayer> SampleSource::add_layers(int, std::span<const LayerSum>, const BrickBox&,
+                                                 const Context&) const {
+  fail(Code::unsupported, "samples: sums of layers");
 }
 
 void SampleSource::list_reads(std::span<const int32_t> layers, const BrickBox& region,

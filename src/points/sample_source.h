@@ -85,6 +85,16 @@ struct LayerRead {
 };
 using LayerReads = std::set<LayerRead>;
 
+// A sum of layers of one coset, each with its weight.
+struct LayerSum {
+  struct Term {
+    int32_t layer = 0;
+    float weight = 0;
+  };
+  int32_t layer = 0; // whose holes the sum has
+  std::vector<Term> terms;
+};
+
 class SampleSource {
  public:
   virtual ~SampleSource() = default;
@@ -113,6 +123,17 @@ class SampleSource {
   // Hands over layers in the form that takes least memory.
   virtual void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                             const Context& context, const TakeLayer<SampleLayer>& take) const;
+  // Returns whether sums of layers cost about what a layer does; add_layers() is then there.
+  [[nodiscard]] virtual bool adds_layers(int /*channel*/) const { return false; }
+  // Returns how many bricks sums of layers about this one have at most. It reads the index.
+  [[nodiscard]] virtual uint64_t bricks_at_most(int /*channel*/, int32_t /*layer*/,
+                                                const BrickBox& /*region*/) const {
+    return 0;
+  }
+  // Returns sums of layers as read_layer() returns layers, in the order of `sums`.
+  [[nodiscard]] virtual std::vector<BrickLayer> add_layers(int channel, std::span<const LayerSum> sums,
+                                                           const BrickBox& region,
+                                                           const Context& context) const;
   // These tell what of the file behind it reading layers, or planes of them, asks for.
   virtual void list_reads(std::span<const int32_t> layers, const BrickBox& region, LayerReads& out) const;
   virtual void list_planes(std::span<const int32_t> layers, const PlaneRange& planes, LayerReads& out) const;

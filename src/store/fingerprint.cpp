@@ -58,7 +58,7 @@ uint32_t series_checksum(VolumeInfo info, uint32_t options) {
     static_cast<Quantiser&>(fixed) = static_cast<const Quantiser&>(c);
     fixed.name = c.name, fixed.quantity = c.quantity, fixed.unit = c.unit;
     fixed.threshold = c.threshold, fixed.source_type = c.source_type;
-    fixed.wavelet_error = c.wavelet_error;
+    fixed.wavelet_error = c.wavelet_error, fixed.linear = c.linear;
     c = std::move(fixed);
   }
   for (LevelInfo& level : info.levels)

@@ -51,7 +51,7 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
     ChannelInfo& channel = info.channels[c];
     static_cast<Quantiser&>(channel) =
         code_channel_anew(was.channels[c], coefficients, settings.value_type, settings.value_step);
-    channel.residuals = {}, channel.wavelet_error = 0;
+    channel.residuals = {}, channel.wavelet_error = 0, channel.linear = false;
     const bool kept = keeps_numbers(was, info, c);
     if (!kept) channel.clamped = 0;
     all_kept &= kept;

@@ -160,8 +160,8 @@ ComparedPart::Plane plane_of(const HeldFrame& held) {
   return [&held](int64_t z, double* to) { held.plane(z, to); };
 }
 
-ComparedPart part_of(const HeldFrame& held, uint32_t frame, const Lattice4& lattice) {
-  return {plane_of(held), held.grid(), frame, lattice.dims, 0};
+ComparedPart part_of(const HeldFrame& held, uint32_t frame, const Lattice4& lattice, double doubt) {
+  return {plane_of(held), held.grid(), frame, lattice.dims, doubt};
 }
 
 // Is the field at each source sample what is stored of it?
@@ -332,8 +332,11 @@ SampleErrors RoundTrip::compare_at_sites(const Channel& c, uint32_t frame, Frame
       read_site_plane(layer, air, z + static_cast<int64_t>(i), to + static_cast<int64_t>(i) * samples);
     });
   };
-  ComparedPart part{
-      {}, held_grid(whole_frame(lattice_).samples, 1), frame, lattice_.dims, exact_rounding * c.largest};
+  ComparedPart part{{},
+                    held_grid(whole_frame(lattice_).samples, 1),
+                    frame,
+                    lattice_.dims,
+                    exact_rounding * c.largest + c.options.read_off};
   const auto held = c.frames.find(frame);
   if (held != c.frames.end()) {
     part.plane = plane_of(held->second.front().samples);
@@ -352,19 +355,22 @@ SampleErrors RoundTrip::compare(const Channel& c, const MeasuredField& field, ui
                                 FrameResiduals& residuals) const {
   if (scope_.at_sites) return compare_at_sites(c, frame, residuals);
   const std::vector<HeldBox>& boxes = c.frames.at(frame);
+  const Kernel& kernel = field.field().kernel();
+  const double doubt = c.options.read_off * kernel.prefilter_gain * largest_site_sum(lattice_.space.bcc);
   if (boxes.size() == 1 && boxes.front().box.is_whole()) {
     const Coefficients& all = field.field();
     make_layers(all, layers_of(all, frame), context_);
     const Slice slice = time_slice(all, frame, {0, 0}, {}, context_);
-    return compare_samples(slice, c.options, part_of(boxes.front().samples, frame, lattice_), residuals,
-                           context_);
+    return compare_samples(slice, c.options, part_of(boxes.front().samples, frame, lattice_, doubt),
+                           residuals, context_);
   }
   BoxErrors sum;
   for (const HeldBox& held : boxes) {
     const Coefficients part = field.part(held.box.bricks);
     const Slice slice = time_slice(part, frame, {0, 0}, {}, context_);
-    sum.add(compare_samples(slice, c.options, part_of(held.samples, frame, lattice_), residuals, context_),
-            held.box.weight);
+    sum.add(
+        compare_samples(slice, c.options, part_of(held.samples, frame, lattice_, doubt), residuals, context_),
+        held.box.weight);
   }
   return sum.of_frame();
 }

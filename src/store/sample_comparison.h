@@ -21,6 +21,7 @@ struct RoundTripChannel {
   double bound = 0;       // 0: measured only
   bool whole = true;      // its field may get a base of its own: all layers of the series are given
   double sample_step = 0; // of what is stored, as readers know it (formats/bcc4/sample_step.h)
+  double read_off = 0;    // how far layers may be from what readers get of them
   // Layers whose sites are the samples hold boxes of this type as they are.
   SourceType as_given = SourceType::unknown;
 };

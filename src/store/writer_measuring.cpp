@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/bcc4/encode/encode_tile.h"
 #include "formats/bcc4/sample_step.h"
 #include "store/site_planes.h"
 
@@ -28,7 +29,7 @@ bool meets_bound(const ChannelInfo& c, double bound) {
   const bool floats = c.source_type == SourceType::f16 || c.source_type == SourceType::f32 ||
                       c.source_type == SourceType::f64;
   const double steps = bound / c.scale;
-  return bound > 0 && !floats && std::fabs(steps - std::nearbyint(steps)) < near;
+  return bound > 0 && !floats && !c.linear && std::fabs(steps - std::nearbyint(steps)) < near;
 }
 
 // Is what is asked for so much that what a reader rounds (site_planes.h) is next to nothing beside it?
@@ -64,6 +65,7 @@ std::vector<RoundTripChannel> channels_to_measure(const WriterOpening& opening, 
     channels.push_back(
         {c.name, asked.air, c.threshold, bound, opening.knows_base(), bound > 0 ? 0 : sample_step(c)});
     if (!coarser && opening.settings().wavelets && holds_source(c)) channels.back().as_given = c.source_type;
+    if (c.linear) channels.back().read_off = as_read_rounding / 2 * c.scale;
   }
   return channels;
 }

@@ -171,6 +171,13 @@ void leave_rounding(const ChannelSettings& asked, ChannelInfo& info) {
     info.wavelet_error = std::max(info.wavelet_error, of_code * info.scale);
 }
 
+// Rounded to codes, samples of whole numbers come back as they were where they are off by less than half a
+// code, and are off by more otherwise.
+bool is_linear(const VolumeInfo& info, const ChannelInfo& c) {
+  constexpr double of_code = .5;
+  return !info.lattice.space.bcc && c.wavelet_error >= of_code * c.scale;
+}
+
 } // namespace
 
 WriterOpening::WriterOpening(WriterSettings settings, bool to_stream, Measuring& measuring,
@@ -349,7 +356,10 @@ void WriterOpening::settle(bool frames, uint32_t first_channel, SourceType first
                                             s.coefficients, info.channels[c]));
   if (s.wavelets) {
     for (const ChannelInfo& c : info.channels) require_wavelet_type(c);
-    for (size_t c = 0; c < s.channels.size(); ++c) leave_rounding(s.channels[c], info.channels[c]);
+    for (size_t c = 0; c < s.channels.size(); ++c) {
+      leave_rounding(s.channels[c], info.channels[c]);
+      info.channels[c].linear = old_ ? old_->info().channels[c].linear : is_linear(info, info.channels[c]);
+    }
   }
   if (frames && !continued_) settle_beyond();
   if (frames && (s.coefficients || s.wavelets))

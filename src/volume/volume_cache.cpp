@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Counts what a series that plays needs at a time: layers of coefficients, and what they are made of.
 #include "volume/volume_cache.h"
 
 #include <algorithm>
@@ -40,13 +41,19 @@ bool is_whole(const VolumeInfo& info) {
   });
 }
 
-LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool stored) {
-  const auto [own, steps] = prefilter_of(lattice, kernel);
+// linear: no samples are held, but the layers that coefficients are made in are.
+LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool stored, bool linear) {
+  constexpr uint64_t of_making = 2;
+  const auto [own, steps, in_space] = prefilter_of(lattice, kernel);
   const auto next = static_cast<uint64_t>(std::ceil(0.5 / lattice.time_step));
   LayerCounts n;
   n.coefficients =
       static_cast<uint64_t>(std::floor(2 * time_reach(own) / kernel_time_per_layer(lattice))) + 1;
   if (stored || steps.empty()) return n;
+  if (linear) {
+    n.first_samples = n.coefficients + of_making;
+    return n;
+  }
   const uint64_t around = 2 * static_cast<uint64_t>(Prefilter(lattice, steps).reach());
   n.samples = next + around, n.first_samples = n.coefficients + around;
   return n;
@@ -58,8 +65,11 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   const VolumeInfo& info = reader.info();
   const Lattice4& lattice = info.lattice;
   if (lattice.is_static()) return {};
+  const bool linear =
+      std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) { return c.linear; });
   const double slots = static_cast<double>(BrickLayer(lattice.space, 0).brick_slots()),
-               mean = static_cast<double>(reader.chunk_count()) / std::max(1, info.slabs());
+               of_chunk = std::pow(info.tile_edge, 3),
+               mean = static_cast<double>(reader.chunk_count()) * of_chunk / std::max(1, info.slabs());
   const double chunks = std::min(most_over_mean * mean, slots * static_cast<double>(info.channels.size())),
                bricks = std::min(most_over_mean * mean, slots),
                made = std::min(coefficients_over_samples * bricks, slots);
@@ -72,21 +82,23 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   const bool stores_coefficients = !info.coefficient_kernel.empty(),
              values = stores_coefficients || std::any_of(info.channels.begin(), info.channels.end(),
                                                          [](const auto&c) { return is_float(c.type); });
-  const LayerCounts layers = layers_of(
-      lattice, kernel, make_kernel(info.coefficient_kernel).name == kernel.name && stores_coefficients);
+  const LayerCounts layers =
+      layers_of(lattice, kernel,
+                make_kernel(info.coefficient_kernel).name == kernel.name && stores_coefficients, linear);
   const double slot_bytes = slots * sizeof(SampleBrick);
   const auto bytes = [&](uint64_t count, double of_bricks, uint64_t each) {
     return static_cast<uint64_t>(static_cast<double>(count) *
                                  (of_bricks * static_cast<double>(each) + slot_bytes));
   };
   VolumeCache need;
-  need.chunks = bytes(info.slab_layers, chunks, coded);
+  // Lists of coefficients take about two bytes for each site of a layer.
+  need.chunks = linear ? bytes(1, chunks, 2 * brick_sites) : bytes(info.slab_layers, chunks, coded);
   // Bytes always fit the steps of rounded coefficients, which Cartesian lattices do not have.
   const bool rounded = lattice.space.bcc && !stores_coefficients &&
                        std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) {
                          return c.type == ValueType::u8 && sample_step(c) > 0;
                        });
-  const uint64_t sample = values ? sizeof(Brick) : coded;
+  const uint64_t sample = values || linear ? sizeof(Brick) : coded;
   need.coefficients =
       std::max(bytes(layers.coefficients, made,
                      rounded ? sizeof(RoundedBrick) + rounded_overhead + beside / 2 : sizeof(Brick)) +

@@ -145,6 +145,39 @@ TEST(Wavelets, ASmallErrorIsKeptInEverySlabOrRefused) {
   }
 }
 
+// What is read of bytes is near them without having been rounded to bytes, which errs less; just beside a
+// frame it is the same.
+TEST(Wavelets, SamplesOfTheGridAreNotRounded) {
+  const TestDevice device;
+  const Source s = hard_values[6].source();
+  const double error = 1.5;
+  Asked a = asked_of(hard_values[6]);
+  a.options.wavelet_errors = &error;
+  const Written w = write_frames(device, s, a.options, a.channel);
+  ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+  const OpenVolume volume(device, w.bytes);
+  double plain = 0, rounded = 0;
+  for (uint32_t t = 0; t < s.dims[3]; ++t) {
+    const std::vector<float> frame = volume.frame(t);
+    for (size_t i = 0; i < frame.size(); ++i) {
+      const double source = s.values[t * frame.size() + i];
+      plain += std::pow(frame[i] - source, 2), rounded += std::pow(std::nearbyint(frame[i]) - source, 2);
+    }
+  }
+  EXPECT_LT(plain * 1.02, rounded);
+  std::vector<double> points;
+  for (const double t : {7.0, 7 + 1e-6, 16.0, 16 - 1e-6}) // also at the end of a slab
+    for (int i = 0; i < 200; ++i)
+      points.insert(points.end(), {i % 34 * 1.0, i * 7 % 33 * 1.0, i % 9 * 1.0, t});
+  std::vector<float> values(points.size() / 4);
+  ASSERT_EQ(bccsplat_volume_evaluate(volume.volume, values.size(), points.data(), values.data(), nullptr),
+            BCCSPLAT_OK);
+  for (size_t i = 0; i < 200; ++i) {
+    EXPECT_NEAR(values[i], values[200 + i], 2e-3);
+    EXPECT_NEAR(values[400 + i], values[600 + i], 2e-3);
+  }
+}
+
 TEST(Wavelets, AHighPsnrIsReachedOrRefused) {
   const TestDevice device;
   for (const Hard& h : hard_values)

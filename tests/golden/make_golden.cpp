@@ -108,6 +108,7 @@ void make_bad_tiles() {
   };
   info("bad_tiles_edge", [](VolumeInfo& v) { v.tile_edge = 3; });
   info("bad_tiles_no_error", [](VolumeInfo& v) { v.channels[0].wavelet_error = 0; });
+  info("bad_tiles_flags_of_samples", [](VolumeInfo& v) { v.channels[0].linear = true, v.tile_edge = 1; });
   info("bad_tiles_of_floats", [](VolumeInfo& v) {
     v.channels[0].type = ValueType::f32, v.channels[0].scale = 1, v.channels[0].offset = v.channels[0].air;
   });
@@ -120,6 +121,9 @@ void make_tiles() {
        write_file(tiles(LatticeKind::d4star, {70, 20, 18, 7}, channel("value", ValueType::u16, 2), 8), ball));
   save("v4_tiles_levels", tile_levels());
   make_bad_tiles();
+  ChannelInfo linear = channel("value", ValueType::u16, 5);
+  linear.linear = true;
+  save("v4_tiles_linear", write_file(tiles(LatticeKind::cc, {40, 35, 20, 8}, std::move(linear), 2), ball));
   save("v4_tiles_cc_u16",
        write_file(tiles(LatticeKind::cc, {41, 35, 20, 8}, channel("value", ValueType::u16, 5), 2), ball));
   save("v4_tiles_d4star_u8",

@@ -146,6 +146,7 @@ struct BlockRef {
 struct Channel {
   std::string name;
   int type = 0;
+  bool linear = false; // section 12
   uint32_t air_code = 0;
   double scale = 1, offset = 0;
   float air = 0;
@@ -214,7 +215,9 @@ Channel read_channel(Cursor& c, const Volume& v, int lowest) {
   ch.type = c.u8();
   must(ch.type >= 1 && ch.type <= 5, "channel: value type");
   must(c.u8() <= 9, "channel: source type");
-  c.zeros(2);
+  const int flags = c.u16();
+  must(flags <= 1, "channel: flags");
+  ch.linear = flags == 1;
   ch.air_code = c.u32();
   ch.scale = c.f64();
   ch.offset = c.f64();
@@ -703,6 +706,7 @@ uint64_t ordered(const Channel& ch, const Coding& c, uint64_t code) {
 struct Decoded {
   std::vector<std::vector<uint8_t>> state; // per layer: 4096 of 0, 1, 2
   std::vector<std::vector<uint32_t>> code; // per layer: 4096 ordered codes
+  std::vector<std::vector<float>> sample;  // of a linear channel 4096 samples, relative to air
 };
 
 // The bytes of a chunk, all but the zeros.
@@ -1196,19 +1200,8 @@ float value_of(const TileHead& head, int steps) {
   return steps < 0 ? -v : v;
 }
 
-void make_samples(TileBox& box, const TileHead& head) {
-  box.samples.assign(box.layers, std::vector<float>(box.n[0] * box.n[1] * box.n[2]));
-  for (Band& b : box.bands)
-    for (int k = 0; k < b.layers; ++k)
-      for (int z = 0; z < b.size[2]; ++z)
-        for (int y = 0; y < b.size[1]; ++y)
-          for (int x = 0; x < b.size[0]; ++x)
-            box.at(k, b.from[2] + z, b.from[1] + y, b.from[0] + x) =
-                value_of(head, b.steps[b.index(k, z, y, x)]);
-  for (int k = 0; k < box.layers; ++k)
-    for (int l = box.levels; l >= 1; --l)
-      for (int a = 2; a >= 0; --a)
-        if (box.h[a] >= l && box.kept(a, l - 1) > 1) join_lines(box, k, l, a);
+// Makes each layer the sum of all.
+void change_basis(TileBox& box) {
   const std::vector<std::vector<float>> layers = box.samples;
   for (int t = 0; t < box.layers; ++t)
     for (size_t i = 0; i < layers[t].size(); ++i) {
@@ -1217,6 +1210,23 @@ void make_samples(TileBox& box, const TileHead& head) {
         sum = sum + static_cast<float>(box.time[k][t]) / 16384 * layers[k][i];
       box.samples[t][i] = sum;
     }
+}
+
+void make_samples(TileBox& box, const TileHead& head, bool linear) {
+  box.samples.assign(box.layers, std::vector<float>(box.n[0] * box.n[1] * box.n[2]));
+  for (Band& b : box.bands)
+    for (int k = 0; k < b.layers; ++k)
+      for (int z = 0; z < b.size[2]; ++z)
+        for (int y = 0; y < b.size[1]; ++y)
+          for (int x = 0; x < b.size[0]; ++x)
+            box.at(k, b.from[2] + z, b.from[1] + y, b.from[0] + x) =
+                value_of(head, b.steps[b.index(k, z, y, x)]);
+  if (linear) change_basis(box);
+  for (int k = 0; k < box.layers; ++k)
+    for (int l = box.levels; l >= 1; --l)
+      for (int a = 2; a >= 0; --a)
+        if (box.h[a] >= l && box.kept(a, l - 1) > 1) join_lines(box, k, l, a);
+  if (!linear) change_basis(box);
 }
 
 // The values part: the boxes of the cosets that have sites in the tile, without their samples.
@@ -1260,9 +1270,14 @@ std::map<int, TileBox> read_boxes(Cursor& c, const Volume& v, const Chunk& e, co
 uint32_t code_of(float sample, const Channel& ch, const Chunk& e) {
   const float code = std::floor(sample + static_cast<float>(ch.air_code) + 0.5f);
   must(!std::isnan(code), "tile: a sample is not a number");
-  return static_cast<uint32_t>(
-      std::clamp(code, static_cast<float>(e.smallest), static_cast<float>(e.largest)));
+  const float low = ch.linear ? 0 : static_cast<float>(e.smallest), high = !ch.linear
+                                                                               ? static_cast<float>(e.largest)
+                                                                           : ch.type == 1 ? 255
+                                                                                          : 65535;
+  return static_cast<uint32_t>(std::clamp(code, low, high));
 }
+
+float relative(const Channel& ch, uint32_t code);
 
 // Which tile a chunk is.
 void find_tile(const Volume& v, const Chunk& e, int at[3]) {
@@ -1306,7 +1321,7 @@ std::map<uint32_t, Decoded> decode_tile(const File& f, const Volume& v, const Ch
   for (auto& [coset, box] : boxes) {
     make_bands(box);
     coefficients.read_box(box);
-    make_samples(box, head);
+    make_samples(box, head, ch.linear);
   }
 
   std::map<uint32_t, Decoded> all;
@@ -1319,6 +1334,7 @@ std::map<uint32_t, Decoded> decode_tile(const File& f, const Volume& v, const Ch
     for (size_t m = 0; m < b.layers.size(); ++m) {
       out.state.emplace_back(4096);
       out.code.emplace_back(4096);
+      out.sample.emplace_back(4096);
       const int coset = v.coset(static_cast<int>(e.slab * v.slab_layers + m)), t = layers[coset]++;
       const auto [nx, ny, nz] = b.layers[m];
       for (int z = 0; z < nz; ++z)
@@ -1330,6 +1346,7 @@ std::map<uint32_t, Decoded> decode_tile(const File& f, const Volume& v, const Ch
             const size_t index = (z * 16 + y) * 16 + x;
             out.state.back()[index] = hole[value++] ? 2 : 1;
             out.code.back()[index] = code;
+            out.sample.back()[index] = static_cast<float>(ch.scale) * sample + relative(ch, ch.air_code);
             smallest = std::min(smallest, code), largest = std::max(largest, code);
           }
     }
@@ -1538,7 +1555,9 @@ void dump_layers(const Volume& v, uint32_t c, uint32_t level, const std::string&
             const size_t layer = m % v.slab_layers;
             const size_t index = (z % 16 * 16 + y % 16) * 16 + x % 16;
             state = found->second.state[layer][index];
-            if (state) sample = relative(ch, found->second.code[layer][index]);
+            if (state)
+              sample = ch.linear ? found->second.sample[layer][index]
+                                 : relative(ch, found->second.code[layer][index]);
           }
           uint8_t bytes[4];
           std::memcpy(bytes, &sample, 4);

@@ -98,7 +98,8 @@ struct ChunkRest {
   }
 };
 
-class OpenTile; // open_tile.h
+class LinearTile; // linear_tile.h
+class OpenTile;   // open_tile.h
 
 // A decoded chunk as it is cached: codes in as many bytes as their type has.
 struct ChunkData {
@@ -109,10 +110,11 @@ struct ChunkData {
   std::vector<std::byte> codes;      // of a chunk with a rest only those of the layers that were decoded
   std::shared_ptr<const ChunkRest> rest{};
   bool lost = false; // read as holes, as it could not be decoded
-  // Of a tile (tile.h) its bricks, x fastest, or what they are made of; nothing else is then there but
-  // `coded`.
+  // Of a tile (tile.h) its bricks, x fastest, or what they are made of, one or the other; nothing else is
+  // then there but `coded` and `lost`.
   std::vector<std::shared_ptr<const ChunkData>> bricks{};
   std::shared_ptr<const OpenTile> tile{};
+  std::shared_ptr<const LinearTile> linear{};
   [[nodiscard]] uint64_t bytes() const {
     return sizeof(*this) + (kept.size() + hole.size()) * sizeof(BrickMask) + first.size() * 4 +
            codes.capacity();

@@ -1,54 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Run lists go through the bricks of a tile one after the other; codes are made of its boxes when they are
-// asked for.
+// Codes are made of the boxes of a tile when they are asked for.
 #include "formats/bcc4/coding/open_tile.h"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
-#include "base/bytes.h"
 #include "formats/bcc4/coding/chunk_parts.h"
-#include "formats/bcc4/coding/chunk_rows.h"
 #include "formats/bcc4/coding/range.h"
 #include "formats/bcc4/coding/scratch.h"
 #include "formats/bcc4/coding/tile_rows.h"
+#include "formats/bcc4/coding/tile_runs.h"
 
 namespace bccsplat {
-namespace {
-
-void read_kept(RunDecoder& occupancy, ChunkData& b) {
-  b.kept.assign(b.shape.layers, BrickMask{});
-  for (int m = 0; m < b.shape.layers; ++m) {
-    const Int3& n = b.shape.box[m];
-    if (n == Int3{brick_edge, brick_edge, brick_edge}) {
-      occupancy.fill(b.kept[m]);
-      continue;
-    }
-    for (int z = 0; z < n[2]; ++z)
-      for (int y = 0; y < n[1]; ++y) b.kept[m][z * brick_edge + y] = occupancy.row(n[0]);
-  }
-}
-
-void read_holes(RunDecoder& holes, ChunkData& b) {
-  b.hole.assign(b.shape.layers, BrickMask{});
-  for_rows(b.shape, [&](size_t m, size_t r, int) {
-    const uint16_t kept = b.kept[m][r];
-    b.hole[m][r] = expand_bits(holes.row(std::popcount(kept)), kept);
-  });
-}
-
-} // namespace
-
 OpenTile::OpenTile(const TilePlace& place, const ChunkCodes& codes, const Bcc4Chunk& entry,
                    std::span<const std::byte> bytes, ChunkScratch& scratch)
     : edge_(place.edge), boxes_(place.boxes()),
       rounded_(rounded_codes(codes, entry.min_code, entry.max_code)) {
   check_stored(entry, bytes);
-  bricks_.resize(place.bricks());
-  for (int i = 0; i < place.bricks(); ++i) bricks_[i].shape = shape_at(place, i), bricks_[i].coded = codes;
-  read_runs(entry, open_runs(entry, bytes, scratch));
-  layers_ = decode_tile(boxes_, bytes.first(entry.values_bytes), entry.offset, scratch.room);
+  bricks_ = read_tile_runs(place, codes, entry, bytes, scratch);
+  const auto values = bytes.first(entry.values_bytes);
+  for (size_t c = 0; const auto& of : decode_tile(boxes_, values, entry.offset, scratch.room.walk))
+    layers_.emplace_back(of, scratch.room.layers[c++]);
 }
 
 OpenTile::OpenTile(const TileSites& sites, const ChunkCodes& codes, const CodeRange& range,
@@ -61,24 +33,6 @@ OpenTile::OpenTile(const TileSites& sites, const ChunkCodes& codes, const CodeRa
     b.kept = from.kept, b.hole = from.hole;
     find_layers(b);
   }
-}
-
-void OpenTile::read_runs(const Bcc4Chunk& entry, std::span<const std::byte> bytes) {
-  ByteReader in(bytes, "runs of the chunk", entry.offset + entry.values_bytes);
-  RunDecoder occupancy(in, boxes_[0].sites() + boxes_[1].sites(), entry.kept);
-  for (ChunkData& b : bricks_) {
-    if (b.shape.sites() > 0) read_kept(occupancy, b);
-    find_layers(b);
-    b.first.resize(b.shape.layers + 1, 0); // also of a brick outside
-  }
-  occupancy.finish();
-  if (entry.holes > 0) {
-    RunDecoder holes(in, entry.kept, entry.holes);
-    for (ChunkData& b : bricks_)
-      if (b.shape.sites() > 0) read_holes(holes, b);
-    holes.finish();
-  }
-  in.expect_end();
 }
 
 void OpenTile::make_codes(int brick, int layer, std::byte* to) const {

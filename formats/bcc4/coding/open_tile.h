@@ -33,8 +33,6 @@ class OpenTile {
   [[nodiscard]] uint64_t code_bytes(uint32_t layers) const;
 
  private:
-  void read_runs(const Bcc4Chunk& entry, std::span<const std::byte> bytes);
-
   std::vector<ChunkData> bricks_;
   int edge_; // bricks along an axis
   std::array<TileBox, 2> boxes_;

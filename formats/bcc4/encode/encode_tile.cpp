@@ -3,6 +3,7 @@
 // bricks one after the other.
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <utility>
@@ -10,10 +11,12 @@
 #include "base/bytes.h"
 #include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/layer_codes.h"
+#include "formats/bcc4/coding/linear_tile.h"
 #include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/coding/tile_rows.h"
 #include "formats/bcc4/encode/choose_tile.h"
 #include "formats/bcc4/encode/encode_tile.h"
+#include "points/rounded_brick.h"
 
 namespace bccsplat {
 namespace {
@@ -82,6 +85,44 @@ CodeRange read_back(const TileSites& sites, const SampleCoder& coder, std::vecto
   return range;
 }
 
+// Samples as a reader gets them, but for a rounding that is next to nothing beside a code.
+SampleBrick as_read(Brick&& brick, const SampleCoder& coder) {
+  constexpr double of_code = as_read_rounding;
+  const float coarsest = std::exp2(std::floor(std::log2(static_cast<float>(of_code * coder.scale()))));
+  if (auto rounded = RoundedBrick::round(brick, coarsest)) return {nullptr, std::move(rounded)};
+  return {std::make_shared<const Brick>(std::move(brick)), nullptr};
+}
+
+// The same of samples that are linear in what is coded.
+CodeRange read_linear(const TileSites& sites, const SampleCoder& coder, const LinearTile& back,
+                      EncodedTile& tile) {
+  const auto scale = static_cast<float>(coder.scale()), air = coder.decode(coder.codes().air),
+             air_code = static_cast<float>(coder.codes().air);
+  const int layers = sites.place.layers;
+  LinearRange range;
+  tile.bricks.resize(size_t(sites.place.bricks()) * layers);
+  std::vector<const uint32_t*> next;
+  for (const ChunkSites& b : sites.bricks) next.push_back(b.codes.data());
+  std::vector<float> box;
+  for (int m = 0; m < layers; ++m) {
+    back.make_layer(m, box);
+    for (int i = 0; i < sites.place.bricks(); ++i) {
+      if (back.kept(i, m) == BrickMask{}) continue;
+      Brick brick{};
+      brick.kept = back.kept(i, m);
+      if (back.hole(i, m) != BrickMask{}) brick.hole = std::make_unique<BrickMask>(back.hole(i, m));
+      for_kept(back, i, m, box, [&](size_t site, float sample) {
+        const double off = static_cast<double>(sample + air_code) - *next[i]++;
+        tile.squared_error += off * off;
+        range.add(sample);
+        brick.value[site] = scale * sample + air;
+      });
+      tile.bricks[size_t(i) * layers + m] = as_read(std::move(brick), coder);
+    }
+  }
+  return range.nearest(coder.codes());
+}
+
 } // namespace
 
 uint64_t TileSites::kept() const {
@@ -134,7 +175,7 @@ std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const Chun
 }
 
 EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& asked, int level,
-                        TileRoom& room) {
+                        bool linear, TileRoom& room) {
   const auto boxes = sites.place.boxes();
   std::array<std::vector<float>, 2> values = tile_values(sites, coder.codes());
   std::array<TileBands, 2> bands;
@@ -147,10 +188,12 @@ EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const 
     if (bands[c].coefficients.empty()) continue;
     choose_steps(bands[c], rule, room.walk);
     bands[c].coefficients = {}; // all that follows is made of steps
-    layers[c] = restore_tile(bands[c], rule.steps, room.layers[c]);
+    if (!linear) layers[c] = TileLayers(coefficients_of(bands[c], rule.steps), room.layers[c]);
   }
   EncodedTile tile;
-  const CodeRange range = read_back(sites, coder, std::move(layers), tile);
+  const CodeRange range =
+      linear ? read_linear(sites, coder, {sites, coefficients_of(bands[0], rule.steps)}, tile)
+             : read_back(sites, coder, std::move(layers), tile);
   Bcc4Chunk& entry = tile.chunk.entry;
   entry.kept = static_cast<uint32_t>(sites.kept());
   for (const ChunkSites& b : sites.bricks) entry.holes += b.holes();

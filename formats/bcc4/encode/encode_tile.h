@@ -24,7 +24,10 @@ struct EncodedTile {
   double squared_error = 0;        // of all kept sites, in codes
   std::vector<SampleBrick> bricks; // what a reader gets: the layers of the first brick, those of the next ..
 };
+// linear: samples are what is coded adds up to (coding/linear_tile.h). What a reader gets of these is rounded
+// by as_read_rounding of a step between codes at most.
+inline constexpr double as_read_rounding = 1.0 / 256;
 [[nodiscard]] EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& rule,
-                                      int level, TileRoom& room);
+                                      int level, bool linear, TileRoom& room);
 
 } // namespace bccsplat

@@ -13,6 +13,7 @@
 
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/layer_codes.h"
+#include "formats/bcc4/coding/linear_tile.h"
 #include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/read/samples.h"
 
@@ -22,13 +23,16 @@ namespace bccsplat {
 // they are handed over; values of floats would take more than the codes of the chunk do, which stay until all
 // of its layers have gone. Layers that are still to be decoded are held as they are stored. A tile is held
 // brick by brick; those of its layers that nobody has asked for are held as coefficients, where these take
-// less than their codes would.
+// less than their codes would. A linear tile is held as its coefficients.
 class Bcc4Samples::HeldChunk {
  public:
   // make(data, layer), make(tile, brick, layer): a brick of samples. `wanted`: layers, a bit each.
   template<class MakeBrick>
   HeldChunk(std::shared_ptr<const ChunkData> data, const MakeBrick& make, uint32_t wanted) : HeldChunk() {
-    if (data->tile) {
+    if (data->linear) {
+      linear_ = data->linear, lost_ = data->lost;
+      decoded_ = linear_->layers(), layers_ = all_layers();
+    } else if (data->tile) {
       hold_tile(data->tile, make, wanted);
     } else if (data->bricks.empty()) {
       *this = HeldChunk(Single{}, std::move(data), make);
@@ -56,13 +60,14 @@ class Bcc4Samples::HeldChunk {
   [[nodiscard]] bool filled() const { return layers_ != 0; }
   // Returns whether these layers, a bit each, are here or air.
   [[nodiscard]] bool has(uint32_t layers) const {
+    if (linear_) return true;
     if (open_) return (layers & ~made_) == 0;
     if (!tile_.empty()) return can_have(layers);
     return can_have(layers) && (!rest_ || layers >> decoded_ == 0);
   }
   // Returns whether they are once the rest has been decoded.
   [[nodiscard]] bool can_have(uint32_t layers) const {
-    if (open_) return true;
+    if (open_ || linear_) return true;
     return (data_ || (layers & gone_) == 0) &&
            std::all_of(tile_.begin(), tile_.end(), [&](const HeldChunk& b) { return b.can_have(layers); });
   }
@@ -82,6 +87,8 @@ class Bcc4Samples::HeldChunk {
   }
   // Returns whether the layers that it lacks are those of a tile.
   [[nodiscard]] bool is_open_tile() const { return open_ != nullptr; }
+  // A tile of which any sum of layers can be made; null: another chunk.
+  [[nodiscard]] const LinearTile* linear() const { return linear_.get(); }
   // Returns how many layers have been decoded.
   [[nodiscard]] int decoded() const { return decoded_; }
   // The codes of all layers; null where they are held layer by layer.
@@ -94,7 +101,8 @@ class Bcc4Samples::HeldChunk {
   }
   [[nodiscard]] uint64_t bytes() const {
     uint64_t sum = sizeof *this + bricks_.size() * sizeof(SampleBrick) + (data_ ? data_->bytes() : 0) +
-                   (rest_ ? rest_->bytes() : 0) + (open_ ? open_->bytes() : 0);
+                   (rest_ ? rest_->bytes() : 0) + (open_ ? open_->bytes() : 0) +
+                   (linear_ ? linear_->bytes() : 0);
     for (const SampleBrick& brick : bricks_) sum += brick.bytes();
     for (const HeldChunk& brick : tile_) sum += brick.bytes();
     return sum;
@@ -160,7 +168,8 @@ class Bcc4Samples::HeldChunk {
     return any;
   }
 
-  std::vector<HeldChunk> tile_;          // then there is nothing of its own
+  std::shared_ptr<const LinearTile> linear_; // then there is nothing else
+  std::vector<HeldChunk> tile_;              // then there is nothing of its own
   std::shared_ptr<const OpenTile> open_; // what the other layers of a tile are made of; null: all were made
   uint32_t made_ = 0;                    // layers that are here, of an open tile
   std::shared_ptr<const ChunkData> data_;

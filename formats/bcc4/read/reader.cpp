@@ -12,12 +12,14 @@
 #include "formats/bcc4/coding/chunk_parts.h"
 #include "formats/bcc4/coding/deflate.h"
 #include "formats/bcc4/coding/layer_codes.h"
+#include "formats/bcc4/coding/linear_tile.h"
 #include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/coding/scratch.h"
 #include "formats/bcc4/field_base.h"
 #include "formats/bcc4/file_limits.h"
 #include "formats/bcc4/read/reader.h"
 #include "formats/bcc4/read/reader_state.h"
+#include "formats/bcc4/read/tile_sums.h"
 
 namespace bccsplat {
 namespace {
@@ -100,8 +102,11 @@ ChunkData Bcc4Reader::State::decode(const ChannelLevel& at, const Bcc4Chunk& chu
   if (info.tile_edge > 1) {
     ChunkData data;
     data.coded = coder(at).codes();
-    data.tile =
-        std::make_shared<const OpenTile>(tile_of(chunk, at.level), data.coded, chunk, stored, scratch);
+    const TilePlace place = tile_of(chunk, at.level);
+    if (info.channels[at.channel].linear)
+      data.linear = std::make_shared<const LinearTile>(place, data.coded, chunk, stored, scratch);
+    else
+      data.tile = std::make_shared<const OpenTile>(place, data.coded, chunk, stored, scratch);
     return data;
   }
   return decode_chunk(shape_of(chunk, at.level), coder(at).codes(), chunk, stored, scratch, layers);
@@ -124,8 +129,13 @@ Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
 }
 
 ChunkData Bcc4Reader::State::lost_chunk(const ChannelLevel& at, const Bcc4Chunk& chunk) const {
-  ChunkData data = info.tile_edge > 1 ? tile_of_holes(tile_of(chunk, at.level), coder(at).codes())
-                                      : chunk_of_holes(shape_of(chunk, at.level), coder(at).codes());
+  const ChunkCodes& codes = coder(at).codes();
+  ChunkData data;
+  if (info.channels[at.channel].linear)
+    data.linear = std::make_shared<const LinearTile>(tile_of(chunk, at.level));
+  else
+    data = info.tile_edge > 1 ? tile_of_holes(tile_of(chunk, at.level), codes)
+                              : chunk_of_holes(shape_of(chunk, at.level), codes);
   data.lost = true;
   return data;
 }
@@ -318,6 +328,12 @@ float Bcc4Reader::absent(int channel) const {
 std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const ChunkData& data,
                                                int layer_of_slab, RelativeTo to) const {
   return brick_of_chunk(state_->coder(at, to), data, layer_of_slab);
+}
+
+TileValues Bcc4Reader::tile_values(const ChannelLevel& at, RelativeTo to) const {
+  const SampleCoder& coder = state_->coder(at, to);
+  return {static_cast<float>(coder.scale()), coder.decode(coder.codes().air),
+          to == RelativeTo::base ? absent(at.channel) : 0};
 }
 
 SampleBrick Bcc4Reader::samples(const ChannelLevel& at, const OpenTile& tile, int brick, int layer_of_slab,

@@ -34,6 +34,7 @@ struct ChunkData; // a decoded chunk, chunk.h
 class OpenTile;   // open_tile.h
 struct ChunkRest; // what of one is still to be decoded
 struct ChunkScratch;
+struct TileValues; // what samples of a linear tile are, tile_sums.h
 
 // What the values of bricks are relative to.
 enum class RelativeTo : uint8_t { air, base };
@@ -137,6 +138,8 @@ class Bcc4Reader {
   // The same in the form that takes least memory.
   [[nodiscard]] SampleBrick samples(const ChannelLevel& at, const ChunkData& data, int layer_of_slab,
                                     RelativeTo to = RelativeTo::air) const;
+  // What the samples of a linear channel are made of.
+  [[nodiscard]] TileValues tile_values(const ChannelLevel& at, RelativeTo to) const;
   // The same of a brick of a tile.
   [[nodiscard]] SampleBrick samples(const ChannelLevel& at, const OpenTile& tile, int brick,
                                     int layer_of_slab, RelativeTo to = RelativeTo::air) const;

@@ -155,8 +155,13 @@ void Bcc4Samples::finish_chunks(const ChannelLevel& at, std::span<const size_t> 
 // Hands over a chunk, or the bricks of a tile.
 void Bcc4Samples::for_bricks(uint32_t slot, const HeldChunk& held, const ChunkBody& body) const {
   const Int3 first = reader_->brick_position(slot, level_);
-  if (held.tile().empty()) return body(first, held);
   const int edge = reader_->info().tile_edge;
+  if (const LinearTile* const tile = held.linear()) {
+    for (int i = 0; i < tile->bricks(); ++i)
+      body({first[0] + i % edge, first[1] + i / edge % edge, first[2] + i / edge / edge}, held);
+    return;
+  }
+  if (held.tile().empty()) return body(first, held);
   for (int i = 0; const HeldChunk& brick : held.tile()) {
     const Int3 at{first[0] + i % edge, first[1] + i / edge % edge, first[2] + i / edge / edge};
     if (brick.filled()) body(at, brick);
@@ -164,52 +169,65 @@ void Bcc4Samples::for_bricks(uint32_t slot, const HeldChunk& held, const ChunkBo
   }
 }
 
+MemoryBudget& Bcc4Samples::budget() const { return cache_->budget; }
+
+// A layer of a batch of chunks is in memory beyond the cache, so that a batch is small where the budget is
+// short.
+size_t Bcc4Samples::chunks_at_once() const {
+  const uint64_t chunk_bytes = reader_->info().level(level_).slab_layers * bricks_of_chunk() * sizeof(Brick);
+  const uint64_t room = cache_->budget.limit() - cache_->budget.used();
+  return std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
+}
+
+std::vector<std::shared_ptr<const Bcc4Samples::HeldChunk>>
+Bcc4Samples::fetch_chunks(const ChannelLevel& at, int32_t slab, std::span<const Bcc4Chunk> chunks,
+                          const SlabLayers& layers, const Context& context, Attempts& attempts) const {
+  const MakeSamples samples{*reader_, at, to_};
+  std::vector<std::shared_ptr<const HeldChunk>> held(chunks.size());
+  std::vector<Bcc4Chunk> missing;
+  std::vector<size_t> missing_at, begun_at;
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    held[i] = cache_->chunks.find({at.channel, slab, chunks[i].slot});
+    if (held[i] && held[i]->has(layers.bits)) continue;
+    if (held[i] && held[i]->can_have(layers.bits)) {
+      begun_at.push_back(i);
+      continue;
+    }
+    held[i] = nullptr;
+    missing.push_back(chunks[i]);
+    missing_at.push_back(i);
+  }
+  if (reader_->info().tile_edge > 1 && !missing.empty())
+    cache_->make_room(reader_->decoding_bytes(at, missing.front()));
+  reader_->read_chunks(at, missing, context, attempts, layers.end(), [&](size_t i, ChunkData&& data) {
+    held[missing_at[i]] = std::make_shared<const HeldChunk>(
+        std::make_shared<const ChunkData>(std::move(data)), samples, layers.bits);
+  });
+  finish_chunks(at, begun_at, held, layers.bits, context);
+  const auto keep = [&](size_t i) {
+    const ChunkKey key{at.channel, slab, chunks[i].slot};
+    cache_->chunks.drop(key); // what was left of it
+    cache_->keep(key, held[i]);
+  };
+  for (const size_t i : missing_at) {
+    if (!held[i]) continue; // it is not there yet
+    cache_->decoded.fetch_add(1, std::memory_order_relaxed);
+    cache_->layers_decoded.fetch_add(held[i]->decoded(), std::memory_order_relaxed);
+    keep(i);
+  }
+  for (const size_t i : begun_at) keep(i);
+  return held;
+}
+
 void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, const SlabLayers& layers,
                              const Context& context, const ChunkBody& body) const {
   const ChannelLevel at{channel, level_};
   const std::vector<Bcc4Chunk> wanted = reader_->chunks(at, slab, region);
-  // One layer and a batch of chunks are in memory beyond the cache, so that a batch is small where the budget
-  // is short.
-  const uint64_t chunk_bytes = reader_->info().level(level_).slab_layers * bricks_of_chunk() * sizeof(Brick);
-  const uint64_t room = cache_->budget.limit() - cache_->budget.used();
-  const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
-  const MakeSamples samples{*reader_, at, to_};
+  const size_t at_once = chunks_at_once();
   Attempts attempts;
   for (size_t first = 0; first < wanted.size(); first += at_once) {
     const auto batch = std::span(wanted).subspan(first, std::min(at_once, wanted.size() - first));
-    std::vector<std::shared_ptr<const HeldChunk>> held(batch.size());
-    std::vector<Bcc4Chunk> missing;
-    std::vector<size_t> missing_at, begun_at;
-    for (size_t i = 0; i < batch.size(); ++i) {
-      held[i] = cache_->chunks.find({channel, slab, batch[i].slot});
-      if (held[i] && held[i]->has(layers.bits)) continue;
-      if (held[i] && held[i]->can_have(layers.bits)) {
-        begun_at.push_back(i);
-        continue;
-      }
-      held[i] = nullptr;
-      missing.push_back(batch[i]);
-      missing_at.push_back(i);
-    }
-    if (reader_->info().tile_edge > 1 && !missing.empty())
-      cache_->make_room(reader_->decoding_bytes(at, missing.front()));
-    reader_->read_chunks(at, missing, context, attempts, layers.end(), [&](size_t i, ChunkData&& data) {
-      held[missing_at[i]] = std::make_shared<const HeldChunk>(
-          std::make_shared<const ChunkData>(std::move(data)), samples, layers.bits);
-    });
-    finish_chunks(at, begun_at, held, layers.bits, context);
-    const auto keep = [&](size_t i) {
-      const ChunkKey key{channel, slab, batch[i].slot};
-      cache_->chunks.drop(key); // what was left of it
-      cache_->keep(key, held[i]);
-    };
-    for (const size_t i : missing_at) {
-      if (!held[i]) continue; // it is not there yet
-      cache_->decoded.fetch_add(1, std::memory_order_relaxed);
-      cache_->layers_decoded.fetch_add(held[i]->decoded(), std::memory_order_relaxed);
-      keep(i);
-    }
-    for (const size_t i : begun_at) keep(i);
+    const auto held = fetch_chunks(at, slab, batch, layers, context, attempts);
     if (!attempts.waits())
       context.tasks.parallel_for(batch.size(),
                                  [&](uint64_t i) { for_bricks(batch[i].slot, *held[i], body); });
@@ -333,6 +351,8 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
     if (absent != 0) fill_absent(layer, region, absent);
     take(m, std::move(layer));
   };
+  if (reader_->info().channels.at(channel).linear)
+    return read_linear(channel, layers, region, context, lossy ? mend : take);
   read_slabs(channel, layers, region, context, lossy || absent != 0 ? mend : take,
              [&](const HeldChunk& held, int m) {
                const ChunkData* const data = held.data();
@@ -343,7 +363,8 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
 void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<SampleLayer>& take) const {
   // Damage takes more than its bricks, and sites that are not stored have no codes.
-  if (reader_->salvages() || (to_ == RelativeTo::base && reader_->absent(channel) != 0))
+  if (reader_->salvages() || reader_->info().channels.at(channel).linear ||
+      (to_ == RelativeTo::base && reader_->absent(channel) != 0))
     return SampleSource::read_samples(channel, layers, region, context, take);
   read_slabs(channel, layers, region, context, take, [&](const HeldChunk& held, int m) {
     const ChunkData* const data = held.data();

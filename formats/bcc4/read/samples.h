@@ -17,7 +17,9 @@
 
 namespace bccsplat {
 
+class Attempts;       // base/would_block.h
 class UnchangedSlabs; // unchanged_slabs.h
+struct TileValues;    // tile_sums.h
 
 // The samples of a level of a file as a SampleSource, relative to air or to the base of the field. Decoded
 // chunks are cached, least recently used first out, as far as `budget` (which must outlive this) and
@@ -47,6 +49,11 @@ class Bcc4Samples final : public SampleSource {
                    const Context& context, const TakeLayer<BrickLayer>& take) const override;
   void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                     const Context& context, const TakeLayer<SampleLayer>& take) const override;
+  // Sums are made of linear tiles.
+  bool adds_layers(int channel) const override;
+  uint64_t bricks_at_most(int channel, int32_t layer, const BrickBox& region) const override;
+  std::vector<BrickLayer> add_layers(int channel, std::span<const LayerSum> sums, const BrickBox& region,
+                                     const Context& context) const override;
   const std::string& coefficient_kernel() const override;
 
   // Appends where the bytes are that reading a layer takes, unmerged; missing: without those of cached chunks
@@ -73,6 +80,12 @@ class Bcc4Samples final : public SampleSource {
   using ChunkBody = std::function<void(const Int3& brick, const HeldChunk& held)>;
   void for_chunks(int channel, int32_t slab, const BrickBox& region, const SlabLayers& layers,
                   const Context& context, const ChunkBody& body) const;
+  // Returns chunks of a slab, from the cache or decoded; null where their bytes are not there yet.
+  [[nodiscard]] std::vector<std::shared_ptr<const HeldChunk>>
+  fetch_chunks(const ChannelLevel& at, int32_t slab, std::span<const Bcc4Chunk> chunks,
+               const SlabLayers& layers, const Context& context, Attempts& attempts) const;
+  // Returns how many chunks are worked on at once.
+  [[nodiscard]] size_t chunks_at_once() const;
   void for_bricks(uint32_t slot, const HeldChunk& held, const ChunkBody& body) const;
   [[nodiscard]] uint64_t bricks_of_chunk() const;
   // Decodes what chunks have left, those at these places; of tiles these layers.
@@ -83,11 +96,21 @@ class Bcc4Samples final : public SampleSource {
   template<class Layer, class MakeBrick>
   void read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,
                   const Context& context, const TakeLayer<Layer>& take, const MakeBrick& brick) const;
+  // linear_samples.cpp
+  struct SlabTerms;
+  [[nodiscard]] std::vector<SlabTerms> terms_of(std::span<const LayerSum> sums) const;
+  void add_tiles(std::span<const SlabTerms> slabs, uint32_t slot, std::span<const LayerSum> sums,
+                 const TileValues& values, const BrickBox& region, std::vector<float>& room,
+                 std::span<BrickLayer> out) const;
+  void read_linear(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                   const Context& context, const TakeLayer<BrickLayer>& take) const;
   void lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
                        BrickLayer& out) const;
   [[nodiscard]] std::string shown_kernel() const;
   // The slabs that it looks at for a layer, in a region that is wider than the layer's.
   [[nodiscard]] std::set<int32_t> slabs_beside(int32_t layer) const;
+
+  [[nodiscard]] MemoryBudget& budget() const;
 
   std::shared_ptr<const Bcc4Reader> reader_;
   std::unique_ptr<Cache> cache_;

@@ -9,6 +9,7 @@
 
 #include "base/memory_turns.h"
 #include "base/would_block.h"
+#include "formats/bcc4/coding/linear_tile.h"
 #include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/read/explain.h"
 #include "formats/bcc4/read/reader_state.h"
@@ -165,7 +166,8 @@ void Bcc4Reader::State::Verification::check_page(size_t index) {
 void Bcc4Reader::State::Verification::check_tile(const ChannelLevel& at, const Bcc4Chunk& chunk,
                                                  std::span<const std::byte> stored,
                                                  ChunkScratch& scratch) const {
-  const auto [low, high] = file.decode(at, chunk, stored, scratch).tile->range();
+  const ChunkData tile = file.decode(at, chunk, stored, scratch);
+  const auto [low, high] = tile.linear ? tile.linear->range(tile.coded) : tile.tile->range();
   if (low != chunk.min_code || high != chunk.max_code)
     fail(Code::corrupt, "chunk at offset ", chunk.offset, ": codes ", low, " .. ", high, ", the index says ",
          chunk.min_code, " .. ", chunk.max_code);

@@ -30,13 +30,13 @@ struct Writing {
 struct Reading {
   const Halvings& shape;
   const StepRule& rule;
-  LayerCoefficients& coefficients;
+  TileCoefficients& coefficients;
   SymbolCoder<BinaryDecoder>& symbols;
   bool row(const WalkRow& r, uint32_t expected) { return symbols.row(false, r, expected); }
   uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
     const int steps = symbols.code(0, r, s);
     if (steps == 0) return 0;
-    coefficients.fill(r.k)[place_of(shape, r) - r.k * shape.samples() + x] = value_of(steps, rule);
+    coefficients.set(r.k, place_of(shape, r) - r.k * shape.samples() + x, value_of(steps, rule));
     return context_of(steps);
   }
 };
@@ -117,21 +117,20 @@ std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRul
   return out;
 }
 
-std::vector<TileLayers> decode_tile(std::span<const TileBox> boxes, std::span<const std::byte> bytes,
-                                    uint64_t offset, TileRoom& room) {
+std::vector<TileCoefficients> decode_tile(std::span<const TileBox> boxes, std::span<const std::byte> bytes,
+                                          uint64_t offset, WalkRoom& room) {
   ByteReader in(bytes, in_words, offset);
   const Head head = read_head(in, boxes, offset);
   BinaryDecoder coder(bytes.subspan(in.position()));
   SymbolCoder<BinaryDecoder> symbols(coder, most_layers_of(head.bands));
-  std::vector<TileLayers> out(boxes.size());
+  std::vector<TileCoefficients> out;
   for (size_t c = 0; c < boxes.size(); ++c) {
-    if (boxes[c].sites() == 0) continue;
     const TileBands& b = head.bands[c];
-    LayerCoefficients values(b.shape.samples(), b.basis.frames, room.layers[c]);
-    BandWalk walk(b.shape, b.basis.frames, room.walk);
-    Reading visit{b.shape, head.rule, values, symbols};
+    TileCoefficients& coefficients = out.emplace_back(b.shape, b.basis);
+    if (boxes[c].sites() == 0) continue;
+    BandWalk walk(b.shape, b.basis.frames, room);
+    Reading visit{b.shape, head.rule, coefficients, symbols};
     walk.run(visit);
-    out[c] = TileLayers(b.shape, b.basis, values);
   }
   return out;
 }

@@ -16,28 +16,29 @@ int most_halvings(int size) {
                     most_halved);
 }
 
-TileLayers::TileLayers(const Halvings& shape, TimeBasis basis, const LayerCoefficients& coefficients)
-    : samples_(shape.samples()), stride_(coefficients.stride_), basis_(std::move(basis)),
-      held_(basis_.frames), layers_(coefficients.layers_) {
-  for (int k = 0; k < basis_.frames; ++k) {
-    if ((coefficients.filled_ >> k & 1) == 0) continue;
-    filled_.emplace_back(k, k);
-    synthesise(shape, std::span(coefficients.layers_.get() + k * stride_, samples_));
-  }
+TileLayers::TileLayers(const TileCoefficients& coefficients, LayerRoom& room)
+    : samples_(coefficients.shape().samples()), stride_(samples_ + beyond_sums),
+      basis_(coefficients.basis()) {
+  for (int k = 0; k < basis_.frames; ++k)
+    if (!coefficients.layer(k).empty()) filled_.push_back(k);
+  const size_t count = filled_.size() * stride_;
   // Few layers may be kept for long, in place of codes.
-  if (filled_.size() * 2 >= held_) return;
-  held_ = filled_.size();
-  const std::shared_ptr<float[]> few(new float[held_ * stride_]);
-  for (size_t i = 0; i < held_; ++i)
-    std::copy_n(layers_.get() + std::exchange(filled_[i].second, i) * stride_, stride_,
-                few.get() + i * stride_);
-  layers_ = few;
+  const bool few = 2 * filled_.size() < static_cast<size_t>(basis_.frames);
+  const std::shared_ptr<float[]> layers =
+      few ? std::shared_ptr<float[]>(new float[count]) : room.take(basis_.frames * stride_);
+  std::fill_n(layers.get(), count, 0.F);
+  for (size_t i = 0; i < filled_.size(); ++i) {
+    const std::span<float> layer(layers.get() + i * stride_, samples_);
+    coefficients.layer(filled_[i]).add_to(layer, 1);
+    synthesise(coefficients.shape(), layer);
+  }
+  layers_ = layers;
 }
 
 std::vector<WeighedLayer> TileLayers::sum_of(int frame) const {
   std::vector<WeighedLayer> sum;
-  for (const auto& [layer, place] : filled_)
-    sum.push_back({layers_.get() + place * stride_, basis_.weight(layer, frame)});
+  for (size_t i = 0; i < filled_.size(); ++i)
+    sum.push_back({layers_.get() + i * stride_, basis_.weight(filled_[i], frame)});
   return sum;
 }
 
@@ -47,15 +48,13 @@ std::vector<float> TileLayers::frames() const {
   return out;
 }
 
-TileLayers restore_tile(const TileBands& bands, const StepRule& rule, LayerRoom& room) {
+TileCoefficients coefficients_of(const TileBands& bands, const StepRule& rule) {
   const size_t samples = bands.shape.samples();
-  LayerCoefficients out(samples, bands.basis.frames, room);
-  for (int k = 0; k < bands.basis.frames; ++k) {
-    const auto steps = std::span(bands.steps).subspan(k * samples, samples);
-    if (std::any_of(steps.begin(), steps.end(), [](int32_t s) { return s != 0; }))
-      std::transform(steps.begin(), steps.end(), out.fill(k), [&](int32_t s) { return value_of(s, rule); });
-  }
-  return {bands.shape, bands.basis, out};
+  TileCoefficients out(bands.shape, bands.basis);
+  for (size_t i = 0; i < bands.steps.size(); ++i)
+    if (bands.steps[i] != 0)
+      out.set(static_cast<int>(i / samples), i % samples, value_of(bands.steps[i], rule));
+  return out;
 }
 
 } // namespace bccsplat

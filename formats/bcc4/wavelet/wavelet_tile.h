@@ -16,6 +16,7 @@
 #include "formats/bcc4/wavelet/bands.h"
 #include "formats/bcc4/wavelet/halvings.h"
 #include "formats/bcc4/wavelet/layer_sums.h"
+#include "formats/bcc4/wavelet/tile_coefficients.h"
 #include "formats/bcc4/wavelet/time_basis.h"
 
 namespace bccsplat {
@@ -68,53 +69,33 @@ struct TileRoom {
   std::array<LayerRoom, 2> layers; // by coset
 };
 
-// The coefficients of a box, of those of its layers that have any which are not 0.
-class LayerCoefficients {
- public:
-  LayerCoefficients(size_t samples, int layers, LayerRoom& room)
-      : stride_(samples + beyond_sums), layers_(room.take(stride_ * layers)) {}
-  // A layer to be filled: the first time all of it is 0, with beyond_sums values behind it.
-  [[nodiscard]] float* fill(int layer) {
-    float* const first = layers_.get() + layer * stride_;
-    if ((filled_ >> layer & 1) == 0) std::fill_n(first, stride_, 0.F);
-    filled_ |= uint32_t{1} << layer;
-    return first;
-  }
-
- private:
-  friend class TileLayers;
-  size_t stride_;
-  std::shared_ptr<float[]> layers_;
-  uint32_t filled_ = 0;
-};
-
 // A box whose layers are put together in space, but not yet in time: any frame can be made of them. Layers
 // without anything in them are not there.
 class TileLayers {
  public:
   TileLayers() = default;
-  TileLayers(const Halvings& shape, TimeBasis basis, const LayerCoefficients& coefficients);
+  TileLayers(const TileCoefficients& coefficients, LayerRoom& room);
   // The layers that a frame is the sum of; beyond each lie beyond_sums values more.
   [[nodiscard]] std::vector<WeighedLayer> sum_of(int frame) const;
   [[nodiscard]] std::vector<float> frames() const;
-  [[nodiscard]] uint64_t bytes() const { return held_ * stride_ * sizeof(float); }
+  [[nodiscard]] uint64_t bytes() const { return filled_.size() * stride_ * sizeof(float); }
 
  private:
   size_t samples_ = 0, stride_ = 0; // of a layer, and from one to the next
   TimeBasis basis_;
-  std::vector<std::pair<int, size_t>> filled_; // with their places
-  size_t held_ = 0;                            // places
+  std::vector<int> filled_;
   std::shared_ptr<const float[]> layers_;
 };
 
 // Bands with their steps to bytes, and back to numbers. The bytes say all but the boxes.
 [[nodiscard]] std::vector<std::byte> code_tile(std::span<const TileBands> bands, const StepRule& rule,
                                                WalkRoom& room);
-// What a reader makes of bands.
-[[nodiscard]] TileLayers restore_tile(const TileBands& bands, const StepRule& rule, LayerRoom& room);
-// Throws Code::corrupt, Code::truncated. `offset` is told in error texts.
-[[nodiscard]] std::vector<TileLayers> decode_tile(std::span<const TileBox> boxes,
-                                                  std::span<const std::byte> bytes, uint64_t offset,
-                                                  TileRoom& room);
+// What a reader gets of bands.
+[[nodiscard]] TileCoefficients coefficients_of(const TileBands& bands, const StepRule& rule);
+// Returns the coefficients of each box. Throws Code::corrupt, Code::truncated. `offset` is told in error
+// texts.
+[[nodiscard]] std::vector<TileCoefficients> decode_tile(std::span<const TileBox> boxes,
+                                                        std::span<const std::byte> bytes, uint64_t offset,
+                                                        WalkRoom& room);
 
 } // namespace bccsplat

@@ -129,8 +129,8 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
                                                             double rounded, const Context& context) const {
   constexpr int usual_rounds = 5;
   constexpr double aim = .996, slope = .62, unseen = .002;
-  // Samples are whole codes: an eighth of one as a step leaves none of them off, and errors of less than a
-  // code shrink faster than their steps.
+  // Where samples are whole codes an eighth of one as a step leaves none of them off, and errors of less than
+  // a code shrink faster than their steps.
   constexpr float least_step = .125F;
   constexpr double least_error = .12, by_at_most = .7;
   const SampleCoder& coder = index->coder(at);
@@ -160,7 +160,7 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
       uint64_t clamped = 0;
       const TileSites sites = collect_tile(of, tiles[i].slot, clamped);
       auto room = rooms.take([] { return std::make_unique<TileRoom>(); });
-      tiles[i].coded = encode_tile(sites, coder, rule, options.level, *room);
+      tiles[i].coded = encode_tile(sites, coder, rule, options.level, channel.linear, *room);
       rooms.give_back(std::move(room));
     });
     error = 0;

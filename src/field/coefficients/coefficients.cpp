@@ -23,6 +23,9 @@ constexpr int last_rows = 2;
 // Reading samples is about this share of making coefficients, for reports of progress.
 constexpr double read_share = 0.8;
 
+// What stretches may take of the cache.
+uint64_t stretch_bytes(uint64_t limit) { return limit - limit / 4; }
+
 uint64_t next_number() {
   static std::atomic<uint64_t> last{0};
   return ++last;
@@ -105,6 +108,13 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
     sampled_ = std::make_unique<const SampledField>(source, own, prune);
     is_stored_ = stored == kernel_.name;
     if (is_stored_) filter.steps.clear();
+  }
+  if (!sampled_ && !lattice.space.bcc && !filter.steps.empty() && source.adds_layers(channel)) {
+    const std::span<const PrefilterStep> steps = filter.steps;
+    const std::vector<double> in_time = weights_in_time(steps.subspan(filter.in_space));
+    in_time_.assign(in_time.begin(), in_time.end());
+    const auto in_space = steps.first(filter.in_space);
+    in_space_ = std::make_unique<const Prefilter>(lattice, std::vector(in_space.begin(), in_space.end()));
   }
   prefilter_ = std::make_unique<const Prefilter>(lattice, std::move(filter.steps));
   // On Cartesian lattices samples come back as they are, which labels need.
@@ -203,6 +213,7 @@ Coefficients::Layers Coefficients::make(std::span<const int32_t> layers, const C
     for (auto& [m, layer] : read(Kind::compact, layers, context)) made[m].compact = std::move(layer);
     return made;
   }
+  if (in_space_) return make_of_sums(layers, context);
   const double rows = stretch_rows(layers, context);
   if (rows < 1 && layers.size() > 1) { // even one row of bricks of all layers at once would not fit
     Layers made;
@@ -259,6 +270,63 @@ Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
     const Reservation room = reserve(bytes, "coefficients of some layers", context);
     return prefilter_->apply(layers, all, {prune_, coarsest_}, region_, context.with(making));
   }();
+  return insert_all(layers, std::move(made), context);
+}
+
+Coefficients::Layers Coefficients::make_of_sums(std::span<const int32_t> layers,
+                                                const Context& context) const {
+  constexpr uint64_t beside = 1; // what a layer is made of; the prefilter reserves its own
+  const Lattice4& lattice = source_.lattice();
+  const auto reach = static_cast<int32_t>(in_time_.size() / 2);
+  std::vector<LayerSum> sums;
+  std::vector<SampleLayer> made;
+  uint64_t bricks = 1; // of a layer
+  for (const int32_t m : layers) {
+    LayerSum& sum = sums.emplace_back(LayerSum{m, {}});
+    for (int32_t d = -reach; d <= reach; ++d)
+      sum.terms.push_back({lattice.mirror_layer(m + d), in_time_[d + reach]});
+    made.emplace_back(lattice.space, lattice.coset(m));
+    bricks = std::max(bricks, source_.bricks_at_most(channel_, m, read_region_));
+  }
+  const int first = region_.begin[2], last = std::min(made.front().brick_dims()[2], region_.end[2]);
+  const uint64_t bytes = (layers.size() + beside) * bricks * sizeof(Brick);
+  int rows = std::max(last - first, 1); // of bricks along z, at a time
+  if (bytes > limit_) {
+    const double fit = static_cast<double>(stretch_bytes(limit_)) / static_cast<double>(bytes);
+    rows = std::max(1, static_cast<int>(fit * rows) - 2 * stretch_margin);
+  }
+  {
+    const std::scoped_lock lock(mutex_);
+    evict_useless_locked(std::min(bytes, limit_));
+  }
+  std::vector<Reservation> parts; // of the bricks that stay
+  for (int z = first; z < last; z += rows) {
+    BrickBox stretch = region_;
+    stretch.begin[2] = z, stretch.end[2] = std::min(last, z + rows);
+    const BrickBox around = go_round(stretch.widened(), lattice.space);
+    const double all = last - first, share_first = (z - first) / all,
+                 share_end = (stretch.end[2] - first) / all;
+    Progress share(context.progress, share_first, share_end);
+    const Reservation room =
+        reserve(static_cast<uint64_t>(static_cast<double>(bytes) *
+                                      std::min(1.0, (rows + 2.0 * stretch_margin) / all)),
+                "sums of layers", context);
+    uint64_t stays = 0;
+    for (size_t i = 0; i < layers.size(); ++i) {
+      const SampleLayer of(
+          source_.add_layers(channel_, std::span(sums).subspan(i, 1), around, context.with(share)).front());
+      const std::map<int32_t, const SampleLayer*> samples{{layers[i], &of}};
+      const std::vector<SampleLayer> part =
+          in_space_->apply(layers.subspan(i, 1), samples, {prune_, coarsest_}, stretch, context.with(share));
+      for (size_t s = 0; s < made[i].brick_slots(); ++s) {
+        if (!part[0].brick(s)) continue;
+        made[i].set(s, part[0].share(s));
+        stays += part[0].brick(s).bytes();
+      }
+    }
+    if (stretch.end[2] < last) parts.emplace_back(context.memory, stays, "coefficients of a slab");
+  }
+  parts.clear();
   return insert_all(layers, std::move(made), context);
 }
 
@@ -346,7 +414,7 @@ double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context
   if (all <= static_cast<double>(limit_)) return unlimited;
   const int height = one->brick_dims()[2];
   const int beside = 2 * stretch_margin + (stretches_go_round() ? stretch_margin + last_rows : 0);
-  return std::min<double>(static_cast<double>(stretch_bytes()) * height / all - beside, height);
+  return std::min<double>(static_cast<double>(stretch_bytes(limit_)) * height / all - beside, height);
 }
 
 // A box that reaches an end of a periodic axis goes all the way (go_round).
@@ -364,7 +432,7 @@ Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> la
   {
     const std::scoped_lock lock(mutex_);
     spared_.clear();
-    evict_locked(stretch_bytes());
+    evict_locked(stretch_bytes(limit_));
   }
   const std::set<int32_t> reads = prefilter_->reads(layers);
   count_repeats(Kind::samples, std::vector(reads.begin(), reads.end()));

@@ -9,7 +9,8 @@
 // Coefficients of samples that come in steps are rounded when they are made, always, and kept so until
 // somebody asks for them as values (points/rounded_brick.h). Where the cache is too small for all samples
 // that layers depend on, they are made in stretches, some rows of bricks along z at a time, for which each
-// row of samples is read once as well.
+// row of samples is read once as well. A source that adds layers gives at once what the prefilter makes of
+// them in time; no samples are held then.
 #pragma once
 
 #include <atomic>
@@ -116,13 +117,13 @@ class Coefficients {
   Layers make(std::span<const int32_t> layers, const Context& context) const;
   Layers make_at_once(std::span<const int32_t> layers, const Context& context) const;
   Layers make_by_stretches(std::span<const int32_t> layers, int rows, const Context& context) const;
+  // Has the source add layers, and prefilters them in space alone.
+  Layers make_of_sums(std::span<const int32_t> layers, const Context& context) const;
   // Samples, or stored coefficients.
   Compact read(Kind kind, std::span<const int32_t> layers, const Context& context) const;
   // Makes a layer of values of one that is compact, and keeps it in place of that.
   std::shared_ptr<const BrickLayer> as_values(int32_t layer, const SampleLayer& compact,
                                               const Context& context) const;
-  // Returns what the samples of a stretch may take of the cache.
-  [[nodiscard]] uint64_t stretch_bytes() const { return limit_ - limit_ / 4; }
   // Returns how many rows of bricks along z a stretch may have for the layers to fit the cache; infinite
   // where the layers need not be cut.
   double stretch_rows(std::span<const int32_t> layers, const Context& context) const;
@@ -158,6 +159,9 @@ class Coefficients {
   int channel_;
   Kernel kernel_;
   std::unique_ptr<const Prefilter> prefilter_; // empty when the source stores this kernel's coefficients
+  // The prefilter's part in space, and the weights of its part in time, where the source adds layers.
+  std::unique_ptr<const Prefilter> in_space_;
+  std::vector<float> in_time_;
   float prune_;
   float coarsest_ = 0;   // CoefficientForm
   BrickBox region_;      // of coefficients

@@ -350,6 +350,7 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_tiles_coding", Code::corrupt},
                                                 {"bad_tiles_cut", Code::truncated},
                                                 {"bad_tiles_edge", Code::corrupt},
+                                                {"bad_tiles_flags_of_samples", Code::corrupt},
                                                 {"bad_tiles_halvings", Code::corrupt},
                                                 {"bad_tiles_no_error", Code::corrupt},
                                                 {"bad_tiles_no_step", Code::corrupt},

@@ -39,6 +39,25 @@ struct WaveletCase {
   double noise, error;
 };
 
+std::vector<float> frames_of(const TileCoefficients& coefficients) {
+  LayerRoom room;
+  return TileLayers(coefficients, room).frames();
+}
+
+// Frames that are summed as coefficients are those that are summed as layers.
+void expect_one_by_one(const TileCoefficients& coefficients, std::span<const float> frames) {
+  const size_t samples = coefficients.shape().samples();
+  const auto [low, high] = std::minmax_element(frames.begin(), frames.end());
+  for (int t = 0; t < coefficients.basis().frames; ++t) {
+    std::vector<float> frame(samples), weights(coefficients.basis().frames);
+    weights[t] = 1;
+    coefficients.add_to(frame, weights);
+    synthesise(coefficients.shape(), frame);
+    for (size_t i = 0; i < samples; ++i)
+      ASSERT_NEAR(frame[i], frames[t * samples + i], 1e-5 * std::max(1.F, *high - *low));
+  }
+}
+
 class WaveletTiles : public testing::TestWithParam<WaveletCase> {};
 
 TEST_P(WaveletTiles, TheDecoderHasWhatTheCoderForetold) {
@@ -48,14 +67,14 @@ TEST_P(WaveletTiles, TheDecoderHasWhatTheCoderForetold) {
   const TileRule rule = find_tile_rule(std::span(&box, 1), {values}, error * error);
   std::vector<TileBands> bands(2);
   TileRoom room;
-  LayerRoom other;
   bands[0] = analyse_tile(box, values, rule.steps.step, rule.halvings_along_z);
   choose_steps(bands[0], rule, room.walk);
   const auto bytes = code_tile(bands, rule.steps, room.walk);
-  const auto back = decode_tile(boxes, bytes, 0, room);
-  const std::vector<float> frames = back[0].frames();
-  EXPECT_EQ(frames, restore_tile(bands[0], rule.steps, other).frames());
-  EXPECT_TRUE(back[1].frames().empty());
+  const auto back = decode_tile(boxes, bytes, 0, room.walk);
+  const std::vector<float> frames = frames_of(back[0]);
+  EXPECT_EQ(frames, frames_of(coefficients_of(bands[0], rule.steps)));
+  EXPECT_TRUE(frames_of(back[1]).empty());
+  expect_one_by_one(back[0], frames);
   EXPECT_LT(mean_square(values, frames), 3 * error * error);
   EXPECT_GT(mean_square(values, frames), .5 * error * error);
   // Numbers of that error take at least some entropy, and never nearly what they take as they are.
@@ -72,7 +91,6 @@ INSTANTIATE_TEST_SUITE_P(
 // rows of the basis rounded.
 TEST(WaveletTile, SmallErrorsFarFromAirAreKept) {
   TileRoom room;
-  LayerRoom other;
   for (const int layers : {1, 8, 16})
     for (const double error : {3., .1}) {
       const TileBox box{{32, 32, 32}, layers};
@@ -86,8 +104,8 @@ TEST(WaveletTile, SmallErrorsFarFromAirAreKept) {
       EXPECT_EQ(steps.step, rule.steps.step);
       choose_steps(bands[0], rule, room.walk);
       const std::vector<float> frames =
-          decode_tile(std::span(&box, 1), code_tile(bands, steps, room.walk), 0, room)[0].frames();
-      EXPECT_EQ(frames, restore_tile(bands[0], steps, other).frames());
+          frames_of(decode_tile(std::span(&box, 1), code_tile(bands, steps, room.walk), 0, room.walk)[0]);
+      EXPECT_EQ(frames, frames_of(coefficients_of(bands[0], steps)));
       EXPECT_LT(mean_square(values, frames), 3 * error * error) << layers << " layers, " << error;
     }
 }
@@ -125,7 +143,6 @@ TEST(WaveletTile, BytesThatNoCoderMadeAreRefusedOrDecoded) {
   const TileRule rule = find_tile_rule(std::span(&box, 1), {values}, 4);
   std::vector<TileBands> bands(1);
   TileRoom room;
-  LayerRoom other;
   bands[0] = analyse_tile(box, values, rule.steps.step, rule.halvings_along_z);
   choose_steps(bands[0], rule, room.walk);
   const auto good = code_tile(bands, rule.steps, room.walk);
@@ -135,14 +152,14 @@ TEST(WaveletTile, BytesThatNoCoderMadeAreRefusedOrDecoded) {
     bytes[random() % (i < 30 ? 12 : bytes.size())] ^= static_cast<std::byte>(1U << (random() % 8));
     if (i % 3 == 0) bytes.resize(random() % bytes.size());
     try {
-      EXPECT_EQ(decode_tile(std::span(&box, 1), bytes, 0, room)[0].frames().size(), box.sites());
+      EXPECT_EQ(frames_of(decode_tile(std::span(&box, 1), bytes, 0, room.walk)[0]).size(), box.sites());
     } catch (const Error& e) {
       EXPECT_TRUE(e.code() == Code::corrupt || e.code() == Code::truncated) << e.message();
     }
   }
   // Whatever was walked through, the room is as it was.
-  EXPECT_EQ(decode_tile(std::span(&box, 1), good, 0, room)[0].frames(),
-            restore_tile(bands[0], rule.steps, other).frames());
+  EXPECT_EQ(frames_of(decode_tile(std::span(&box, 1), good, 0, room.walk)[0]),
+            frames_of(coefficients_of(bands[0], rule.steps)));
 }
 
 // Few coefficients, far from each other in space, time and level: each is found where nothing is expected.
@@ -150,14 +167,13 @@ TEST(WaveletTile, WhatStandsAloneIsFound) {
   const TileBox box{{64, 33, 20}, 16};
   const StepRule steps{2, {}};
   TileRoom room;
-  LayerRoom other;
   for (const size_t apart : {7919UL, 104729UL, 400009UL}) {
     std::vector<TileBands> bands{analyse_tile(box, std::vector<float>(box.sites()), 2, 2)};
     bands[0].steps.assign(box.sites(), 0);
     for (size_t i = apart / 2; i < box.sites(); i += apart) bands[0].steps[i] = static_cast<int>(i % 5) - 2;
     const auto bytes = code_tile(bands, steps, room.walk);
-    EXPECT_EQ(decode_tile(std::span(&box, 1), bytes, 0, room)[0].frames(),
-              restore_tile(bands[0], steps, other).frames());
+    EXPECT_EQ(frames_of(decode_tile(std::span(&box, 1), bytes, 0, room.walk)[0]),
+              frames_of(coefficients_of(bands[0], steps)));
   }
 }
 

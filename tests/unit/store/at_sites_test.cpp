@@ -92,7 +92,8 @@ TEST(AtSites, ABoundHoldsForReadersAndErrorsAreTheirs) {
   for (const MeasuredError& e : file.reader->info().errors) {
     if (e.kind != MeasuredError::corrected) continue;
     EXPECT_NEAR(e.largest, largest, .02);
-    EXPECT_NEAR(e.rmse, std::sqrt(squares / static_cast<double>(series.values.size())), 1e-3);
+    const double rms = std::sqrt(squares / static_cast<double>(series.values.size()));
+    EXPECT_NEAR(e.rmse, rms, 1e-3 * rms); // files tell few digits
     EXPECT_EQ(e.samples, series.values.size());
     return;
   }
@@ -147,7 +148,8 @@ TEST(AtSites, LayersOfBytesAreTheirSource) {
                      as_floats = write_bytes(bytes, SourceType::f32, bound);
   EXPECT_EQ(as_bytes.report.corrected, as_floats.report.corrected);
   EXPECT_GT(as_bytes.report.corrected, 0u);
-  EXPECT_EQ(as_bytes.errors.all.largest, 8);
+  EXPECT_LE(as_bytes.errors.all.largest, bound);
+  EXPECT_GT(as_bytes.errors.all.largest, bound - .5);
   EXPECT_GT(as_bytes.errors.bare.largest, bound);
   EXPECT_LT(as_bytes.peak, as_floats.peak - 8 * 4 * bytes.series.frame_samples());
 }

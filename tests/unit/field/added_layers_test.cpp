@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// Coefficients of a source that adds layers: those that all stages of the prefilter make of its samples.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <random>
+
+#include "field/coefficients/coefficients.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat {
+namespace {
+
+using test::large_cache;
+using test::TestContext;
+
+// Layers in memory, sums of which can be asked for.
+class AddingSamples final : public SampleSource {
+ public:
+  explicit AddingSamples(MemorySamples samples) : samples_(std::move(samples)) {}
+  const Lattice4& lattice() const override { return samples_.lattice(); }
+  int channels() const override { return 1; }
+  float air(int channel) const override { return samples_.air(channel); }
+  BrickLayer read_layer(int channel, int32_t layer, const BrickBox& box, const Context& c) const override {
+    ++read;
+    return samples_.read_layer(channel, layer, box, c);
+  }
+  const std::string& coefficient_kernel() const override { return samples_.coefficient_kernel(); }
+  bool adds_layers(int) const override { return true; }
+  uint64_t bricks_at_most(int channel, int32_t layer, const BrickBox&) const override {
+    TestContext test;
+    return samples_.read_layer(channel, layer, {}, test.get()).brick_slots();
+  }
+  std::vector<BrickLayer> add_layers(int channel, std::span<const LayerSum> sums, const BrickBox& region,
+                                     const Context& context) const override {
+    added += sums.size();
+    std::vector<BrickLayer> out;
+    for (const LayerSum& sum : sums) {
+      BrickLayer& layer = out.emplace_back(lattice().space, lattice().coset(sum.layer));
+      for (size_t s = 0; s < layer.brick_slots(); ++s) {
+        if (!region.contains(layer.slot_position(s))) continue;
+        auto brick = std::make_shared<Brick>();
+        for (const auto& [m, weight] : sum.terms) {
+          const BrickLayer of = samples_.read_layer(channel, m, {}, context);
+          for (size_t i = 0; of.brick(s) && i < brick_sites; ++i)
+            brick->value[i] += weight * of.brick(s)->value[i];
+        }
+        brick->kept.fill(0xffff);
+        layer.set(s, std::move(brick));
+      }
+    }
+    return out;
+  }
+  mutable std::atomic<uint64_t> read{0}, added{0};
+
+ private:
+  MemorySamples samples_;
+};
+
+MemorySamples layers_of_noise(const Lattice4& lattice) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> value(-1, 1);
+  std::vector<BrickLayer> layers;
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    std::vector<float> dense(static_cast<size_t>(lattice.space.sites(0)));
+    for (float& v : dense) v = value(random);
+    layers.push_back(layer_from_dense(lattice.space, 0, dense));
+  }
+  std::vector<std::vector<BrickLayer>> channels;
+  channels.push_back(std::move(layers));
+  return {lattice, {0}, std::move(channels)};
+}
+
+Lattice4 cartesian(uint32_t frames, bool periodic = false) {
+  Lattice4 lattice = Lattice4::fit(LatticeKind::cc, {36, 21, 50, frames});
+  if (periodic) lattice.periodic = true;
+  return lattice;
+}
+
+double most_apart(const BrickLayer& a, const BrickLayer& b) {
+  double largest = 0;
+  for (int z = 0; z < a.dims()[2]; ++z)
+    for (int y = 0; y < a.dims()[1]; ++y)
+      for (int x = 0; x < a.dims()[0]; ++x)
+        largest = std::max(largest, std::fabs(double{a.value(x, y, z)} - b.value(x, y, z)));
+  return largest;
+}
+
+void expect_same_layer(const BrickLayer& a, const BrickLayer& b) {
+  for (size_t s = 0; s < a.brick_slots(); ++s) {
+    ASSERT_EQ(!a.brick(s), !b.brick(s));
+    if (a.brick(s)) {
+      EXPECT_EQ(a.brick(s)->value, b.brick(s)->value);
+    }
+  }
+}
+
+TEST(AddedLayers, GiveWhatAllStagesMake) {
+  TestContext test;
+  for (const uint32_t frames : {1u, 2u, 5u, 12u})
+    for (const char* kernel : {"exact", "default", "radial18+b4", "fast"}) {
+      SCOPED_TRACE(testing::Message() << kernel << " of " << frames);
+      const MemorySamples plain = layers_of_noise(cartesian(frames));
+      const AddingSamples adding(plain);
+      const Coefficients expected(plain, 0, make_kernel(kernel), 0, large_cache),
+          got(adding, 0, make_kernel(kernel), 0, large_cache);
+      for (const int32_t m : {0, static_cast<int32_t>(frames) / 2, static_cast<int32_t>(frames) - 1})
+        EXPECT_LT(most_apart(*expected.layer(m, test.get()), *got.layer(m, test.get())), 2e-5);
+      EXPECT_EQ(adding.read, 0u);
+      EXPECT_GT(adding.added, 0u);
+    }
+}
+
+TEST(AddedLayers, OfAPeriodicSeriesGoRound) {
+  TestContext test;
+  const MemorySamples plain = layers_of_noise(cartesian(9, true));
+  const AddingSamples adding(plain);
+  const Coefficients expected(plain, 0, make_kernel("exact"), 0, large_cache),
+      got(adding, 0, make_kernel("exact"), 0, large_cache);
+  for (const int32_t m : {0, 8})
+    EXPECT_LT(most_apart(*expected.layer(m, test.get()), *got.layer(m, test.get())), 2e-5);
+}
+
+// In stretches where the cache is short, and in a box, they are the same to the bit; the next moment asks for
+// nothing that is there.
+TEST(AddedLayers, DependOnNoCacheAndNoBox) {
+  TestContext test;
+  for (const char* kernel : {"exact", "default"}) {
+    const AddingSamples adding(layers_of_noise(cartesian(6)));
+    const BrickBox box{{1, 0, 1}, {3, 2, 2}};
+    constexpr uint64_t little = 300 << 10;
+    const Coefficients whole(adding, 0, make_kernel(kernel), 0, large_cache),
+        narrow(adding, 0, make_kernel(kernel), 0, little),
+        part(adding, 0, make_kernel(kernel), 0, large_cache, box);
+    const std::vector<int32_t> wanted{2, 3, 4};
+    const auto all = whole.layers(wanted, test.get());
+    const uint64_t once = adding.added;
+    EXPECT_EQ(once, wanted.size());
+    const auto slow = narrow.layers(wanted, test.get());
+    EXPECT_GT(adding.added, 2 * once); // it took several stretches
+    const auto boxed = part.layers(wanted, test.get());
+    for (size_t i = 0; i < wanted.size(); ++i) {
+      expect_same_layer(*all[i], *slow[i]);
+      for (size_t s = 0; s < all[i]->brick_slots(); ++s) {
+        if (!box.contains(all[i]->slot_position(s))) continue;
+        ASSERT_TRUE(boxed[i]->brick(s));
+        EXPECT_EQ(all[i]->brick(s)->value, boxed[i]->brick(s)->value);
+      }
+    }
+    const uint64_t before = adding.added;
+    (void)whole.layers(std::vector<int32_t>{3, 4, 5}, test.get());
+    EXPECT_EQ(adding.added, before + 1);
+  }
+}
+
+} // namespace
+} // namespace bccsplat
