@@ -26,7 +26,7 @@ struct EncodedTile {
 };
 // linear: samples are what is coded adds up to (coding/linear_tile.h). What a reader gets of these is rounded
 // by as_read_rounding of a step between codes at most.
-inline constexpr double as_read_rounding = 1.0 / 256;
+inline constexpr double as_read_rounding = 1.0 / 64;
 [[nodiscard]] EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& rule,
                                       int level, bool linear, TileRoom& room);
 

@@ -108,9 +108,7 @@ void Bcc4Samples::add_tiles(std::span<const SlabTerms> slabs, uint32_t slot, std
   }
 }
 
-bool Bcc4Samples::adds_layers(int channel) const {
-  return reader_->info().channels.at(channel).linear && !reader_->salvages();
-}
+bool Bcc4Samples::adds_layers(int channel) const { return reader_->info().channels.at(channel).linear; }
 
 uint64_t Bcc4Samples::bricks_at_most(int channel, int32_t layer, const BrickBox& region) const {
   const int32_t slab = reader_->info().level(level_).slab_of(layer);
@@ -151,8 +149,10 @@ std::vector<BrickLayer> Bcc4Samples::add_layers(int channel, std::span<const Lay
     });
   }
   attempts.throw_if_waiting();
-  for (size_t i = 0; values.absent != 0 && i < sums.size(); ++i)
-    fill_absent(out[i], region, values.absent * total_of(sums[i]));
+  for (size_t i = 0; i < sums.size(); ++i) {
+    if (reader_->salvages()) lose_neighbours(channel, sums[i].layer, region, context, out[i]);
+    if (values.absent != 0) fill_absent(out[i], region, values.absent * total_of(sums[i]));
+  }
   return out;
 }
 

@@ -344,6 +344,7 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
 
 void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
                               const Context& context, const TakeLayer<BrickLayer>& take) const {
+  if (adds_layers(channel)) return read_linear(channel, layers, region, context, take);
   const bool lossy = reader_->salvages();
   const float absent = to_ == RelativeTo::base ? reader_->absent(channel) : 0;
   const TakeLayer<BrickLayer> mend = [&](int32_t m, BrickLayer&& layer) {
@@ -351,8 +352,6 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
     if (absent != 0) fill_absent(layer, region, absent);
     take(m, std::move(layer));
   };
-  if (reader_->info().channels.at(channel).linear)
-    return read_linear(channel, layers, region, context, lossy ? mend : take);
   read_slabs(channel, layers, region, context, lossy || absent != 0 ? mend : take,
              [&](const HeldChunk& held, int m) {
                const ChunkData* const data = held.data();
@@ -363,7 +362,7 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
 void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<SampleLayer>& take) const {
   // Damage takes more than its bricks, and sites that are not stored have no codes.
-  if (reader_->salvages() || reader_->info().channels.at(channel).linear ||
+  if (reader_->salvages() || adds_layers(channel) ||
       (to_ == RelativeTo::base && reader_->absent(channel) != 0))
     return SampleSource::read_samples(channel, layers, region, context, take);
   read_slabs(channel, layers, region, context, take, [&](const HeldChunk& held, int m) {
