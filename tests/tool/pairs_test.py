@@ -80,6 +80,7 @@ MAY_END = [
     (('bound=psnr', 'written=parts|blocks'), 'parts cannot: make the plan with --abs'),
     (('lattice=chosen|density', 'lowpass'), 'a low-pass is of use on D4* and BCC only'),
     (('lattice=chosen|density', 'written=appended'), 'import all anew'),
+    (('channels=2', 'levels'), 'coarser levels are means, which labels have none of'),  # the second one looks like labels
 ]
 # Pairs that say nothing, or of which one takes the place of the other.
 NO_SENSE = [

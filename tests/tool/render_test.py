@@ -153,7 +153,7 @@ class Render(ToolTest):
         for more in (['--camera', 'persp'], ['--rotate-x', 60], ['--rotate-y', -80], ['--colormap', 'fire'], ['--range', '20,50'],
                      ['--opacity', 4], ['--unit-distance', .1], ['--iso', 30], ['--mode', 'xray'], ['--mode', 'mip'], ['--no-shading'],
                      ['--kernel', 'paper'], ['--quality', 'draft'], ['--step', 2], ['--background', '1,0,0'],
-                     ['--gradient-noise', 5]):
+                     ['--gradient-noise', 20]):
             self.assertNotEqual(plain, self.picture('--time', 2, *more), more)
         self.assertEqual(plain, self.picture('--time', 2, '--gradient-noise', 'auto'))
 
