@@ -16,6 +16,7 @@ node=$(hostname -s) port=$((20000 + 2 * ($$ % 5000))) job="" started=()
 
 stop() { # what was started here, the last one first; each ends by itself
   local i pid tries
+  [[ ! ${holder:-} ]] || kill "$holder" 2>/dev/null || true
   [[ -z $job ]] || scancel "$job" 2>/dev/null || true
   for ((i = ${#started[@]} - 1; i >= 0; --i)); do
     pid=$(cat "${started[i]}" 2>/dev/null) || continue
@@ -90,11 +91,13 @@ bcc4 import a.raw --dims 96,96,96,40 --dtype u8 --blocks --exact --lattice d4sta
 bcc4 import --plan plan.json -o one.bcc4 --quiet
 
 blocks=6 killed=2
+# Held, so that it is not done before Slurm has been asked to kill it: it takes half a second, and is looked for before it begins.
+(until [[ -s smoke.part$killed.bcc4.partial ]] && pkill -STOP -f "^bcc4 import .* -o smoke\.part$killed\.bcc4\$"; do sleep .01; done) &
+holder=$!
 job=$(sbatch --parsable --requeue --cpus-per-task=1 --mem=512M --array=1-$blocks "$top/examples/import_array.sh" plan.json smoke)
 join=$(sbatch --parsable --mem=512M --dependency="afterok:$job" --wrap 'bcc4 concat smoke.part*.bcc4 -o smoke.bcc4 --quiet')
-# Held, so that it is not done before Slurm has been asked to kill it.
-holds() { [[ -s smoke.part$killed.bcc4.partial ]] && pkill -STOP -f "^bcc4 import .* -o smoke\.part$killed\.bcc4\$"; }
-wait_for 120 holds
+is_held() { ! kill -0 "$holder" 2>/dev/null; }
+wait_for 120 is_held
 scontrol requeue "${job}_$killed"
 [[ ! -e smoke.part$killed.bcc4 ]] || fail "task $killed was done before it was killed"
 is_pending() { squeue -h -t PD -o %K -j "$job" -r | grep -qx $killed; }
