@@ -49,7 +49,7 @@ uint64_t TilePlace::sites() const {
 }
 
 uint64_t TilePlace::decoding_bytes() const {
-  constexpr uint64_t of_site = 8;
+  constexpr uint64_t of_site = 10; // a list of coefficients, what it is put together in, magnitudes
   return sites() * of_site + uint64_t(bricks()) * layers * 2 * sizeof(BrickMask);
 }
 
