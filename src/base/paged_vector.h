@@ -14,6 +14,11 @@ inline constexpr size_t large_page = size_t{2} << 20; // bytes
 // Asks the system for large pages, where it has such a wish.
 void prefer_large_pages(void* memory, size_t bytes);
 
+// Memory of a large page that begins at a multiple of its size, of the system itself: heaps break up such
+// places. Throws std::bad_alloc.
+[[nodiscard]] void* take_large_page();
+void give_back_large_page(void* memory) noexcept;
+
 template<class T> struct PagedAllocator {
   using value_type = T;
   PagedAllocator() = default;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/page_pool.h"
 #include "points/brick.h"
 #include "points/rounded_brick.h"
 
@@ -77,7 +78,7 @@ std::shared_ptr<const RoundedBrick> RoundedBrick::round(const Brick& brick, floa
   const auto finest = static_cast<float>(coarsest * (coarsest_part / finest_part));
   float step = coarsest;
   while (step > finest && most <= step / 2 * largest_number) step /= 2;
-  auto made = std::make_shared_for_overwrite<RoundedBrick>();
+  auto made = make_pooled_for_overwrite<RoundedBrick>();
   made->step_ = step;
   HWY_DYNAMIC_DISPATCH(RoundValues)(brick.value.data(), 1 / step, made->number_.data());
   std::fill_n(made->number_.begin() + brick_sites, beside, int16_t{0});

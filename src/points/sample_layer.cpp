@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "base/page_pool.h"
+
 namespace bccsplat {
 
 BrickMasks::BrickMasks(const Brick& brick) {
@@ -24,7 +26,7 @@ const float* SampleBrick::all(std::array<float, brick_sites>& room) const {
 
 std::shared_ptr<const Brick> SampleBrick::as_values() const {
   if (!codes) return values;
-  auto brick = std::make_shared_for_overwrite<Brick>();
+  auto brick = make_pooled_for_overwrite<Brick>();
   (void)all(brick->value);
   if (const BrickMask* some = codes->kept())
     brick->kept = *some;

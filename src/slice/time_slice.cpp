@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "base/page_pool.h"
 #include "points/brick.h"
 #include "slice/time_slice.h"
 
@@ -82,7 +83,7 @@ class BrickSum {
   }
   [[nodiscard]] bool empty() const { return bricks_.empty(); }
   std::shared_ptr<Brick> take(std::array<float, 2>& range) {
-    auto out = std::make_shared_for_overwrite<Brick>();
+    auto out = make_pooled_for_overwrite<Brick>();
     out->kept = kept_;
     planes_.resize(bricks_.size()), from_.resize(bricks_.size());
     weights_.clear();

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "base/page_pool.h"
 #include "base/error.h"
 #include "formats/bcc4/coding/chunk_rows.h"
 #include "formats/bcc4/coding/spread.h"
@@ -64,7 +65,7 @@ std::span<const std::byte> open_runs(const Bcc4Chunk& entry, std::span<const std
 std::shared_ptr<const Brick> brick_of_chunk(const SampleCoder& coder, const ChunkData& data, size_t layer) {
   const uint32_t first = data.first.at(layer);
   if (data.first.at(layer + 1) == first) return nullptr;
-  auto brick = std::make_shared_for_overwrite<Brick>();
+  auto brick = make_pooled_for_overwrite<Brick>();
   brick->kept = data.kept[layer];
   if (!data.hole.empty() && data.hole[layer] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[layer]);

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <utility>
 
+#include "base/page_pool.h"
+
 namespace bccsplat {
 namespace {
 
@@ -67,7 +69,7 @@ class Sum {
       if (!wanted_[i] || kept == BrickMask{}) continue;
       std::shared_ptr<Brick>& brick = bricks_[i];
       const bool first = !brick;
-      if (first) brick = std::make_shared_for_overwrite<Brick>();
+      if (first) brick = make_pooled_for_overwrite<Brick>();
       const BrickRows rows = of.tile->rows(static_cast<int>(i));
       for (size_t r = 0; r < brick_rows; ++r) {
         if (kept[r] == 0 && !first) continue;

@@ -9,6 +9,7 @@
 
 #include <hwy/cache_control.h>
 
+#include "base/page_pool.h"
 #include "points/rounded_brick.h"
 
 namespace bccsplat {
@@ -295,7 +296,7 @@ void TilePlanes::keep(const Node& node, size_t output, const TileLayer& layer, i
   for (int by = tile_.begin[1]; by < std::min(tile_.end[1], bricks[1]); ++by)
     for (int bx = tile_.begin[0]; bx < std::min(tile_.end[0], bricks[0]) && bz < bricks[2]; ++bx, ++making) {
       if (in_brick == 0) {
-        if (!making->brick) making->brick = std::make_shared_for_overwrite<Brick>();
+        if (!making->brick) making->brick = make_pooled_for_overwrite<Brick>();
         making->any = false, making->planes = 0;
       }
       const int x = bx * brick_edge - begin_[0], y = by * brick_edge - begin_[1];

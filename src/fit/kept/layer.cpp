@@ -9,6 +9,7 @@
 
 #include <algorithm>
 
+#include "base/page_pool.h"
 #include "fit/kept/layer.h"
 #include "fit/kept/packed_block.h"
 #include "formats/bcc4/coding/layer_codes.h"
@@ -201,7 +202,7 @@ SampleBrick LayerMaker::make_brick(const Frames& frames, size_t slot, const Int3
   const float* values = room.values.sum.data();
   BrickMask near{};
   const SiteEvidence evidence = evidence_of(frames, slot, near);
-  auto brick = std::make_shared_for_overwrite<Brick>();
+  auto brick = make_pooled_for_overwrite<Brick>();
   const KeptCounts found = relevance_.select(values, size, evidence, *brick);
   if (room.counts) {
     if (!beyond) compare(values, *brick, size, coding);

@@ -2,14 +2,13 @@
 #include "base/machine.h"
 
 #include <dlfcn.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <cstddef>
 #include <cstdlib>
+#include <new>
 #include <string>
-
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
 
 #include "base/paged_vector.h"
 
@@ -38,5 +37,19 @@ void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t b
   (void)madvise(memory, bytes / large_page * large_page, MADV_HUGEPAGE);
 #endif
 }
+
+void* take_large_page() {
+  // Twice as much has a large page in it; what lies around that goes back, untouched.
+  void* const all = mmap(nullptr, 2 * large_page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (all == MAP_FAILED) throw std::bad_alloc();
+  auto* const begin = static_cast<std::byte*>(all);
+  const size_t before = (large_page - reinterpret_cast<uintptr_t>(all) % large_page) % large_page;
+  if (before > 0) munmap(begin, before);
+  munmap(begin + before + large_page, large_page - before);
+  prefer_large_pages(begin + before, large_page);
+  return begin + before;
+}
+
+void give_back_large_page(void* memory) noexcept { munmap(memory, large_page); }
 
 } // namespace bccsplat

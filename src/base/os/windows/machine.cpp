@@ -6,6 +6,7 @@
 #include <psapi.h>
 
 #include <array>
+#include <new>
 
 #include "base/paged_vector.h"
 
@@ -32,5 +33,8 @@ void* machine_symbol(const char* name) {
 
 // Large pages are a right there that few users have.
 void prefer_large_pages(void* /*memory*/, size_t /*bytes*/) {}
+
+void* take_large_page() { return ::operator new (large_page, std::align_val_t{large_page}); }
+void give_back_large_page(void* memory) noexcept { ::operator delete (memory, std::align_val_t{large_page}); }
 
 } // namespace bccsplat
