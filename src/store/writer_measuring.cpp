@@ -65,7 +65,7 @@ std::vector<RoundTripChannel> channels_to_measure(const WriterOpening& opening, 
     channels.push_back(
         {c.name, asked.air, c.threshold, bound, opening.knows_base(), bound > 0 ? 0 : sample_step(c)});
     if (!coarser && opening.settings().wavelets && holds_source(c)) channels.back().as_given = c.source_type;
-    if (c.linear) channels.back().read_off = as_read_rounding / 2 * c.scale;
+    if (c.linear) channels.back().read_off = (as_read_rounding + linear_rounding) / 2 * c.scale;
   }
   return channels;
 }

@@ -41,9 +41,8 @@ bool is_whole(const VolumeInfo& info) {
   });
 }
 
-// linear: no samples are held, but the layers that coefficients are made in are.
+// linear: of samples only the layer that coefficients are made of is held.
 LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool stored, bool linear) {
-  constexpr uint64_t of_making = 2;
   const auto [own, steps, in_space] = prefilter_of(lattice, kernel);
   const auto next = static_cast<uint64_t>(std::ceil(0.5 / lattice.time_step));
   LayerCounts n;
@@ -51,7 +50,7 @@ LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool stored
       static_cast<uint64_t>(std::floor(2 * time_reach(own) / kernel_time_per_layer(lattice))) + 1;
   if (stored || steps.empty()) return n;
   if (linear) {
-    n.first_samples = n.coefficients + of_making;
+    n.samples = 1;
     return n;
   }
   const uint64_t around = 2 * static_cast<uint64_t>(Prefilter(lattice, steps).reach());
@@ -93,8 +92,9 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   VolumeCache need;
   // Lists of coefficients take about two bytes for each site of a layer.
   need.chunks = linear ? bytes(1, chunks, 2 * brick_sites) : bytes(info.slab_layers, chunks, coded);
-  // Bytes always fit the steps of rounded coefficients, which Cartesian lattices do not have.
-  const bool rounded = lattice.space.bcc && !stores_coefficients &&
+  // Bytes mostly fit the steps of rounded coefficients, which Cartesian lattices have of linear samples
+  // alone.
+  const bool rounded = (lattice.space.bcc || linear) && !stores_coefficients &&
                        std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) {
                          return c.type == ValueType::u8 && sample_step(c) > 0;
                        });

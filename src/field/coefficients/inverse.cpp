@@ -14,8 +14,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/page_pool.h"
 #include "field/coefficients/inverse.h"
 #include "field/footprint/dense_sites.h"
+#include "points/rounded_brick.h"
 
 #ifndef BCCSPLAT_INVERSE_FACTOR
 #define BCCSPLAT_INVERSE_FACTOR
@@ -93,6 +95,19 @@ void clear_beyond(const Int3& dims, const Int3& brick, Brick& out) {
       out.value[s] = 0;
 }
 
+// A brick without values; of: may be null.
+std::shared_ptr<Brick> with_holes(const Brick* of) {
+  auto brick = make_pooled_for_overwrite<Brick>();
+  if (of && of->hole) brick->hole = std::make_unique<BrickMask>(*of->hole);
+  return brick;
+}
+
+std::shared_ptr<Brick> empty_brick() {
+  auto brick = make_pooled_for_overwrite<Brick>();
+  brick->value.fill(0);
+  return brick;
+}
+
 // Some bricks along an axis, from this one on.
 struct BrickRun {
   size_t axis;
@@ -136,14 +151,14 @@ class RunSites {
       std::swap(sites_, room);
     }
   }
-  // Writes what has been filtered, over bricks that are there.
+  // Writes what has been filtered, over bricks that are there; others get the holes of `like`.
   void put_into(Bricks& made, const BrickLayer& like) const {
     const size_t part = size_t{brick_edge} * lines_.inner;
     const float* in = sites_.data();
     Int3 brick = run_.first;
     for (int i = 0; i < run_.count; ++i, ++brick[run_.axis], in += part) {
       std::shared_ptr<Brick>& out = made[like.slot(brick[0], brick[1], brick[2])];
-      if (!out) out = std::make_shared_for_overwrite<Brick>();
+      if (!out) out = with_holes(like.brick(brick[0], brick[1], brick[2]));
       for (int o = 0; o < lines_.outer; ++o)
         std::copy_n(in + o * size_t(lines_.pitch) * lines_.inner, part, out->value.data() + o * part);
       clear_beyond(like.dims(), brick, *out);
@@ -239,18 +254,20 @@ BrickLayer layer_of(const BrickLayer& like, const Bricks& bricks) {
   return layer;
 }
 
-// Keeps the coefficients that matter, and the holes of the samples.
-void finish(Bricks& bricks, const SampleLayer& samples, float prune, const BrickBox& region) {
-  for (size_t slot = 0; slot < bricks.size(); ++slot) {
-    std::shared_ptr<Brick>& brick = bricks[slot];
-    const bool inside = region.contains(samples.slot_position(slot));
-    const BrickMask* const hole = inside ? samples.brick(slot).hole() : nullptr;
-    if (hole && !brick) brick = std::make_shared<Brick>();
-    if (!brick) continue;
-    const int kept = brick->keep_above(prune);
-    if (hole) brick->hole = std::make_unique<BrickMask>(*hole);
-    if (!inside || (kept == 0 && !hole)) brick = nullptr;
-  }
+// The bricks of a layer that nobody else has, which may be written over.
+Bricks own_bricks(const BrickLayer& layer) {
+  Bricks own(layer.brick_slots());
+  for (size_t slot = 0; slot < own.size(); ++slot)
+    if (layer.share(slot).use_count() == 1) own[slot] = std::const_pointer_cast<Brick>(layer.share(slot));
+  return own;
+}
+
+// Returns the coefficients of a brick that matter, and its holes.
+SampleBrick finished(std::shared_ptr<Brick> brick, const CoefficientForm& form) {
+  if (brick->keep_above(form.prune) == 0 && !brick->hole) return {};
+  if (form.coarsest > 0)
+    if (auto rounded = RoundedBrick::round(*brick, form.coarsest)) return {nullptr, std::move(rounded)};
+  return {std::move(brick), nullptr};
 }
 
 } // namespace
@@ -277,32 +294,52 @@ BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
       for (const auto& [input, weight] : inputs) {
         const SampleBrick& brick = input->brick(slot);
         if (!brick) continue;
-        if (!out) out = std::make_shared<Brick>();
+        if (!out) out = empty_brick();
         const float* from = brick.all(room);
         for (size_t i = 0; i < brick_sites; ++i) out->value[i] += weight * from[i];
       }
-      if (out) sum.set(slot, std::move(out));
+      if (!out) continue;
+      if (const BrickMask* hole = samples.at(layer)->brick(slot).hole())
+        out->hole = std::make_unique<BrickMask>(*hole);
+      sum.set(slot, std::move(out));
     }
   });
   return sum;
 }
 
-BrickLayer InversePrefilter::apply(int32_t layer, const Lattice4& lattice,
-                                   const std::map<int32_t, const SampleLayer*>& samples, float prune,
-                                   const BrickBox& region, const Context& context) const {
+SampleLayer InversePrefilter::apply(int32_t layer, const Lattice4& lattice,
+                                    const std::map<int32_t, const SampleLayer*>& samples,
+                                    const CoefficientForm& form, const BrickBox& region,
+                                    const Context& context) const {
   const BrickBox box = go_round(region.widened(), lattice.space); // its bricks depend on those beside them
-  BrickLayer layer_now = sum_layers(layer, lattice, samples, box, context);
-  const Reservation room(context.memory, layer_now.bytes(), "a layer of the inverse filter");
-  Bricks made(layer_now.brick_slots());
+  BrickLayer sum = sum_layers(layer, lattice, samples, box, context);
+  const Reservation room(context.memory, sum.bytes(), "a layer of the inverse filter");
+  return apply_in_space(std::move(sum), form, region, context);
+}
+
+SampleLayer InversePrefilter::apply_in_space(BrickLayer layer, const CoefficientForm& form,
+                                             const BrickBox& region, const Context& context) const {
+  const Lattice3& space = layer.lattice();
+  const BrickBox box = go_round(region.widened(), space);
+  Reservation room;
+  if (space.periodic[0] || space.periodic[1] || space.periodic[2])
+    room = Reservation(context.memory, layer.bytes(), "a layer of the inverse filter");
+  Bricks made = own_bricks(layer);
   for (size_t axis = 0; axis < 3; ++axis) {
     // Along a periodic axis the last bricks reach into the first ones.
-    Bricks written = lattice.space.periodic[axis] ? Bricks(made.size()) : made;
-    filter_along(space_, layer_now, axis, box, context, written);
+    Bricks written = space.periodic[axis] ? Bricks(made.size()) : made;
+    filter_along(space_, layer, axis, box, context, written);
     made = std::move(written);
-    layer_now = layer_of(layer_now, made);
+    layer = layer_of(layer, made);
   }
-  finish(made, *samples.at(layer), prune, region);
-  return layer_of(layer_now, made);
+  SampleLayer result(space, layer.coset());
+  layer = {};
+  context.tasks.parallel_for(result.rows(), [&](uint64_t row) {
+    for (size_t slot = row * result.row_slots(); slot < (row + 1) * result.row_slots(); ++slot)
+      if (auto brick = std::move(made[slot]); brick && region.contains(result.slot_position(slot)))
+        result.set(slot, finished(std::move(brick), form));
+  });
+  return result;
 }
 
 } // namespace bccsplat

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/coefficients/prefilter.h"
 #include "kernel/kernel.h"
 #include "points/brick.h"
 #include "points/sample_source.h"
@@ -21,9 +22,14 @@ class InversePrefilter {
       : space_(space), weights_(std::move(time)) {}
 
   // Prefilters one layer as Prefilter::apply does.
-  [[nodiscard]] BrickLayer apply(int32_t layer, const Lattice4& lattice,
-                                 const std::map<int32_t, const SampleLayer*>& samples, float prune,
-                                 const BrickBox& region, const Context& context) const;
+  [[nodiscard]] SampleLayer apply(int32_t layer, const Lattice4& lattice,
+                                  const std::map<int32_t, const SampleLayer*>& samples,
+                                  const CoefficientForm& form, const BrickBox& region,
+                                  const Context& context) const;
+  // The same of a layer that has been summed over time, whose bricks are written over where nobody else has
+  // them.
+  [[nodiscard]] SampleLayer apply_in_space(BrickLayer layer, const CoefficientForm& form,
+                                           const BrickBox& region, const Context& context) const;
 
  private:
   [[nodiscard]] BrickLayer sum_layers(int32_t layer, const Lattice4& lattice,

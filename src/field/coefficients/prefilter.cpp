@@ -14,7 +14,6 @@
 #include "field/coefficients/prefilter_steps.h"
 #include "field/coefficients/stage_plan.h"
 #include "field/coefficients/tile_planes.h"
-#include "points/rounded_brick.h"
 
 namespace bccsplat {
 namespace {
@@ -146,24 +145,26 @@ std::vector<std::set<int32_t>> Prefilter::needed(std::span<const int32_t> layers
   return needed;
 }
 
+InversePrefilter Prefilter::inverse() const {
+  const std::vector<double> time = weights_in_time(std::span(steps_).subspan(1));
+  return {steps_.front().filter, {time.begin(), time.end()}};
+}
+
+SampleLayer Prefilter::apply_to(int32_t layer, BrickLayer samples, const CoefficientForm& form,
+                                const BrickBox& region, const Context& context) const {
+  if (steps_.front().filter.pole != 0)
+    return inverse().apply_in_space(std::move(samples), form, region, context);
+  const SampleLayer own(samples);
+  return std::move(apply(std::span(&layer, 1), {{layer, &own}}, form, region, context).front());
+}
+
 std::vector<SampleLayer> Prefilter::invert(std::span<const int32_t> layers,
                                            const std::map<int32_t, const SampleLayer*>& samples,
                                            const CoefficientForm& form, const BrickBox& region,
                                            const Context& context) const {
-  const std::vector<double> time = weights_in_time(std::span(steps_).subspan(1));
-  const InversePrefilter inverse(steps_.front().filter, {time.begin(), time.end()});
+  const InversePrefilter inverse = this->inverse();
   std::vector<SampleLayer> made;
-  for (const int32_t m : layers) {
-    const BrickLayer values = inverse.apply(m, lattice_, samples, form.prune, region, context);
-    SampleLayer& layer = made.emplace_back(values);
-    if (!(form.coarsest > 0)) continue;
-    context.tasks.parallel_for(values.brick_slots(), [&](uint64_t slot) {
-      const Brick* brick = values.brick(slot);
-      if (!brick) return;
-      if (auto rounded = RoundedBrick::round(*brick, form.coarsest))
-        layer.set(slot, {nullptr, std::move(rounded)});
-    });
-  }
+  for (const int32_t m : layers) made.push_back(inverse.apply(m, lattice_, samples, form, region, context));
   return made;
 }
 

@@ -37,6 +37,8 @@ struct CoefficientForm {
 // several threads, of boxes without a brick in common.
 using TakeBricks = std::function<void(std::span<SampleLayer> made, const BrickBox& box)>;
 
+class InversePrefilter; // inverse.h
+
 class Prefilter {
  public:
   Prefilter(const Lattice4& lattice, std::vector<PrefilterStep> steps)
@@ -57,8 +59,12 @@ class Prefilter {
                                                const std::map<int32_t, const SampleLayer*>& samples,
                                                const CoefficientForm& form, const BrickBox& region,
                                                const Context& context, const TakeBricks& take = {}) const;
+  // The same of one layer, where stages are in space alone. Bricks that nobody else has may be written over.
+  [[nodiscard]] SampleLayer apply_to(int32_t layer, BrickLayer samples, const CoefficientForm& form,
+                                     const BrickBox& region, const Context& context) const;
 
  private:
+  [[nodiscard]] InversePrefilter inverse() const;
   // The same where the first stage has a pole.
   [[nodiscard]] std::vector<SampleLayer> invert(std::span<const int32_t> layers,
                                                 const std::map<int32_t, const SampleLayer*>& samples,
