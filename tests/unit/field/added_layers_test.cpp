@@ -6,6 +6,7 @@
 #include <random>
 
 #include "field/coefficients/coefficients.h"
+#include "points/rounded_brick.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat {
@@ -17,7 +18,9 @@ using test::TestContext;
 // Layers in memory, sums of which can be asked for.
 class AddingSamples final : public SampleSource {
  public:
-  explicit AddingSamples(MemorySamples samples) : samples_(std::move(samples)) {}
+  // step: of samples, for those who may round what they make of them.
+  explicit AddingSamples(MemorySamples samples, double step = 0)
+      : samples_(std::move(samples)), step_(step) {}
   const Lattice4& lattice() const override { return samples_.lattice(); }
   int channels() const override { return 1; }
   float air(int channel) const override { return samples_.air(channel); }
@@ -26,6 +29,7 @@ class AddingSamples final : public SampleSource {
     return samples_.read_layer(channel, layer, box, c);
   }
   const std::string& coefficient_kernel() const override { return samples_.coefficient_kernel(); }
+  double sample_step(int) const override { return step_; }
   bool adds_layers(int) const override { return true; }
   uint64_t bricks_at_most(int channel, int32_t layer, const BrickBox&) const override {
     TestContext test;
@@ -48,13 +52,17 @@ class AddingSamples final : public SampleSource {
         brick->kept.fill(0xffff);
         layer.set(s, std::move(brick));
       }
+      if (keeps) kept.push_back(layer);
     }
     return out;
   }
   mutable std::atomic<uint64_t> read{0}, added{0};
+  bool keeps = false; // whether layers that were added stay here
+  mutable std::vector<BrickLayer> kept;
 
  private:
   MemorySamples samples_;
+  double step_;
 };
 
 MemorySamples layers_of_noise(const Lattice4& lattice) {
@@ -74,6 +82,13 @@ MemorySamples layers_of_noise(const Lattice4& lattice) {
 Lattice4 cartesian(uint32_t frames, bool periodic = false) {
   Lattice4 lattice = Lattice4::fit(LatticeKind::cc, {36, 21, 50, frames});
   if (periodic) lattice.periodic = true;
+  return lattice;
+}
+
+// The same that goes round along an axis, too, where the last row of bricks is narrow.
+Lattice4 going_round(size_t axis) {
+  Lattice4 lattice = cartesian(5);
+  lattice.space.periodic[axis] = true;
   return lattice;
 }
 
@@ -150,6 +165,53 @@ TEST(AddedLayers, DependOnNoCacheAndNoBox) {
     const uint64_t before = adding.added;
     (void)whole.layers(std::vector<int32_t>{3, 4, 5}, test.get());
     EXPECT_EQ(adding.added, before + 1);
+  }
+}
+
+TEST(AddedLayers, OfAPeriodicAxisGoRound) {
+  TestContext test;
+  for (const size_t axis : {0, 1, 2}) {
+    const MemorySamples plain = layers_of_noise(going_round(axis));
+    const AddingSamples adding(plain);
+    const Coefficients expected(plain, 0, make_kernel("exact"), 0, large_cache),
+        got(adding, 0, make_kernel("exact"), 0, large_cache);
+    EXPECT_LT(most_apart(*expected.layer(2, test.get()), *got.layer(2, test.get())), 2e-5);
+  }
+}
+
+// The prefilter writes over bricks that nobody else has, and over no others.
+TEST(AddedLayers, ThatAreHeldElsewhereStay) {
+  TestContext test;
+  const MemorySamples noise = layers_of_noise(cartesian(6));
+  const AddingSamples adding(noise);
+  AddingSamples keeping(noise);
+  keeping.keeps = true;
+  const Coefficients own(adding, 0, make_kernel("exact"), 0, large_cache),
+      shared(keeping, 0, make_kernel("exact"), 0, large_cache);
+  const auto expected = own.layer(3, test.get()), got = shared.layer(3, test.get());
+  expect_same_layer(*expected, *got);
+  ASSERT_EQ(keeping.kept.size(), 1U);
+  const Coefficients anew(keeping, 0, make_kernel("exact"), 0, large_cache);
+  (void)anew.layer(3, test.get());
+  expect_same_layer(keeping.kept.front(), keeping.kept.back());
+  EXPECT_GT(most_apart(keeping.kept.front(), *got), 0.1);
+}
+
+TEST(AddedLayers, AreKeptAsNumbersWhereTheirStepAllows) {
+  TestContext test;
+  constexpr double step = 1.0 / 64;
+  const MemorySamples noise = layers_of_noise(cartesian(6));
+  const AddingSamples plain(noise), stepped(noise, step);
+  for (const char* kernel : {"exact", "default"}) {
+    const Coefficients exact(plain, 0, make_kernel(kernel), 0, large_cache),
+        rounded(stepped, 0, make_kernel(kernel), 0, large_cache);
+    const auto layer = rounded.compact_layers(std::vector<int32_t>{3}, test.get()).front();
+    ASSERT_TRUE(layer.compact);
+    for (size_t s = 0; s < layer.brick_slots(); ++s) EXPECT_TRUE(layer.compact->brick(s).codes);
+    EXPECT_LE(layer.compact->bytes(),
+              exact.compact_layers(std::vector<int32_t>{3}, test.get()).front().compact->bytes() * 2 / 3);
+    EXPECT_LE(most_apart(*exact.layer(3, test.get()), *rounded.layer(3, test.get())),
+              coarsest_step(step) / 2);
   }
 }
 
