@@ -138,6 +138,34 @@ class Arrays(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "all 14 frames, not 3"):
             bccsplat.save(name, self.source, times=[1, 2, 3], overwrite=True)
 
+    def test_dates_and_durations(self):
+        name, dates = path("dates.bcc4"), np.datetime64("2000-02-28T18:00:00.5", "ns") + np.arange(3) * np.timedelta64(6, "h")
+        for times, unit, right, epoch in (
+                (dates, None, [.5, 21600.5, 43200.5], "2000-02-28 18:00:00"), (dates.astype("M8[h]"), "hours", [0, 6, 12], "2000-02-28 18:00:00"),
+                (dates.astype("M8[us]").tolist(), None, [.5, 21600.5, 43200.5], "2000-02-28 18:00:00"),
+                (dates - dates[0], "h", [0, 6, 12], None)):
+            bccsplat.save(name, self.source[:3], times=times, time_unit=unit, overwrite=True)
+            volume = bccsplat.open(name)
+            np.testing.assert_allclose(volume.times(), right, atol=1e-9)
+            self.assertEqual((volume.info().time_unit.decode(), volume.attributes().get("time_epoch")), (unit or "s", epoch))
+        for times, unit, text in ((dates, "months", "it is one of ns, us"), (dates[:2], None, "all 3 frames, not 2")):
+            with self.assertRaisesRegex(ValueError, text):
+                bccsplat.save(name, self.source[:3], times=times, time_unit=unit, overwrite=True)
+        with self.assertRaisesRegex(ValueError, "times must be numbers"):
+            bccsplat.Plan(bccsplat.default_device(), (24, 22, 20, 3), lambda t, _: self.source[t], times=dates)
+        with self.assertRaisesRegex(ValueError, "part_times must be numbers"):
+            bccsplat.Writer(bccsplat.default_device(), name, (24, 22, 20, 3), part=(0, 3), part_times=dates, overwrite=True)
+
+    def test_zeros_are_no_place(self):
+        with self.assertRaisesRegex(ValueError, "affine is all zeros"):
+            bccsplat.save(path("zeros.bcc4"), self.source, affine=np.zeros((4, 4)))
+        with self.assertRaisesRegex(ValueError, "affine is all zeros"):
+            bccsplat.Writer(bccsplat.default_device(), path("zeros.bcc4"), (24, 22, 20, 3), affine=[0] * 16)
+        with self.assertRaisesRegex(ValueError, "all zeros"):
+            bccsplat.Scene(bccsplat.default_device()).add(self.volume, placement=np.zeros((4, 4)))
+        with self.assertRaisesRegex(ValueError, "unit has kelvins, which is no channel: there are a, b"):
+            bccsplat.save(path("zeros.bcc4"), {"a": self.source, "b": self.source}, unit={"kelvins": "K"})
+
     def test_labels_have_nothing_between_them(self):
         blocks = np.kron(np.arange(24).reshape(4, 2, 3, 1) * 171 % 1036, np.ones((1, 5, 4, 12))).astype(np.float32)
         bccsplat.save(path("l.bcc4"), blocks, labels=True, lattice="cc")
