@@ -58,6 +58,19 @@ class Arrays(unittest.TestCase):
         with self.assertRaisesRegex(IndexError, "frame 13.5 is outside the series, 0 to 13"):
             self.volume[13.5, 1, 1, 1]
 
+    def test_what_numpy_reads_otherwise_is_refused(self):
+        pairs, mask = np.array([[0, 1], [2, 3]]), np.arange(20) % 3 == 0
+        for where in self.volume, self.volume.field():
+            for key in ((0, slice(None), [1, 2]), (slice(None), 0, slice(None), [1, 2]), (0, [1, 2], slice(None), 3), (np.array(3),),
+                        (0, np.array(3)), [], (2, mask, slice(None), 5), (slice(None), [1, 2], 3, slice(None))):
+                found, expected = where[key], self.whole[key]
+                self.assertEqual(found.shape, expected.shape, key)
+                np.testing.assert_allclose(found, expected, rtol=0, atol=2e-6)
+            for key in (None, (0, None), (Ellipsis, None), True, np.True_, False, (0, True), pairs, (0, pairs), pairs.tolist(),
+                        self.whole > 2, ([0, 1], [1, 2]), (0, [1, 2], slice(None), [1, 2]), (slice(None), mask, mask[:1])):
+                with self.assertRaises(IndexError, msg=str(key)):
+                    where[key]
+
     def test_a_part_is_read_without_the_rest(self):
         name = path("large.bcc4")
         bccsplat.save(name, waves(3, 96, 96, 96), overwrite=True)

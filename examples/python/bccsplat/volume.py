@@ -75,22 +75,22 @@ class Volume(Child):
         return FieldArray.whole(self, self.channel_number(channel), level)
 
     def __getitem__(self, key: Any) -> Array:
-        """Values of channel 0, float32. As a numpy array [t, z, y, x] is indexed; for t also numbers between frames, or a
-        list of them. No more is read than what lies around the samples that are asked for."""
-        from .field_array import FieldArray, check_moments, full_key
-        t, *space = full_key(key, 4)
+        """Values of channel 0, float32. As a numpy array [t, z, y, x] is indexed, with one list or mask at most; for t also
+        numbers between frames, or a list of them. No more is read than what lies around the samples that are asked for."""
+        from .field_array import FieldArray, as_numpy, check_moments, full_key
+        full = full_key(key, 4)
+        t, *space = full
         field = self.field()
         check_moments(t)
         if isinstance(t, (int, np.integer)) and not -len(self) <= t < len(self):
             raise IndexError("frame %d is out of bounds for %d frames" % (t, len(self)))
-        if isinstance(t, (int, np.integer, slice)) or np.asarray(t).dtype == np.bool_:
-            part: Array = field[(t, *space)]
+        if isinstance(t, (np.integer, slice)) or t.dtype == np.bool_:
+            part: Array = field[full]
             return part
         moments = np.asarray(t, np.float64)
-        if np.ndim(t) and np.asarray(t).dtype.kind in "iu":
+        if t.ndim and t.dtype.kind in "iu":
             moments = np.where(moments < 0, moments + len(self), moments)
-        found: Array = FieldArray(self, [moments, *field.axes[1:]])[(slice(None), *space)]
-        return found if moments.ndim else np.asarray(found[0])
+        return as_numpy(FieldArray(self, [moments, *field.axes[1:]]).select((slice(None), *space)), full)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.field().read(), dtype)

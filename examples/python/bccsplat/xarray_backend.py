@@ -14,7 +14,7 @@ from typing import Any, Iterable, Sequence
 import numpy as np
 
 from .arrays import Array
-from .field_array import FieldArray, brick_samples, chunk_frames, chunk_samples
+from .field_array import FieldArray, brick_samples, chunk_frames, chunk_samples, dropped
 from .shared import SharedFile
 from .volume import Volume
 
@@ -46,7 +46,8 @@ class LazyField(backends.BackendArray):  # type: ignore[misc]
 
     def _outer(self, key: tuple[Any, ...]) -> Array:
         entries = iter(key)
-        return self.field[tuple(next(entries) if there else 0 for there in self.kept)]
+        full = tuple(next(entries) if there else 0 for there in self.kept)
+        return np.asarray(self.field.select(full).read()[dropped(full)])
 
 
 def lazy_variable(field: FieldArray, attrs: dict[str, Any], kept: Sequence[bool] = (True,) * 4) -> Any:
