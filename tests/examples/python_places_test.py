@@ -135,12 +135,22 @@ class Reading(unittest.TestCase):
             depths_file("turned.bcc4", rotated(30))
             open_file("turned.bcc4").bcc4.to_file(path("bad.bcc4"))
 
-    def test_retimed(self):
-        subprocess.run([sys.executable, "-B", os.path.join(support.PYTHON, "retime.py"), path("ocean.bcc4"), path("slow.bcc4"), "2"],
-                       check=True, capture_output=True)
+    def run_python(self, *arguments):
+        return subprocess.run([sys.executable, "-B", *arguments], capture_output=True, text=True,
+                              env={**os.environ, "PYTHONPATH": support.PYTHON})
+
+    def test_programs(self):
+        retime, compare = (os.path.join(support.PYTHON, name) for name in ("retime.py", "compare_runs.py"))
+        self.assertEqual(self.run_python(retime, path("ocean.bcc4"), path("slow.bcc4"), "2").returncode, 0)
         slow = open_file("slow.bcc4")
         np.testing.assert_array_equal(slow.z, DEPTHS)
         self.assertEqual(slow.time.size, 11)
+        self.assertEqual(self.run_python(compare, path("ocean.bcc4"), path("slow.bcc4")).returncode, 0)
+        depths_file("plain.bcc4", np.eye(4))
+        self.assertIn("not at the same places", self.run_python(compare, path("ocean.bcc4"), path("plain.bcc4")).stderr)
+        depths_file("dated.bcc4", attributes={"time_epoch": "2000-01-01"})
+        self.assertIn("count time otherwise", self.run_python(compare, path("ocean.bcc4"), path("dated.bcc4")).stderr)
+        self.assertEqual(self.run_python("-m", "bccsplat", path("ocean.bcc4"), path("ocean.png")).stderr, "")
 
     @unittest.skipIf(*without("netCDF4"))
     def test_to_netcdf(self):
@@ -191,8 +201,8 @@ class Writing(unittest.TestCase):
     def test_dimensions_go_by_attributes_and_names(self):
         ds = atmosphere(self.source)
         plain = xr.Dataset({"f": (("time", "z", "y", "x"), self.source)}, attrs={"title": "made up"})
-        for right, orders in ((ds, (("time", "lon", "lat", "lev"), ("lev", "lat", "lon", "time"), ("lat", "time", "lev", "lon"))),
-                              (plain, (("time", "x", "y", "z"), ("x", "y", "z", "time")))):
+        for right, orders in ((plain, (("time", "x", "y", "z"), ("x", "y", "z", "time"))),
+                              (ds, (("time", "lon", "lat", "lev"), ("lev", "lat", "lon", "time"), ("lat", "time", "lev", "lon")))):
             for order in orders:
                 right.transpose(*order).bcc4.to_file(path("order.bcc4"), lattice="cc", overwrite=True)
                 found = bccsplat.open(path("order.bcc4"))
@@ -221,7 +231,7 @@ class Writing(unittest.TestCase):
         np.testing.assert_allclose(bccsplat.open(path("told.bcc4")), self.source, atol=.001)
 
     def test_each_channel_has_its_own_unit(self):
-        ds = atmosphere(self.source)
+        ds = atmosphere(self.source).drop_vars(["lev", "lat"])
         ds.bcc4.to_file(path("units.bcc4"), psnr=50)
         volume = bccsplat.open(path("units.bcc4"))
         self.assertEqual([volume.channel_info(n).unit for n in range(2)], [b"K", b"kg kg-1"])

@@ -8,6 +8,7 @@ from typing import Any, Mapping
 
 import numpy as np
 
+_AXES = ("axis.t", "axis.z", "axis.y", "axis.x")
 # Said elsewhere in the file, or true of the source's bytes alone.
 _ELSEWHERE = {"actual_range", "bcc4_error_bound", "_FillValue", "missing_value", "valid_range", "valid_min", "valid_max",
               "scale_factor", "add_offset"}
@@ -35,4 +36,4 @@ def read(attributes: Mapping[str, str], key: str) -> dict[str, Any]:
 
 def is_record(key: str) -> bool:
     """Whether an attribute of a file is one of these records."""
-    return key.startswith(("axis.", "channel."))
+    return key in _AXES or key.startswith("channel.")
