@@ -8,9 +8,10 @@ import numpy as np
 
 from . import _abi
 from .arrays import Array
+from .cameras import fit_camera
 from .field_array import FieldArray
 from .places import Places, even_step
-from .render import Frame, Renderer, TransferFunction, background_of, fit_camera
+from .render import Frame, Renderer, TransferFunction, background_of
 from .slices import Slice
 from .volume import Volume
 
