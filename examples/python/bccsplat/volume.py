@@ -45,12 +45,12 @@ class Volume(Child):
         o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, cancel_token=token_of(cancel), **options)
         if isinstance(source, tuple):
             self._source: Any = read_stream(source)
-            self._create("volume_open_stream", device.pointer, byref(self._source), byref(o))
+            self._create("volume_open_stream", device, byref(self._source), byref(o))
         elif isinstance(source, (str, os.PathLike)):
-            self._create("volume_open_file", device.pointer, os.fsencode(source), byref(o))
+            self._create("volume_open_file", device, os.fsencode(source), byref(o))
         else:
             self._source = bytes_of(source)
-            self._create("volume_open_memory", device.pointer, self._source.ctypes.data, self._source.size, byref(o))
+            self._create("volume_open_memory", device, self._source.ctypes.data, self._source.size, byref(o))
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -147,10 +147,12 @@ class Volume(Child):
         Child.__init__(newer, self.device)
         if source is None:
             newer._source = getattr(self, "_source", None)
-            newer._create("volume_reopen", self.pointer, None)
+            newer._create("volume_reopen", self, None)
+            newer._recipe = self._recipe  # in a forked process, without the caches
         else:
             newer._source = read_stream(source)
-            newer._create("volume_reopen", self.pointer, byref(newer._source))
+            newer._create("volume_reopen", self, byref(newer._source))
+            newer._recipe = ("volume_open_stream", self.device, byref(newer._source), self._recipe[-1])
         return newer
 
     def info(self) -> _abi.VolumeInfo:
