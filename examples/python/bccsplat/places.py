@@ -66,11 +66,12 @@ class Places:
         if self.are_numbers(axis):
             return at
         if not self.is_even(axis):
-            known = self._axes[axis][0]
-            world = self._volume.index_to_world(at[..., None] * np.eye(3)[axis])
-            found = self._of_even(axis, np.linalg.solve(self.affine, self._points(world))[axis].reshape(at.shape))
+            known, points = self._axes[axis][0], np.zeros((at.size, 3))
+            points[:, axis] = at.reshape(-1)
+            world = self._volume.index_to_world(points) - self.affine[:3, 3]
+            even = np.linalg.solve(self.affine[:3, :3], world.T)[axis].reshape(at.shape)
             whole = np.rint(at).astype(np.int64).clip(0, known.size - 1)
-            return np.where(at == whole, known[whole], found)
+            return np.where(at == whole, known[whole], known[0] + even / (known.size - 1) * (known[-1] - known[0]))
         sign = -1.0 if self.is_down(axis) else 1.0
         return np.asarray(sign * (self.affine[axis, axis] * at + self.affine[axis, 3]) + 0.0)  # not -0
 
@@ -85,16 +86,8 @@ class Places:
         else:
             known = self._axes[axis][0]
             even = (at - known[0]) / (known[-1] - known[0]) * (known.size - 1)
-            world = self.affine @ self._points(even[..., None] * np.eye(3)[axis])
-            found = self._volume.world_to_index(world[:3].T)[..., axis].reshape(at.shape)
+            with np.errstate(invalid="ignore"):  # places that are NaN or infinite stay no samples
+                world = self.affine[:3, axis] * even.reshape(-1, 1) + self.affine[:3, 3]
+            found = self._volume.world_to_index(world)[:, axis].reshape(at.shape)
         whole = np.rint(found)
         return np.where(np.abs(found - whole) < 1e-9 * (1 + np.abs(whole)), whole, found)
-
-    def _of_even(self, axis: int, even: Array) -> Array:
-        known = self._axes[axis][0]
-        return np.asarray(known[0] + even / (known.size - 1) * (known[-1] - known[0]))
-
-    def _points(self, at: Array) -> Array:
-        """Points [..., 3] as columns (x, y, z, 1)."""
-        flat = at.reshape(-1, 3)
-        return np.vstack([flat.T, np.ones(len(flat))])
