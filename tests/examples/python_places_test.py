@@ -149,7 +149,7 @@ class Reading(unittest.TestCase):
         depths_file("plain.bcc4", np.eye(4))
         self.assertIn("not at the same places", self.run_python(compare, path("ocean.bcc4"), path("plain.bcc4")).stderr)
         depths_file("dated.bcc4", attributes={"time_epoch": "2000-01-01"})
-        self.assertIn("count time otherwise", self.run_python(compare, path("ocean.bcc4"), path("dated.bcc4")).stderr)
+        self.assertIn("from other dates: None and 2000-01-01", self.run_python(compare, path("ocean.bcc4"), path("dated.bcc4")).stderr)
         self.assertEqual(self.run_python("-m", "bccsplat", path("ocean.bcc4"), path("ocean.png")).stderr, "")
 
     @unittest.skipIf(*without("netCDF4"))
@@ -216,7 +216,10 @@ class Writing(unittest.TestCase):
             back = open_file("plane.bcc4")
             np.testing.assert_allclose(back.ta[:, 0], self.source[:, 2], atol=.001)
             np.testing.assert_array_equal(back.time, ds.time)
-            self.assertEqual((back.ta.dims[2:], float(back[back.ta.dims[1]][0])), (("lat", "lon"), 850))
+            self.assertEqual((back.ta.dims, back.lev.values.tolist(), back.lev.attrs), (ds.ta.dims, [850], ds.lev.attrs))
+        even = ds.isel(lev=2).assign_coords(lat=np.arange(9.))  # where the axes are not kept for unevenness
+        even.bcc4.to_file(path("plane.bcc4"), lattice="cc", overwrite=True)
+        self.assertEqual(open_file("plane.bcc4").lev.values.tolist(), [850])
         ds.isel(time=3).bcc4.to_file(path("moment.bcc4"), lattice="cc")
         self.assertEqual(open_file("moment.bcc4").time.values, ds.time.values[3:4])
 

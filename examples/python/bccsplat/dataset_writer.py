@@ -163,9 +163,10 @@ class DatasetWriter:
     def _records(self) -> dict[str, str]:
         """What is kept of the dimensions and variables: names, and attributes but for what the file says itself."""
         made = {}
-        for role, name in self.names.items():
-            attrs = {} if (at := self._coordinate(role)) is None else at.attrs
-            if attrs or name != ("time" if role == "t" else role):
+        for role in ROLES:
+            at = self._coordinate(role)
+            name, attrs = (self.names.get(role), {}) if at is None else (at.name, at.attrs)
+            if attrs or name not in (None, "time" if role == "t" else role):
                 made["axis." + role] = records.written(attrs, name=str(name))
         for name, variable in self.dataset.data_vars.items():
             if {*variable.attrs} - {"units"}:
