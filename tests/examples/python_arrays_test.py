@@ -58,6 +58,19 @@ class Arrays(unittest.TestCase):
         with self.assertRaisesRegex(IndexError, "frame 13.5 is outside the series, 0 to 13"):
             self.volume[13.5, 1, 1, 1]
 
+    def test_what_numpy_reads_otherwise_is_refused(self):
+        pairs, mask = np.array([[0, 1], [2, 3]]), np.arange(20) % 3 == 0
+        for where in self.volume, self.volume.field():
+            for key in ((0, slice(None), [1, 2]), (slice(None), 0, slice(None), [1, 2]), (0, [1, 2], slice(None), 3), (np.array(3),),
+                        (0, np.array(3)), [], (2, mask, slice(None), 5), (slice(None), [1, 2], 3, slice(None))):
+                found, expected = where[key], self.whole[key]
+                self.assertEqual(found.shape, expected.shape, key)
+                np.testing.assert_allclose(found, expected, rtol=0, atol=2e-6)
+            for key in (None, (0, None), (Ellipsis, None), True, np.True_, False, (0, True), pairs, (0, pairs), pairs.tolist(),
+                        self.whole > 2, ([0, 1], [1, 2]), (0, [1, 2], slice(None), [1, 2]), (slice(None), mask, mask[:1])):
+                with self.assertRaises(IndexError, msg=str(key)):
+                    where[key]
+
     def test_a_part_is_read_without_the_rest(self):
         name = path("large.bcc4")
         bccsplat.save(name, waves(3, 96, 96, 96), overwrite=True)
@@ -137,6 +150,34 @@ class Arrays(unittest.TestCase):
                 bccsplat.save(name, wrong, overwrite=True)
         with self.assertRaisesRegex(ValueError, "all 14 frames, not 3"):
             bccsplat.save(name, self.source, times=[1, 2, 3], overwrite=True)
+
+    def test_dates_and_durations(self):
+        name, dates = path("dates.bcc4"), np.datetime64("2000-02-28T18:00:00.5", "ns") + np.arange(3) * np.timedelta64(6, "h")
+        for times, unit, right, epoch in (
+                (dates, None, [.5, 21600.5, 43200.5], "2000-02-28 18:00:00"), (dates.astype("M8[h]"), "hours", [0, 6, 12], "2000-02-28 18:00:00"),
+                (dates.astype("M8[us]").tolist(), None, [.5, 21600.5, 43200.5], "2000-02-28 18:00:00"),
+                (dates - dates[0], "h", [0, 6, 12], None)):
+            bccsplat.save(name, self.source[:3], times=times, time_unit=unit, overwrite=True)
+            volume = bccsplat.open(name)
+            np.testing.assert_allclose(volume.times(), right, atol=1e-9)
+            self.assertEqual((volume.info().time_unit.decode(), volume.attributes().get("time_epoch")), (unit or "s", epoch))
+        for times, unit, text in ((dates, "months", "it is one of ns, us"), (dates[:2], None, "all 3 frames, not 2")):
+            with self.assertRaisesRegex(ValueError, text):
+                bccsplat.save(name, self.source[:3], times=times, time_unit=unit, overwrite=True)
+        with self.assertRaisesRegex(ValueError, "times must be numbers"):
+            bccsplat.Plan(bccsplat.default_device(), (24, 22, 20, 3), lambda t, _: self.source[t], times=dates)
+        with self.assertRaisesRegex(ValueError, "part_times must be numbers"):
+            bccsplat.Writer(bccsplat.default_device(), name, (24, 22, 20, 3), part=(0, 3), part_times=dates, overwrite=True)
+
+    def test_zeros_are_no_place(self):
+        with self.assertRaisesRegex(ValueError, "affine is all zeros"):
+            bccsplat.save(path("zeros.bcc4"), self.source, affine=np.zeros((4, 4)))
+        with self.assertRaisesRegex(ValueError, "affine is all zeros"):
+            bccsplat.Writer(bccsplat.default_device(), path("zeros.bcc4"), (24, 22, 20, 3), affine=[0] * 16)
+        with self.assertRaisesRegex(ValueError, "all zeros"):
+            bccsplat.Scene(bccsplat.default_device()).add(self.volume, placement=np.zeros((4, 4)))
+        with self.assertRaisesRegex(ValueError, "unit has kelvins, which is no channel: there are a, b"):
+            bccsplat.save(path("zeros.bcc4"), {"a": self.source, "b": self.source}, unit={"kelvins": "K"})
 
     def test_labels_have_nothing_between_them(self):
         blocks = np.kron(np.arange(24).reshape(4, 2, 3, 1) * 171 % 1036, np.ones((1, 5, 4, 12))).astype(np.float32)

@@ -3,8 +3,11 @@ sentence: of the package, of xarray's side of it where that is installed, and of
 import inspect
 import os
 import pydoc
+import signal
 import subprocess
 import sys
+import threading
+import traceback
 import unittest
 
 import python_support as support
@@ -84,6 +87,52 @@ class TenLines(User):
         np.testing.assert_array_equal(v.show(1, channel="density", width=16, height=16).pixels, v.show(1, width=16, height=16).pixels)
         for call in (v.at, v.show, v.slice):
             self.refused(Error, "no channel named mass", call, time=1, channel="mass")
+
+
+@unittest.skipUnless(hasattr(os, "fork"), "this system does not fork")
+class Forks(User):
+    def in_child(self, work):
+        """Runs it in a forked process, which has 20 s."""
+        child = os.fork()
+        if child == 0:
+            try:
+                signal.alarm(20)
+                work()
+                os._exit(0)
+            except BaseException:
+                traceback.print_exc()
+                os._exit(1)
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+    def test_a_child_has_threads_and_locks_of_its_own(self):
+        opened, stop = bccsplat.open(path("run.bcc4"), device=bccsplat.Device(threads=4)), threading.Event()
+        with open(path("run.bcc4"), "rb") as file:
+            volumes = [opened, opened.reopen(), bccsplat.open(file.read())]
+        cuts = [opened.slice(frame=2.5, box=((1, 1, 1), (9, 9, 9))), opened.slice(time=1.25), opened.slice(plane=(1, 0, 0, -1, 0))]
+        right = [cut.sample_grid() for cut in cuts], volumes[0][2.5], opened.show(1, width=16, height=16).pixels
+        renderer = bccsplat.Renderer(opened.device)
+
+        def read_on():
+            while not stop.is_set():
+                opened.at(6 * np.random.rand())
+
+        def work():
+            for cut, grid in zip(cuts, right[0]):
+                np.testing.assert_array_equal(cut.sample_grid(), grid)
+            for volume in volumes:
+                np.testing.assert_array_equal(volume[2.5], right[1])
+            np.testing.assert_array_equal(opened.show(1, width=16, height=16).pixels, right[2])
+            self.refused(ValueError, "a renderer of the process that this one was forked from", renderer.stats)
+
+        threads = [threading.Thread(target=read_on) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        try:
+            self.assertEqual([self.in_child(work) for _ in range(5)], [0] * 5)
+        finally:
+            stop.set()
+            for thread in threads:
+                thread.join()
 
 
 class Mistakes(User):

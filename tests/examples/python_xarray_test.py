@@ -261,14 +261,14 @@ class Writing(unittest.TestCase):
         ds.bcc4.to_file(path("n.bcc4"), abs_error=.001)
         back = open_file("n.bcc4")
         self.assertLessEqual(float(abs(back.f - self.source).max()), .001 + 1e-6)
-        np.testing.assert_allclose(back.time, ds.when)
-        np.testing.assert_allclose(back.y, ds.lat)
+        self.assertEqual(back.f.dims, ds.f.dims)
+        np.testing.assert_allclose(back.when, ds.when)
+        np.testing.assert_allclose(back.lat, ds.lat)
 
     def test_what_cannot_be_written_is_said(self):
         good = xr.Dataset({"f": (("time", "z", "y", "x"), self.source)})
         for ds, text in ((xr.Dataset(), "no variable"), (good.isel(z=0, y=0), "time, x"),
-                         (good.assign(g=good.f.isel(time=0)), "broadcast"),
-                         (good.assign_coords(x=np.arange(24.) ** 2), "interp\\(x=numpy.linspace\\(0.0, 529.0, 24\\)\\)")):
+                         (good.assign(g=good.f.isel(time=0)), "broadcast")):
             with self.assertRaisesRegex(ValueError, text):
                 ds.bcc4.to_file(path("bad.bcc4"))
         good.bcc4.to_file(path("there.bcc4"))

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from . import _abi as abi
 from ._library import Cancelled, Error, Status, WouldBlock, native
+from .cameras import camera_matrices, fit_camera, look_at
 from .cancel import CancelToken
 from .device import Device
 from .field_array import FieldArray
@@ -26,8 +27,7 @@ from .files import open as open  # not in __all__: a name of a builtin
 from .files import save
 from .pictures import Picture, Plane, draw
 from .plan import Plan
-from .render import (Frame, RenderOptions, Renderer, TransferFunction, View, box_clips, camera_matrices, fit_camera,
-                     look_at)
+from .render import Frame, RenderOptions, Renderer, TransferFunction, View, box_clips
 from .scene import Scene
 from .shared import SharedFile, default_device
 from .slices import Slice

@@ -15,7 +15,7 @@ def main(path: str, picture: str, time: str | None = None) -> None:
     """Draws a file to a PNG of 512 x 512 pixels."""
     with Device() as device, Volume(device, path) as volume, Renderer(device) as renderer:
         middle = (volume.info().dims[3] - 1) / 2
-        renderer.set_slice(volume.slice(frame=middle if time is None else volume.time_to_index(float(time))))
+        renderer.set_slice(volume.slice(frame=middle if time is None else volume.time_to_index(float(time)), space="even"))
         frame = Frame(device, 512, 512)
         renderer.render(frame)
         frame.save_png(picture, overwrite=True)

@@ -152,27 +152,47 @@ class Handle:
     gives it back; arrays that look into the object keep it alive by a reference of their own."""
 
     _kind = ""
+    # What is made anew in a forked process, and what is no more than memory.
+    _RENEWED, _MEMORY = ("device", "volume", "slice"), ("frame", "cancel_token")
 
     def __init__(self) -> None:
-        self.pointer: c_void_p = c_void_p()
+        self._pointer: c_void_p = c_void_p()
         self._process = os.getpid()
 
+    @property
+    def pointer(self) -> c_void_p:
+        """Of the object. The threads and locks of a process are not those of one that was forked from it: there devices,
+        volumes and slices are made once more, and what else is more than memory is refused."""
+        if self._process != os.getpid() and self._pointer and self._kind not in self._MEMORY:
+            if self._kind not in self._RENEWED:
+                raise ValueError("a %s of the process that this one was forked from cannot be used here: make it in this one" %
+                                 self._kind)
+            self._create(*self._recipe, watch=self._watched)
+        return self._pointer
+
     def _create(self, function: str, *arguments: Any, watch: Watch | None = None) -> None:
-        call(function, *arguments, byref(self.pointer), watch=watch)
+        """Makes the object. Handles among the arguments are given by their pointers; what pointers among them look into
+        lives as long as they do."""
+        pointer = c_void_p()
+        given = [argument.pointer if isinstance(argument, Handle) else argument for argument in arguments]
+        call(function, *given, byref(pointer), watch=watch)
+        self._pointer, self._process = pointer, os.getpid()
+        if self._kind in self._RENEWED:
+            self._recipe, self._watched = (function, *arguments), watch
 
     def close(self) -> None:
         """Gives the reference back now; the object cannot be used through this handle any more."""
-        pointer, self.pointer = self.pointer, Closed()
-        self.pointer.kind = self._kind
+        pointer, closed = self._pointer, Closed()
+        closed.kind, self._pointer = self._kind, closed
         if self._process == os.getpid():  # a forked child has none of the parent's threads to end
             getattr(native, "bccsplat_%s_release" % self._kind)(pointer)
 
     def share(self: Self) -> Self:
         """Another handle of the same object."""
         other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
         getattr(native, "bccsplat_%s_retain" % self._kind)(self.pointer)
-        other.pointer = c_void_p(self.pointer.value)
+        other.__dict__.update(self.__dict__)
+        other._pointer = c_void_p(self._pointer.value)
         return other
 
     def __enter__(self: Self) -> Self:
@@ -183,5 +203,5 @@ class Handle:
 
     def __del__(self) -> None:
         # Nothing was created, or the interpreter is being torn down.
-        if getattr(self, "pointer", None) and native is not None:
+        if getattr(self, "_pointer", None) and native is not None:
             self.close()

@@ -13,6 +13,7 @@ from . import xarray_backend as engine
 from .arrays import Array
 from .dataset_writer import DatasetWriter
 from .field_array import FieldArray, evaluate_or_nan
+from .places import Places
 from .shared import Path, SharedFile
 from .volume import Volume
 
@@ -48,17 +49,6 @@ def frames_of_times(values: Any, volume: Volume) -> Array:
     return np.array(found, np.float64).reshape(numbers.shape)
 
 
-def samples_of_places(name: str, values: Any, volume: Volume) -> Array:
-    """Positions in samples, float64, of values of the coordinate x, y or z."""
-    affine, axis = engine.affine_of(volume), "xyz".index(name)
-    places = np.asarray(values, np.float64)
-    if not engine.is_along_axes(affine):
-        return places
-    samples = (places - affine[axis, 3]) / affine[axis, axis]
-    whole = np.rint(samples)
-    return np.where(np.abs(samples - whole) < 1e-9 * (1 + np.abs(whole)), whole, samples)
-
-
 @xarray.register_dataset_accessor("bcc4")
 class Bcc4Accessor:
     """dataset.bcc4 of datasets that the engine "bccsplat" opened, and of parts of these: the field between the samples.
@@ -85,19 +75,21 @@ class Bcc4Accessor:
     def at(self, t: Any) -> Any:
         """The dataset at a moment, on a frame or between two, or at a list of moments: in the file's unit of time, or
         dates where the file knows them. Nothing is read before it is indexed."""
-        return self.interp(time=t)
+        return self.interp(**{self._names["t"]: t})
 
     def interp(self, **places: Any) -> Any:
-        """The field at other coordinates, through the lattice: time=, x=, y= and z= as of the dataset's own coordinates.
+        """The field at other coordinates, through the lattice: time=, z=, y= and x=, or what the file calls these, as of
+        the dataset's own coordinates.
 
         A number drops its axis; a list or array [n] replaces it, and nothing is read before the result is indexed.
         DataArrays that share a dimension are points (or a path), which are evaluated at once. What is not given stays as
         it is. Outside the samples of space, and in holes, NaN; times outside the series raise Error.
         """
-        if unknown := set(places) - set(engine.DIMENSIONS):
-            raise ValueError("a volume has the coordinates time, z, y and x, not %s" % ", ".join(sorted(unknown)))
+        names = self._names.values()
+        if unknown := set(places) - {*names}:
+            raise ValueError("the volume has the coordinates %s, not %s" % (", ".join(names), ", ".join(sorted(unknown))))
         self._channels()
-        wanted = {name: self._wanted(name, places.get(name)) for name in engine.DIMENSIONS}
+        wanted = {name: self._wanted(name, places.get(name)) for name in names}
         if all(at.dims in ((), (name,)) for name, at in wanted.items()):
             return self._grid(wanted)
         return self._points(wanted)
@@ -106,8 +98,9 @@ class Bcc4Accessor:
                 parts: int | None = None, resume: bool = False, overwrite: bool = False, **options: Any) -> None:
         """Writes every variable of the dataset as a channel of a .bcc4 file; what is kept is as of bccsplat.save.
 
-        dims: names of the dimensions of time, z, y and x (or of z, y and x), the slowest first; None: as the first variable
-        has them. Coordinates become places and times; they must be evenly spaced but for time. psnr: as of bccsplat.save.
+        dims: names of the dimensions of time, z, y and x (or of z, y and x), the slowest first; None: by the attributes and
+        names of the coordinates, as CF has them, and by their order where these do not tell. (time, lat, lon) is one plane.
+        Coordinates become places and times, evenly spaced or not; names and attributes are kept. psnr: as of bccsplat.save.
         parts: of dask arrays, the number of tasks that write a part of the series each, on whatever scheduler is active; a
         task holds a chunk of time of its part, and one that dies costs its part only. None: as many as are large enough.
         resume: take over the parts that a run before this one finished, with the same arrays and options; they lie beside
@@ -124,11 +117,18 @@ class Bcc4Accessor:
             place = self._dataset[name]
         if isinstance(place, (xarray.DataArray, xarray.Variable)):
             return xarray.DataArray(place.data, dims=place.dims)
-        values = dates_of_texts(np.asarray(place)) if name == "time" else np.asarray(place)
+        values = dates_of_texts(np.asarray(place)) if name == self._names["t"] else np.asarray(place)
         return xarray.DataArray(values, dims=(name,) if values.ndim else ())
 
     def _positions(self, name: str, values: Any) -> Array:
-        return frames_of_times(values, self.volume) if name == "time" else samples_of_places(name, values, self.volume)
+        role = next(role for role, known in self._names.items() if known == name)
+        if role == "t":
+            return frames_of_times(values, self.volume)
+        return Places(self.volume).samples("xyz".index(role), values)
+
+    @property
+    def _names(self) -> dict[str, str]:
+        return engine.names_of(self.volume)
 
     def _first_origin(self) -> tuple[SharedFile, int, int]:
         for name in self._dataset.data_vars:
@@ -165,7 +165,7 @@ class Bcc4Accessor:
         variables = {}
         for name, channel, level in self._channels():
             field = FieldArray(self.file, axes, channel, level)
-            variables[name] = engine.lazy_variable(field, self._dataset[name].attrs, kept)
+            variables[name] = engine.lazy_variable(field, self._names, self._dataset[name].attrs, kept)
             variables[name].encoding["bcc4"] = self.file, channel, level
         return self._finished(variables, wanted)
 

@@ -86,7 +86,10 @@ def numbers_of(values: Any, what: str, shape: tuple[int, ...] | None = None) -> 
     """Values as doubles, of a shape if one is given, to which a single number is spread; ValueError that says `what` they
     are where that cannot be."""
     try:
-        found = np.asarray(unmasked(values), np.float64)
+        given = unmasked(values)
+        if given.dtype.kind in "mM":  # whose numbers are of any unit
+            raise TypeError
+        found = given.astype(np.float64, copy=False)
         return found if shape is None else np.broadcast_to(found, shape)
     except (TypeError, ValueError):
         raise ValueError("%s must be numbers%s, not %r" %
@@ -101,3 +104,14 @@ def corners_of(box: Any) -> Array | None:
     if found.size != 6:
         raise ValueError("box must be two corners ((x0, y0, z0), (x1, y1, z1)) in index units, not %r" % (box,))
     return found.reshape(6)
+
+
+def affine_of(affine: Any) -> Array:
+    """A caller's affine as [4, 4]; ValueError of another shape, and of zeros, which mean none to the library."""
+    found = numbers_of(affine, "affine")
+    if found.size != 16:
+        raise ValueError("affine must be [4, 4], from (x, y, z, 1) of samples to the world, not of shape %r" %
+                         (found.shape,))
+    if not found.any():
+        raise ValueError("affine is all zeros: it must take samples to places apart; leave it out for an identity")
+    return found.reshape(4, 4)

@@ -11,8 +11,11 @@ from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
 
+from . import records
 from .arrays import Array, numbers_of
+from .dimensions import ROLES, role_by_attributes, role_by_name, roles_of
 from .files import add_frames, save
+from .places import even_step, is_along_axes
 from .part_task import PartTask, join_task
 from .shared import Path, default_device
 from .streams import WriteAt
@@ -24,8 +27,8 @@ masks_of_cf: Any = import_module("xarray.coding.variables")
 # A part is worth its task, and the frames beside it that it reads along, from so many bytes and frames on.
 _PART_BYTES = 1 << 28
 _PART_FRAMES = 48
-# Share of a distance of samples by which distances may differ.
-_EVEN = 1e-3
+# Attributes of a dataset that its file says otherwise.
+_OF_A_FILE = ("Conventions", "time_epoch", "time_calendar", "axis_units")
 
 
 @dataclass
@@ -36,6 +39,7 @@ class SeriesPlan:
     times: list[float]
     channels: list[Channel]
     affine: Array
+    axes: list[tuple[Array | None, str | None, bool]] | None
     spatial_unit: str | None
     time_unit: str | None
     attributes: dict[str, str]
@@ -43,7 +47,7 @@ class SeriesPlan:
 
     def writer(self, path: Union[Path, WriteAt], **options: Any) -> Writer:
         """A writer of the file, or with part=(first, end) of a part of it."""
-        made = Writer(default_device(), path, self.dims, channels=self.channels, affine=self.affine,
+        made = Writer(default_device(), path, self.dims, channels=self.channels, affine=self.affine, axes=self.axes,
                       spatial_unit=self.spatial_unit, time_unit=self.time_unit, **self.options, **options)
         for key, value in self.attributes.items():
             made.set_attribute(key, value)
@@ -97,14 +101,15 @@ class DatasetWriter:
         if not dataset.data_vars:
             raise ValueError("the dataset has no variable to write")
         first = next(iter(dataset.data_vars.values()))
-        self.dataset, self.names = dataset, tuple(dims or first.dims)
-        if len(self.names) not in (3, 4):
+        if len(dims or first.dims) not in (3, 4):
             raise ValueError("a variable has the dimensions %s: time, z, y and x, or z, y and x are wanted; select others, "
                              "and give dims=" % ", ".join(map(str, first.dims)))
         for name, variable in dataset.data_vars.items():
-            if set(variable.dims) != set(self.names):
+            if set(variable.dims) != set(dims or first.dims):
                 raise ValueError("%s has the dimensions %s, not %s: leave it out, or broadcast it" %
-                                 (name, ", ".join(map(str, variable.dims)), ", ".join(map(str, self.names))))
+                                 (name, ", ".join(map(str, variable.dims)), ", ".join(map(str, dims or first.dims))))
+        self.dataset = dataset
+        self.names = dict(zip(ROLES[-len(dims):], dims)) if dims else roles_of(dataset, first.dims)
         self.options: dict[str, Any] = {"nonfinite": "hole", **options}
         self.series = [self._series(variable.variable) for variable in dataset.data_vars.values()]
         self.plan = self._plan()
@@ -130,26 +135,49 @@ class DatasetWriter:
         return parts
 
     def _series(self, variable: Any) -> LazySeries:
-        there = masks_of_cf.CFMaskCoder().decode(variable.transpose(*self.names))
-        if len(self.names) == 3:
-            there = there.set_dims(("time", *self.names))
+        names = [self.names.get(role, (role,)) for role in ROLES]  # of one that is not there what is no name
+        there = masks_of_cf.CFMaskCoder().decode(variable.transpose(*(name for name in names if name in variable.dims)))
+        there = there.set_dims(tuple(names))
         return LazySeries(there.data if hasattr(there.data, "dask") else VariableFrames(there))
+
+    def _coordinate(self, role: str) -> Any:
+        """The coordinate of time, z, y or x, also of a dimension that is not there any more; None: there is none."""
+        name = self.names.get(role)
+        if name is None:  # of one moment, level or row
+            scalars = [key for key, at in self.dataset.coords.items() if at.ndim == 0]
+            name = next((key for key in scalars if (role_by_attributes(self.dataset[key]) or role_by_name(key)) == role), None)
+        return self.dataset[name] if name in self.dataset.coords else None
 
     def _plan(self) -> SeriesPlan:
         nt, nz, ny, nx = self.series[0].shape
         attributes = {str(key): str(value) for key, value in self.dataset.attrs.items()
-                      if not str(key).startswith(("bcc4_", "labels.")) and key not in ("Conventions", "time_epoch", "time_calendar")}
+                      if not str(key).startswith(("bcc4_", "labels.")) and key not in _OF_A_FILE}
         times, time_unit, dates = self._times(nt)
+        units, (affine, axes) = self._units(), self._places((nx, ny, nz))
+        if axes is None and len({*units}) > 1:
+            attributes["axis_units"] = ",".join(unit or "" for unit in units)
         channels = [Channel(str(name), variable.attrs.get("units")) for name, variable in self.dataset.data_vars.items()]
-        return SeriesPlan((nx, ny, nz, nt), times, channels, self._affine(), self._spatial_unit(), time_unit,
-                          {**attributes, **dates}, self.options)
+        return SeriesPlan((nx, ny, nz, nt), times, channels, affine, axes, units[0] if len({*units}) == 1 else None, time_unit,
+                          {**attributes, **dates, **self._records()}, self.options)
+
+    def _records(self) -> dict[str, str]:
+        """What is kept of the dimensions and variables: names, and attributes but for what the file says itself."""
+        made = {}
+        for role in ROLES:
+            at = self._coordinate(role)
+            name, attrs = (self.names.get(role), {}) if at is None else (at.name, at.attrs)
+            if attrs or name not in (None, "time" if role == "t" else role):
+                made["axis." + role] = records.written(attrs, name=str(name))
+        for name, variable in self.dataset.data_vars.items():
+            if {*variable.attrs} - {"units"}:
+                made["channel.%s" % name] = records.written(variable.attrs)
+        return made
 
     def _times(self, count: int) -> tuple[list[float], str | None, dict[str, str]]:
         """Times of frames, their unit, and what says which date 0 is."""
-        name = self.names[0] if len(self.names) == 4 else "time"  # of one moment a scalar
-        if name not in self.dataset.coords or self.dataset[name].size != count:
+        coordinate = self._coordinate("t")
+        if coordinate is None:
             return [float(n) for n in range(count)], None, {}
-        coordinate = self.dataset[name]
         values, units = np.atleast_1d(coordinate.values), coordinate.attrs.get("units")
         if values.dtype.kind == "m":
             return (values / np.timedelta64(1, "s")).tolist(), "s", {}
@@ -161,26 +189,34 @@ class DatasetWriter:
         dates = {"time_epoch": epoch, "time_calendar": str(calendar)} if since else {}
         return [float(time) for time in values], unit or None, dates
 
-    def _affine(self) -> Array:
-        """From samples to the world: by the coordinates, and where these count samples by the affine of their file."""
-        local, names = np.eye(4), self.names[-3:]
-        for axis, name in enumerate(reversed(names)):
-            if name in self.dataset.coords:
-                local[axis, axis], local[axis, 3] = even_spacing(str(name), self.dataset[name].values)
-        outer = self.dataset.attrs.get("bcc4_affine")
-        if outer is None:
-            return local
-        turned = np.asarray(outer, np.float64).reshape(4, 4)
-        if np.count_nonzero(turned[:3, :3]) != 3 or not np.diag(turned)[:3].all():
-            return np.asarray(turned @ local)
-        for axis, name in enumerate(reversed(names)):
-            if self.dataset.sizes[name] == 1:
-                local[axis, axis] = turned[axis, axis]
-        return local
+    def _places(self, sizes: tuple[int, ...]) -> tuple[Array, list[tuple[Array | None, str | None, bool]] | None]:
+        """From samples to the world, and the axes where one of them is uneven: by the coordinates, and where these count
+        samples by the affine of their file."""
+        outer = np.reshape(self.dataset.attrs.get("bcc4_affine", np.eye(4)), (4, 4)).astype(np.float64)
+        local, oblique = np.eye(4), not is_along_axes(outer)
+        axes: list[tuple[Array | None, str | None, bool]] = []
+        for axis, (role, unit) in enumerate(zip("xyz", self._units())):
+            coordinate, known = self._coordinate(role), None
+            down = coordinate is not None and coordinate.attrs.get("positive") == "down"
+            sign = -1.0 if down else 1.0
+            if coordinate is not None:
+                at = np.atleast_1d(numbers_of(coordinate.values, "the coordinate %s" % coordinate.name))
+                step = spacing_of(str(coordinate.name), at)
+                known = at if len(at) > 1 and even_step(at) is None else None
+                local[axis, axis], local[axis, 3] = sign * step, sign * at[0] + 0.0  # not -0
+            if sizes[axis] == 1 and not oblique:
+                local[axis, axis] = outer[axis, axis]
+            axes.append((known, unit, down))
+        uneven = any(known is not None for known, _, _ in axes)
+        if uneven and oblique:
+            raise ValueError("the samples lie oblique in the world and are unevenly spaced as well, which no file can say: "
+                             "select evenly spaced ones, or drop the attribute bcc4_affine")
+        return outer @ local if oblique else local, axes if uneven else None
 
-    def _spatial_unit(self) -> str | None:
-        units = {self.dataset[name].attrs.get("units") for name in self.names[-3:] if name in self.dataset.coords}
-        return str(units.pop()) if len(units) == 1 and None not in units else None
+    def _units(self) -> list[str | None]:
+        """Units of x, y and z; of degrees to the north and to the east one."""
+        found = [None if at is None else at.attrs.get("units") for at in map(self._coordinate, "xyz")]
+        return [None if unit is None else "degrees" if str(unit).lower().startswith("degree") else str(unit) for unit in found]
 
     def _part_count(self) -> int:
         if not all(series._ends for series in self.series):
@@ -192,8 +228,8 @@ class DatasetWriter:
     def _write_bounded(self, path: Path, psnr: float, overwrite: bool) -> None:
         plan, options = self.plan, dict(self.options)
         channels = {channel.name: series for channel, series in zip(plan.channels, self.series)}
-        save(path, channels, times=plan.times, affine=plan.affine, unit=plan.channels[0].unit, psnr=psnr,
-             attributes=plan.attributes,
+        save(path, channels, times=plan.times, affine=plan.affine, axes=plan.axes, psnr=psnr,
+             unit={channel.name: channel.unit for channel in plan.channels}, attributes=plan.attributes,
              spatial_unit=plan.spatial_unit, time_unit=plan.time_unit, nonfinite=options.pop("nonfinite"),
              overwrite=overwrite, **options)
 
@@ -218,14 +254,12 @@ class DatasetWriter:
         shutil.rmtree(folder)
 
 
-def even_spacing(name: str, values: Any) -> tuple[float, float]:
-    """The distance and the first of evenly spaced coordinates, which may fall; ValueError of others."""
-    at = numbers_of(values, "the coordinate " + name)
+def spacing_of(name: str, at: Array) -> float:
+    """The mean distance of coordinates [n], which may fall; ValueError of those that do not rise or fall throughout."""
     if len(at) == 1:
-        return 1.0, float(at[0])
-    step = float(at[-1] - at[0]) / (len(at) - 1)
-    if not step or np.abs(np.diff(at) - step).max() > _EVEN * abs(step):
-        raise ValueError("the coordinate %s is not evenly spaced, from %g to %g: interpolate the dataset onto one that is "
-                         "first, such as dataset.interp(%s=numpy.linspace(%r, %r, %d))" %
-                         (name, at[0], at[-1], name, float(at[0]), float(at[-1]), len(at)))
-    return step, float(at[0])
+        return 1.0
+    rises = np.diff(at) > 0
+    if not (np.isfinite(at).all() and (rises.all() or (np.diff(at) < 0).all())):
+        raise ValueError("the coordinate %s neither rises nor falls throughout, from %g to %g: sort the dataset by it, such "
+                         "as dataset.sortby(%r), or drop it" % (name, at[0], at[-1], name))
+    return float(at[-1] - at[0]) / (len(at) - 1)

@@ -25,15 +25,45 @@ def index_positions(count: int, level: int) -> Array:
     return np.arange(0, count, 1 << level, dtype=np.float64)
 
 
+def entry_of(entry: Any) -> Any:
+    """One entry of a key: an integer, a slice, or an array of one dimension; IndexError of what numpy takes otherwise."""
+    if isinstance(entry, (slice, str, bytes)):
+        return entry
+    found = np.asarray(entry)
+    if entry is None or found.ndim > 1 or (found.ndim == 0 and found.dtype == np.bool_):
+        raise IndexError("%s is no frame and no sample: give whole numbers, slices, or a list of one dimension; "
+                         "numpy.asarray(volume) takes all that numpy knows" %
+                         (found if found.ndim == 0 else "an array of shape %r" % (found.shape,)))
+    return found[()] if found.ndim == 0 else found if found.size else found.astype(np.int64)
+
+
 def full_key(key: Any, dimensions: int) -> tuple[Any, ...]:
-    """The key with one entry for each dimension, as numpy reads it."""
+    """The key with one entry of entry_of for each dimension, as numpy reads it."""
     entries = list(key) if isinstance(key, tuple) else [key]
     where = [n for n, entry in enumerate(entries) if entry is Ellipsis]
     if len(where) > 1 or len(entries) - len(where) > dimensions:
         raise IndexError("too many indices: there are %d dimensions" % dimensions)
     rest = [slice(None)] * (dimensions - len(entries) + len(where))
     at = where[0] if where else len(entries)
-    return (*entries[:at], *rest, *entries[at + len(where):])
+    return tuple(entry_of(entry) for entry in (*entries[:at], *rest, *entries[at + len(where):]))
+
+
+def dropped(key: tuple[Any, ...]) -> tuple[Any, ...]:
+    """What takes the axes of a full key that were given an integer out of an array that still has them."""
+    return tuple(0 if np.ndim(entry) == 0 and not isinstance(entry, slice) else slice(None) for entry in key)
+
+
+def as_numpy(picked: FieldArray, key: tuple[Any, ...]) -> Array:
+    """What numpy makes of a full key, of the array that it selects: an axis with a list comes first where a slice stands
+    between it and an integer. IndexError of several lists, which numpy pairs."""
+    lists = [n for n, entry in enumerate(key) if np.ndim(entry) == 1]
+    if len(lists) > 1:
+        raise IndexError("lists for several axes, which numpy pairs: give one, and index what comes by the other; for all "
+                         "pairs field().select(key).read()")
+    whole, taken = picked.read(), [n for n, entry in enumerate(key) if not isinstance(entry, slice)]
+    if lists and taken != [*range(taken[0], taken[-1] + 1)]:
+        whole, key = np.moveaxis(whole, lists[0], 0), (key[lists[0]], *key[:lists[0]], *key[lists[0] + 1:])
+    return np.asarray(whole[dropped(key)])
 
 
 def check_moments(t: Any) -> None:
@@ -128,18 +158,16 @@ class FieldArray:
             if isinstance(entry, (int, np.integer)) and not -len(axis) <= entry < len(axis):
                 raise IndexError("index %d is out of bounds for axis %s of %d" % (entry, name, len(axis)))
             try:
-                chosen.append(axis[np.asarray(entry) if isinstance(entry, list) else entry])
+                chosen.append(axis[entry])
             except (IndexError, TypeError):
                 raise IndexError("axis %s of %d is indexed by whole numbers, slices and lists of these, not by %r; between "
                                  "samples, evaluate takes points" % (name, len(axis), entry)) from None
         return FieldArray(self.source, chosen, self.channel, self.level)
 
     def __getitem__(self, key: Any) -> Array:
-        """Values float32 as of a numpy array; lists and masks index each axis for itself."""
-        whole = self.select(key).read()
-        dropped: tuple[Any, ...] = tuple(0 if isinstance(entry, (int, np.integer)) else slice(None)
-                                         for entry in full_key(key, self.ndim))
-        return np.asarray(whole[dropped])
+        """Values float32 as of a numpy array, with one list or mask at most."""
+        full = full_key(key, self.ndim)
+        return as_numpy(self.select(full), full)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.read(), dtype)

@@ -1,6 +1,7 @@
 """open and save: a file as an array, and an array as a file."""
 from __future__ import annotations
 
+import datetime
 from dataclasses import dataclass
 from typing import Any, Mapping, Sequence, Union
 
@@ -15,6 +16,12 @@ from .shared import Path, default_device
 from .streams import Source
 from .volume import Volume
 from .writer import TYPES, Channel, Writer
+
+# Units of time that dates can be counted in, as numpy has them.
+_STEPS = {name: step for step, names in {
+    (1, "ns"): ("ns",), (1, "us"): ("us", "µs"), (1, "ms"): ("ms",), (1, "s"): ("s", "sec", "second", "seconds"),
+    (1, "m"): ("min", "minute", "minutes"), (1, "h"): ("h", "hr", "hour", "hours"), (1, "D"): ("d", "day", "days")}.items()
+    for name in names}
 
 
 def open(source: Union[Path, bytes, bytearray, memoryview, Source], *, device: Device | None = None,
@@ -43,20 +50,28 @@ def frame_times(count: int, dt: float, start: float, times: Any) -> list[float]:
     return given
 
 
+def undated(times: Any, unit: str | None) -> tuple[Any, str | None, dict[str, str]]:
+    """Times that are dates or durations of numpy or Python as numbers of `unit` (None: seconds), that unit, and the
+    attributes that say which date 0 is, of the first of them; others as they are."""
+    given = np.asarray(times)
+    if given.size and isinstance(given.flat[0], (datetime.datetime, datetime.timedelta)):
+        given = given.astype("M8[us]" if isinstance(given.flat[0], datetime.datetime) else "m8[us]")
+    kind = given.dtype.kind
+    if kind not in "mM":
+        return times, unit, {}
+    if unit is not None and unit not in _STEPS:
+        raise ValueError("times are dates or durations, and time_unit is %r: it is one of %s" % (unit, ", ".join(_STEPS)))
+    given = given.astype(np.promote_types(given.dtype, kind + "8[us]"))  # months have no length
+    first = np.ravel(given)[0].astype("M8[s]") if kind == "M" else np.timedelta64(0, "s")
+    numbers = np.where(np.isnat(given), np.nan, (given - first) / np.timedelta64(*_STEPS[unit or "s"]))
+    return numbers, unit or "s", {"time_epoch": str(first).replace("T", " ")} if kind == "M" else {}
+
+
 def placed(spacing: Any, origin: Any) -> Array:
     """The affine [4, 4] of samples a distance apart along x, y, z (a number: the same along all), the first at `origin`."""
     affine = np.diag([*numbers_of(spacing, "spacing", (3,)), 1.0])
     affine[:3, 3] = numbers_of(origin, "origin", (3,))
     return affine
-
-
-def affine_of(affine: Any) -> Array:
-    """A caller's affine as [4, 4]."""
-    found = numbers_of(affine, "affine")
-    if found.size != 16:
-        raise ValueError("affine must be [4, 4], from (x, y, z, 1) of samples to the world, not of shape %r" %
-                         (found.shape,))
-    return found.reshape(4, 4)
 
 
 def as_series(array: Any) -> Any:
@@ -71,8 +86,9 @@ def as_series(array: Any) -> Any:
 
 
 def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: Any = None, spacing: Any = 1.0,
-         origin: Any = 0.0, affine: Any = None, name: str = "value", unit: str | None = None,
-         spatial_unit: str | None = None, time_unit: str | None = None, attributes: Mapping[str, str] = {},
+         origin: Any = 0.0, affine: Any = None, name: str = "value",
+         unit: str | Mapping[str, str | None] | None = None, spatial_unit: str | None = None,
+         time_unit: str | None = None, attributes: Mapping[str, str] = {},
          air: float = 0.0, air_threshold: float = 0.0, nonfinite: str | None = None, labels: bool | None = None,
          abs_error: float = 0.0, psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
          progress: Progress | None = None, **options: Any) -> _abi.WriterReport:
@@ -85,11 +101,12 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     does, such as a memory map or a variable of a file, of which one frame is held at a time. A mapping of names to such
     arrays of one shape makes a channel of each. Arrays are passed to the library as they are, with any strides. What a
     mask of numpy.ma hides, as netCDF4 has it, and what the attributes _FillValue and missing_value name is missing data.
-    dt, start: time between frames and of the first, or times [t] of all of them, rising, in time_unit.
+    dt, start: time between frames and of the first, or times [t] of all of them, rising, in time_unit; or dates or
+    durations of numpy or Python, which are stored in time_unit (None: seconds), with the date of the first.
     spacing, origin: distance of samples and place of the first along x, y, z, in spatial_unit, or an affine [4, 4] from
     (x, y, z, 1) of samples to the world.
-    name, unit: of the channel and its values. air: the value of empty space, within air_threshold of which nothing is
-    stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp"; None: "hole" where an array has a
+    name, unit: of the channel and its values; of several units by their names. air: the value of empty space, within
+    air_threshold of which nothing is stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp"; None: "hole" where an array has a
     mask or fill values, else "error".
     labels: whether the values of all channels are labels, which nothing lies between; they need lattice="cc". None: readers
     tell by the values. abs_error: > 0: no finite sample is off by more. psnr: in dB; lattice, steps and store of the smallest file that keeps
@@ -104,8 +121,12 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
         raise ValueError("channels have different shapes: %s" %
                          ", ".join("%s %r" % (key, tuple(series.shape)) for key, series in channels.items()))
     nt, nz, ny, nx = next(iter(channels.values())).shape
-    when = frame_times(nt, dt, start, times)
-    place = placed(spacing, origin) if affine is None else affine_of(affine)
+    times, time_unit, dates = undated(times, time_unit)
+    when, attributes = frame_times(nt, dt, start, times), {**attributes, **dates}
+    place = placed(spacing, origin) if affine is None else affine
+    units = unit if isinstance(unit, Mapping) else dict.fromkeys(channels, unit)
+    if unknown := set(units) - set(channels):
+        raise ValueError("unit has %s, which is no channel: there are %s" % (sorted(unknown)[0], ", ".join(channels)))
     series = [*channels.values()]
     kinds = [kind_of(values) for values in series]
     if nonfinite is None:
@@ -117,12 +138,12 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
             device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,
             attributes, psnr=psnr, affine=place, spatial_unit=spatial_unit, time_unit=time_unit, nonfinite=nonfinite,
             abs_error=abs_error, overwrite=overwrite, types=[kind.given for kind in kinds],
-            channels=[Channel(key, unit, kind.source, air=air or None, air_threshold=air_threshold, labels=labels)
+            channels=[Channel(key, units.get(key), kind.source, air=air or None, air_threshold=air_threshold, labels=labels)
                       for key, kind in zip(channels, kinds)],
             progress=progress, **options)
     writer = Writer(device or default_device(), path, (nx, ny, nz, nt), affine=place, spatial_unit=spatial_unit,
                     time_unit=time_unit, nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite,
-                    channels=[Channel(key, unit, kind.source, air=air, air_threshold=air_threshold, labels=labels)
+                    channels=[Channel(key, units.get(key), kind.source, air=air, air_threshold=air_threshold, labels=labels)
                               for key, kind in zip(channels, kinds)],
                     progress=progress, **options)
     with writer:

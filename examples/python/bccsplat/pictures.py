@@ -8,8 +8,10 @@ import numpy as np
 
 from . import _abi
 from .arrays import Array
+from .cameras import fit_camera
 from .field_array import FieldArray
-from .render import Frame, Renderer, TransferFunction, background_of, fit_camera
+from .places import Places, even_step
+from .render import Frame, Renderer, TransferFunction, background_of
 from .slices import Slice
 from .volume import Volume
 
@@ -72,12 +74,17 @@ class Plane:
     """A plane of samples with its coordinates.
 
     values: [rows, columns], float32; rows run along the second axis of `axes`. coordinates: of the samples along the
-    columns and along the rows, float64, in `unit`. extent: (left, right, bottom, top) of the borders of the samples.
+    columns and along the rows, float64, in `units`. extent: (left, right, bottom, top) of the borders of the samples.
     """
 
-    def __init__(self, values: Array, axes: tuple[str, str], coordinates: tuple[Array, Array], unit: str,
+    def __init__(self, values: Array, axes: tuple[str, str], coordinates: tuple[Array, Array], units: tuple[str, str],
                  title: str) -> None:
-        self.values, self.axes, self.coordinates, self.unit, self.title = values, axes, coordinates, unit, title
+        self.values, self.axes, self.coordinates, self.units, self.title = values, axes, coordinates, units, title
+
+    @property
+    def unit(self) -> str:
+        """Of both axes; "" where they differ or are not known."""
+        return self.units[0] if self.units[0] == self.units[1] else ""
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.values, dtype)
@@ -90,19 +97,22 @@ class Plane:
         """As matplotlib's imshow takes it with origin="lower"."""
         ends: list[float] = []
         for at in self.coordinates:
-            half = (at[-1] - at[0]) / (2 * (len(at) - 1)) if len(at) > 1 else 0.5
-            ends += [float(at[0] - half), float(at[-1] + half)]
+            first, last = (at[1] - at[0], at[-1] - at[-2]) if len(at) > 1 else (1.0, 1.0)
+            ends += [float(at[0] - first / 2), float(at[-1] + last / 2)]
         return ends[0], ends[1], ends[2], ends[3]
 
     def imshow(self, ax: Any = None, **options: Any) -> Any:
-        """Draws it with matplotlib, with coordinates on its axes, and returns the image. ax: None, the current axes.
-        options: those of imshow, such as cmap."""
+        """Draws it with matplotlib, with coordinates on its axes, and returns what that makes. ax: None, the current axes.
+        options: those of imshow, such as cmap; of unevenly spaced samples those of pcolormesh."""
         if ax is None:
             from importlib import import_module
             ax = import_module("matplotlib.pyplot").gca()
-        image = ax.imshow(self.values, **{"origin": "lower", "extent": self.extent, **options})
-        for name, axis in zip("xy", self.axes):
-            getattr(ax, "set_%slabel" % name)(axis + (" (%s)" % self.unit if self.unit else ""))
+        if all(len(at) < 2 or even_step(at) for at in self.coordinates):
+            image = ax.imshow(self.values, **{"origin": "lower", "extent": self.extent, **options})
+        else:
+            image = ax.pcolormesh(*self.coordinates, self.values, **{"shading": "nearest", **options})
+        for name, axis, unit in zip("xy", self.axes, self.units):
+            getattr(ax, "set_%slabel" % name)(axis + (" (%s)" % unit if unit else ""))
         ax.set_title(self.title)
         return image
 
@@ -121,20 +131,19 @@ def plane_of(volume: Volume, frame: float, channel: int = 0, level: int = 0, **p
     positions = [np.array([frame]), *field.axes[1:]]
     positions[1 + dropped] = np.array([index], np.float64)
     values = FieldArray(volume, positions, channel, level).read()[0]
-    affine, info = np.array(volume.info().affine[:]).reshape(4, 4), volume.info()
-    along_axes = np.count_nonzero(affine[:3, :3]) == 3 and np.diag(affine)[:3].all()
+    places = Places(volume)
 
     def world(axis: str) -> Array:
         number = "xyz".index(axis)
-        at = positions[3 - number]
-        return np.asarray(affine[number, number] * at + affine[number, 3]) if along_axes else at
+        return places.at(number, positions[3 - number])
 
-    described = volume.channel_info(channel)
-    unit = (info.spatial_unit or b"").decode() if along_axes else "samples"
+    unit, *units = ["samples" if places.are_numbers(number) else places.unit(number)
+                    for number in map("xyz".index, (name, *axes))]
+    info, described = volume.info(), volume.channel_info(channel)
     title = "%s, %s = %g%s, t = %g %s" % ((described.name or b"").decode(), name, world(name)[0],
                                           " " + unit if unit else "", volume.index_to_time(frame),
                                           (info.time_unit or b"").decode())
-    return Plane(values.squeeze(dropped), axes, (world(axes[0]), world(axes[1])), unit, title.rstrip())
+    return Plane(values.squeeze(dropped), axes, (world(axes[0]), world(axes[1])), (units[0], units[1]), title.rstrip())
 
 
 def described(volume: Volume) -> dict[str, str]:

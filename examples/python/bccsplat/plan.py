@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Error, Progress, Watch, call, decode
-from .arrays import Array, unmasked
+from .arrays import Array, numbers_of, unmasked
 from .cancel import CancelToken
 from .device import Child, Device
 from .writer import TYPES, Channel, Writer, writer_options
@@ -64,7 +64,7 @@ class Plan(Child):
                              frame=_abi.bccsplat_source_fn(give))
         if levels is not None:
             o.set_mask |= _abi.PLAN_SET_LEVELS
-        when = None if times is None else np.ascontiguousarray(times, np.float64)
+        when = None if times is None else np.ascontiguousarray(numbers_of(times, "times"))
         if when is not None:
             if when.size != dims[3]:
                 raise ValueError("times are those of all %d frames, not %d" % (dims[3], when.size))

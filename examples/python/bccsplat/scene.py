@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _abi
 from ._library import call, choose
-from .arrays import Array
+from .arrays import Array, affine_of
 from .device import Child, Device
 from .render import Frame, RenderOptions, TransferFunction, View, clip_array, lights_struct, trail_struct
 from .volume import Volume
@@ -45,7 +45,7 @@ class Scene(Child):
             options = {**options, "channel": channel_number(options["channel"])}
         instance = _abi.Instance(outside=choose("OUTSIDE", outside), hidden=int(hidden), **options)
         if placement is not None:
-            instance.placement[:] = np.asarray(placement, np.float64).reshape(16).tolist()
+            instance.placement[:] = affine_of(placement).reshape(16).tolist()
         functions = [None if f is None else f.struct() for f in (transfer_function, color_function)]
         if functions[0] is not None:
             instance.transfer_function = ctypes.pointer(functions[0])
@@ -126,7 +126,8 @@ class Scene(Child):
 
     def render(self, frame: Frame, view: View | None = None, options: RenderOptions | None = None,
                budget_ms: float = 0) -> _abi.SceneStatus:
-        """Draws the scene at its time. budget_ms: 0 until the picture is complete, else see status.complete."""
+        """Draws the scene at its time. budget_ms: 0 until the picture is complete, else see status.complete: what is begun
+        is kept for one view, so that several, each with a budget, need a scene each; volumes may be in all of them."""
         if view is not None:
             view.check(*frame.size)
         status, o = _abi.SceneStatus(), options or RenderOptions()

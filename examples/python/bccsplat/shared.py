@@ -12,18 +12,18 @@ from .volume import Volume
 Path = Union[str, "os.PathLike[str]"]
 
 _lock = threading.Lock()
-_devices: dict[int, Device] = {}
+_device: Device | None = None
 _volumes: "weakref.WeakValueDictionary[tuple[Any, ...], Volume]" = weakref.WeakValueDictionary()
 
 
 def default_device() -> Device:
     """The device of this process that calls use which are given none: as many threads as the machine has, no limit of
     memory. A process that was forked gets its own."""
+    global _device
     with _lock:
-        device = _devices.get(os.getpid())
-        if device is None:
-            device = _devices[os.getpid()] = Device()
-        return device
+        if _device is None:
+            _device = Device()
+        return _device
 
 
 def _renew_lock() -> None:
@@ -43,14 +43,14 @@ class SharedFile:
 
     def __init__(self, path: Path, **options: Any) -> None:
         self.path, self.options = os.path.abspath(os.fspath(path)), options
-        self._opened: tuple[int, Volume] | None = None
+        self._opened: Volume | None = None
 
     @property
     def volume(self) -> Volume:
         """The open volume. Its errors are those of opening a file."""
-        if self._opened is None or self._opened[0] != os.getpid():
-            self._opened = os.getpid(), self._find()
-        return self._opened[1]
+        if self._opened is None:
+            self._opened = self._find()
+        return self._opened
 
     def _find(self) -> Volume:
         try:
@@ -58,7 +58,7 @@ class SharedFile:
             state = (found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns)
         except OSError:  # the library says what is wrong
             state = (0, 0, 0, 0)
-        key = (os.getpid(), self.path, state, *sorted(self.options.items()))
+        key = (self.path, state, *sorted(self.options.items()))
         device = default_device()
         with _lock:
             volume = _volumes.get(key)

@@ -84,24 +84,25 @@ class Slice(Child):
         super().__init__(volume.device)
         self.volume = volume
         number = volume.channel_number(channel)
-        o, _box = self._options(number, kernel, interval, spacing, time_length, box, space, cancel, options)
+        o = self._options(number, kernel, interval, spacing, time_length, box, space, cancel, options)
         self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
 
     @staticmethod
     def _options(channel: int, kernel: str | None, interval: tuple[float, float], spacing: float, time_length: float,
                  box: Any, space: str | None, cancel: CancelToken | None,
-                 options: dict[str, Any]) -> tuple[_abi.SliceOptions, Any]:
+                 options: dict[str, Any]) -> _abi.SliceOptions:
         corners = corners_of(box)
         o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
                               box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
                               space=choose("SPACE", space), **options)
         o.interval[:] = [*interval]
-        return o, corners
+        o.corners = corners  # an attribute of the Python object alone, as long as it looks into them
+        return o
 
     def _cut(self, plane: Any, options: _abi.SliceOptions, progress: Progress | None) -> None:
         watch = Watch(progress)
         options.progress = watch.function
-        self._create("slice_create", self.volume.pointer, plane, byref(options), watch=watch)
+        self._create("slice_create", self.volume, plane, byref(options), watch=watch)
 
     @classmethod
     def at(cls, volume: Volume, frame: float, **options: Any) -> Slice:
@@ -118,10 +119,10 @@ class Slice(Child):
         Child.__init__(cut, volume.device)
         cut.volume = volume
         number = volume.channel_number(channel)
-        o, _box = cls._options(number, kernel, interval, spacing, time_length, box, space, cancel, options)
+        o = cls._options(number, kernel, interval, spacing, time_length, box, space, cancel, options)
         watch = Watch(progress)
         o.progress = watch.function
-        cut._create("volume_slice_at", volume.pointer, time, byref(o), watch=watch)
+        cut._create("volume_slice_at", volume, time, byref(o), watch=watch)
         return cut
 
     @classmethod
@@ -134,8 +135,10 @@ class Slice(Child):
         at = np.ascontiguousarray(point, np.float64).reshape(4)
         axes = np.ascontiguousarray(basis, np.float64).reshape(3, 4)
         number = volume.channel_number(channel)
-        cut._cut(None, _abi.SliceOptions(channel=number, kernel=encode(kernel), point=at.ctypes.data,
-                                         basis=axes.ctypes.data, cancel_token=token_of(cancel), **options), progress)
+        o = _abi.SliceOptions(channel=number, kernel=encode(kernel), point=at.ctypes.data, basis=axes.ctypes.data,
+                              cancel_token=token_of(cancel), **options)
+        o.origin = at, axes  # as corners
+        cut._cut(None, o, progress)
         return cut
 
     def info(self) -> _abi.SliceInfo:

@@ -45,12 +45,12 @@ class Volume(Child):
         o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, cancel_token=token_of(cancel), **options)
         if isinstance(source, tuple):
             self._source: Any = read_stream(source)
-            self._create("volume_open_stream", device.pointer, byref(self._source), byref(o))
+            self._create("volume_open_stream", device, byref(self._source), byref(o))
         elif isinstance(source, (str, os.PathLike)):
-            self._create("volume_open_file", device.pointer, os.fsencode(source), byref(o))
+            self._create("volume_open_file", device, os.fsencode(source), byref(o))
         else:
             self._source = bytes_of(source)
-            self._create("volume_open_memory", device.pointer, self._source.ctypes.data, self._source.size, byref(o))
+            self._create("volume_open_memory", device, self._source.ctypes.data, self._source.size, byref(o))
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -75,22 +75,22 @@ class Volume(Child):
         return FieldArray.whole(self, self.channel_number(channel), level)
 
     def __getitem__(self, key: Any) -> Array:
-        """Values of channel 0, float32. As a numpy array [t, z, y, x] is indexed; for t also numbers between frames, or a
-        list of them. No more is read than what lies around the samples that are asked for."""
-        from .field_array import FieldArray, check_moments, full_key
-        t, *space = full_key(key, 4)
+        """Values of channel 0, float32. As a numpy array [t, z, y, x] is indexed, with one list or mask at most; for t also
+        numbers between frames, or a list of them. No more is read than what lies around the samples that are asked for."""
+        from .field_array import FieldArray, as_numpy, check_moments, full_key
+        full = full_key(key, 4)
+        t, *space = full
         field = self.field()
         check_moments(t)
         if isinstance(t, (int, np.integer)) and not -len(self) <= t < len(self):
             raise IndexError("frame %d is out of bounds for %d frames" % (t, len(self)))
-        if isinstance(t, (int, np.integer, slice)) or np.asarray(t).dtype == np.bool_:
-            part: Array = field[(t, *space)]
+        if isinstance(t, (np.integer, slice)) or t.dtype == np.bool_:
+            part: Array = field[full]
             return part
         moments = np.asarray(t, np.float64)
-        if np.ndim(t) and np.asarray(t).dtype.kind in "iu":
+        if t.ndim and t.dtype.kind in "iu":
             moments = np.where(moments < 0, moments + len(self), moments)
-        found: Array = FieldArray(self, [moments, *field.axes[1:]])[(slice(None), *space)]
-        return found if moments.ndim else np.asarray(found[0])
+        return as_numpy(FieldArray(self, [moments, *field.axes[1:]]).select((slice(None), *space)), full)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.field().read(), dtype)
@@ -147,10 +147,12 @@ class Volume(Child):
         Child.__init__(newer, self.device)
         if source is None:
             newer._source = getattr(self, "_source", None)
-            newer._create("volume_reopen", self.pointer, None)
+            newer._create("volume_reopen", self, None)
+            newer._recipe = self._recipe  # in a forked process, without the caches
         else:
             newer._source = read_stream(source)
-            newer._create("volume_reopen", self.pointer, byref(newer._source))
+            newer._create("volume_reopen", self, byref(newer._source))
+            newer._recipe = ("volume_open_stream", self.device, byref(newer._source), self._recipe[-1])
         return newer
 
     def info(self) -> _abi.VolumeInfo:

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress, Watch, call, choose, encode
-from .arrays import Array, unmasked
+from .arrays import Array, affine_of, numbers_of, unmasked
 from .cancel import CancelToken, token_of
 from .device import Child, Device
 from .streams import Flush, Source, WriteAt, read_stream, write_stream
@@ -76,7 +76,7 @@ def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watc
         o.scales[:] = [*scale, *[0] * (4 - len(scale))]
     o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
     if affine is not None:
-        o.affine[:] = np.asarray(affine, np.float64).reshape(16).tolist()
+        o.affine[:] = affine_of(affine).reshape(16).tolist()
     if axes is not None:
         places = [np.empty(0) if at is None else np.ascontiguousarray(at, np.float64) for at, _, _ in axes]
         o.axes = (_abi.Axis * 3)(*[
@@ -122,7 +122,7 @@ class Writer(Child):
                            **options)
         self._shape = tuple(dims[2::-1])
         if part is not None:
-            times = np.ascontiguousarray(part_times, np.float64)
+            times = np.ascontiguousarray(numbers_of(part_times, "part_times"))
             if times.size != o.dims[3]:
                 raise ValueError("part_times are those of all %d frames of the series" % o.dims[3])
             series_part = _abi.SeriesPart(first=part[0], end=part[1], lead=part_lead, times=times.ctypes.data)

@@ -1,4 +1,5 @@
-"""The engine "bccsplat" of xarray: .bcc4 files as datasets (time, z, y, x) that are read where they are indexed.
+"""The engine "bccsplat" of xarray: .bcc4 files as datasets (time, z, y, x) that are read where they are indexed. Dimensions
+have the names of the source where the file keeps them, as to_file writes it.
 
     ds = xarray.open_dataset("smoke.bcc4", engine="bccsplat", chunks={})   # dask chunks along the file's slabs
     ds = xarray.open_dataset("smoke.bcc4", engine="bccsplat", level=1)     # a coarser level
@@ -13,8 +14,11 @@ from typing import Any, Iterable, Sequence
 
 import numpy as np
 
+from . import records
 from .arrays import Array
-from .field_array import FieldArray, brick_samples, chunk_frames, chunk_samples
+from .dimensions import ROLES, role_by_attributes, role_by_name
+from .field_array import FieldArray, brick_samples, chunk_frames, chunk_samples, dropped
+from .places import Places
 from .shared import SharedFile
 from .volume import Volume
 
@@ -29,8 +33,8 @@ _CALENDARS = {"360": "360_day", "365": "365_day", "366": "366_day"}
 # Values in one preferred chunk: 128 MiB.
 _CHUNK_VALUES = 1 << 25
 
+# Of a file that keeps no names of its source.
 DIMENSIONS = ("time", "z", "y", "x")
-_WORLD_AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class LazyField(backends.BackendArray):  # type: ignore[misc]
@@ -46,13 +50,15 @@ class LazyField(backends.BackendArray):  # type: ignore[misc]
 
     def _outer(self, key: tuple[Any, ...]) -> Array:
         entries = iter(key)
-        return self.field[tuple(next(entries) if there else 0 for there in self.kept)]
+        full = tuple(next(entries) if there else 0 for there in self.kept)
+        return np.asarray(self.field.select(full).read()[dropped(full)])
 
 
-def lazy_variable(field: FieldArray, attrs: dict[str, Any], kept: Sequence[bool] = (True,) * 4) -> Any:
+def lazy_variable(field: FieldArray, names: dict[str, str], attrs: dict[str, Any],
+                  kept: Sequence[bool] = (True,) * 4) -> Any:
     """A variable of xarray of which nothing is read yet."""
     data = indexing.LazilyIndexedArray(LazyField(field, kept))
-    dims = tuple(name for name, there in zip(DIMENSIONS, kept) if there)
+    dims = tuple(name for name, there in zip(names.values(), kept) if there)
     return xarray.Variable(dims, data, attrs, {"dtype": field.dtype, "_FillValue": np.float32(np.nan)})
 
 
@@ -61,44 +67,59 @@ def text_of(value: bytes | None) -> str:
     return (value or b"").decode()
 
 
-def affine_of(volume: Volume) -> Array:
-    """Index space to world, [4, 4]."""
-    return np.array(volume.info().affine[:], np.float64).reshape(4, 4)
+def names_of(volume: Volume) -> dict[str, str]:
+    """The dimensions by t, z, y and x: the names that the file keeps of its source, else those of DIMENSIONS."""
+    attributes = volume.attributes()
+    names = {role: str(records.read(attributes, "axis." + role).get("name") or usual)
+             for role, usual in zip(ROLES, DIMENSIONS)}
+    taken = {text_of(volume.channel_info(channel).name) for channel in range(volume.info().channel_count)}
+    return names if len({*names.values()} - taken) == len(ROLES) else dict(zip(ROLES, DIMENSIONS))
 
 
-def is_along_axes(affine: Array) -> bool:
-    """Whether x, y and z of the samples are those of the world, in either direction."""
-    return bool(np.count_nonzero(affine[:3, :3]) == 3 and np.diag(affine)[:3].all())
+def coordinate(names: dict[str, str], role: str, record: dict[str, Any], attrs: dict[str, Any], values: Array) -> Any:
+    """The coordinate of a dimension, with the attributes that the file keeps of it, or without any with usual ones, and
+    what says that it is time, z, y or x."""
+    kept = {key: value for key, value in record.items() if key != "name"}
+    made = xarray.Variable((names[role],), values, {**(kept if record else {"long_name": names[role]}), **attrs})
+    if not record or (role_by_attributes(made) or role_by_name(names[role])) != role:
+        made.attrs["axis"] = role.upper()
+    return made
 
 
-def space_coordinate(volume: Volume, name: str, positions: Array) -> Any:
-    """The coordinate of x, y or z: places in the world where the samples lie along its axes, else sample numbers."""
-    axis, affine = _WORLD_AXES[name], affine_of(volume)
-    attrs = {"axis": name.upper(), "long_name": name}
-    if not is_along_axes(affine):
-        return xarray.Variable((name,), positions, {**attrs, "long_name": "sample along " + name, "units": "1"})
-    if unit := text_of(volume.info().spatial_unit):
+def space_coordinate(places: Places, names: dict[str, str], role: str, positions: Array) -> Any:
+    """The coordinate of z, y or x: places, or along axes that lie oblique in the world sample numbers."""
+    axis = "xyz".index(role)
+    record, attrs = places.records[axis], {}
+    if places.are_numbers(axis):
+        record, attrs = {}, {"long_name": "sample along " + names[role], "units": "1"}
+    elif unit := places.unit(axis):
         attrs["units"] = unit
-    return xarray.Variable((name,), affine[axis, axis] * positions + affine[axis, 3], attrs)
+    if places.is_down(axis):
+        attrs["positive"] = "down"
+    return coordinate(names, role, record, attrs, places.at(axis, positions))
 
 
-def time_coordinate(volume: Volume, times: Array, dims: tuple[str, ...] = ("time",)) -> Any:
+def time_coordinate(volume: Volume, times: Array) -> Any:
     """The coordinate of time in the file's unit; with the date of its 0 where the file knows that, as CF has it."""
-    attributes, attrs = volume.attributes(), {"axis": "T", "standard_name": "time", "long_name": "time"}
-    unit = text_of(volume.info().time_unit)
+    attributes, attrs = volume.attributes(), {}
+    unit, record = text_of(volume.info().time_unit), records.read(attributes, "axis.t")
     if epoch := attributes.get("time_epoch", ""):
         attrs["units"] = "%s since %s" % (unit, epoch)
         calendar = attributes.get("time_calendar", "standard")
         attrs["calendar"] = _CALENDARS.get(calendar, calendar)
     elif unit:
         attrs["units"] = unit
-    return xarray.Variable(dims, times, attrs)
+    if not record:
+        attrs["standard_name"] = "time"
+    return coordinate(names_of(volume), "t", record, attrs, times)
 
 
 def channel_attrs(volume: Volume, channel: int) -> dict[str, Any]:
-    """CF attributes of a channel."""
+    """CF attributes of a channel: those that the file keeps of its source, and what it says of the values itself."""
     info = volume.channel_info(channel)
-    attrs: dict[str, Any] = {"long_name": text_of(info.name), "actual_range": np.array(info.range[:])}
+    attrs: dict[str, Any] = records.read(volume.attributes(), "channel." + text_of(info.name)) or \
+        {"long_name": text_of(info.name)}
+    attrs["actual_range"] = np.array(info.range[:])
     if unit := text_of(info.unit):
         attrs["units"] = unit
     if info.error_bound:
@@ -108,14 +129,14 @@ def channel_attrs(volume: Volume, channel: int) -> dict[str, Any]:
 
 def file_attrs(volume: Volume, level: int) -> dict[str, Any]:
     """Attributes of the dataset: those of the file, and where its samples stand."""
-    attrs: dict[str, Any] = {"Conventions": "CF-1.8", **volume.attributes(), "bcc4_level": level}
-    attrs["bcc4_affine"] = affine_of(volume).reshape(-1)
-    return attrs
+    kept = {key: value for key, value in volume.attributes().items() if not records.is_record(key)}
+    return {"Conventions": "CF-1.8", **kept, "bcc4_level": level, "bcc4_affine": np.array(volume.info().affine[:])}
 
 
 def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = ()) -> Any:
     """The dataset of a file before the times are decoded."""
     volume, variables, attrs = file.volume, {}, file_attrs(file.volume, level)
+    names, places = names_of(volume), Places(volume)
     shape = FieldArray.whole(file, 0, level).shape
     space = chunk_samples(shape[1:], brick_samples(volume, level), _CHUNK_VALUES // max(chunk_frames(volume)))
     for channel in range(volume.info().channel_count):
@@ -123,23 +144,23 @@ def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = ()) -> Any:
         if name in drop:
             continue
         field = FieldArray.whole(file, channel, level)
-        variable = lazy_variable(field, channel_attrs(volume, channel))
+        variable = lazy_variable(field, names, channel_attrs(volume, channel))
         variable.encoding["bcc4"] = file, channel, level
-        variable.encoding["preferred_chunks"] = {"time": chunk_frames(volume), "z": space[0], "y": space[1], "x": space[2]}
+        variable.encoding["preferred_chunks"] = dict(zip(names.values(), (chunk_frames(volume), *space)))
         variables[name] = variable
     axes = FieldArray.whole(file, 0, level).axes
-    coords = {name: space_coordinate(volume, name, axes["tzyx".index(name)]) for name in "zyx"}
-    coords["time"] = time_coordinate(volume, volume.times())
+    coords = {names[role]: space_coordinate(places, names, role, at) for role, at in zip("zyx", axes[1:])}
+    coords[names["t"]] = time_coordinate(volume, volume.times())
     return xarray.Dataset(variables, {name: at for name, at in coords.items() if name not in drop}, attrs)
 
 
-def decoded(dataset: Any, decode_times: bool = True, use_cftime: bool | None = None) -> Any:
-    """The dataset with dates for times, where these can be told."""
-    if not decode_times or "since" not in dataset["time"].attrs.get("units", ""):
+def decoded(dataset: Any, time: str, use_cftime: bool | None = None) -> Any:
+    """The dataset with dates for times, the name of whose dimension is given, where these can be told."""
+    if "since" not in dataset[time].attrs.get("units", ""):
         return dataset
     try:
-        times = xarray.decode_cf(dataset[["time"]], mask_and_scale=False, use_cftime=use_cftime)  # of no channel in days
-        return dataset.assign_coords(time=times["time"])
+        times = xarray.decode_cf(dataset[[time]], mask_and_scale=False, use_cftime=use_cftime)  # of no channel in days
+        return dataset.assign_coords({time: times[time]})
     except (ValueError, OverflowError):  # such as months: the numbers say more than an error
         return dataset
 
@@ -160,7 +181,9 @@ class BccsplatBackend(backends.BackendEntrypoint):  # type: ignore[misc]
         drop = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
         options = {"kernel": kernel, "cache_bytes": cache_bytes}
         file = SharedFile(filename_or_obj, **{key: value for key, value in options.items() if value})
-        dataset = decoded(make_dataset(file, level, drop), decode_times, use_cftime)
+        dataset, time = make_dataset(file, level, drop), names_of(file.volume)["t"]
+        if decode_times and time not in drop:
+            dataset = decoded(dataset, time, use_cftime)
         dataset.encoding["source"] = file.path
         return dataset
 

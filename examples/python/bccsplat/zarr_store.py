@@ -16,6 +16,7 @@ from typing import Any, Iterator
 import numpy as np
 
 from .field_array import FieldArray, brick_samples, chunk_samples
+from .places import Places
 from .shared import Path, SharedFile
 
 storage: Any = import_module("zarr.storage")
@@ -28,6 +29,17 @@ _CHUNK_VALUES = 1 << 21
 _UNITS = {"m": "meter", "cm": "centimeter", "mm": "millimeter", "um": "micrometer", "µm": "micrometer", "nm": "nanometer",
           "km": "kilometer", "s": "second", "sec": "second", "seconds": "second", "ms": "millisecond", "us": "microsecond",
           "min": "minute", "minutes": "minute", "h": "hour", "hours": "hour", "d": "day", "days": "day"}
+
+
+def spacing_of(places: Places, axis: int) -> tuple[float, float]:
+    """Distance and first place of the samples of an even axis, along which others are numbers."""
+    if not places.is_even(axis):
+        return 1.0, 0.0
+    if places.are_numbers(axis):  # as long as the axis is, which lies oblique
+        column = places.affine[:3, axis]
+        return float(np.copysign(np.linalg.norm(column), column[axis])), float(places.affine[axis, 3])
+    first, second = places.at(axis, [0, 1])
+    return float(second - first), float(first)
 
 
 class Store(storage.Store):  # type: ignore[misc]
@@ -67,21 +79,21 @@ class Store(storage.Store):  # type: ignore[misc]
         return made
 
     def _attributes(self) -> dict[str, Any]:
-        """Multiscales and channels of OME-NGFF, and what it has no place for: all times and the affine."""
+        """Multiscales and channels of OME-NGFF, and what it has no place for: all times, the affine, and the coordinates of
+        unevenly spaced axes, along which its own are numbers of samples."""
         volume, info = self.file.volume, self.file.volume.info()
-        affine = np.array(info.affine[:]).reshape(4, 4)
-        spacing = np.copysign(np.linalg.norm(affine[:3, :3], axis=0), np.diag(affine)[:3])  # axes may run backwards
+        places = Places(volume)
         step = (info.time_last - info.time_first) / max(1, info.dims[3] - 1) or 1.0
-        units = [_UNITS.get((unit or b"").decode(), (unit or b"").decode()) for unit in (info.time_unit, info.spatial_unit)]
-        axes: list[dict[str, str]] = [{"name": "t", "type": "time"}, {"name": "c", "type": "channel"},
-                                      *({"name": name, "type": "space"} for name in "zyx")]
-        for axis, unit in zip(axes, (units[0], "", *[units[1]] * 3)):
-            if unit:
-                axis["unit"] = unit
-        origin = [info.time_first, 0.0, *affine[2::-1, 3].tolist()]
+        spacing, origin = zip(*(spacing_of(places, a) for a in (2, 1, 0)))
+        kinds = [("t", "time", (info.time_unit or b"").decode()), ("c", "channel", ""),
+                 *(("xyz"[a], "space", places.unit(a) if places.is_even(a) else "") for a in (2, 1, 0))]
+        axes = [{"name": name, "type": kind, **({"unit": _UNITS.get(unit, unit)} if unit else {})}
+                for name, kind, unit in kinds]
         datasets = [{"path": str(n), "coordinateTransformations": [
-            {"type": "scale", "scale": [step, 1.0, *(float(spacing[a]) * 2**n for a in (2, 1, 0))]},
-            {"type": "translation", "translation": origin}]} for n in self._levels]
+            {"type": "scale", "scale": [step, 1.0, *(d * 2**n for d in spacing)]},
+            {"type": "translation", "translation": [info.time_first, 0.0, *origin]}]} for n in self._levels]
+        uneven = {"xyz"[a]: {"coordinates": places.at(a, self._fields[0][0].axes[3 - a]).tolist(), "unit": places.unit(a)}
+                  for a in range(3) if not places.is_even(a)}
         channels = []
         for c in range(self._channels):
             channel = volume.channel_info(c)
@@ -90,8 +102,8 @@ class Store(storage.Store):  # type: ignore[misc]
                              "window": {"min": low, "max": high, "start": low, "end": high}})
         return {"multiscales": [{"version": "0.4", "name": "bcc4", "axes": axes, "datasets": datasets}],
                 "omero": {"channels": channels},
-                "bcc4": {"times": volume.times().tolist(), "affine": affine.reshape(-1).tolist(),
-                         "attributes": volume.attributes()}}
+                "bcc4": {"times": volume.times().tolist(), "affine": places.affine.reshape(-1).tolist(),
+                         "axes": uneven, "attributes": volume.attributes()}}
 
     def _place(self, key: str) -> tuple[int, list[int]] | None:
         """Level and numbers of a chunk along t, c, z, y, x; None where the key is none of a chunk."""

@@ -1,0 +1,39 @@
+"""Records: what a file keeps of the dimensions and variables of a dataset beside their values. They are free attributes of
+the file, objects of JSON: axis.t, axis.z, axis.y and axis.x with the name of the dimension and the attributes of its
+coordinate, channel.NAME with the attributes of a variable."""
+from __future__ import annotations
+
+import json
+from typing import Any, Mapping
+
+import numpy as np
+
+_AXES = ("axis.t", "axis.z", "axis.y", "axis.x")
+# Said elsewhere in the file, or true of the source's bytes alone.
+_ELSEWHERE = {"actual_range", "bcc4_error_bound", "_FillValue", "missing_value", "valid_range", "valid_min", "valid_max",
+              "scale_factor", "add_offset"}
+
+
+def plain(value: Any) -> Any:
+    """Numbers and arrays of numpy as JSON has them; anything else as its text."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else str(value)
+
+
+def written(attrs: Mapping[Any, Any], **more: str) -> str:
+    """The record of attributes of xarray and what else is to be kept."""
+    kept = {str(key): value for key, value in attrs.items() if key not in _ELSEWHERE}
+    return json.dumps({**more, **kept}, default=plain, ensure_ascii=False)
+
+
+def read(attributes: Mapping[str, str], key: str) -> dict[str, Any]:
+    """The record of that key in the attributes of a file; empty where there is none."""
+    try:
+        found = json.loads(attributes.get(key, "{}"))
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def is_record(key: str) -> bool:
+    """Whether an attribute of a file is one of these records."""
+    return key in _AXES or key.startswith("channel.")
