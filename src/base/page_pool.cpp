@@ -26,8 +26,8 @@ struct PagePool::Piece {
   size_t taken = 0, cut = 0;                // blocks
 
   static Piece *of(void *block) {
-    const auto at = reinterpret_cast<uintptr_t>(block);
-    return reinterpret_cast<Piece *>(at - at % large_page);
+    const size_t in_piece = reinterpret_cast<uintptr_t>(block) % large_page;
+    return reinterpret_cast<Piece*>(static_cast<std::byte*>(block) - in_piece);
   }
   [[nodiscard]] void *block(size_t i, size_t bytes) {
     return reinterpret_cast<std::byte *>(this) + in_lines(sizeof(Piece)) +
