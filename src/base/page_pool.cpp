@@ -11,41 +11,36 @@ namespace {
 
 constexpr size_t line = 64; // bytes
 
-constexpr size_t in_lines(size_t bytes) {
-  return (bytes + line - 1) / line * line;
-}
+constexpr size_t in_lines(size_t bytes) { return (bytes + line - 1) / line * line; }
 
 } // namespace
 
 struct PagePool::Piece {
   struct FreeBlock {
-    FreeBlock *next;
+    FreeBlock* next;
   };
   Piece *next = nullptr, *before = nullptr; // of those that are open
-  FreeBlock *free = nullptr;                // those that have been given back
+  FreeBlock* free = nullptr;                // those that have been given back
   size_t taken = 0, cut = 0;                // blocks
 
-  static Piece *of(void *block) {
+  static Piece* of(void* block) {
     const size_t in_piece = reinterpret_cast<uintptr_t>(block) % large_page;
     return reinterpret_cast<Piece*>(static_cast<std::byte*>(block) - in_piece);
   }
-  [[nodiscard]] void *block(size_t i, size_t bytes) {
-    return reinterpret_cast<std::byte *>(this) + in_lines(sizeof(Piece)) +
-           i * bytes;
+  [[nodiscard]] void* block(size_t i, size_t bytes) {
+    return reinterpret_cast<std::byte*>(this) + in_lines(sizeof(Piece)) + i * bytes;
   }
 };
 
 PageStore::~PageStore() {
-  for (void *piece : empty_)
-    give_back_large_page(piece);
+  for (void* piece : empty_) give_back_large_page(piece);
 }
 
-void *PageStore::take() {
+void* PageStore::take() {
   const std::scoped_lock lock(mutex_);
-  void *piece = nullptr;
+  void* piece = nullptr;
   if (empty_.empty()) {
-    empty_.reserve(taken_ +
-                   1); // so that nothing can fail when pieces come back
+    empty_.reserve(taken_ + 1); // so that nothing can fail when pieces come back
     piece = take_large_page();
   } else {
     piece = empty_.back();
@@ -55,7 +50,7 @@ void *PageStore::take() {
   return piece;
 }
 
-void PageStore::give_back(void *piece) noexcept {
+void PageStore::give_back(void* piece) noexcept {
   constexpr size_t share = 2, least = 2;
   const std::scoped_lock lock(mutex_);
   --taken_;
@@ -69,51 +64,44 @@ size_t PageStore::bytes() const {
   return (taken_ + empty_.size()) * large_page;
 }
 
-PageStore &process_pages() {
-  static auto &all = *new PageStore;
+PageStore& process_pages() {
+  static auto& all = *new PageStore;
   return all;
 }
 
-PagePool::PagePool(size_t block, PageStore &store)
-    : block_(in_lines(block)),
-      blocks_((large_page - in_lines(sizeof(Piece))) / block_), store_(store) {}
+PagePool::PagePool(size_t block, PageStore& store)
+    : block_(in_lines(block)), blocks_((large_page - in_lines(sizeof(Piece))) / block_), store_(store) {}
 
-void PagePool::link(Piece *piece) {
+void PagePool::link(Piece* piece) {
   piece->before = nullptr, piece->next = open_;
-  if (open_)
-    open_->before = piece;
+  if (open_) open_->before = piece;
   open_ = piece;
 }
 
-void PagePool::unlink(Piece *piece) {
+void PagePool::unlink(Piece* piece) {
   (piece->before ? piece->before->next : open_) = piece->next;
-  if (piece->next)
-    piece->next->before = piece->before;
+  if (piece->next) piece->next->before = piece->before;
 }
 
-void *PagePool::take() {
+void* PagePool::take() {
   const std::scoped_lock lock(mutex_);
-  if (!open_)
-    link(new (store_.take()) Piece);
-  Piece *const piece = open_;
-  void *block = piece->free;
+  if (!open_) link(new (store_.take()) Piece);
+  Piece* const piece = open_;
+  void* block = piece->free;
   if (block)
     piece->free = piece->free->next;
   else
     block = piece->block(piece->cut++, block_);
-  if (++piece->taken == blocks_)
-    unlink(piece);
+  if (++piece->taken == blocks_) unlink(piece);
   return block;
 }
 
-void PagePool::give_back(void *block) noexcept {
+void PagePool::give_back(void* block) noexcept {
   const std::scoped_lock lock(mutex_);
-  Piece *const piece = Piece::of(block);
+  Piece* const piece = Piece::of(block);
   piece->free = new (block) Piece::FreeBlock{piece->free};
-  if (piece->taken-- == blocks_)
-    link(piece);
-  if (piece->taken > 0)
-    return;
+  if (piece->taken-- == blocks_) link(piece);
+  if (piece->taken > 0) return;
   unlink(piece);
   store_.give_back(piece);
 }

@@ -18,65 +18,60 @@ namespace bccsplat {
 // The pieces of all pools: some of those that no pool has are kept for the next
 // one. Calls may be concurrent.
 class PageStore {
-public:
+ public:
   PageStore() = default;
-  PageStore(const PageStore &) = delete;
-  PageStore &operator=(const PageStore &) = delete;
+  PageStore(const PageStore&) = delete;
+  PageStore& operator=(const PageStore&) = delete;
   ~PageStore(); // when all have been given back
 
   // Throws std::bad_alloc.
-  [[nodiscard]] void *take();
-  void give_back(void *piece) noexcept;
+  [[nodiscard]] void* take();
+  void give_back(void* piece) noexcept;
   // Bytes that it has of the system: at most half as much again as the pieces
   // that are taken, or two pieces more.
   [[nodiscard]] size_t bytes() const;
 
-private:
+ private:
   mutable std::mutex mutex_;
-  std::vector<void *> empty_;
+  std::vector<void*> empty_;
   size_t taken_ = 0;
 };
 
 // Blocks begin on a cache line. Calls may be concurrent.
 class PagePool {
-public:
+ public:
   // block: bytes, far fewer than a piece has. The store must outlive the pool.
-  PagePool(size_t block, PageStore &store);
+  PagePool(size_t block, PageStore& store);
 
   // Throws std::bad_alloc.
-  [[nodiscard]] void *take();
-  void give_back(void *block) noexcept;
+  [[nodiscard]] void* take();
+  void give_back(void* block) noexcept;
 
-private:
+ private:
   struct Piece;
-  void unlink(Piece *piece);
-  void link(Piece *piece);
+  void unlink(Piece* piece);
+  void link(Piece* piece);
 
   size_t block_, blocks_; // of a piece
-  PageStore &store_;
+  PageStore& store_;
   std::mutex mutex_;
-  Piece *open_ = nullptr; // pieces that have room
+  Piece* open_ = nullptr; // pieces that have room
 };
 
 // Never ends, as the pools that use it: objects may outlive what is static.
-[[nodiscard]] PageStore &process_pages();
+[[nodiscard]] PageStore& process_pages();
 
-template <class T> struct PooledAllocator {
+template<class T> struct PooledAllocator {
   using value_type = T;
   PooledAllocator() = default;
-  template <class U>
-  PooledAllocator(const PooledAllocator<U> &) {} // to that of another type
-  T *allocate(size_t /*one*/) { return static_cast<T *>(pool().take()); }
-  void deallocate(T *object, size_t /*one*/) noexcept {
-    pool().give_back(object);
-  }
-  friend bool operator==(const PooledAllocator &, const PooledAllocator &) {
-    return true;
-  }
+  template<class U> PooledAllocator(const PooledAllocator<U>&) {} // to that of another type
+  T* allocate(size_t /*one*/) { return static_cast<T*>(pool().take()); }
+  void deallocate(T* object, size_t /*one*/) noexcept { pool().give_back(object); }
+  friend bool operator==(const PooledAllocator&, const PooledAllocator&) { return true; }
 
-private:
-  static PagePool &pool() {
-    static auto &all = *new PagePool(sizeof(T), process_pages());
+ private:
+  static PagePool& pool() {
+    static auto& all = *new PagePool(sizeof(T), process_pages());
     return all;
   }
 };
@@ -84,8 +79,7 @@ private:
 // As std::make_shared_for_overwrite, of a type with thousands of objects.
 // Address sanitizer, which looks at each object, and browsers, which have no
 // pages, get it of the heap.
-template <class T>
-[[nodiscard]] std::shared_ptr<T> make_pooled_for_overwrite() {
+template<class T> [[nodiscard]] std::shared_ptr<T> make_pooled_for_overwrite() {
 #if defined(__EMSCRIPTEN__) || defined(__SANITIZE_ADDRESS__)
   return std::make_shared_for_overwrite<T>();
 #else

@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "base/page_pool.h"
 #include "base/error.h"
+#include "base/page_pool.h"
 #include "formats/bcc4/coding/chunk_rows.h"
 #include "formats/bcc4/coding/spread.h"
 
