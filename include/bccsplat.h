@@ -88,7 +88,8 @@
  * may run at the same time; other calls need it alone, and of plans, renderers, scenes and writers
  * get WRONG_STATE where another call is using them, from another thread or around a callback.
  * bccsplat_renderer_cancel and the functions of cancel tokens may come at any time. Results do not
- * depend on the thread count, bit for bit.
+ * depend on the thread count, bit for bit. A child of fork() has none of its parent's threads, but
+ * what these had locked: it makes a device and what belongs to it anew.
  *
  * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a
  * second, from any thread but never two at once; a non-zero return cancels: the call ends with
@@ -1445,7 +1446,9 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
 /* The same at places in the world: xyzt: n x 4 doubles, x y z in the unit of space and the time, as
  * bccsplat_volume_index_to_world and bccsplat_volume_index_to_time place its indices. gradients:
  * value per world length and per time unit. missing: NULL, or it gets the number of points outside
- * or in holes, whose values are NaN, and these are no error. */
+ * or in holes, whose values are NaN, and these are no error. Of many points at one moment, as of
+ * the planes of a linked view, a slice is quicker on a Cartesian lattice:
+ * bccsplat_volume_slice_at once, then bccsplat_slice_evaluate. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume,
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients,
     uint64_t* missing);
@@ -2920,9 +2923,10 @@ BCCSPLAT_API bccsplat_status bccsplat_scene_fit_camera(const bccsplat_scene* sce
  * picture comes first, and calls that follow with nothing changed (view, depths, options, scene) go
  * on where the last one ended, until status->complete. Cutting a slice is interrupted as well: the
  * frame then keeps its pixels, and progress is 0 until there is a first picture; where a slice
- * takes longer than the budget each call gives it twice the time of the one before. A complete
- * picture is that of budget 0 up to rounding, with a trail to within 2e-3. options->progress is not
- * called, but options->tile is; FRAME_DEEP is UNSUPPORTED.
+ * takes longer than the budget each call gives it twice the time of the one before. What is begun
+ * is kept for one view: several views with budgets need a scene each. A complete picture is that
+ * of budget 0 up to rounding, with a trail to within 2e-3. options->progress is not called, but
+ * options->tile is; FRAME_DEEP is UNSUPPORTED.
  *
  * One instance in view is drawn as a renderer does. Several are drawn together, right in depth
  * where they overlap: extinctions add, and colours mix by them. In mode composite they share
