@@ -87,9 +87,9 @@ std::unique_ptr<ByteStream> open_stream(const Segment& segment) {
 void check_segment(const Segment& s) {
   const uint64_t size = file_size(s.path);
   const uint64_t held = size > s.offset ? size - s.offset : 0;
-  const uint64_t needed = s.bytes + s.discard;
-  if (s.encoding == Encoding::raw && (held < needed || (s.exact && held > needed)))
-    fail_input(s.path, ": ", size, " bytes, but ", s.offset + s.discard, " (skipped) + ", s.bytes,
+  const uint64_t all = s.bytes + s.discard, needed = all - s.unread;
+  if (s.encoding == Encoding::raw && (held < needed || (s.exact && held > all)))
+    fail_input(s.path, ": ", size, " bytes, but ", s.offset + s.discard, " (skipped) + ", s.bytes - s.unread,
                " (data) = ", s.offset + needed, " are expected");
   if (s.encoding == Encoding::gzip && needed > largest_inflated(held))
     fail_input(s.path, ": ", needed, " bytes of data are expected, but ", held,

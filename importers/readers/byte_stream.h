@@ -57,6 +57,7 @@ struct Segment {
   Encoding encoding = Encoding::raw;
   Type ascii_type = Type::f32; // numbers as text become this type, native byte order
   bool exact = false;          // more decoded bytes than `bytes` are an error
+  uint64_t unread = 0;         // of these, the last that nobody will ask for: they need not be there
 };
 
 // Throws when its file is missing or cannot hold what it declares. It is called before anything is allocated

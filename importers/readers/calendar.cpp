@@ -29,6 +29,8 @@ struct TimeUnit {
   double seconds;
 };
 constexpr TimeUnit kTimeUnits[] = {
+    {"ns nsec nsecs nanosecond nanoseconds", 1e-9},
+    {"us usec usecs \u00B5s \u03BCs microsecond microseconds", 1e-6},
     {"ms msec msecs millisecond milliseconds", 1e-3},
     {"s sec secs second seconds", 1},
     {"min mins minute minutes", 60},

@@ -74,6 +74,44 @@ std::vector<AxisRole> roles_from_letters(const std::string& letters, size_t coun
   return roles;
 }
 
+void leave_unread(std::vector<Segment>& segments, const DenseLayout& layout, const FrameSelection& frames) {
+  if (!frames.given || frames.last < 0 || layout.axes.back().role != AxisRole::t) return;
+  uint64_t all = 0;
+  for (const Segment& s : segments) all += s.bytes;
+  const uint64_t count = layout.axes.back().size,
+                 taken = std::min<uint64_t>(count, uint64_t{1} + frames.last);
+  uint64_t unread = all / count * (count - taken);
+  for (auto s = segments.rbegin(); s != segments.rend(); ++s)
+    s->unread = std::min(unread, s->bytes), unread -= s->unread;
+}
+
+std::string whole_frames(const DenseLayout& layout, uint64_t bytes) {
+  if (layout.axes.back().role != AxisRole::t) return "";
+  uint64_t frame = type_size(layout.type);
+  for (const FileAxis& axis : layout.axes) frame *= axis.role == AxisRole::t ? 1 : axis.size;
+  const uint64_t whole = std::min(bytes / frame, layout.axes.back().size);
+  if (whole == 0) return "";
+  return concat("its first ", whole, whole > 1 ? " frames are" : " frame is", " whole: --frames 0",
+                whole > 1 ? concat("-", whole - 1) : "");
+}
+
+void check_segments(std::vector<Segment>& segments, const DenseLayout& layout, const FrameSelection& frames) {
+  leave_unread(segments, layout, frames);
+  uint64_t held = 0;
+  for (const Segment& s : segments) {
+    try {
+      check_segment(s);
+    } catch (const Error& e) {
+      const uint64_t size = file_size(s.path), begin = s.offset + s.discard;
+      if (size > begin) held += std::min(s.bytes, size - begin);
+      const bool cut = s.encoding == Encoding::raw && size < begin + s.bytes;
+      const std::string whole = cut ? whole_frames(layout, held) : "";
+      fail(e.exit(), e.what(), whole.empty() ? "" : "; ", whole);
+    }
+    held += s.bytes;
+  }
+}
+
 DenseSeries::DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint64_t memory_limit)
     : bytes_(std::move(segments)), layout_(std::move(layout)), frame_type_(layout_.value_type()),
       inner_(type_size(layout_.type)) {

@@ -36,6 +36,14 @@ struct DenseLayout : StoredValues {
                                                        const std::string& owner,
                                                        bool with_components = false);
 
+// Marks what is behind the last frame that is taken as unread. One file per frame has nothing to mark.
+void leave_unread(std::vector<Segment>& segments, const DenseLayout& layout, const FrameSelection& frames);
+// Returns how many frames are whole where a file ends so many bytes behind its first value, and by which
+// option they are taken; "" where there are none, or they do not stand one behind the other.
+[[nodiscard]] std::string whole_frames(const DenseLayout& layout, uint64_t bytes);
+// Does the former, and throws where a file cannot hold what it declares before that, with the latter.
+void check_segments(std::vector<Segment>& segments, const DenseLayout& layout, const FrameSelection& frames);
+
 // Where time is not the slowest axis, frames are collected in passes over the array: as many per pass as fit
 // in half of the memory limit, so memory does not grow with the number of frames.
 class DenseSeries {

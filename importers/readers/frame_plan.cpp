@@ -65,10 +65,12 @@ SeriesTimes plan_times(const SeriesTimes& source, const FramePlan& plan, const R
     return times;
   }
   const int64_t first = plan.frames.front().number;
+  // Where the source says when its first frame is, that stays.
+  const double begin = source.values.empty() ? 0 : source.values[plan.frames.front().a];
   for (const PlannedFrame& p : plan.frames) {
     const double index = static_cast<double>(p.number - first) / static_cast<double>(plan.stride);
     if (options.dt)
-      times.values.push_back(index * *options.dt);
+      times.values.push_back(begin + index * *options.dt);
     else if (!source.values.empty())
       times.values.push_back((1 - p.weight) * source.values[p.a] + p.weight * source.values[p.b]);
     else if (!plan.decimals.empty())
@@ -77,7 +79,7 @@ SeriesTimes plan_times(const SeriesTimes& source, const FramePlan& plan, const R
       times.values.push_back(plan.times_by_number ? static_cast<double>(p.number) : index);
   }
   times.counted = !options.dt && source.values.empty() && plan.decimals.empty() && !plan.times_by_number;
-  times.origin = options.dt                ? concat("--dt ", *options.dt, ", from 0")
+  times.origin = options.dt                ? concat("--dt ", *options.dt, ", from ", begin)
                  : !source.values.empty()  ? source.origin
                  : plan.frames.size() == 1 ? "one frame, no time given"
                  : !plan.decimals.empty()  ? "the decimals in the names (or use --dt or --times)"
@@ -86,10 +88,19 @@ SeriesTimes plan_times(const SeriesTimes& source, const FramePlan& plan, const R
   return times;
 }
 
-void check_rising(const SeriesTimes& times) {
+// The frames before one that has no time, as --frames takes them; "" where there are none.
+std::string frames_before(const FramePlan& plan, size_t frame) {
+  const auto number = [&](size_t i) { return plan.frames[i].number; };
+  if (frame == 0) return "";
+  return concat(", or take those before it by --frames ", number(0),
+                frame > 1 ? concat("-", number(frame - 1)) : "");
+}
+
+void check_rising(const SeriesTimes& times, const FramePlan& plan) {
   for (size_t i = 0; i < times.values.size(); ++i) {
     if (!std::isfinite(times.values[i]))
-      fail_input("time of frame ", i, " is not a finite number (", times.origin, ")");
+      fail_input("time of frame ", plan.frames[i].number, " is not a finite number (", times.origin,
+                 "): give the times of all frames by --times", frames_before(plan, i));
     if (i > 0 && times.values[i] == times.values[i - 1])
       fail_input("times must rise, but frames ", i - 1, " and ", i, " are both at ", times.values[i], " (",
                  times.origin, "): leave one out with --frames, or give other times by --dt or --times");
@@ -201,7 +212,7 @@ std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source,
   const bool header_times = !d.times.values.empty() && !options.dt && !options.times;
   d.times = plan_times(d.times, plan, options);
   if (header_times) spread_held_times(plan.frames, d.times.values);
-  check_rising(d.times);
+  check_rising(d.times, plan);
   for (Channel& c : d.channels) c.active = plan_counts(c.active, plan);
   d.dims[3] = plan.frames.size();
   d.gaps = plan.gaps;

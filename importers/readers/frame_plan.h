@@ -41,9 +41,9 @@ void check_frame_count(uint64_t count, const std::string& path);
 // file's number.
 [[nodiscard]] FramePlan plan_frames(const Sequence& sequence, uint64_t count, const ReaderOptions& options);
 
-// Returns the series as planned. A source whose description has no times gets dt * number, the user's times,
-// or the frame index; the times rise strictly or it throws. --spacing replaces the affine, --origin its
-// translation.
+// Returns the series as planned. Times are the user's, or those of the source, or by the user's step from the
+// source's first one on; a source without times begins at 0 or has the frame index. They rise strictly or it
+// throws. --spacing replaces the affine, --origin its translation.
 [[nodiscard]] std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source, FramePlan plan,
                                                           const ReaderOptions& options);
 

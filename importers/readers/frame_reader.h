@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -98,6 +99,13 @@ struct SeriesDescription {
   for (const Places& p : d.places)
     if (!p.coordinates.empty()) return true;
   return false;
+}
+
+// Returns an attribute; "" where there is none.
+[[nodiscard]] inline std::string told(const SeriesDescription& d, std::string_view key) {
+  for (const auto& [name, value] : d.attributes)
+    if (name == key) return value;
+  return {};
 }
 
 // Frames are cheapest in rising order, all channels of a frame one after the other. Not for concurrent use.

@@ -14,6 +14,13 @@ double mean_step(const std::vector<double>& at) {
   return at.size() < 2 ? 0 : (at.back() - at.front()) / static_cast<double>(at.size() - 1);
 }
 
+std::vector<double> even_positions(const std::vector<double>& at) {
+  const double step = mean_step(at);
+  std::vector<double> positions;
+  for (const double place : at) positions.push_back((place - at.front()) / step);
+  return positions;
+}
+
 bool evenly_spaced(const std::vector<double>& at) {
   const double step = mean_step(at);
   bool even = step != 0 && std::isfinite(step);

@@ -220,6 +220,13 @@ Sequence find_sequence(const std::vector<std::string>& inputs, const FrameSelect
   return s;
 }
 
+void refuse_unlike(const Sequence& sequence, size_t file, const std::string& what) {
+  const auto number = [&](size_t i) { return sequence.files[i].number; };
+  fail_input(sequence.files[file].path, ": its ", what, " differ from those of ", sequence.files.front().path,
+             ": convert the files to one kind, or take those before it by --frames ", number(0),
+             file > 1 ? concat("-", number(file - 1)) : "");
+}
+
 std::string range_text(const std::vector<int64_t>& numbers, int64_t stride) {
   std::vector<std::string> ranges;
   for (size_t i = 0; i < numbers.size();) {

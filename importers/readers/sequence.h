@@ -27,6 +27,9 @@ struct Sequence {
 // are not looked at. An empty result, a number twice, or names without order in a glob are errors.
 [[nodiscard]] Sequence find_sequence(const std::vector<std::string>& inputs, const FrameSelection& selection);
 
+// Throws for a file of a sequence whose `what` is not that of the first one.
+[[noreturn]] void refuse_unlike(const Sequence& sequence, size_t file, const std::string& what);
+
 // Returns text such as "3, 7-9 and 12": the numbers as ranges of the stride.
 [[nodiscard]] std::string range_text(const std::vector<int64_t>& numbers, int64_t stride);
 

@@ -98,6 +98,26 @@ bool has_coordinates(const Volume& volume) {
   return false;
 }
 
+std::array<std::string, 3> axis_units(const Volume& volume) {
+  std::array<std::string, 3> units;
+  units.fill(volume_info(volume).spatial_unit);
+  const std::string all = told(volume, "axis_units");
+  if (const auto parts = split_commas(all); parts.size() == units.size())
+    std::copy(parts.begin(), parts.end(), units.begin());
+  else if (has_coordinates(volume))
+    for (uint32_t a = 0; a < 3; ++a) units[a] = axis_info(volume, a).unit;
+  return units;
+}
+
+std::string told(const Volume& volume, const char* key) {
+  const char* value = nullptr;
+  return bccsplat_volume_find_attribute(volume.get(), key, &value) == BCCSPLAT_OK ? value : "";
+}
+
+Clock clock_of(const Volume& volume) {
+  return {volume_info(volume).time_unit, told(volume, "time_epoch"), told(volume, "time_calendar")};
+}
+
 bccsplat_level_info level_info(const Volume& volume, uint32_t level) {
   auto info = sized<bccsplat_level_info>();
   check(bccsplat_volume_get_level_info(volume.get(), level, &info), "");

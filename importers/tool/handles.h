@@ -5,6 +5,7 @@
 #include <array>
 
 #include "choose/status.h"
+#include "readers/clock.h"
 
 namespace bcc4 {
 
@@ -32,6 +33,12 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
 // Where the samples stand along an axis of space; coordinates and unit belong to the volume.
 [[nodiscard]] bccsplat_axis axis_info(const Volume& volume, uint32_t axis);
 [[nodiscard]] bool has_coordinates(const Volume& volume);
+// Returns the units along x, y and z of the world; "": not told.
+[[nodiscard]] std::array<std::string, 3> axis_units(const Volume& volume);
+// Returns an attribute; "" where there is none.
+[[nodiscard]] std::string told(const Volume& volume, const char* key);
+// Returns what its times mean.
+[[nodiscard]] Clock clock_of(const Volume& volume);
 [[nodiscard]] bccsplat_level_info level_info(const Volume& volume, uint32_t level);
 // Finds a channel by its name or number.
 [[nodiscard]] uint32_t find_channel(const Volume& volume, const std::string& name);

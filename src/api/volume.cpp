@@ -33,7 +33,9 @@ std::unique_ptr<bccsplat_volume> open(bccsplat_device& device, Opening how, cons
   auto made = std::make_unique<bccsplat_volume>(&device, how, std::move(source));
   if (older) made->file.take_over(older->file);
   reads.opened();
-  device.log(BCCSPLAT_LOG_INFO, made->file.describe_caches());
+  if (const std::string caches = made->file.describe_caches();
+      !older || caches != older->file.describe_caches())
+    device.log(BCCSPLAT_LOG_INFO, caches); // once, however often a file that grows is looked at
   progress.throw_if_cancelled();
   return made;
 }

@@ -40,13 +40,25 @@ struct PlaneJob {
     const std::array<uint64_t, 3> at = place(z, i);
     return (at[2] * source.dims[1] + at[1]) * source.dims[0] + at[0];
   }
+  // The largest magnitude of all that is compared: what its floats hold, those of lesser values hold, too.
+  [[nodiscard]] double largest() const {
+    double most = 0;
+    std::vector<double> plane(static_cast<size_t>(n[0] * n[1]));
+    for (int64_t z = 0; z < n[2]; ++z) {
+      source.plane(z, plane.data());
+      for (const double v : plane)
+        if (std::isfinite(v)) most = std::max(most, std::fabs(v));
+    }
+    return most;
+  }
   [[noreturn]] void refuse(int64_t z, int64_t i, double expected, double reached) const {
     const std::array<uint64_t, 3> at = place(z, i);
+    const double most = largest();
     fail(Code::bound_not_met, "channel '", channel.name, "', frame ", frame, ", voxel (", at[0], ", ", at[1],
          ", ", at[2], "): the source has ", expected, ", the file would give ", reached,
          ", more than the bound of ", channel.bound,
-         " away even with a correction: values near that magnitude are read as 32-bit floats, which hold ",
-         "errors down to about ", std::fabs(expected) * rounding * 2, "; accept that much");
+         " away even with a correction: values are read as 32-bit floats, which hold errors down to about ",
+         most * rounding * 2, " where the largest is ", most, "; accept that much");
   }
 };
 

@@ -125,6 +125,7 @@ OpenVolume::OpenVolume(std::unique_ptr<ByteSource> source, const VolumeOptions& 
 
 void OpenVolume::take_over(const OpenVolume& older) {
   reader_->take_over(*older.reader_);
+  repeats_told_ = older.repeats_told_.load();
   const UnchangedSlabs unchanged(*older.reader_, *reader_);
   for (size_t level = 0; level < std::min(samples_.size(), older.samples_.size()); ++level)
     samples_[level]->take_over(*older.samples_[level], unchanged);

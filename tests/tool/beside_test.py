@@ -79,6 +79,32 @@ class Beside(ToolTest):
         self.refused(2, 'a plane off the time axis', 'render', 'v.bcc4', '-o', 'w.png', '--plane', '1,0,0,0,-9', '--with',
                      'w.bcc4', output='w.png')
 
+    def test_units_are_those_of_the_first(self):
+        """Moments are one by the dates of both, places by their lengths."""
+        def make(name, times, step, unit, length, epoch='', shift=0):
+            head = (f'NRRD0005\ntype: uint8\ndimension: 4\nspace dimension: 3\nsizes: {SIDE} {SIDE} {SIDE} 3\nspace directions: ({step},0,0) (0,{step},0) '
+                    f'(0,0,{step}) none\nspace units: "{length}" "{length}" "{length}"\nunits: "" "" "" "{unit}"\nkinds: space space space time\nencoding: raw\n'
+                    f'axis 3 index type:=numeric\naxis 3 index values:={times}\n{epoch}\n')
+            moved = lambda x, y, z, t: ball(x - 3 * (t + shift), y, z, 0)
+            self.write('b.nrrd', head.encode() + field((SIDE, SIDE, SIDE, 3), moved, 'B').tobytes())
+            self.bcc4('import', 'b.nrrd', '-o', name, '--quiet', '--overwrite')
+        looks = 'range=0:100,colormap=magma,move=30:0:0'
+        first = 'time epoch:=2000-01-01\n'
+        make('a.bcc4', '0 1 2', 1, 'days', 'mm', first)
+        seen = lambda: self.picture('--time', 1, '--view', 'front', '--range', '0,100', '--with', f'b.bcc4,{looks}', file='a.bcc4')
+        make('b.bcc4', '0 1 2', 1, 'days', 'mm', first)
+        same = seen()
+        for case in (('0 24 48', .001, 'hours', 'm', first), ('1 2 3', 1000, 'd', 'um', 'time epoch:=1999-12-31\n'), ('0 1 2', 1, '', '')):
+            make('b.bcc4', *case)
+            self.assertLessEqual(self.worst(same, seen()), 1, case)
+        make('b.bcc4', '0 1 2', 1, 'days', 'mm', 'time epoch:=2000-01-02\n')
+        self.assertGreater(self.worst(same, seen()), 20)
+        for case, text in ((('0 1 2', 1, 'furlongs', 'mm'), 'its times are in furlongs, those of the first volume in days'),
+                           (('0 1 2', 1, 'days', 'mm', first + 'time calendar:=noleap\n'), 'calendar noleap'),
+                           (('0 1 2', 1, 'days', 'hPa'), 'its x is in hPa, that of the first volume in mm')):
+            make('b.bcc4', *case)
+            self.refused(3, text, 'render', 'a.bcc4', '-o', 'w.png', '--time', 1, '--with', 'b.bcc4', output='w.png')
+
     def test_volumes_have_trails(self):
         self.volume((SIDE, SIDE, SIDE, 5), lambda x, y, z, t: ball(x - 2 * t + 4, y, z, 0), '--quiet', name='m.bcc4')
         self.volume((SIDE, SIDE, SIDE, 5), lambda x, y, z, t: ball(x - 2 * t + 4, y, z, 0), '--quiet', '--dt', 0.5, name='h.bcc4')

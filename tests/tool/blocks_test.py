@@ -3,6 +3,7 @@ import array
 import functools
 import json
 import os
+import random
 import re
 import resource
 import signal
@@ -35,6 +36,15 @@ class Blocks(ToolTest):
         super().setUp()
         self.write('a.raw', series(*DIMS))
         self.args = ['a.raw', '--dims', ','.join(map(str, DIMS)), '--dtype', 'u8', '--axes', 'xyzt']
+
+    def test_memory_that_blocks_keep_is_told(self):
+        noise = self.write('n.raw', random.Random(3).randbytes(3 * 96 ** 3))
+        args = ('import', noise, '--dims', '96,96,96,3', '--dtype', 'u8', '--lattice', 'd4star', '--scale', 1, '--max-mem', '8M', '-o', 'n.bcc4')
+        self.refused(4, 'raise --max-mem, or give --blocks, which takes less at a time', *args, output='n.bcc4')
+        _, err = self.bcc4(*args, '--lowpass', expect=4)  # which holds whole frames
+        self.assertNotIn('--blocks', err)
+        self.bcc4(*args, '--blocks')
+        self.assertEqual(self.json('info', 'n.bcc4')['dims'], [96, 96, 96, 3])
 
     def read(self, name):
         with open(self.path(name), 'rb') as f:

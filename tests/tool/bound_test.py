@@ -3,6 +3,7 @@ import array
 import math
 import os
 import random
+import re
 
 from harness import DATA, Nrrd, ToolTest, field, main, some
 
@@ -93,6 +94,32 @@ class BoundTest(ToolTest):
         for name in 'whole.bcc4', 'joined.bcc4':
             verified = self.json('verify', name, '--against', 'a.raw', '--dims', ','.join(map(str, DIMS)), '--dtype', 'f32')
             self.assertEqual(verified['bound'], {'abs': 1, 'held': True}, name)
+
+    def test_a_series_goes_on_with_its_own_error(self):
+        whole = self.raw('a.raw', (16, 14, 12, 24), wave)
+        begin = ('import', *self.raw('f.raw', (16, 14, 12, 14), wave), '-o', 'a.bcc4', '--overwrite', '--quiet')
+        self.bcc4(*begin, '--psnr', 55)
+        for option in ('--psnr', 55), ('--abs', 1), ('--density', .5):
+            self.refused(2, f'{option[0]}: a.bcc4 goes on as it was made, with its own lattice and error: leave it out', 'import', *whole,
+                         '-o', 'a.bcc4', '--append', *option)
+        self.bcc4('import', *whole, '-o', 'a.bcc4', '--append')
+        self.assertEqual(self.json('info', 'a.bcc4')['dims'][3], 24)
+        self.bcc4(*begin, '--lattice', 'd4star', '--scale', 1.5, '--exact')
+        self.refused(2, 'import all anew, or leave out --lattice, --scale and --store: --append goes on as the file was made', 'import', *whole, '-o', 'a.bcc4',
+                     '--append', '--lattice', 'd4star', '--scale', 1.2)
+        self.bcc4('import', *whole, '-o', 'a.bcc4', '--append')
+
+    def test_an_error_that_floats_hold_is_named(self):
+        """It is that of the largest value, wherever the first one that floats do not hold is."""
+        values = array.array('d', ((1 + 1e-8) * 10 ** (2 + 4 * x / 11) * (1 + .001 * math.sin(y + z + t))
+                                   for t in range(4) for z in range(6) for y in range(5) for x in range(12)))
+        self.write('d.raw', values)
+        args = ('import', 'd.raw', '--dims', '12,5,6,4', '--dtype', 'f64', '-o', 'd.bcc4')
+        _, err = self.bcc4(*args, '--abs', 1e-6, expect=1)
+        held = re.search('hold errors down to about (\\S+) where the largest is (\\S+); accept that much', err)
+        self.assertLess(abs(float(held[2]) - max(values)), 2e-3 * max(values))
+        self.bcc4(*args, '--abs', held[1])
+        self.assertLess(self.json('info', 'd.bcc4')['channels'][0]['errors']['bound'], 1)
 
     def test_psnr_is_reached(self):
         args = self.raw('a.raw', (20, 18, 16, 14), wave)

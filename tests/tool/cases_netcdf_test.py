@@ -156,6 +156,16 @@ class Cases(ToolTest):
         self.write('a.nc', classic(axes(time=times) + [field('float', wave())]))
         self.refused(3, 'sort the frames', 'import', 'a.nc', '-o', 'o.bcc4', output='o.bcc4')
 
+    def test_a_frame_without_a_time(self):
+        times = ('time', 'double', ['time'], {'units': 'hours since 2000-01-01'}, [0, 12, float('nan'), 18])
+        self.write('a.nc', classic(axes(time=times) + [field('float', wave())]))
+        self.refused(3, 'time of frame 2 is not a finite number (coordinate variable time): give the times of all frames by --times, '
+                     'or take those before it by --frames 0-1', 'import', 'a.nc', '-o', 'o.bcc4', output='o.bcc4')
+        self.bcc4('import', 'a.nc', '--frames', '0-1', '-o', 'o.bcc4')
+        self.assertEqual(self.json('info', 'o.bcc4')['times']['last'], 12)
+        self.bcc4('import', 'a.nc', '--times', '0,12,15,18', '-o', 'o.bcc4', '--overwrite')
+        self.assertEqual(self.json('info', 'o.bcc4')['times']['dates']['last'], '2000-01-01 18:00')
+
     def test_files_with_dates_of_reference(self):
         for calendar, second in (('noleap', 62), ('standard', 63)):
             files = [classic(axes(time=line('time', f'days since 2000-{month}-01', 1, start, calendar=calendar)) +

@@ -138,6 +138,60 @@ class Cases(ToolTest):
     def order(self, out):
         return [round(out.values[336 * i]) for i in range(len(out.values) // 336)]
 
+    def test_sizes_that_are_0(self):
+        for qform in (None, (0, 0, 0)):
+            head = bytearray(nifti(ramp(), qform=qform))
+            struct.pack_into('<f', head, 88, 0)
+            self.write('a.nii', bytes(head))
+            _, said = self.bcc4('import', 'a.nii', '-o', 'a.bcc4', '--overwrite')
+            self.assertIn('warning: pixdim[3] is 0: samples along z are taken to be 1 apart; --spacing sets it', said)
+            _, said = self.bcc4('import', 'a.nii', '--spacing', '2,3,4', '-o', 'a.bcc4', '--overwrite')
+            self.assertNotIn('pixdim', said)
+
+    def test_a_file_that_is_cut_in_its_last_frame(self):
+        values = ramp()
+        more = 'kinds: space space space time\n'
+        for name, whole, *options in (('a.nii', nifti(values)), ('a.nrrd', nrrd(values, more, DIMS)), ('a.mha', metaimage(values, '', DIMS)),
+                                      ('a.raw', values.tobytes(), '--dims', '8,7,6,3', '--dtype', 'f32')):
+            self.write(name, whole[:-100])
+            self.refused(3, 'its first 2 frames are whole: --frames 0-1', 'import', name, *options, '-o', 'b.bcc4', output='b.bcc4')
+            self.refused(3, 'its first 2 frames are whole: --frames 0-1', 'import', name, *options, '--frames', '1-2', '-o', 'b.bcc4', output='b.bcc4')
+            _, got = self.taken(name, *options, '--frames', '0-1')
+            self.assertNear(got.values, values[:2 * 8 * 7 * 6], 1e-3)
+            self.write(name, whole + bytes(100))  # what is too long is not cut
+            _, err = self.bcc4('import', name, *options, '-o', 'long.bcc4', '--overwrite', expect=0 if name == 'a.nii' else 3)
+            self.assertNotIn('whole', err)
+
+    def test_a_last_file_that_is_shorter(self):
+        def write(end, make):
+            for t in range(3):
+                dims = (8, 7, 6 if t < 2 else 4)
+                self.write(f'f{t}{end}', make(ramp((*dims, 1)), dims))
+        writers = {'.nii': lambda v, d: nifti(v, (*d, 1)), '.nrrd': lambda v, d: nrrd(v, '', d), '.mha': lambda v, d: metaimage(v, '', d)}
+        for end, make in writers.items():
+            write(end, make)
+            self.refused(3, f'f2{end}: its sizes or type differ from those of f0{end}: convert the files to one kind, or take those before it by '
+                         '--frames 0-1', 'import', f'f*{end}', '-o', 'b.bcc4', output='b.bcc4')
+            info, _ = self.taken(f'f*{end}', '--frames', '0-1')
+            self.assertEqual(info['dims'], [8, 7, 6, 2])
+
+    def test_times_of_frames_of_slicer(self):
+        """Labels of a multi-volume are the values of a tag, which may be no time."""
+        def times(tag, unit='ms', labels='10,20,45.5'):
+            keys = {'FrameLabels': labels, 'FrameIdentifyingDICOMTagName': tag, 'FrameIdentifyingDICOMTagUnits': unit}
+            text = 'kinds: list space space space\n' + ''.join(f'MultiVolume.{k}:={v}\n' for k, v in keys.items())
+            self.write('a.nrrd', nrrd(ramp(), text, (3, 8, 7, 6)))
+            said, _ = self.bcc4('import', 'a.nrrd', '-o', 'a.bcc4', '--overwrite')
+            return said, self.again()[0]['times']['unit'], self.times()
+        said, unit, got = times('TriggerTime')
+        self.assertEqual((unit, got), ('ms', [10, 20, 45.5]))
+        self.assertIn('MultiVolume.FrameLabels of the header', said)
+        for tag, labels, text in (('FlipAngle', '10,20,45.5', 'are of FlipAngle, and not taken'), ('EchoTime', '10,20,45.5', 'not taken'),
+                                  ('AcquisitionTime', '10,20,5', 'does not rise')):
+            said, _, got = times(tag, labels=labels)
+            self.assertEqual(got, [0, 1, 2], tag)
+            self.assertIn(text, said)
+
     def test_names_with_several_numbers(self):
         months = [f'temp_{y}-{m:02}.raw' for y, first, last in ((2023, 7, 12), (2024, 1, 6)) for m in range(first, last + 1)]
         hours = [f'h_{d}T{h:02}.raw' for d in (20230131, 20230201) for h in (0, 12)]

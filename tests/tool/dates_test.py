@@ -36,6 +36,15 @@ class Dates(ToolTest):
             self.assertNotIn('dates', self.json('info', 'a.bcc4')['times'])
             self.assertNotIn('dates', self.bcc4('info', 'a.bcc4')[0])
 
+    def test_a_step_keeps_the_first_date(self):
+        self.make('1960-01-01', '', 'days', times='3653 3653.5 3655 3656')
+        for frames, first, last in ((), '1970-01-01 00:00', '1970-01-02 12:00'), (('--frames', '2-3'), '1970-01-03 00:00', '1970-01-03 12:00'):
+            said, _ = self.bcc4('import', 'a.nrrd', '--dt', .5, *frames, '-o', 'a.bcc4', '--overwrite')
+            dates = self.json('info', 'a.bcc4')['times']['dates']
+            self.assertEqual((dates['first'], dates['last']), (first, last))
+            self.assertIn('--dt 0.5, from 365', said)
+            self.bcc4('verify', 'a.bcc4', '--against', 'a.nrrd')
+
     def test_pictures_show_them(self):
         if 'without text' in self.bcc4('--version')[0]:
             self.skipTest('no letters in this build')

@@ -85,11 +85,11 @@ class NrrdExport(ToolTest):
         self.bcc4('import', 'f.*.nrrd', '-o', 'b.bcc4', '--quiet')
         self.assertEqual(self.known('b.bcc4'), known)
         self.assertEqual((known['times']['first'], known['times']['last'], known['times']['unit']), (3, 9, 'ms'))
-        # Frames left out or filled in keep theirs; options have the last word.
+        # Frames left out or filled in keep theirs; options have the last word, but for the first time.
         self.bcc4('import', 'f.*.nrrd', '--frames', '1-3x2', '-o', 'c.bcc4', '--quiet')
         self.assertEqual(self.json('info', 'c.bcc4')['times']['first'], 3.5)
         self.bcc4('import', 'f.*.nrrd', '--dt', 2, '-o', 'd.bcc4', '--quiet')
-        self.assertEqual(self.json('info', 'd.bcc4')['times']['last'], 6)
+        self.assertEqual(self.json('info', 'd.bcc4')['times']['last'], 9)
         # Alone, exported or cut.
         for command in ('export', 'slice'):
             self.bcc4(command, 'a.bcc4', '--time', 4.25, '-o', 'one.nrrd', '--quiet')

@@ -68,6 +68,7 @@ REFUSED = [
     (('store=wavelets', 'written=blocks'), 2, 'the step of wavelets is chosen by whole frames'),
     (('store=wavelets', 'written=appended'), 2, 'import all anew'),
     (('bound', 'written=appended'), 2, 'import all anew'),
+    (('lattice=density', 'written=appended'), 2, '--density: '),
     (('ends=periodic', 'written=parts|blocks'), 2, 'a periodic series is not written in parts'),
     (('ends=periodic', 'written=appended'), 2, 'ends where it begins, so that none goes on'),
     (('ends=periodic', 'written=live'), 2, 'a periodic series is not looked at while it is written'),
@@ -79,7 +80,7 @@ REFUSED = [
 MAY_END = [
     (('bound=psnr', 'written=parts|blocks'), 'parts cannot: make the plan with --abs'),
     (('lattice=chosen|density', 'lowpass'), 'a low-pass is of use on D4* and BCC only'),
-    (('lattice=chosen|density', 'written=appended'), 'import all anew'),
+    (('lattice=chosen', 'written=appended'), 'import all anew'),
     (('channels=2', 'levels'), 'coarser levels are means, which labels have none of'),  # the second one looks like labels
 ]
 # Pairs that say nothing, or of which one takes the place of the other.

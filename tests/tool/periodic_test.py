@@ -99,6 +99,17 @@ class PeriodicAxisTest(ToolTest):
         self.json('import', *args, '-o', 'm.bcc4', *FIXED)
         self.assertEqual(self.json('info', 'm.bcc4')['periodic_axes'], '')
 
+    def test_a_place_that_is_there_twice(self):
+        """From 0 to 360 degrees the last sample is the first."""
+        head = 'NRRD0005\ntype: float\ndimension: 3\nsizes: {} 4 3\nspacings: {} 1 1\nunits: "degrees" "degrees" "degrees"\nendian: little\nencoding: raw\n\n'
+        for samples, last in ((13, 360), (12, 330)):
+            values = array.array('f', (math.cos(math.pi * x / 6) + y for _ in range(3) for y in range(4) for x in range(samples)))
+            self.write(f'{samples}.nrrd', head.format(samples, last / (samples - 1)).encode() + values.tobytes())
+        self.refused(2, 'the last sample along x is 360 degrees from the first, and so the first once more: leave it out of the files (ncks -d '
+                     'lon,0,11), or leave out --periodic', 'import', '13.nrrd', '--periodic', 'x', '-o', 'a.bcc4', output='a.bcc4')
+        self.bcc4('import', '12.nrrd', '--periodic', 'x', '-o', 'a.bcc4')
+        self.bcc4('import', '13.nrrd', '-o', 'b.bcc4')
+
     def test_parts_and_appended_files_are_the_same(self):
         args = self.raw('a.raw', ROUND, longitude)
         more = ('--periodic', 'x', *FIXED)

@@ -5,7 +5,7 @@ import struct
 import unittest
 import zlib
 
-from harness import ToolTest, field, has_reader, main
+from harness import Nrrd, ToolTest, field, has_reader, main
 
 SHORT, LONG, ASCII, RATIONAL = 3, 4, 2, 5
 FORMATS = {'B': (8, 1), 'H': (16, 1), 'h': (16, 2), 'f': (32, 3), 'I': (32, 1)}
@@ -143,6 +143,64 @@ class Tiff(ToolTest):
         self.assertEqual([info['affine'][i][i] for i in range(3)], [2, 2, 4])
         self.write('h.tif', tiff(pages[:1], self.NX, self.NY, description=words))
         self.refused(3, 'tells of 24 pages, the file has 1', 'import', 'h.tif', '-o', 'b.bcc4', output='b.bcc4')
+
+    def test_axes_of_tifffile(self):
+        sizes = {'t': 3, 'z': 4, 'c': 2}
+        def write(axes, words):
+            """Pages in the order of the axes, slowest first."""
+            places = [{}]
+            for a in axes:
+                places = [{**p, a: i} for p in places for i in range(sizes[a])]
+            self.write('s.tif', tiff([page(self.NX, self.NY, p.get('z', 0), p.get('t', 0), p.get('c', 0)) for p in places], self.NX, self.NY, description=words))
+
+        def shape(axes):
+            return str([*(sizes[a] for a in axes), self.NY, self.NX])
+        for axes in ('tz', 'zt', 'tcz', 'cz', 't'):
+            write(axes, f'{{"axes": "{axes.upper()}YX", "shape": {shape(axes)}}}')
+            values, info = self.read('s.tif', channel=int('c' in axes))
+            nz, nt = (sizes[a] if a in axes else 1 for a in 'zt')
+            self.assertEqual(values, [v for t in range(nt) for z in range(nz) for v in page(self.NX, self.NY, z, t, int('c' in axes))], axes)
+            self.assertEqual(info['dims'], [self.NX, self.NY, nz, nt])
+        write('tz', f'{{"shape": {shape("tz")}}}')
+        values, info = self.read('s.tif')
+        self.assertEqual((values, info['dims']), (self.expected(nt=3), [self.NX, self.NY, 4, 3]))
+        said, _ = self.bcc4('import', 's.tif', '-o', 'a.bcc4', '--overwrite')
+        self.assertIn('the file tells the sizes of its axes, 6 x 5 x 4 x 3, and not what they are', said)
+        write('zt', f'{{"shape": {shape("zt")}}}')
+        self.assertEqual(self.read('s.tif', '--axes', 'xytz')[0], self.expected(nt=3))
+        write('ctz', f'{{"shape": {shape("ctz")}}}')
+        self.assertEqual(self.read('s.tif', '--axes', 'xyztc', channel=1)[0], self.expected(nt=3, c=1))
+        write('tz', '{"shape": [6, 4, 5, 6]}')
+        self.refused(3, 'tifffile tells of 24 pages, the file has 12', 'import', 's.tif', '-o', 'b.bcc4', output='b.bcc4')
+
+    def test_order_and_spacing_of_image_j(self):
+        for order in ('czt', 'zct', 'tzc'):
+            count = {'c': 2, 'z': 4, 't': 3}
+            first, second, third = order
+            pages = [page(self.NX, self.NY, **{first: a, second: b, third: c}) for c in range(count[third]) for b in range(count[second])
+                     for a in range(count[first])]
+            self.write('h.tif', tiff(pages, self.NX, self.NY, description=f'ImageJ=1.53t\nimages=24\nchannels=2\nslices=4\nframes=3\n'
+                                     f'hyperstack=true\norder={order}\nspacing=-1.5\n'))
+            values, info = self.read('h.tif', channel=1)
+            self.assertEqual((values, info['affine'][2][2]), (self.expected(nt=3, c=1), 1.5), order)
+
+    def test_moments_of_ome(self):
+        def write(times, unit='', more=''):
+            planes = ''.join(f'<Plane TheC="0" TheZ="{z}" TheT="{t}" DeltaT="{time + .01 * z}"{unit}/>'
+                             for t, time in enumerate(times) if time is not None for z in (1, 0, 2, 3))
+            self.write('o.ome.tif', tiff([page(6, 5, z, t) for t in range(3) for z in range(4)], 6, 5, description='<?xml version="1.0"?><OME><Image>'
+                       f'<Pixels DimensionOrder="XYZCT" SizeX="6" SizeY="5" SizeZ="4" SizeC="1" SizeT="3" {more}>{planes}</Pixels></Image></OME>'))
+            said, _ = self.bcc4('import', 'o.ome.tif', '-o', 'a.bcc4', '--overwrite')
+            self.bcc4('export', 'a.bcc4', '--all', '-o', 'a.nrrd', '--overwrite', '--quiet')
+            times = Nrrd(self.path('a.nrrd')).keys['axis 3 index values']
+            return said, [float(t) for t in times.split()], self.json('info', 'a.bcc4')['times']['unit']
+        said, times, unit = write([.5, 2.1, 4])
+        self.assertEqual((times, unit), ([.5, 2.1, 4], 's'))
+        self.assertIn('(DeltaT of OME-XML)', said)
+        self.assertEqual(write([0, 2, 5], ' DeltaTUnit="ms"', 'TimeIncrement="3"')[1:], ([0, 2, 5], 'ms'))
+        said, times, unit = write([0, None, 5], more='TimeIncrement="3"')
+        self.assertEqual((times, unit), ([0, 3, 6], 's'))
+        self.assertIn('"DeltaT" is told by 2 of 3 only', said)
 
     def test_ome(self):
         words = ('<?xml version="1.0"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"><Image ID="Image:0"><Pixels '

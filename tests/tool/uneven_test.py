@@ -5,7 +5,7 @@ import os
 import struct
 import unittest
 
-from cases_netcdf_test import axes, classic, field
+from cases_netcdf_test import DIMS, axes, classic, field
 from harness import DATA, Nrrd, ToolTest, exr_attributes, has_reader, main, read_png
 
 try:
@@ -34,6 +34,14 @@ def weather(lev=PRESSURES):
               for t in range(4) for p in lev for y in range(7) for x in range(8)]
     level = ('lev', 'double', ['lev'], {'units': 'hPa'}, lev)
     return classic(axes(lev=level) + [field('float', values, units='K')]), array_of(values)
+
+
+def levels_of(lev):
+    """The same at fewer levels."""
+    count = [(name, len(lev) if name == 'lev' else size) for name, size in DIMS]
+    values = [20 * math.log(p / 50) + 3 * math.sin(.7 * x + .3 * t) * math.cos(.4 * y)
+              for t in range(4) for p in lev for y in range(7) for x in range(8)]
+    return classic(axes(lev=('lev', 'double', ['lev'], {'units': 'hPa'}, lev)) + [field('float', values, units='K')], count)
 
 
 def array_of(values):
@@ -176,7 +184,22 @@ class Uneven(ToolTest):
         self.bcc4('import', 'a.nc', '-o', 'a.bcc4')
         self.bcc4('verify', 'a.bcc4', '--against', 'a.nc')
         self.write('b.nc', weather([1000, 850, 700, 500, 300, 100])[0])
-        self.refused(3, 'sample 4 of the source is at 300', 'verify', 'a.bcc4', '--against', 'b.nc')
+        self.refused(3, 'sample (0, 0, 4) of the source stands where a.bcc4 has (0, 0, 3.', 'verify', 'a.bcc4', '--against', 'b.nc')
+
+    def test_parts_are_compared_at_their_places(self):
+        self.write('a.nc', weather()[0])
+        self.bcc4('import', 'a.nc', '-o', 'a.bcc4', '--lattice', 'cc', '--exact')
+        for name in ('p.nc', 'p.nrrd'):
+            self.bcc4('export', 'a.bcc4', '--all', '--roi', '1-7,0-5,2-5', '-o', name)
+            j = self.json('compare', 'a.bcc4', name, '--tolerance', 2e-3)
+            self.assertEqual((j['equal'], j['samples_compared'], j['samples_outside']), (True, 4 * 7 * 6 * 4, 0), name)
+        whole = self.json('compare', 'a.bcc4', 'a.nc', '--tolerance', 2e-3)
+        self.assertEqual((whole['equal'], whole['samples_compared']), (True, 4 * 8 * 7 * 6))
+        # Every second level is at no even place, and every third beyond the first is outside.
+        for levels, outside in ((PRESSURES[::2], 0), ([1100, 700, 250], 8 * 7)):
+            self.write('b.nc', levels_of(levels))
+            j = self.json('compare', 'a.bcc4', 'b.nc', '--tolerance', 2e-3)
+            self.assertEqual((j['equal'], j['samples_outside']), (True, outside), levels)
 
     def test_series_that_go_on_keep_them(self):
         for i in range(2):

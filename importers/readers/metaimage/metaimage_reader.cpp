@@ -147,32 +147,30 @@ std::unique_ptr<FrameReader> open_metaimage(const Sequence& sequence, const Read
 
   SeriesDescription d;
   std::vector<Segment> segments;
-  const auto add_file = [&](const MetaImageHeader& h) {
+  const auto add_file = [&](const MetaImageHeader& h, size_t number) {
     if (file_per_frame && frames > 1) fail_usage(h.path, " is a series of its own: give it alone");
     if (h.type != first.type || h.big_endian != first.big_endian || h.sizes != first.sizes ||
         h.channels != first.channels)
-      fail_input(h.path, ": its sizes or type differ from those of ", path,
-                 ": convert the files to one kind");
+      refuse_unlike(sequence, number, "sizes or type");
     if (h.slope != first.slope || h.intercept != first.intercept)
       fail_input(h.path, ": its values are ", h.slope, " x stored + ", h.intercept, ", those of ", path, " ",
                  first.slope, " x stored + ", first.intercept,
                  ": convert the files to one scaling, such as to floats without any");
-    for (Segment& s : metaimage_segments(h, layout_bytes(layout, h.path))) {
-      check_segment(s);
-      segments.push_back(std::move(s));
-    }
+    std::vector<Segment> own = metaimage_segments(h, layout_bytes(layout, h.path));
+    check_segments(own, layout, options.frames);
+    segments.insert(segments.end(), own.begin(), own.end());
     d.files.push_back({h.path, file_size(h.path)});
     for (const std::string& data : h.data_files)
       if (data != h.path) d.files.push_back({data, file_size(data)});
   };
-  add_file(first);
+  add_file(first, 0);
   set_affine(d, first, roles, options);
   const std::array samples{layout.size_of(AxisRole::x), layout.size_of(AxisRole::y),
                            layout.size_of(AxisRole::z)};
   std::vector<FileTime> times{{timestamp(first, 0), "s"}};
   for (size_t i = 1; i < sequence.files.size(); ++i) {
     const MetaImageHeader next = read_metaimage_header(sequence.files[i].path);
-    add_file(next);
+    add_file(next, i);
     SeriesDescription place;
     set_affine(place, next, roles, options);
     require_same_place(d, place, samples, options, next.path);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "readers/calendar.h"
+#include "readers/clock.h"
 #include "readers/error.h"
 #include "readers/netcdf/netcdf_values.h"
 
@@ -100,30 +101,14 @@ NetcdfTimes times_of_numbers(const NetcdfFile& file, const NetcdfVariable& coord
   return times;
 }
 
-std::string told_units(const NetcdfTimes& times) {
-  return concat(times.unit, times.epoch.empty() ? "" : " since ", times.epoch,
-                times.calendar.empty() ? "" : concat(", calendar ", times.calendar));
-}
-
-// Returns the seconds from the 0 of `first` to that of `times`, where both are known.
-std::optional<double> seconds_apart(const NetcdfTimes& first, const NetcdfTimes& times) {
-  const auto calendar = calendar_by_name(first.calendar);
-  if (first.calendar != times.calendar && (!calendar || calendar != calendar_by_name(times.calendar)))
-    return std::nullopt;
-  if (first.epoch == times.epoch) return 0;
-  const auto from = parse_date(first.epoch), to = parse_date(times.epoch);
-  return from && to && calendar ? seconds_between(*from, *to, *calendar) : std::nullopt;
-}
-
 // Converts times to the unit and the date of `first`.
 void count_from(const NetcdfTimes& first, NetcdfTimes& times, const std::string& path) {
-  const auto apart = seconds_apart(first, times);
-  if (apart && *apart == 0 && times.unit == first.unit) return;
-  const auto from = seconds_in(times.unit), to = seconds_in(first.unit);
-  if (!apart || !from || !to)
-    fail_input(path, ": its times are in \"", told_units(times), "\", not as those of the first file in \"",
-               told_units(first), "\", and cannot be converted: give --dt or --times");
-  for (double& t : times.values) t = (t * *from + *apart) / *to;
+  const Clock from{times.unit, times.epoch, times.calendar}, to{first.unit, first.epoch, first.calendar};
+  const auto change = clock_change(from, to);
+  if (!change)
+    fail_input(path, ": its times are in \"", clock_text(from), "\", not as those of the first file in \"",
+               clock_text(to), "\", and cannot be converted: give --dt or --times");
+  for (double& t : times.values) t = (*change)(t);
 }
 
 } // namespace

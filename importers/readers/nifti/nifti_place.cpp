@@ -9,13 +9,24 @@
 namespace bcc4 {
 namespace {
 
+// Returns a size that is told, or 0.
+double told_size(const NiftiHeader& h, size_t axis) {
+  const double size = std::abs(h.real(h.fields().pixdim, axis + 1));
+  return std::isfinite(size) ? size : 0;
+}
+
 std::array<double, 3> voxel_size(const NiftiHeader& h) {
   std::array<double, 3> size{};
-  for (size_t a = 0; a < 3; ++a) {
-    size[a] = std::abs(h.real(h.fields().pixdim, a + 1));
-    if (!(size[a] > 0) || !std::isfinite(size[a])) size[a] = 1;
-  }
+  for (size_t a = 0; a < 3; ++a) size[a] = told_size(h, a) > 0 ? told_size(h, a) : 1;
   return size;
+}
+
+void warn_of_no_size(SeriesDescription& d, const NiftiHeader& h) {
+  for (size_t a = 0; a < 3; ++a)
+    if (static_cast<int64_t>(a) < h.dim(0) && h.dim(a + 1) > 1 && !(told_size(h, a) > 0))
+      d.warnings.push_back(concat("pixdim[", a + 1, "] is ", h.real(h.fields().pixdim, a + 1),
+                                  ": samples along ", "xyz"[a],
+                                  " are taken to be 1 apart; --spacing sets it"));
 }
 
 std::optional<Affine> sform_of(const NiftiHeader& h) {
@@ -66,6 +77,7 @@ void set_affine(SeriesDescription& d, const NiftiHeader& h, const std::string& p
     d.affine = affine_from_columns({{{size[0], 0, 0}, {0, size[1], 0}, {0, 0, size[2]}}}, {0, 0, 0});
     d.affine_origin = "pixdim only";
   }
+  if (!options.spacing && (!sform || qform_stands_in)) warn_of_no_size(d, h);
   require_volume(d.affine, options, path, concat("its affine (", d.affine_origin, ")"));
   if (sform && qform) compare_forms(d, *sform, *qform);
   static constexpr const char* units[] = {"", "m", "mm", "um"};

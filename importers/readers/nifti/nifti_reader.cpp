@@ -95,7 +95,7 @@ struct OneNifti {
   Segment segment;
 };
 
-OneNifti open_header(const std::string& path) {
+OneNifti open_header(const std::string& path, const ReaderOptions& options) {
   const FileStart start = read_start(path, kNifti2.header);
   OneNifti n{parse_nifti_header(start.bytes, path), {}, {}, {}};
   n.values = nifti_values(n.header, path);
@@ -110,7 +110,9 @@ OneNifti open_header(const std::string& path) {
   const bool gzip = pair ? read_start(n.segment.path, 2).gzip : start.gzip;
   n.segment.encoding = gzip ? Encoding::gzip : Encoding::raw;
   (gzip ? n.segment.discard : n.segment.offset) = static_cast<uint64_t>(offset);
-  check_segment(n.segment);
+  std::vector<Segment> segments{n.segment};
+  check_segments(segments, n.layout, options.frames);
+  n.segment = segments[0];
   return n;
 }
 
@@ -120,13 +122,12 @@ std::array<uint64_t, 3> samples_of(const DenseLayout& layout) {
 
 // Throws for a file that does not go on with the series of the first one.
 void require_like(const SeriesDescription& d, const DenseLayout& first, const OneNifti& next,
-                  const ReaderOptions& options, const std::string& path) {
-  const std::string& of_first = d.files.front().path;
+                  const ReaderOptions& options, const Sequence& sequence, size_t file) {
+  const std::string &of_first = d.files.front().path, &path = sequence.files[file].path;
   const DenseLayout& l = next.layout;
   if (l.type != first.type || l.swap != first.swap || samples_of(l) != samples_of(first) ||
       l.size_of(AxisRole::component) != first.size_of(AxisRole::component) || l.size_of(AxisRole::t) != 1)
-    fail_input(path, ": its sizes or type differ from those of ", of_first,
-               ": convert the files to one kind");
+    refuse_unlike(sequence, file, "sizes or type");
   if (l.slope != first.slope || l.intercept != first.intercept)
     fail_input(path, ": its values are ", l.slope, " x stored + ", l.intercept, ", those of ", of_first, " ",
                first.slope, " x stored + ", first.intercept,
@@ -188,7 +189,7 @@ std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOp
 
   SeriesDescription d;
   std::vector<Segment> segments;
-  const OneNifti first = open_header(path);
+  const OneNifti first = open_header(path, options);
   DenseLayout layout = first.layout;
   uint64_t frames = layout.size_of(AxisRole::t);
   const auto add_file = [&](const std::string& name, const OneNifti& file) {
@@ -205,9 +206,9 @@ std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOp
   std::vector<FileTime> times{file_time(first.header)};
   for (size_t i = 1; i < sequence.files.size(); ++i) {
     const std::string& name = sequence.files[i].path;
-    const OneNifti next = open_header(name);
+    const OneNifti next = open_header(name, options);
     times.push_back(file_time(next.header));
-    require_like(d, layout, next, options, name);
+    require_like(d, layout, next, options, sequence, i);
     add_file(name, next);
   }
   if (file_per_frame) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "readers/calendar.h"
 #include "readers/components.h"
 #include "readers/dense_reader.h"
 #include "readers/error.h"
@@ -101,11 +102,36 @@ Roles find_roles(const NrrdHeader& h) {
   return out;
 }
 
+std::string key_of(const NrrdHeader& h, const std::string& name) {
+  const auto found = h.keys.find(name);
+  return found == h.keys.end() ? std::string() : std::string(trim(found->second));
+}
+
+// Volumes of 3D Slicer tell of each frame the value of a tag of DICOM, such as the time of its trigger.
+void take_frame_labels(SeriesDescription& d, const NrrdHeader& h, uint64_t frames) {
+  const std::string labels = key_of(h, "MultiVolume.FrameLabels");
+  const auto numbers = parse_numbers(split(labels, ", \t"));
+  if (labels.empty() || !numbers || numbers->size() != frames) return;
+  const std::string tag = key_of(h, "MultiVolume.FrameIdentifyingDICOMTagName"),
+                    unit = key_of(h, "MultiVolume.FrameIdentifyingDICOMTagUnits");
+  const std::string name = lower(tag);
+  const bool of_the_pulse = name == "echotime" || name == "repetitiontime" || name == "inversiontime";
+  if (of_the_pulse || !(name.ends_with("time") || (name.empty() && seconds_in(unit)))) {
+    d.notes.push_back(concat("MultiVolume.FrameLabels are of ", tag.empty() ? "no tag that is told" : tag,
+                             ", and not taken for times"));
+    return;
+  }
+  std::vector<FileTime> times;
+  for (const double time : *numbers) times.push_back({time, unit});
+  take_file_times(d, times, "MultiVolume.FrameLabels");
+  if (!d.times.values.empty()) d.times.origin = "MultiVolume.FrameLabels of the header";
+}
+
 void set_times(SeriesDescription& d, const NrrdHeader& h, size_t axis_number) {
   const NrrdAxis& axis = h.axes[axis_number];
   d.times.unit = axis.unit;
   const std::string key = concat("axis ", axis_number, " index ");
-  if (const auto unit = h.keys.find(key + "unit"); unit != h.keys.end()) d.times.unit = trim(unit->second);
+  if (const std::string unit = key_of(h, key + "unit"); !unit.empty()) d.times.unit = unit;
   const auto values = h.keys.find(key + "values");
   const auto kind = h.keys.find(key + "type");
   if (values != h.keys.end() && (kind == h.keys.end() || lower(trim(kind->second)) == "numeric")) {
@@ -116,6 +142,8 @@ void set_times(SeriesDescription& d, const NrrdHeader& h, size_t axis_number) {
     d.times.origin = concat("\"", key, "values\" of the header");
     return;
   }
+  take_frame_labels(d, h, axis.size);
+  if (!d.times.values.empty()) return;
   const AxisPlace place = axis_place(axis, false); // moments are nodes unless the file says otherwise
   const double step = points_in_time(axis) ? (*axis.direction)[3] : place.step.value_or(0);
   if (!(step > 0)) return;
@@ -126,11 +154,7 @@ void set_times(SeriesDescription& d, const NrrdHeader& h, size_t axis_number) {
 
 // The time of a file that holds one frame, which is no field of the format: what bcc4 writes.
 FileTime file_time(const NrrdHeader& h) {
-  const auto key = [&](const char* name) {
-    const auto found = h.keys.find(name);
-    return found == h.keys.end() ? std::string() : std::string(trim(found->second));
-  };
-  return {parse_number<double>(key("time")), key("time unit")};
+  return {parse_number<double>(key_of(h, "time")), key_of(h, "time unit")};
 }
 
 // The date of time 0 and its calendar, which are no fields of the format: what bcc4 writes.
@@ -138,8 +162,8 @@ void keep_dates(SeriesDescription& d, const NrrdHeader& h) {
   constexpr std::pair<const char*, const char*> kept[] = {{"time epoch", "time_epoch"},
                                                           {"time calendar", "time_calendar"}};
   for (const auto& [key, attribute] : kept)
-    if (const auto found = h.keys.find(key); found != h.keys.end() && !trim(found->second).empty())
-      d.attributes.emplace_back(attribute, utf8_of(trim(found->second)));
+    if (const std::string text = key_of(h, key); !text.empty())
+      d.attributes.emplace_back(attribute, utf8_of(text));
 }
 
 struct OneNrrd {
@@ -187,19 +211,18 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
 
   SeriesDescription d;
   std::vector<Segment> segments;
-  const auto add_file = [&](const OneNrrd& file) {
+  const auto add_file = [&](const OneNrrd& file, size_t number) {
     const std::string& name = file.header.path;
     if (file_per_frame && frames > 1) fail_usage(name, " is a series of its own: give it alone");
     if (file.header.type != h.type || file.layout.swap != layout.swap || sizes(file.layout) != sizes(layout))
-      fail_input(name, ": its sizes or type differ from those of ", path, ": convert the files to one kind");
-    for (Segment& s : nrrd_segments(file.header, layout_bytes(file.layout, name))) {
-      check_segment(s);
-      segments.push_back(std::move(s));
-    }
+      refuse_unlike(sequence, number, "sizes or type");
+    std::vector<Segment> own = nrrd_segments(file.header, layout_bytes(file.layout, name));
+    check_segments(own, file.layout, options.frames);
+    segments.insert(segments.end(), own.begin(), own.end());
     d.files.push_back({name, file_size(name)});
     for (const std::string& data : file.header.data_files) d.files.push_back({data, file_size(data)});
   };
-  add_file(first);
+  add_file(first, 0);
   set_affine(d, h, first.roles.roles, options);
   std::vector<FileTime> times{file_time(h)};
   const std::array samples{layout.size_of(AxisRole::x), layout.size_of(AxisRole::y),
@@ -208,7 +231,7 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
   bool one_content = true; // else it is not of the series but of its frames
   for (size_t i = 1; i < sequence.files.size(); ++i) {
     const OneNrrd next = open_header(options, sequence.files[i].path);
-    add_file(next);
+    add_file(next, i);
     SeriesDescription place;
     set_affine(place, next.header, next.roles.roles, options);
     require_same_place(d, place, samples, options, next.header.path);

@@ -37,13 +37,17 @@ std::string frames_hint(const DenseLayout& layout, uint64_t frames) {
 
 void check_file(const Segment& s, const DenseLayout& layout, uint64_t frames) {
   const uint64_t size = file_size(s.path);
-  if (s.encoding != Encoding::raw || size == s.offset + s.bytes) return;
+  const uint64_t all = s.offset + s.bytes;
+  if (s.encoding != Encoding::raw || (size <= all && size >= all - s.unread)) return;
   const uint64_t frame = layout_bytes(layout, s.path) / layout.size_of(AxisRole::t);
   std::string hint = "check --dims, --dtype and --skip";
   if (read_start(s.path, 2).gzip)
     hint = "it is packed with gzip: name it .gz, or unpack it";
   else if (size > s.offset && (size - s.offset) % frame == 0)
     hint = frames_hint(layout, (size - s.offset) / frame);
+  else if (const std::string whole = whole_frames(layout, size - std::min(size, s.offset));
+           size < all && !whole.empty())
+    hint = whole;
   fail_input(s.path, ": ", size, " bytes, but ", arithmetic(layout, frames),
              s.offset > 0 ? concat(" + ", s.offset, " skipped") : "", " = ", s.offset + s.bytes, "; ", hint);
 }
@@ -123,8 +127,10 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
     } else {
       s.offset = skip;
     }
-    check_file(s, layout, file_dims[3]);
-    segments.push_back(s);
+    std::vector<Segment> own{s};
+    leave_unread(own, layout, options.frames);
+    check_file(own[0], layout, file_dims[3]);
+    segments.push_back(own[0]);
     d.files.push_back({f.path, file_size(f.path)});
   }
   if (file_per_frame) {

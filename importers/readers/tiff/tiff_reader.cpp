@@ -90,13 +90,20 @@ class TiffReader : public FrameReader {
   std::unique_ptr<TiffFile> file_; // the one read last
 };
 
-// What --axes says of pages and files: xyz, xyt or xyzt.
-void check_axes(const ReaderOptions& options) {
-  const std::string axes = options.axes.value_or("xyz");
-  if (axes != "xyz" && axes != "xyt" && axes != "xyzt")
-    fail_usage("--axes ", axes,
-               ": of TIFF files xyz (pages, or files of one page, are planes), xyt (they are "
-               "moments) or xyzt (a file for each moment)");
+// What --axes says of files: xyz, xyt or xyzt; of one file all letters of its pages.
+void check_axes(const ReaderOptions& options, bool alone) {
+  const std::string axes = options.axes.value_or("xyz"),
+                    pages = axes.substr(std::min<size_t>(2, axes.size()));
+  bool known =
+      axes.starts_with("xy") && !pages.empty() && (alone || pages == "z" || pages == "t" || pages == "zt");
+  for (const char a : pages)
+    known = known && std::string_view("zct").find(a) != std::string_view::npos &&
+            std::count(pages.begin(), pages.end(), a) == 1;
+  if (!known)
+    fail_usage(
+        "--axes ", axes,
+        ": of TIFF files xyz (pages, or files of one page, are planes), xyt (they are moments), xyzt (a "
+        "file for each moment), or all axes of one file that tells their sizes, such as xyzct");
 }
 
 // Several files of a page each may be planes or moments.
@@ -120,16 +127,23 @@ FilesAre files_are(const Sequence& sequence, const TiffStack& stack, const Reade
 TiffStack stack_of(const TiffFile& file, const ReaderOptions& options, bool alone) {
   TiffStack stack = tiff_stack(file, !options.spacing);
   if (!alone || !options.axes) return stack;
-  if (!stack.said_by.empty() && stack.z > 1 && stack.t > 1)
+  const std::string letters = options.axes->substr(2);
+  if (!stack.said_by.empty() && ((stack.z > 1 && stack.t > 1) || letters == "c"))
     fail_usage("--axes ", *options.axes, ": ", file.path(), " says itself what its pages are (",
                stack.said_by, "): leave it out");
-  if (*options.axes == "xyzt")
-    fail_usage(
-        "--axes xyzt: one file does not say which of its pages are planes and which moments; save it as "
-        "a hyperstack (Image > Hyperstacks in ImageJ) or as OME-TIFF");
+  if (letters.size() > 1 && letters.size() == stack.unnamed.size()) {
+    stack.set_axes(letters, stack.unnamed);
+    return stack;
+  }
+  if (letters.size() > 1)
+    fail_usage("--axes ", *options.axes, ": the file does not tell the sizes of these axes",
+               stack.unnamed.empty() ? "" : concat(", but of ", 2 + stack.unnamed.size()),
+               "; save it as a hyperstack (Image > Hyperstacks in ImageJ) or as OME-TIFF");
   const uint64_t pages = stack.z * stack.t;
-  const bool planes = *options.axes == "xyz";
-  stack.z = planes ? pages : 1, stack.t = planes ? 1 : pages;
+  if (stack.said_by.empty())
+    stack.set_axes(letters, {pages});
+  else
+    stack.z = letters == "z" ? pages : 1, stack.t = letters == "z" ? 1 : pages;
   return stack;
 }
 
@@ -144,7 +158,10 @@ void set_place(SeriesDescription& d, const TiffStack& stack, bool planes_are_fil
 }
 
 void set_times(SeriesDescription& d, const TiffStack& stack) {
-  if (!stack.interval || stack.t < 2) return;
+  if (stack.t < 2) return;
+  if (stack.moments.size() == stack.t) take_file_times(d, stack.moments, "DeltaT");
+  if (!d.times.values.empty()) d.times.origin = "DeltaT of OME-XML";
+  if (!stack.interval || !d.times.values.empty()) return;
   for (uint64_t i = 0; i < stack.t; ++i) d.times.values.push_back(static_cast<double>(i) * *stack.interval);
   d.times.unit = stack.time_unit;
   d.times.origin = concat("the interval of ", stack.said_by, ", ", *stack.interval);
@@ -177,23 +194,29 @@ void check_memory(const TiffFile& file, uint64_t planes, const ReaderOptions& op
 }
 
 // Opens the other files of a series to see that they are like the first one.
-void add_files(SeriesDescription& d, const TiffLayout& layout, const TiffFile& first,
-               const ReaderOptions& options) {
+void add_files(SeriesDescription& d, const Sequence& sequence, const TiffLayout& layout,
+               const TiffFile& first, const ReaderOptions& options) {
   check_memory(first, layout.planes(), options);
   d.files.push_back({first.path(), file_size(first.path())});
   for (size_t i = 1; i < layout.paths.size(); ++i) {
     const TiffFile next(layout.paths[i]);
     if (!(next.kind() == first.kind()) || next.pages() != first.pages())
-      fail_input(next.path(), ": its size, type or number of pages differs from that of ", first.path(),
-                 ": convert the files to one kind");
+      refuse_unlike(sequence, i, "size, type or number of pages");
     check_memory(next, layout.planes(), options);
     d.files.push_back({next.path(), file_size(next.path())});
   }
 }
 
-void add_notes(SeriesDescription& d, const Sequence& sequence, const TiffLayout& l, const TiffKind& kind) {
+void add_notes(SeriesDescription& d, const Sequence& sequence, const TiffLayout& l, const TiffKind& kind,
+               const ReaderOptions& options) {
   if (sequence.files.size() > 1) d.notes.push_back(sequence.note);
-  if (l.files == FilesAre::one_file && l.stack.said_by.empty() && l.stack.z > 1)
+  if (l.stack.unnamed.size() > 1 && !options.axes) {
+    std::string sizes = concat(kind.width, " x ", kind.height);
+    for (const uint64_t size : l.stack.unnamed) sizes += concat(" x ", size);
+    d.notes.push_back(concat("the file tells the sizes of its axes, ", sizes,
+                             ", and not what they are: they ", "are read as ", axes_text(l, kind),
+                             " (--axes, such as xyzct, names them)"));
+  } else if (l.files == FilesAre::one_file && l.stack.said_by.empty() && l.stack.z > 1)
     d.notes.push_back("the file does not say what its pages are: they are read as planes (--axes xyt: as "
                       "moments)");
   if (kind.photometric == kMinIsWhite)
@@ -217,7 +240,7 @@ FramePlan plan_of(const Sequence& sequence, const TiffLayout& l, const ReaderOpt
 std::unique_ptr<FrameReader> open_tiff(const Sequence& sequence, const ReaderOptions& options) {
   refuse_raw_options(options, sequence.files.front().path, "TIFF", true);
   refuse_grid_option(options, sequence.files.front().path, "TIFF");
-  check_axes(options);
+  check_axes(options, sequence.files.size() == 1);
   TiffLayout layout;
   for (const SequenceFile& file : sequence.files) layout.paths.push_back(file.path);
   auto first = std::make_unique<TiffFile>(layout.paths[0]);
@@ -230,10 +253,10 @@ std::unique_ptr<FrameReader> open_tiff(const Sequence& sequence, const ReaderOpt
   d.format = "TIFF";
   d.dims = {kind.width, kind.height, layout.planes(), layout.moments()};
   d.axes = axes_text(layout, kind);
-  add_files(d, layout, *first, options);
+  add_files(d, sequence, layout, *first, options);
   set_place(d, layout.stack, layout.files == FilesAre::planes);
   set_times(d, layout.stack);
-  add_notes(d, sequence, layout, kind);
+  add_notes(d, sequence, layout, kind, options);
   StoredValues values;
   values.type = kind.type;
   Channel channel;

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// ImageJ describes a stack in lines "key=value", OME in XML; both in the words of the first page.
+// ImageJ describes a stack in lines "key=value", OME in XML, tifffile in JSON; all in the words of the first
+// page.
 #include "readers/tiff/tiff_stack.h"
 
+#include <algorithm>
+#include <climits>
 #include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
 
 #include "readers/error.h"
+#include "readers/lengths.h"
+#include "readers/tiff/tiff_shape.h"
 #include "readers/vti/xml.h"
 
 namespace bcc4 {
@@ -19,13 +24,6 @@ std::map<std::string, std::string, std::less<>> image_j_keys(const std::string& 
     if (const size_t at = line.find('='); at != std::string_view::npos)
       keys.emplace(line.substr(0, at), trim(line.substr(at + 1)));
   return keys;
-}
-
-// Names of units as ImageJ has them: pixels are none.
-std::string unit_name(const std::string& name) {
-  for (const char* micron : {"micron", "microns", "um", "\\u00B5m", "\xB5m", "\u00B5m", "\u03BCm"})
-    if (name == micron) return "\u00B5m";
-  return name.starts_with("pixel") ? "" : name;
 }
 
 // A product of such numbers can go beyond whole numbers of 64 bits; below 2^53 it is exact.
@@ -60,10 +58,15 @@ TiffStack image_j_stack(const TiffFile& file) {
   check_pages(file, stack,
               "ImageJ writes one page where a file is larger than 4 GB; save it as OME-TIFF, or raw and read "
               "it with --dims");
-  stack.unit = unit_name(text("unit"));
+  if (std::string order = text("order"), sorted = order; order.size() == stack.order.size()) {
+    std::sort(sorted.begin(), sorted.end());
+    if (sorted == "ctz") stack.order = order;
+  }
+  stack.unit = length_unit(text("unit"));
   for (size_t a = 0; a < 2; ++a)
     if (const auto r = file.resolution(a); r && keys.contains("unit")) stack.steps[a] = 1 / *r;
-  stack.steps[2] = number("spacing");
+  if (const double z = parse_number<double>(text("spacing")).value_or(0); z != 0 && std::isfinite(z))
+    stack.steps[2] = std::abs(z); // its sign says how the stage went
   stack.interval = number("finterval");
   if (const auto fps = number("fps"); !stack.interval && fps) stack.interval = 1 / *fps;
   const std::string unit = text("tunit");
@@ -83,20 +86,24 @@ void check_listed_pages(const TiffFile& file, const TiffStack& stack, const pugi
   }
 }
 
+// Takes when the first plane of each moment was recorded.
+void take_moments(TiffStack& stack, const pugi::xml_node& pixels) {
+  std::vector<unsigned long long> rank(stack.t, ULLONG_MAX);
+  stack.moments.resize(stack.t);
+  for (const pugi::xml_node& plane : pixels.children("Plane")) {
+    const auto number = [&](const char* name) { return plane.attribute(name).as_ullong(0); };
+    const unsigned long long t = number("TheT"), at = number("TheZ") * stack.c + number("TheC");
+    const auto time = parse_number<double>(plane.attribute("DeltaT").value());
+    if (!time || t >= stack.t || at >= rank[t]) continue;
+    rank[t] = at;
+    stack.moments[t] = {time, plane.attribute("DeltaTUnit").as_string("s")};
+  }
+}
+
 // Returns the order of pages in one such as "XYZCT", whose planes are along x and y.
 std::string page_order(const std::string& order) {
   const std::string axes = lower(order);
   return axes.starts_with("xy") && axes.size() == std::string_view("xyzct").size() ? axes.substr(2) : "zct";
-}
-
-// Returns the power of ten that a unit of length is in metres.
-std::optional<int> power_of_metre(const std::string& unit) {
-  static constexpr std::pair<std::string_view, int> units[] = {{"km", 3},  {"m", 0},        {"dm", -1},
-                                                               {"cm", -2}, {"mm", -3},      {"\u00B5m", -6},
-                                                               {"nm", -9}, {"\u00C5", -10}, {"pm", -12}};
-  for (const auto& [name, power] : units)
-    if (name == unit) return power;
-  return std::nullopt;
 }
 
 // Takes the steps of x, y and z, each told in a unit of its own, in that of the first one told. Where they
@@ -107,12 +114,11 @@ void take_steps(TiffStack& stack, const TiffFile& file, const pugi::xml_node& pi
     const std::string name = concat("PhysicalSize", "XYZ"[a]);
     double step = pixels.attribute(name.c_str()).as_double(0);
     if (!(step > 0)) continue;
-    const std::string unit = unit_name(pixels.attribute((name + "Unit").c_str()).as_string("\u00B5m"));
+    const std::string unit = length_unit(pixels.attribute((name + "Unit").c_str()).as_string("\u00B5m"));
     if (!told) stack.unit = unit, told = true;
-    const auto from = power_of_metre(unit), to = power_of_metre(stack.unit);
-    if (from && to)
-      step = *from < *to ? step / std::pow(10, *to - *from) : step * std::pow(10, *from - *to);
-    else if (unit != stack.unit && used)
+    if (const auto ratio = length_ratio(unit, stack.unit))
+      step = *ratio < 1 ? step / length_ratio(stack.unit, unit).value() : step * *ratio; // right to the digit
+    else if (used)
       fail_input(file.path(), ": OME-XML gives ", name, " in \"", unit, "\", another step in \"", stack.unit,
                  "\", which cannot be made one unit: give --spacing");
     stack.steps[a] = step;
@@ -139,6 +145,7 @@ TiffStack ome_stack(const TiffFile& file, bool with_steps) {
   take_steps(stack, file, pixels, with_steps);
   if (const double step = pixels.attribute("TimeIncrement").as_double(0); step > 0) stack.interval = step;
   stack.time_unit = pixels.attribute("TimeIncrementUnit").as_string("s");
+  take_moments(stack, pixels);
   for (const pugi::xml_node& channel : pixels.children("Channel"))
     if (const std::string name = channel.attribute("Name").value(); !name.empty())
       stack.names.push_back(name);
@@ -146,7 +153,30 @@ TiffStack ome_stack(const TiffFile& file, bool with_steps) {
   return stack;
 }
 
+TiffStack shaped_stack(const TiffFile& file, const TiffShape& shape) {
+  TiffStack stack{.said_by = "tifffile"};
+  const size_t axes = shape.sizes.size();
+  if (!shape.letters.empty())
+    stack.set_axes(shape.letters, shape.sizes);
+  else if (axes < 3)
+    stack.set_axes(std::string("zt").substr(0, axes), shape.sizes);
+  else
+    stack.set_axes("z", {file.pages()});
+  check_pages(file, stack, "write it anew, each array to a file of its own and without truncate");
+  if (shape.letters.empty()) stack.said_by.clear(), stack.unnamed = shape.sizes;
+  return stack;
+}
+
 } // namespace
+
+void TiffStack::set_axes(const std::string& letters, const std::vector<uint64_t>& sizes) {
+  c = z = t = 1;
+  for (size_t a = 0; a < letters.size(); ++a) (letters[a] == 'c' ? c : letters[a] == 'z' ? z : t) = sizes[a];
+  const std::string all = "czt";
+  order = letters;
+  for (const char axis : all)
+    if (order.find(axis) == std::string::npos) order += axis;
+}
 
 uint64_t TiffStack::page(uint64_t channel, uint64_t plane, uint64_t moment) const {
   uint64_t at = 0, stride = 1;
@@ -160,6 +190,7 @@ uint64_t TiffStack::page(uint64_t channel, uint64_t plane, uint64_t moment) cons
 TiffStack tiff_stack(const TiffFile& file, bool with_steps) {
   if (file.description().starts_with("ImageJ=")) return image_j_stack(file);
   if (file.description().find("<OME") != std::string::npos) return ome_stack(file, with_steps);
+  if (const auto shape = tiff_shape(file)) return shaped_stack(file, *shape);
   return TiffStack{.z = file.pages()};
 }
 

@@ -14,10 +14,15 @@ struct CollectionEntry {
   std::string path;
 };
 
-// Returns the files in the order of their times, one for each; data sets without a time stay in order where
-// --dt or --times give one. Throws for parts of a frame in several files, and for files elsewhere than below
-// the collection's own folder.
-[[nodiscard]] std::vector<CollectionEntry> read_collection(const std::string& path,
-                                                           const ReaderOptions& options);
+struct Collection {
+  std::vector<CollectionEntry> entries; // in the order of their times
+  bool timed = true;                    // all have times; else these count them
+  std::string note{};                   // what was left out
+};
+
+// Returns one file for each time, of a run that was taken up again the one written last; data sets without a
+// time, or of one time, stay in order where --dt or --times give one. Throws for parts of a frame in several
+// files, and for files elsewhere than below the collection's own folder.
+[[nodiscard]] Collection read_collection(const std::string& path, const ReaderOptions& options);
 
 } // namespace bcc4

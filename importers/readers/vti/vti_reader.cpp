@@ -146,15 +146,15 @@ std::unique_ptr<FrameReader> open_files(const Sequence& sequence, const ReaderOp
 }
 
 std::unique_ptr<FrameReader> open_collection(const std::string& path, const ReaderOptions& options) {
-  const std::vector<CollectionEntry> entries = read_collection(path, options);
-  const FramePlan selected = plan_selection(entries.size(), options.frames, path);
+  const Collection collection = read_collection(path, options);
+  const FramePlan selected = plan_selection(collection.entries.size(), options.frames, path);
   Sequence sequence;
   SeriesTimes times{.origin = "timesteps of the collection"};
   for (const PlannedFrame& frame : selected.frames) {
-    sequence.files.push_back({entries[frame.a].path, frame.number});
-    times.values.push_back(entries[frame.a].time);
+    sequence.files.push_back({collection.entries[frame.a].path, frame.number});
+    if (collection.timed) times.values.push_back(collection.entries[frame.a].time);
   }
-  sequence.note = concat(sequence.files.size(), " files of the collection ", path);
+  sequence.note = concat(sequence.files.size(), " files of the collection ", path, collection.note);
   return open_files(sequence, options, std::move(times));
 }
 

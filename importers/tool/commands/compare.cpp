@@ -83,11 +83,11 @@ void print_difference(const std::string& name, const FieldDifference& d, const s
                 static_cast<unsigned long long>(d.missing[0]), static_cast<unsigned long long>(d.missing[1]));
 }
 
-void print_compared(const std::vector<FieldDifference>& channels, const SampledSeries& second, bool frames) {
+void print_compared(const std::vector<FieldDifference>& channels, const std::string& time_unit, bool frames) {
   for (const FieldDifference& d : channels) {
-    print_difference(d.name, d, second.time_unit);
+    print_difference(d.name, d, time_unit);
     for (const FieldDifference& f : d.frames)
-      if (frames) print_difference(concat("  frame ", f.worst.frame), f, second.time_unit);
+      if (frames) print_difference(concat("  frame ", f.worst.frame), f, time_unit);
   }
   const FieldDifference& d = channels.front();
   if (d.samples_outside > 0 || d.frames_outside > 0)
@@ -129,7 +129,7 @@ Exit run_compare(CompareArguments& a) {
   if (a.common.json)
     print_json(compared_json(channels, !worst, tolerance, a.frames));
   else if (!a.common.quiet)
-    print_compared(channels, *other.series, a.frames);
+    print_compared(channels, volume_info(first).time_unit, a.frames);
   if (!worst) return Exit::ok;
   if (worst->all.max <= tolerance)
     fail(Exit::check_failed, a.files[0], " and ", other.series->name, ": values of ", worst->name,

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // bcc4 import: a series of frames -> one .bcc4 file.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include "choose/air.h"
+#include "choose/lattice_shape.h"
 #include "choose/precision.h"
 #include "readers/open_series.h"
 #include "readers/system.h"
@@ -72,6 +75,23 @@ void refuse_sources_as_output(const ImportArguments& a, const SeriesDescription&
   }
 }
 
+// A turn of an axis that goes round ends where it begins: files often have that place twice.
+void refuse_place_twice(const ImportArguments& a, const SeriesDescription& s) {
+  constexpr double turn = 360, rounding = 1e-3; // degrees; of a step
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const std::string& own = s.places[axis].unit;
+    const double step = std::abs(s.affine[5 * axis]), last = static_cast<double>(s.dims[axis] - 1);
+    if (!is_periodic(a.settings.periodic, axis) ||
+        !(own.empty() ? s.spatial_unit : own).starts_with("degree"))
+      continue;
+    if (std::abs(step * last - turn) <= rounding * step)
+      fail_usage("--periodic: the last sample along ", "xyz"[axis],
+                 " is 360 degrees from the first, and so the ",
+                 "first once more: leave it out of the files (ncks -d lon,0,", s.dims[axis] - 2,
+                 "), or leave out --periodic");
+  }
+}
+
 bool appends_to_file(const ImportArguments& a) {
   std::error_code ignored;
   return a.resume.append && std::filesystem::exists(to_path(a.output), ignored);
@@ -83,6 +103,27 @@ void report_nothing_new(const ImportArguments& a, uint64_t frames) {
   else if (!a.common.quiet)
     std::printf("%s: it has all %llu frames already\n", a.output.c_str(),
                 static_cast<unsigned long long>(frames));
+}
+
+// A series that goes on has the lattice and the error of its file, which would not be found anew.
+void refuse_other_choices(const ImportArguments& a) {
+  const char* const option = a.abs ? "--abs" : a.psnr ? "--psnr" : a.density ? "--density" : nullptr;
+  if (option && chooses_lattice(a))
+    fail_usage(option, ": ", a.output,
+               " goes on as it was made, with its own lattice and error: leave it out");
+}
+
+// Names the options that make a series unlike its file, where it could not go on so.
+[[noreturn]] void refuse_unlike_file(const Command& import, const Error& e) {
+  static constexpr const char* options[] = {"--lattice", "--scale",   "--time-scale", "--exact",   "--abs",
+                                            "--psnr",    "--store",   "--quantize",   "--ends",    "--faces",
+                                            "--levels",  "--lowpass", "--filter",     "--periodic"};
+  std::vector<std::string> given;
+  for (const OptionText& option : import.options())
+    for (const char* const name : options)
+      if (option.given && option.names.back() == name) given.emplace_back(name);
+  fail(e.exit(), e.what(), given.empty() ? "" : ", or leave out ", join(given),
+       given.empty() ? "" : ": --append goes on as the file was made");
 }
 
 // Returns what remains to be decided about a series, after what the file has that it is appended to.
@@ -125,6 +166,15 @@ uint64_t memory_of_library(const ImportArguments& a) { return a.common.max_memor
 // What an import may hold: without a limit half of what the machine has.
 uint64_t memory_of_import(const ImportArguments& a) {
   return a.common.max_memory > 0 ? memory_of_library(a) : memory_limit({});
+}
+
+// Says how to go on where memory does not do, if blocks of space would.
+[[noreturn]] void refuse_memory(const ImportArguments& a, const WriterSettings& typed, const StatusError& e) {
+  const bool open =
+      a.block.empty() && a.part.empty() && a.plan.empty() && !a.resume.append && a.resume.live == 0;
+  const bool blocks = open && !a.blocks && needs_whole_frames(typed).empty();
+  fail(e.exit(), e.what(), advice_on(e.status()),
+       blocks ? ", or give --blocks, which takes less at a time" : "");
 }
 
 // Frames are imported in blocks of space where that is asked for, where they do not fit the memory for
@@ -220,9 +270,11 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   a.reader.options.max_memory = a.common.max_memory / 4;
   const Device device = create_device(a.common.threads, memory_of_library(a));
   std::unique_ptr<FrameReader> reader = open_input(a);
+  if (appends_to_file(a)) refuse_other_choices(a);
   if (appends_to_file(a)) reader = keep_channel_name(device, a.output, std::move(reader));
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
+  refuse_place_twice(a, s);
   const bool scattered = is_scattered(s);
   if (!planned) a.settings.levels = read_levels(a, s), warn_of_precision(*reader, watch);
   if (!planned) settle_blocks(a, *reader, bound, a.settings);
@@ -303,10 +355,14 @@ Run add_import(const Command& tool, std::string command_line) {
   add_import_options(import, *a);
   return [a, import, command_line = std::move(command_line)] {
     if (a->follows_plan()) refuse_planned_options(import);
+    const WriterSettings typed = a->settings;
     try {
       return run_import(*a, command_line);
     } catch (const StatusError& e) {
+      if (e.status() == BCCSPLAT_ERROR_MEMORY_BUDGET) refuse_memory(*a, typed, e);
       if (!a->settings.kernel.empty()) refuse_kernel(e.status(), a->settings.kernel);
+      if (appends_to_file(*a) && std::string_view(e.what()).ends_with("import all anew"))
+        refuse_unlike_file(import, e);
       throw;
     }
   };

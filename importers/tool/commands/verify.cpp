@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // bcc4 verify: checksums of a file, and its field against the source it was made from.
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
-#include <string_view>
 
 #include "readers/open_series.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
+#include "tool/compare/compare_fields.h"
 #include "tool/import/comparison.h"
 #include "tool/import/reader_arguments.h"
 #include "tool/json.h"
@@ -22,44 +21,21 @@ struct VerifyArguments {
   CommonOptions common;
 };
 
-// Whether the times of a file were listed at import, be it in a file that may be gone.
-bool times_were_listed(const Volume& volume) {
-  const char* origin = nullptr;
-  return bccsplat_volume_find_attribute(volume.get(), "import.times", &origin) == BCCSPLAT_OK &&
-         std::string_view(origin) == "--times";
-}
-
 // Reads the source as it was read at import, or, where that makes no sense of a file of another format, as
 // the file itself says.
 std::unique_ptr<FrameReader> open_as_imported(const Volume& volume, const ReaderArguments& given) {
   ReaderArguments recalled = given;
   recall_reader_options(volume, recalled);
   ReaderOptions& o = recalled.options;
-  if (!o.dt && !o.times && times_were_listed(volume)) o.dt = 1; // values are compared, whatever their times
+  // Listed, be it in a file that may be gone.
+  if (!o.dt && !o.times && told(volume, "import.times") == "--times")
+    o.dt = 1; // values are compared, whatever their times
   try {
     return open_series(o);
   } catch (const Error& e) {
     if (e.exit() != Exit::usage) throw;
   }
   return open_series(given.options);
-}
-
-// Refuses a source whose samples stand elsewhere along an unevenly spaced axis.
-void require_places(const Volume& volume, uint32_t axis, const SeriesDescription& s,
-                    const std::string& file) {
-  constexpr double rounding = 1e-6; // of a step
-  const bccsplat_axis stored = axis_info(volume, axis);
-  const std::vector<double>& at = s.places[axis].coordinates;
-  if (stored.count == 0) return;
-  if (at.size() != stored.count)
-    fail_input("along ", "xyz"[axis], " ", file, " has coordinates of ", stored.count,
-               " samples, the source of ", at.size(), ": it was made from another source");
-  for (size_t i = 0; i < at.size(); ++i) {
-    const size_t next = i + 1 < at.size() ? i + 1 : i - 1;
-    if (std::abs(at[i] - stored.coordinates[i]) > rounding * std::abs(at[next] - at[i]))
-      fail_input("along ", "xyz"[axis], " sample ", i, " of the source is at ", at[i], ", that of ", file,
-                 " at ", stored.coordinates[i], ": it was made from another source");
-  }
 }
 
 // Refuses a source that is not the one the file was made from, by what its description tells.
@@ -72,7 +48,11 @@ std::unique_ptr<FrameReader> open_source(const Volume& volume, VerifyArguments& 
     fail_input("the source has ", s.dims[0], " x ", s.dims[1], " x ", s.dims[2], " x ", s.dims[3],
                " samples in ", s.channels.size(), " channel(s), but ", a.file, " was made from ", v.dims[0],
                " x ", v.dims[1], " x ", v.dims[2], " x ", v.dims[3], " in ", v.channel_count);
-  for (uint32_t axis = 0; axis < 3; ++axis) require_places(volume, axis, s, a.file);
+  const ReaderOptions& o = a.reader.options;
+  const auto source = series_of_reader(*reader, "the source", o.spacing || o.origin);
+  const bool by_options = told(volume, "import.times").starts_with("--"); // as the files do not tell them
+  source->has_times = source->has_times && !by_options && !o.dt && !o.times;
+  require_same_grid(volume, a.file, *source);
   return reader;
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples are looked up in the first file's grid: through the world, both of whose sides are turned to one
-// space where both tell theirs. On one grid the planes of a slice are compared as they are; elsewhere the
-// field is evaluated at each sample.
+// Samples are looked up in the first file's grid: through the world, which is turned to the first one's space
+// and unit where both tell theirs, at moments by the first one's clock. On one grid the planes of a slice are
+// compared as they are; elsewhere the field is evaluated at each sample.
 #include "tool/compare/compare_fields.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "readers/error.h"
+#include "readers/lengths.h"
 #include "tool/interrupt.h"
 #include "tool/json.h"
 #include "tool/view/time_slice.h"
@@ -17,88 +18,89 @@ namespace {
 
 constexpr double kPartOfStep = 1e-3; // places that differ by less are one
 
-// The world with x to the right and y forward, where the file tells its space.
-Affine to_right_anterior(Affine m, const std::string& space, const std::string& other) {
-  const bool both = !space.empty() && !other.empty();
-  if (both && space.starts_with("left-posterior"))
-    for (size_t i = 0; i < 8; ++i) m[i] = -m[i];
-  return m;
+// Whether one counts its world to the left and back, the other to the right and forward.
+bool is_turned(const std::string& a, const std::string& b) {
+  return !a.empty() && !b.empty() && a.starts_with("left-posterior") != b.starts_with("left-posterior");
 }
 
-// Returns world -> index.
-Affine inverse(const Affine& m) {
-  const double d = determinant(m);
-  Affine out{};
-  for (size_t r = 0; r < 3; ++r)
-    for (size_t c = 0; c < 3; ++c) {
-      const size_t r1 = (c + 1) % 3, r2 = (c + 2) % 3, c1 = (r + 1) % 3, c2 = (r + 2) % 3;
-      out[4 * r + c] = (m[4 * r1 + c1] * m[4 * r2 + c2] - m[4 * r1 + c2] * m[4 * r2 + c1]) / d;
-    }
-  for (size_t r = 0; r < 3; ++r)
-    for (size_t c = 0; c < 3; ++c) out[4 * r + 3] -= out[4 * r + c] * m[4 * c + 3];
-  out[15] = 1;
-  return out;
+[[noreturn]] void refuse_units(const std::string& what, const std::string& a, const std::string& b,
+                               const std::string& first, const std::string& second) {
+  fail_input(first, " and ", second, ": the ", what, " of one are in ", a, ", of the other in ", b,
+             ": import one of them anew in the other's unit");
 }
 
-Affine product(const Affine& a, const Affine& b) {
-  Affine out{};
-  for (size_t r = 0; r < 3; ++r) {
-    for (size_t c = 0; c < 4; ++c)
-      for (size_t k = 0; k < 3; ++k) out[4 * r + c] += a[4 * r + k] * b[4 * k + c];
-    out[4 * r + 3] += a[4 * r + 3];
+// Returns how lengths of the second become those of the first along each axis of the world.
+std::array<double, 3> world_change(const SampledSeries& first, const SampledSeries& second) {
+  std::array<double, 3> change{1, 1, 1};
+  for (size_t a = 0; a < 3; ++a) {
+    if (a < 2 && is_turned(first.space, second.space)) change[a] = -1;
+    if (first.units[a].empty() || second.units[a].empty()) continue;
+    const auto ratio = length_ratio(second.units[a], first.units[a]);
+    if (!ratio) refuse_units("lengths", first.units[a], second.units[a], first.name, second.name);
+    change[a] *= *ratio;
   }
-  out[15] = 1;
-  return out;
+  return change;
 }
 
-// Where samples of the second are in the first: index -> index.
-struct Meeting {
-  Affine to_first{};
-  std::array<uint64_t, 3> first_dims{};
-  bool same = false; // one grid
+// Where samples of the second are in the first, through the world.
+class Meeting {
+ public:
+  Meeting(const Volume& first, const SampledSeries& grid, const SampledSeries& second)
+      : first_(first), grid_(grid), second_(second), change_(world_change(grid, second)),
+        astray_(find_astray()) {}
 
-  [[nodiscard]] std::array<double, 3> at(const std::array<uint64_t, 3>& i) const {
-    std::array<double, 3> p{};
-    for (size_t r = 0; r < 3; ++r) {
-      p[r] = to_first[4 * r + 3];
-      for (size_t c = 0; c < 3; ++c) p[r] += to_first[4 * r + c] * static_cast<double>(i[c]);
+  // One grid: no sample is elsewhere.
+  [[nodiscard]] bool same() const { return !astray_ && grid_.dims == second_.dims; }
+  // The first sample, along an axis, that is not where the first file has the one of its number.
+  [[nodiscard]] const std::optional<std::array<uint64_t, 3>>& astray() const { return astray_; }
+
+  // Returns where they are, x, y and z after each other, as indices of the first.
+  [[nodiscard]] std::vector<double> at(std::span<const std::array<uint64_t, 3>> samples) const {
+    std::vector<double> places;
+    places.reserve(3 * samples.size());
+    for (const auto& i : samples) {
+      std::array<double, 3> even{};
+      for (size_t a = 0; a < 3; ++a)
+        even[a] = second_.even[a].empty() ? static_cast<double>(i[a]) : second_.even[a][i[a]];
+      for (size_t r = 0; r < 3; ++r) {
+        const double* const row = second_.affine.data() + 4 * r;
+        places.push_back(change_[r] * (row[0] * even[0] + row[1] * even[1] + row[2] * even[2] + row[3]));
+      }
     }
-    return p;
+    check(bccsplat_volume_world_to_index(first_.get(), samples.size(), places.data(), places.data()), "");
+    return places;
   }
-  // Moves what lies next to a face onto it; false: outside.
-  [[nodiscard]] bool clamp_inside(std::array<double, 3>& p) const {
+  // Moves what lies next to a face of the first onto it; false: outside.
+  [[nodiscard]] bool clamp_inside(std::span<double, 3> p) const {
     for (size_t a = 0; a < 3; ++a) {
-      const auto last = static_cast<double>(first_dims[a] - 1);
+      const auto last = static_cast<double>(grid_.dims[a] - 1);
       if (!(p[a] >= -kPartOfStep && p[a] <= last + kPartOfStep)) return false;
       p[a] = std::clamp(p[a], 0.0, last);
     }
     return true;
   }
-};
 
-Meeting meeting_of(const SampledSeries& first, const SampledSeries& second) {
-  Meeting m;
-  m.first_dims = first.dims;
-  m.to_first = product(inverse(to_right_anterior(first.affine, first.space, second.space)),
-                       to_right_anterior(second.affine, second.space, first.space));
-  m.same = first.dims == second.dims;
-  // The farthest corners of one grid are at one place.
-  for (const uint64_t corner : {uint64_t{0}, uint64_t{1}, uint64_t{2}, uint64_t{3}, uint64_t{7}}) {
-    std::array<uint64_t, 3> i{};
-    for (size_t a = 0; a < 3; ++a) i[a] = (corner >> a & 1) * (second.dims[a] - 1);
-    const std::array<double, 3> p = m.at(i);
+ private:
+  // Along each axis by itself, and in the far corner.
+  [[nodiscard]] std::optional<std::array<uint64_t, 3>> find_astray() const {
+    std::vector<std::array<uint64_t, 3>> samples;
     for (size_t a = 0; a < 3; ++a)
-      m.same = m.same && std::abs(p[a] - static_cast<double>(i[a])) <= kPartOfStep;
+      for (uint64_t i = 0; i < second_.dims[a]; ++i) samples.emplace_back()[a] = i;
+    auto& corner = samples.emplace_back(second_.dims);
+    for (uint64_t& i : corner) --i;
+    const std::vector<double> places = at(samples);
+    for (size_t n = 0; n < samples.size(); ++n)
+      for (size_t a = 0; a < 3; ++a)
+        if (!(std::abs(places[3 * n + a] - static_cast<double>(samples[n][a])) <= kPartOfStep))
+          return samples[n];
+    return std::nullopt;
   }
-  return m;
-}
 
-void refuse_other_units(const std::string& what, const std::string& a, const std::string& b,
-                        const std::string& first, const std::string& second) {
-  if (!a.empty() && !b.empty() && a != b)
-    fail_input(first, " and ", second, ": the ", what, " of one are in ", a, ", of the other in ", b,
-               ": import one of them anew in the other's unit");
-}
+  const Volume& first_;
+  const SampledSeries &grid_, &second_;
+  std::array<double, 3> change_;
+  std::optional<std::array<uint64_t, 3>> astray_;
+};
 
 struct ChannelPair {
   uint32_t first = 0, second = 0;
@@ -135,7 +137,7 @@ class FrameComparer {
 
  private:
   void compare_plane(uint64_t z, std::span<const double> values) {
-    if (meeting_.same) return compare_whole(z, values);
+    if (meeting_.same()) return compare_whole(z, values);
     find_points(z);
     got_.resize(points_.size() / 3);
     if (got_.empty()) return;
@@ -159,17 +161,20 @@ class FrameComparer {
   }
 
   void find_points(uint64_t z) {
-    points_.clear(), samples_.clear();
+    std::vector<std::array<uint64_t, 3>> samples;
     for (uint64_t y = 0; y < second_.dims[1]; ++y)
-      for (uint64_t x = 0; x < second_.dims[0]; ++x) {
-        std::array<double, 3> p = meeting_.at({x, y, z});
-        if (!meeting_.clamp_inside(p)) {
-          ++out_.samples_outside;
-          continue;
-        }
-        points_.insert(points_.end(), p.begin(), p.end());
-        samples_.push_back({x, y, z});
+      for (uint64_t x = 0; x < second_.dims[0]; ++x) samples.push_back({x, y, z});
+    std::vector<double> places = meeting_.at(samples);
+    points_.clear(), samples_.clear();
+    for (size_t i = 0; i < samples.size(); ++i) {
+      const std::span<double, 3> p(places.data() + 3 * i, 3);
+      if (!meeting_.clamp_inside(p)) {
+        ++out_.samples_outside;
+        continue;
       }
+      points_.insert(points_.end(), p.begin(), p.end());
+      samples_.push_back(samples[i]);
+    }
   }
 
   void add(const std::array<uint64_t, 3>& sample, double first, double second) {
@@ -194,13 +199,23 @@ class FrameComparer {
   std::vector<float> got_;
 };
 
-// Gives the second what its files do not tell, where its sizes are those of the first.
+// Gives the second what its files do not tell, where its sizes are those of the first, and its times by the
+// clock of the first.
 void borrow_place_and_times(const SampledSeries& first, SampledSeries& second) {
-  if (!second.has_place && second.dims == first.dims) second.affine = first.affine;
-  if (!second.has_times && second.times.size() == first.times.size()) second.times = first.times;
+  if (!second.has_place && second.dims == first.dims)
+    second.affine = first.affine, second.even = first.even, second.units = first.units,
+    second.space = first.space;
+  if (!second.has_times) {
+    if (second.times.size() == first.times.size()) second.times = first.times;
+    return;
+  }
+  const auto [to, from] = told_by_both(first.clock, second.clock);
+  if (!convert_times(second.times, from, to))
+    refuse_units("times", clock_text(to), clock_text(from), first.name, second.name);
 }
 
-std::string run_text(const std::vector<double>& times, const std::string& unit) {
+std::string run_text(const std::vector<double>& times, const Clock& clock) {
+  const std::string unit = clock_text(clock);
   return concat(time_text(times.front()), " to ", time_text(times.back()), unit.empty() ? "" : " ", unit);
 }
 
@@ -236,8 +251,8 @@ FieldDifference compare_channel(const Volume& first, SampledSeries& second, cons
 void refuse_apart(const FieldDifference& d, const SampledSeries& first, const SampledSeries& second) {
   const std::string files = concat(first.name, " and ", second.name);
   if (d.frames_outside == second.times.size())
-    fail_input(files, ": no moment in common: one runs from ", run_text(first.times, first.time_unit),
-               ", the other from ", run_text(second.times, second.time_unit));
+    fail_input(files, ": no moment in common: one runs from ", run_text(first.times, first.clock),
+               ", the other from ", run_text(second.times, first.clock));
   if (d.samples_outside > 0 && d.all.count == 0 && d.missing[0] + d.missing[1] == 0)
     fail_input(files, ": no place in common: no sample of the second lies in the box of the first");
 }
@@ -274,17 +289,33 @@ std::vector<FieldDifference> compare_fields(const Volume& first, const std::stri
                                             SampledSeries& second, Progress& progress) {
   const auto grid = series_of_volume(first, first_name);
   borrow_place_and_times(*grid, second);
-  refuse_other_units("lengths", grid->spatial_unit, second.spatial_unit, first_name, second.name);
-  refuse_other_units("times", grid->time_unit, second.time_unit, first_name, second.name);
-  const Meeting meeting = meeting_of(*grid, second);
+  const Meeting meeting(first, *grid, second);
   std::vector<FieldDifference> out;
   for (const ChannelPair& pair : pairs_of(*grid, second)) {
-    refuse_other_units("values", grid->channels[pair.first].unit, second.channels[pair.second].unit,
-                       first_name, second.name);
+    const std::string &a = grid->channels[pair.first].unit, &b = second.channels[pair.second].unit;
+    if (!a.empty() && !b.empty() && a != b) refuse_units("values", a, b, first_name, second.name);
     out.push_back(compare_channel(first, second, meeting, pair, progress));
     refuse_apart(out.back(), *grid, second);
   }
   return out;
+}
+
+void require_same_grid(const Volume& first, const std::string& first_name, SampledSeries& second) {
+  const auto grid = series_of_volume(first, first_name);
+  borrow_place_and_times(*grid, second);
+  const Meeting meeting(first, *grid, second);
+  const auto text = [](const auto& place) {
+    return concat("(", place[0], ", ", place[1], ", ", place[2], ")");
+  };
+  if (const auto& sample = meeting.astray())
+    fail_input("sample ", text(*sample), " of ", second.name, " stands where ", first_name, " has ",
+               text(meeting.at({&*sample, 1})), ": it was made from another source");
+  const double step = (grid->times.back() - grid->times.front()) / static_cast<double>(grid->times.size());
+  for (size_t f = 0; f < second.times.size(); ++f)
+    if (!(std::abs(second.times[f] - grid->times[f]) <= kPartOfStep * step))
+      fail_input("frame ", f, " of ", second.name, " is at ", time_text(second.times[f]), ", that of ",
+                 first_name, " at ", time_text(grid->times[f]), " ", clock_text(grid->clock),
+                 ": it was made from another source");
 }
 
 std::string psnr_words(const FieldDifference& d) {

@@ -37,9 +37,13 @@ struct FieldDifference {
 };
 
 // Compares channels of one name, or the only ones, at the samples and moments of `second` that lie in
-// `first`. Throws where there are none, and where units differ.
+// `first`. Throws where there are none, and where units differ that are not known together.
 [[nodiscard]] std::vector<FieldDifference> compare_fields(const Volume& first, const std::string& first_name,
                                                           SampledSeries& second, Progress& progress);
+
+// Throws unless the samples and moments of `second`, as many as the first has, are where the first has them.
+// What its files do not tell is taken from the first.
+void require_same_grid(const Volume& first, const std::string& first_name, SampledSeries& second);
 
 [[nodiscard]] std::string psnr_words(const FieldDifference& difference);
 [[nodiscard]] Json field_difference_json(const FieldDifference& difference, bool frames);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "readers/places.h"
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {
@@ -16,9 +17,13 @@ class VolumeSeries : public SampledSeries {
     name = file;
     std::copy(v.dims, v.dims + 3, dims.begin());
     std::copy(v.affine, v.affine + 16, affine.begin());
-    spatial_unit = v.spatial_unit, time_unit = v.time_unit;
-    const char* text = nullptr;
-    if (bccsplat_volume_find_attribute(volume.get(), "space", &text) == BCCSPLAT_OK) space = text;
+    for (uint32_t a = 0; a < 3; ++a) {
+      const bccsplat_axis axis = axis_info(volume, a);
+      if (axis.count > 1) even[a] = even_positions({axis.coordinates, axis.coordinates + axis.count});
+    }
+    units = axis_units(volume);
+    space = told(volume, "space");
+    clock = clock_of(volume);
     times.resize(v.dims[3]);
     check(bccsplat_volume_get_times(volume.get(), times.data(), times.size(), nullptr), file);
     for (uint32_t c = 0; c < v.channel_count; ++c) {
@@ -49,13 +54,16 @@ class ReaderSeries : public SampledSeries {
     name = file;
     std::copy_n(d.dims.begin(), 3, dims.begin());
     affine = d.affine;
-    spatial_unit = d.spatial_unit, time_unit = d.times.unit;
-    for (const auto& [key, value] : d.attributes)
-      if (key == "space") space = value;
+    for (size_t a = 0; a < 3; ++a) {
+      if (d.places[a].coordinates.size() > 1) even[a] = even_positions(d.places[a].coordinates);
+      units[a] = d.places[a].unit.empty() ? d.spatial_unit : d.places[a].unit;
+    }
+    space = told(d, "space");
+    clock = clock_of(d);
     times = d.times.values;
     has_times = !times.empty() && !d.times.counted;
     for (uint64_t f = times.size(); f < d.dims[3]; ++f) times.push_back(static_cast<double>(f));
-    has_place = placed || d.format != "raw";
+    has_place = placed || (d.format != "raw" && d.format != "TIFF");
     for (const Channel& c : d.channels) channels.push_back({c.name, c.unit});
   }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "readers/affine.h"
+#include "readers/clock.h"
 #include "readers/frame_reader.h"
 #include "tool/handles.h"
 
@@ -28,11 +29,16 @@ class SampledSeries {
 
   std::string name;
   std::array<uint64_t, 3> dims{};
-  Affine affine{};
-  std::string space, spatial_unit, time_unit;
+  Affine affine{}; // even positions -> world
+  // Positions of the samples along x, y and z; empty: their indices.
+  std::array<std::vector<double>, 3> even{};
+  std::array<std::string, 3> units{}; // along x, y and z of the world
+  std::string space;
+  Clock clock;
   std::vector<double> times;
   std::vector<SampledChannel> channels;
-  // What the files do not tell of themselves: raw values have no place, and frames that are counted no times.
+  // What the files do not tell of themselves: raw values have no place, pages of a TIFF file no origin, and
+  // frames that are counted no times.
   bool has_place = true, has_times = true;
 };
 

@@ -58,6 +58,14 @@ void require_same_unit(const std::string& path, const char* what, const std::str
     fail_usage(path, ": its ", what, " are in ", was, ", those of the input in ", now);
 }
 
+// Times go on where both count the same from the same date.
+void require_same_clock(const std::string& path, const Clock& was, const SeriesDescription& series) {
+  const auto [a, b] = told_by_both(was, clock_of(series));
+  const auto change = clock_change(b, a);
+  if (!change || change->scale() != 1 || change->offset() != 0)
+    fail_usage(path, ": its times are in ", clock_text(a), ", those of the input in ", clock_text(b));
+}
+
 } // namespace
 
 std::unique_ptr<FrameReader> keep_channel_name(const Device& device, const std::string& path,
@@ -92,7 +100,7 @@ AppendedFile open_appended(const Device& device, const std::string& path, const 
         path, ": it has ", info.dims[3], " frames, the input ", n[3],
         "; --append takes the whole series, the frames that the file has first: give the files of these "
         "and the new ones together");
-  require_same_unit(path, "times", info.time_unit, series.times.unit);
+  require_same_clock(path, clock_of(old), series);
   for (uint32_t c = 0; c < std::min<size_t>(info.channel_count, series.channels.size()); ++c)
     require_same_unit(path, "values", channel_info(old, c).unit, series.channels[c].unit);
   std::vector<double> times(info.dims[3]);

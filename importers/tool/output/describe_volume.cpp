@@ -2,14 +2,6 @@
 #include "tool/output/describe_volume.h"
 
 namespace bcc4 {
-namespace {
-
-std::string told(const Volume& volume, const char* key) {
-  const char* value = nullptr;
-  return bccsplat_volume_find_attribute(volume.get(), key, &value) == BCCSPLAT_OK ? value : "";
-}
-
-} // namespace
 
 VolumeOutput describe_volume(const Volume& volume, uint32_t channel) {
   const bccsplat_volume_info v = volume_info(volume);

@@ -17,12 +17,12 @@ class Dates {
   [[nodiscard]] std::string of(double time) const;
   [[nodiscard]] bool known() const { return epoch_ && calendar_; }
   // As the file calls it; "" for the standard one.
-  [[nodiscard]] const std::string& calendar() const { return name_; }
+  [[nodiscard]] const std::string& calendar() const { return clock_.calendar; }
 
  private:
+  Clock clock_;
   std::optional<Date> epoch_;
   std::optional<Calendar> calendar_;
-  std::string unit_, name_;
 };
 
 } // namespace bcc4

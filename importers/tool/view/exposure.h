@@ -3,14 +3,10 @@
 #pragma once
 
 #include <array>
-#include <string_view>
 
 #include "tool/view/slice_choice.h"
 
 namespace bcc4 {
-
-// Seconds in a file's unit of time ("ms", "hours", ...); 0 when it is none that is known.
-[[nodiscard]] double seconds_per_unit(std::string_view unit);
 
 // Seconds that a time slice with a trail over these frames relative to it (both 0: none) and its own
 // thickness covers, clipped to the series; 0 for an instant, other hyperplanes and unknown units.

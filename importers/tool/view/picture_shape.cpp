@@ -49,16 +49,7 @@ void tell(const RenderArguments& a, const std::array<std::string, 3>& units,
 } // namespace
 
 std::optional<std::array<std::string, 3>> different_units(const Volume& volume) {
-  std::array<std::string, 3> units;
-  if (has_coordinates(volume)) {
-    for (uint32_t i = 0; i < 3; ++i) units[i] = axis_info(volume, i).unit;
-  } else {
-    const char* all = nullptr;
-    if (bccsplat_volume_find_attribute(volume.get(), "axis_units", &all) != BCCSPLAT_OK) return std::nullopt;
-    const auto parts = split_commas(all);
-    if (parts.size() != units.size()) return std::nullopt;
-    for (size_t i = 0; i < 3; ++i) units[i] = parts[i];
-  }
+  std::array<std::string, 3> units = axis_units(volume);
   if (units[0] == units[1] && units[1] == units[2]) return std::nullopt;
   return units;
 }

@@ -2,6 +2,9 @@
 // Makes a scene of the volumes and channels that are asked for, and draws it.
 #include "tool/view/scene_picture.h"
 
+#include "readers/clock.h"
+#include "readers/error.h"
+#include "readers/lengths.h"
 #include "tool/view/asked_trail.h"
 #include "tool/view/render_function.h"
 #include "tool/view/vectors.h"
@@ -41,6 +44,32 @@ Vector key_light(const bccsplat_camera& camera) {
   Vector towards{};
   for (size_t a = 0; a < 3; ++a) towards[a] = above * up[a] - left * right[a] - behind * ahead[a];
   return towards;
+}
+
+// How times of the first volume become those of one beside it.
+ClockChange clock_beside(const Volume& first, const Volume& other, const std::string& file) {
+  if (volume_info(first).dims[3] == 1 || volume_info(other).dims[3] == 1) return {}; // seen at any time
+  const auto [from, to] = told_by_both(clock_of(first), clock_of(other));
+  const auto change = clock_change(from, to);
+  if (!change)
+    fail_input("--with ", file, ": its times are in ", clock_text(to), ", those of the first volume in ",
+               clock_text(from), ": import one of them anew in the other's unit");
+  return *change;
+}
+
+// How lengths of a volume beside the first become the first one's, along each axis of the world.
+std::array<double, 3> lengths_beside(const Volume& first, const Volume& other, const std::string& file) {
+  const auto to = axis_units(first), from = axis_units(other);
+  std::array<double, 3> lengths{1, 1, 1};
+  for (size_t a = 0; a < lengths.size(); ++a) {
+    if (from[a].empty() || to[a].empty()) continue;
+    const auto ratio = length_ratio(from[a], to[a]);
+    if (!ratio)
+      fail_input("--with ", file, ": its ", "xyz"[a], " is in ", from[a], ", that of the first volume in ",
+                 to[a], ": import one of them anew in the other's unit");
+    lengths[a] = *ratio;
+  }
+  return lengths;
 }
 
 } // namespace
@@ -100,6 +129,8 @@ ScenePictures::ScenePictures(const Device& device, const Volume& volume, uint32_
     const bccsplat_look look = make_look(opened, of_other, other.look, BCCSPLAT_MODE_COMPOSITE);
     Placed& placed = placed_.emplace_back();
     placed.volume = &opened, placed.channel = of_other, placed.other = &other;
+    placed.clock = clock_beside(volume, opened, other.file);
+    placed.lengths = lengths_beside(volume, opened, other.file);
     placed.function = transfer_function(choice_of(other), channel_info(opened, of_other), look);
     if (auto dense = function_of_dense_trail(choice_of(other), look))
       placed.trail_functions.push_back(std::move(*dense));
@@ -118,8 +149,10 @@ void ScenePictures::put(Placed& placed) {
   if (function) of_values = as_struct(*function), i.transfer_function = &of_values;
   if (other) {
     i.density = other->density;
-    for (size_t a = 0; a < 4; ++a) i.placement[5 * a] = 1;
-    for (size_t a = 0; a < 3; ++a) i.placement[4 * a + 3] = other->move[a];
+    for (size_t a = 0; a < 3; ++a)
+      i.placement[5 * a] = placed.lengths[a], i.placement[4 * a + 3] = other->move[a];
+    i.placement[15] = 1;
+    i.time_scale = placed.clock.scale(), i.time_offset = placed.clock.offset();
     if (!other->color_channel.empty()) {
       i.set_mask |= BCCSPLAT_INSTANCE_SET_COLOR_CHANNEL;
       i.color_channel = find_channel(volume, other->color_channel);
@@ -149,7 +182,8 @@ void ScenePictures::set_trails(const Cut& where, bool index, const std::array<do
     if (!placed.other)
       placed.trail = first;
     else if (placed.other->trail)
-      placed.trail = trail_interval_beside(*placed.other->trail, index, volume_, where, *placed.volume);
+      placed.trail =
+          trail_interval_beside(*placed.other->trail, index, volume_, where, *placed.volume, placed.clock);
     if (placed.trail != before) put(placed); // set anew it would be made anew
   }
 }
@@ -166,7 +200,8 @@ std::optional<FittedView::Bounds> ScenePictures::seen_of_others() const {
     shape.even = has_coordinates(*placed.volume);
     auto seen = view.seen_of_series(shape);
     if (!seen) continue;
-    for (size_t n = 0; n < seen->size(); ++n) (*seen)[n] += placed.other->move[n % 3];
+    for (size_t n = 0; n < seen->size(); ++n)
+      (*seen)[n] = placed.lengths[n % 3] * (*seen)[n] + placed.other->move[n % 3];
     all = all ? united(*all, *seen) : *seen;
   }
   return all;

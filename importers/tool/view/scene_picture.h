@@ -63,6 +63,8 @@ class ScenePictures {
     std::vector<TransferFunction> trail_functions; // none: its function
     uint64_t id = 0;                               // 0: it is not in the scene yet
     std::array<double, 2> trail{0, 0};             // in its frames; both 0: it has none
+    ClockChange clock{};                           // of times of the first to its own
+    std::array<double, 3> lengths{1, 1, 1};        // of its own to those of the first
   };
   void put(Placed& placed);
 

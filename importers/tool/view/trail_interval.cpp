@@ -51,15 +51,15 @@ std::array<double, 2> trail_interval(const TrailInterval& t, bool index, const V
 }
 
 std::array<double, 2> trail_interval_beside(const TrailInterval& t, bool index, const Volume& volume,
-                                            const Cut& where, const Volume& other) {
+                                            const Cut& where, const Volume& other, const ClockChange& clock) {
   if (t.frames) return {t.from, t.to};
   const double last = last_index(volume_info(volume));
   const auto time = [&](double offset) {
     if (!index) return where.time + offset;
     return cut_at_index(volume, std::clamp(where.index + offset, 0.0, last)).time;
   };
-  const double now = frame_shown(other, where.time);
-  return {frame_shown(other, time(t.from)) - now, frame_shown(other, time(t.to)) - now};
+  const double now = frame_shown(other, clock(where.time));
+  return {frame_shown(other, clock(time(t.from))) - now, frame_shown(other, clock(time(t.to))) - now};
 }
 
 } // namespace bcc4

@@ -23,9 +23,10 @@ struct TrailInterval {
 // Beginning and end of the trail of a cut, as bccsplat_trail takes them. index: moments are told by frames.
 [[nodiscard]] std::array<double, 2> trail_interval(const TrailInterval& trail, bool index,
                                                    const Volume& volume, const Cut& where);
-// The same in frames of another volume that is seen with a time slice of the first.
+// The same in frames of another volume that is seen with a time slice of the first. clock: how the first
+// one's times become the other's.
 [[nodiscard]] std::array<double, 2> trail_interval_beside(const TrailInterval& trail, bool index,
                                                           const Volume& volume, const Cut& where,
-                                                          const Volume& other);
+                                                          const Volume& other, const ClockChange& clock);
 
 } // namespace bcc4

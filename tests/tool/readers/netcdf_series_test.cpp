@@ -180,7 +180,7 @@ TEST(NetcdfSeries, ConvertsDatesOfReference) {
   ReaderOptions months = two_references(s, "standard", "months");
   EXPECT_REFUSED(refusal(months), Exit::bad_input, "give --dt or --times");
   months.dt = 1;
-  EXPECT_EQ(open_series(months)->description().times.values, (std::vector<double>{0, 1, 2, 3}));
+  EXPECT_EQ(open_series(months)->description().times.values, (std::vector<double>{58, 59, 60, 61}));
 }
 
 TEST(NetcdfSeries, KeepsErrorsOfHdf5ToItself) {

@@ -79,7 +79,7 @@ TEST(VdbReader, TakesTimeAndUnitsFromMetadata) {
   EXPECT_EQ(d.channels[0].unit, "kg/m\xc2\xb3");
   EXPECT_EQ(d.spatial_unit, "m");
   o.dt = 2;
-  EXPECT_EQ(open_series(o)->description().times.values, (std::vector<double>{0, 2, 4}));
+  EXPECT_EQ(open_series(o)->description().times.values, (std::vector<double>{1, 3, 5}));
   // Frames that say the same time are counted.
   o.dt.reset();
   o.inputs = {o.inputs[0], s.path("f.1.vdb")};

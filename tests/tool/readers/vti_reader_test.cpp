@@ -171,6 +171,10 @@ TEST(VtiReader, CollectionsNameOneFileForEachTime) {
   EXPECT_REFUSED(refusal(o), Exit::bad_input, "timestep 0 has two files");
   o.dt = 1;
   EXPECT_EQ(open_series(o)->description().times.values, (std::vector<double>{0, 1}));
+  // A file that is named once more is one frame.
+  o = inputs({collection(set("timestep=\"0\"", "d/a 0.vti") + set("timestep=\"0\"", "d/a 0.vti") +
+                         set("timestep=\"1\"", "d/a 1.vti"))});
+  EXPECT_EQ(open_series(o)->description().times.values, (std::vector<double>{0, 1}));
   o = inputs({collection(set("", "d/a 0.vti") + set("", "d/a 1.vti"))});
   EXPECT_REFUSED(refusal(o), Exit::bad_input, "no timestep: give --dt or --times");
   o.times = {{3, 5}};
@@ -184,6 +188,36 @@ TEST(VtiReader, CollectionsNameOneFileForEachTime) {
   EXPECT_REFUSED(refusal(inputs({s.path("p.pvti")})), Exit::bad_input, "save it as one .vti");
   s.file("f.vti.series", "{\"file-series-version\": \"1.0\"}");
   EXPECT_REFUSED(refusal(inputs({s.path("f.vti.series")})), Exit::bad_input, "give the files themselves");
+}
+
+TEST(VtiReader, RunsThatAreTakenUpAgainGoOnFromThere) {
+  Scratch s;
+  const auto file = [&](const std::string& name, int value) {
+    std::string values;
+    for (int i = 0; i < 24; ++i) values += std::to_string(value) + " ";
+    s.file(name, vti("<DataArray type=\"UInt8\" Name=\"d\" format=\"ascii\">" + values + "</DataArray>"));
+  };
+  std::string sets;
+  const auto write = [&](double time, int value) {
+    const std::string name = std::to_string(value) + ".vti";
+    file(name, value);
+    sets += concat("<DataSet timestep=\"", time, "\" file=\"", name, "\"/>");
+  };
+  for (int i = 0; i < 5; ++i) write(i * 0.1, 10 + i); // the third at 0.30000000000000004
+  write(0.2, 20), write(0.25, 21), write(0.35, 22);
+  ReaderOptions o = inputs(
+      {s.file("c.pvd", "<VTKFile type=\"Collection\"><Collection>" + sets + "</Collection></VTKFile>")});
+  for (const bool with_step : {false, true}) {
+    if (with_step) o.dt = 1;
+    const auto reader = open_series(o);
+    EXPECT_EQ(reader->description().times.values, with_step ? (std::vector<double>{0, 1, 2, 3, 4})
+                                                            : (std::vector<double>{0, 0.1, 0.2, 0.25, 0.35}));
+    std::vector<int> first;
+    for (uint64_t f = 0; f < 5; ++f) first.push_back(static_cast<int>(*reader->read(f, 0).boxes[0].data));
+    EXPECT_EQ(first, (std::vector<int>{10, 11, 20, 21, 22}));
+    EXPECT_NE(reader->description().notes[0].find("without 3 whose times were written again later"),
+              std::string::npos);
+  }
 }
 
 TEST(VtiReader, ChoosesArrays) {
