@@ -19,4 +19,8 @@ namespace bccsplat {
 // Returns a function of the libraries that the process has loaded; null: there is none of this name.
 [[nodiscard]] void* machine_symbol(const char* name);
 
+// Has these called in the parent before each fork, and after it in the parent and the child; where there are
+// none, never.
+void around_forks(void (*before)(), void (*after)());
+
 } // namespace bccsplat

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pieces lie at multiples of their size, so that a block tells its own. Blocks
-// are cut off a new piece one by one: none is touched before it is taken.
+// Pieces lie at multiples of their size, so that a block tells its own. Blocks are cut off a new piece one by
+// one: none is touched before it is taken.
 #include "base/page_pool.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <new>
+
+#include "base/machine.h"
 
 namespace bccsplat {
 namespace {
@@ -37,7 +40,6 @@ PageStore::~PageStore() {
 }
 
 void* PageStore::take() {
-  const std::scoped_lock lock(mutex_);
   void* piece = nullptr;
   if (empty_.empty()) {
     empty_.reserve(taken_ + 1); // so that nothing can fail when pieces come back
@@ -52,7 +54,6 @@ void* PageStore::take() {
 
 void PageStore::give_back(void* piece) noexcept {
   constexpr size_t share = 2, least = 2;
-  const std::scoped_lock lock(mutex_);
   --taken_;
   empty_.push_back(piece);
   for (; empty_.size() > std::max(least, taken_ / share); empty_.pop_back())
@@ -65,7 +66,11 @@ size_t PageStore::bytes() const {
 }
 
 PageStore& process_pages() {
-  static auto& all = *new PageStore;
+  static PageStore& all = []() -> PageStore& {
+    auto& made = *new PageStore;
+    around_forks([] { process_pages().lock(); }, [] { process_pages().unlock(); });
+    return made;
+  }();
   return all;
 }
 
@@ -84,7 +89,7 @@ void PagePool::unlink(Piece* piece) {
 }
 
 void* PagePool::take() {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(store_.mutex_);
   if (!open_) link(new (store_.take()) Piece);
   Piece* const piece = open_;
   void* block = piece->free;
@@ -97,7 +102,7 @@ void* PagePool::take() {
 }
 
 void PagePool::give_back(void* block) noexcept {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(store_.mutex_);
   Piece* const piece = Piece::of(block);
   piece->free = new (block) Piece::FreeBlock{piece->free};
   if (piece->taken-- == blocks_) link(piece);

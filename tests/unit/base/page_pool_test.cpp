@@ -13,6 +13,11 @@
 #include <thread>
 #include <vector>
 
+#ifndef _WIN32
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
+
 namespace bccsplat {
 namespace {
 
@@ -115,6 +120,30 @@ TEST(PagePool, ServesThreads) {
   for (std::thread& t : threads) t.join();
   EXPECT_EQ(store.bytes(), 2 * large_page);
 }
+
+#ifndef _WIN32
+// Another thread may be in the middle of a call: without a word to the system the child would wait for ever.
+TEST(PagePool, ChildrenOfAForkHaveIt) {
+  struct Site {
+    std::array<double, 1000> values;
+  };
+  const std::jthread busy([](const std::stop_token& stop) {
+    while (!stop.stop_requested()) (void)make_pooled_for_overwrite<Site>();
+  });
+  constexpr int children = 50;
+  for (int i = 0; i < children; ++i) {
+    const pid_t child = fork();
+    if (child == 0) {
+      alarm(10);
+      (void)make_pooled_for_overwrite<Site>();
+      _exit(0);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_EQ(status, 0) << i;
+  }
+}
+#endif
 
 TEST(PagePool, ObjectsOutliveTheirMakers) {
   struct Site {

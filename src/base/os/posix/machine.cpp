@@ -2,6 +2,7 @@
 #include "base/machine.h"
 
 #include <dlfcn.h>
+#include <pthread.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -51,5 +52,11 @@ void* take_large_page() {
 }
 
 void give_back_large_page(void* memory) noexcept { munmap(memory, large_page); }
+
+void around_forks([[maybe_unused]] void (*before)(), [[maybe_unused]] void (*after)()) {
+#ifndef __EMSCRIPTEN__
+  if (pthread_atfork(before, after, after) != 0) throw std::bad_alloc();
+#endif
+}
 
 } // namespace bccsplat

@@ -37,4 +37,6 @@ void prefer_large_pages(void* /*memory*/, size_t /*bytes*/) {}
 void* take_large_page() { return ::operator new (large_page, std::align_val_t{large_page}); }
 void give_back_large_page(void* memory) noexcept { ::operator delete (memory, std::align_val_t{large_page}); }
 
+void around_forks(void (* /*before*/)(), void (* /*after*/)()) {}
+
 } // namespace bccsplat
