@@ -9,9 +9,18 @@
 namespace bcc4 {
 namespace {
 
+// Since 1582 the standard calendar is the Gregorian one.
+std::optional<Calendar> calendar_of(const Clock& clock) {
+  const auto calendar = calendar_by_name(clock.calendar);
+  const auto epoch = parse_date(clock.epoch);
+  constexpr int since = 1583;
+  if (calendar == Calendar::standard && epoch && epoch->year >= since) return Calendar::gregorian;
+  return calendar;
+}
+
 bool same_calendar(const Clock& a, const Clock& b) {
-  const auto calendar = calendar_by_name(a.calendar);
-  return a.calendar == b.calendar || (calendar && calendar == calendar_by_name(b.calendar));
+  const auto calendar = calendar_of(a);
+  return a.calendar == b.calendar || (calendar && calendar == calendar_of(b));
 }
 
 // Returns the seconds from the 0 of one to that of the other.

@@ -66,7 +66,8 @@ SeriesTimes plan_times(const SeriesTimes& source, const FramePlan& plan, const R
   }
   const int64_t first = plan.frames.front().number;
   // Where the source says when its first frame is, that stays.
-  const double begin = source.values.empty() ? 0 : source.values[plan.frames.front().a];
+  double begin = source.values.empty() ? 0 : source.values[plan.frames.front().a];
+  if (!std::isfinite(begin)) begin = 0;
   for (const PlannedFrame& p : plan.frames) {
     const double index = static_cast<double>(p.number - first) / static_cast<double>(plan.stride);
     if (options.dt)

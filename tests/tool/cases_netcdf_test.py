@@ -165,6 +165,9 @@ class Cases(ToolTest):
         self.assertEqual(self.json('info', 'o.bcc4')['times']['last'], 12)
         self.bcc4('import', 'a.nc', '--times', '0,12,15,18', '-o', 'o.bcc4', '--overwrite')
         self.assertEqual(self.json('info', 'o.bcc4')['times']['dates']['last'], '2000-01-01 18:00')
+        self.write('a.nc', classic(axes(time=(*times[:4], [float('nan'), 6, 12, 18])) + [field('float', wave())]))
+        self.bcc4('import', 'a.nc', '--dt', '6', '-o', 'o.bcc4', '--overwrite')
+        self.assertEqual(self.json('info', 'o.bcc4')['times']['last'], 18)
 
     def test_files_with_dates_of_reference(self):
         for calendar, second in (('noleap', 62), ('standard', 63)):

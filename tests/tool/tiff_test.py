@@ -173,6 +173,12 @@ class Tiff(ToolTest):
         write('tz', '{"shape": [6, 4, 5, 6]}')
         self.refused(3, 'tifffile tells of 24 pages, the file has 12', 'import', 's.tif', '-o', 'b.bcc4', output='b.bcc4')
 
+    def test_pages_that_tifffile_writes_one_by_one(self):
+        self.write('s.tif', tiff([page(self.NX, self.NY, z) for z in range(4)], self.NX, self.NY, description=f'{{"shape": [{self.NY}, {self.NX}]}}'))
+        values, info = self.read('s.tif')
+        self.assertEqual((values, info['dims']), (self.expected(), [self.NX, self.NY, 4, 1]))
+        self.assertEqual(self.read('s.tif', '--axes', 'xyt')[1]['dims'], [self.NX, self.NY, 1, 4])
+
     def test_order_and_spacing_of_image_j(self):
         for order in ('czt', 'zct', 'tzc'):
             count = {'c': 2, 'z': 4, 't': 3}

@@ -154,6 +154,8 @@ TiffStack ome_stack(const TiffFile& file, bool with_steps) {
 }
 
 TiffStack shaped_stack(const TiffFile& file, const TiffShape& shape) {
+  // Who writes page after page tells of each alone.
+  if (shape.sizes.empty() && file.pages() > 1) return TiffStack{.z = file.pages()};
   TiffStack stack{.said_by = "tifffile"};
   const size_t axes = shape.sizes.size();
   if (!shape.letters.empty())

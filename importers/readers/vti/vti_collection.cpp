@@ -25,18 +25,21 @@ std::string file_of(const std::string& collection, std::string name) {
 
 struct DataSet {
   CollectionEntry entry;
-  std::string part, group;
+  std::string part, group, name;
+  [[nodiscard]] bool beside(const DataSet& other) const {
+    return part != other.part || group != other.group || name != other.name;
+  }
 };
 
 bool at_one_time(double a, double b) {
-  constexpr double rounding = 1e-9; // restarted runs add up their steps anew
+  constexpr double rounding = 1e-12; // restarted runs add up their steps anew
   return std::abs(a - b) <= rounding * std::max(std::abs(a), std::abs(b));
 }
 
 // Frames at one time, one named behind the other, are parts of one frame, or their times are too coarse.
 void refuse_second_of_a_time(const std::string& collection, const DataSet& a, const DataSet& b,
                              bool other_times) {
-  if (a.part != b.part || a.group != b.group)
+  if (a.beside(b))
     fail_input(collection, ": timestep ", a.entry.time, " has several parts, ", a.entry.path, " and ",
                b.entry.path, ", which are not joined: write one .vti for each time step");
   if (!other_times)
@@ -45,7 +48,7 @@ void refuse_second_of_a_time(const std::string& collection, const DataSet& a, co
 }
 
 // Takes the data sets as they are named. A run that was taken up at an earlier time goes on from there: what
-// it had written from that time on no longer counts, nor does a file that is named once more.
+// it had written from that time on no longer counts.
 std::vector<DataSet> without_superseded(const std::string& collection, std::vector<DataSet> sets,
                                         bool other_times) {
   std::vector<DataSet> kept;
@@ -60,13 +63,12 @@ std::vector<DataSet> without_superseded(const std::string& collection, std::vect
     latest = std::max(latest, time);
     if (twin != kept.rend()) {
       const bool again = twin->entry.path == set.entry.path, next = twin == kept.rbegin();
-      if (twin->part != set.part || twin->group != set.group || (next && !again))
-        refuse_second_of_a_time(collection, *twin, set, other_times);
+      if (twin->beside(set) || (next && !again)) refuse_second_of_a_time(collection, *twin, set, other_times);
       const double from = twin->entry.time;
-      if (again)
-        kept.erase(twin.base() - 1);
-      else if (!next)
+      if (again || !next) {
         std::erase_if(kept, [&](const DataSet& other) { return other.entry.time >= from; });
+        latest = time;
+      }
     }
     kept.push_back(std::move(set));
   }
@@ -93,7 +95,8 @@ Collection read_collection(const std::string& path, const ReaderOptions& options
     c.timed = c.timed && time;
     sets.push_back({{time.value_or(static_cast<double>(sets.size())), file_of(path, file)},
                     e.attribute("part").as_string("0"),
-                    e.attribute("group").value()});
+                    e.attribute("group").value(),
+                    e.attribute("name").value()});
   }
   if (sets.empty()) fail_input(path, ": names no data sets");
   const size_t named = sets.size();

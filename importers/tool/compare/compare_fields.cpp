@@ -310,9 +310,11 @@ void require_same_grid(const Volume& first, const std::string& first_name, Sampl
   if (const auto& sample = meeting.astray())
     fail_input("sample ", text(*sample), " of ", second.name, " stands where ", first_name, " has ",
                text(meeting.at({&*sample, 1})), ": it was made from another source");
+  constexpr double rounding = 1e-12; // of times that were converted
   const double step = (grid->times.back() - grid->times.front()) / static_cast<double>(grid->times.size());
   for (size_t f = 0; f < second.times.size(); ++f)
-    if (!(std::abs(second.times[f] - grid->times[f]) <= kPartOfStep * step))
+    if (!(std::abs(second.times[f] - grid->times[f]) <=
+          kPartOfStep * step + rounding * std::abs(grid->times[f])))
       fail_input("frame ", f, " of ", second.name, " is at ", time_text(second.times[f]), ", that of ",
                  first_name, " at ", time_text(grid->times[f]), " ", clock_text(grid->clock),
                  ": it was made from another source");

@@ -220,6 +220,31 @@ TEST(VtiReader, RunsThatAreTakenUpAgainGoOnFromThere) {
   }
 }
 
+TEST(VtiReader, TimesOfACollectionThatAreCloseAreTwo) {
+  Scratch s;
+  std::string values;
+  for (int i = 0; i < 24; ++i) values += "1 ";
+  const auto times = [&](const std::vector<std::pair<double, int>>& named, const std::string& more = "") {
+    std::string sets;
+    for (const auto& [time, number] : named) {
+      const std::string name = concat(number, ".vti");
+      s.file(name, vti("<DataArray type=\"UInt8\" Name=\"d\" format=\"ascii\">" + values + "</DataArray>"));
+      sets += concat("<DataSet timestep=\"", time, "\" file=\"", name, "\"/>");
+    }
+    sets += more;
+    const ReaderOptions o = inputs(
+        {s.file("c.pvd", "<VTKFile type=\"Collection\"><Collection>" + sets + "</Collection></VTKFile>")});
+    return open_series(o)->description().times.values;
+  };
+  EXPECT_EQ(times({{1.7e9, 0}, {1.7e9 + 1, 1}, {1.7e9 + 2, 2}}),
+            (std::vector<double>{1.7e9, 1.7e9 + 1, 1.7e9 + 2}));
+  // A run that is taken up again and writes over its files.
+  EXPECT_EQ(times({{0, 0}, {1, 1}, {2, 2}, {1, 1}, {1.5, 2}}), (std::vector<double>{0, 1, 1.5}));
+  // Another series of the same times.
+  EXPECT_THROW(times({{0, 0}, {1, 1}, {2, 2}}, "<DataSet timestep=\"0\" name=\"solid\" file=\"1.vti\"/>"),
+               Error);
+}
+
 TEST(VtiReader, ChoosesArrays) {
   Scratch s;
   std::string a, b;
