@@ -109,6 +109,8 @@ class Forks(User):
         with open(path("run.bcc4"), "rb") as file:
             volumes = [opened, opened.reopen(), bccsplat.open(file.read())]
         cuts = [opened.slice(frame=2.5, box=((1, 1, 1), (9, 9, 9))), opened.slice(time=1.25), opened.slice(plane=(1, 0, 0, -1, 0))]
+        # Tokens that nobody else has stay with what is made anew.
+        cuts.append(bccsplat.Volume(opened.device, path("run.bcc4"), cancel=bccsplat.CancelToken()).slice(frame=2.5, cancel=bccsplat.CancelToken()))
         right = [cut.sample_grid() for cut in cuts], volumes[0][2.5], opened.show(1, width=16, height=16).pixels
         renderer = bccsplat.Renderer(opened.device)
 

@@ -22,7 +22,7 @@ def plain(value: Any) -> Any:
 def written(attrs: Mapping[Any, Any], **more: str) -> str:
     """The record of attributes of xarray and what else is to be kept."""
     kept = {str(key): value for key, value in attrs.items() if key not in _ELSEWHERE}
-    return json.dumps({**more, **kept}, default=plain, ensure_ascii=False)
+    return json.dumps({**kept, **more}, default=plain, ensure_ascii=False)
 
 
 def read(attributes: Mapping[str, str], key: str) -> dict[str, Any]:

@@ -96,7 +96,7 @@ class Slice(Child):
                               box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
                               space=choose("SPACE", space), **options)
         o.interval[:] = [*interval]
-        o.corners = corners  # an attribute of the Python object alone, as long as it looks into them
+        o.held = corners, cancel  # an attribute of the Python object alone, as long as it looks into them
         return o
 
     def _cut(self, plane: Any, options: _abi.SliceOptions, progress: Progress | None) -> None:
@@ -137,7 +137,7 @@ class Slice(Child):
         number = volume.channel_number(channel)
         o = _abi.SliceOptions(channel=number, kernel=encode(kernel), point=at.ctypes.data, basis=axes.ctypes.data,
                               cancel_token=token_of(cancel), **options)
-        o.origin = at, axes  # as corners
+        o.held = at, axes, cancel
         cut._cut(None, o, progress)
         return cut
 

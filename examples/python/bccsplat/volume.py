@@ -43,6 +43,7 @@ class Volume(Child):
         """cancel: of opening it and of what takes long with it."""
         super().__init__(device)
         o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, cancel_token=token_of(cancel), **options)
+        o.held = cancel  # an attribute of the Python object alone, as long as it looks into it
         if isinstance(source, tuple):
             self._source: Any = read_stream(source)
             self._create("volume_open_stream", device, byref(self._source), byref(o))
