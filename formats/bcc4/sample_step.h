@@ -8,7 +8,7 @@ namespace bccsplat {
 
 // What readers round coefficients to that they make of linear samples, in steps between codes. Writers
 // leave room for it where they bound errors.
-inline constexpr double linear_rounding = 1.0 / 128;
+inline constexpr double linear_rounding = 1.0 / 64;
 
 // Returns 0 where nothing may be rounded: floats have no step, and the corrections of a channel whose error
 // is bounded fit only the values that they were made of. Of linear samples it is so small that

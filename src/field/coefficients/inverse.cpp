@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -259,6 +260,7 @@ Bricks own_bricks(const BrickLayer& layer) {
   Bricks own(layer.brick_slots());
   for (size_t slot = 0; slot < own.size(); ++slot)
     if (layer.share(slot).use_count() == 1) own[slot] = std::const_pointer_cast<Brick>(layer.share(slot));
+  std::atomic_thread_fence(std::memory_order_acquire); // whoever had one before has read it
   return own;
 }
 
