@@ -175,16 +175,20 @@ Coefficients::Layers Coefficients::make_of_sums(std::span<const int32_t> layers,
     const double all = last - first, share_first = (z - first) / all,
                  share_end = (stretch.end[2] - first) / all;
     Progress share(context.progress, share_first, share_end);
-    const Context within = context.with(share);
     const double part = std::min(1.0, (rows + 2.0 * stretch_margin) / all);
     const Reservation room =
         reserve(static_cast<uint64_t>(static_cast<double>(bytes) * part), "sums of layers", context);
     uint64_t stays = 0;
     for (size_t i = 0; i < layers.size(); ++i) {
-      BrickLayer sum =
-          std::move(source_.add_layers(channel_, std::span(sums).subspan(i, 1), around, within).front());
-      stays += take_bricks(
-          in_space_->apply_to(layers[i], std::move(sum), {prune_, coarsest_}, stretch, within), made[i]);
+      const double at = static_cast<double>(i), n = static_cast<double>(layers.size());
+      Progress adding(share, at / n, (at + 0.5) / n), filtering(share, (at + 0.5) / n, (at + 1) / n);
+      BrickLayer sum = std::move(
+          source_.add_layers(channel_, std::span(sums).subspan(i, 1), around, context.with(adding)).front());
+      adding.advance(1, 1);
+      stays += take_bricks(in_space_->apply_to(layers[i], std::move(sum), {prune_, coarsest_}, stretch,
+                                               context.with(filtering)),
+                           made[i]);
+      filtering.advance(1, 1);
     }
     if (stretch.end[2] < last) parts.emplace_back(context.memory, stays, "coefficients of a slab");
   }
