@@ -4,6 +4,8 @@
 #include "base/page_pool.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <new>
 
@@ -35,14 +37,19 @@ struct PagePool::Piece {
   }
 };
 
-PageStore::~PageStore() {
+PageStore::~PageStore() { close(); }
+
+void PageStore::close() noexcept {
+  const std::scoped_lock lock(mutex_);
   for (void* piece : empty_) give_back_large_page(piece);
+  std::vector<void*>().swap(empty_);
+  keeps_ = false;
 }
 
 void* PageStore::take() {
   void* piece = nullptr;
   if (empty_.empty()) {
-    empty_.reserve(taken_ + 1); // so that nothing can fail when pieces come back
+    if (keeps_) empty_.reserve(taken_ + 1); // so that nothing can fail when pieces come back
     piece = take_large_page();
   } else {
     piece = empty_.back();
@@ -55,6 +62,7 @@ void* PageStore::take() {
 void PageStore::give_back(void* piece) noexcept {
   constexpr size_t share = 2, least = 2;
   --taken_;
+  if (!keeps_) return give_back_large_page(piece);
   empty_.push_back(piece);
   for (; empty_.size() > std::max(least, taken_ / share); empty_.pop_back())
     give_back_large_page(empty_.back());
@@ -66,12 +74,16 @@ size_t PageStore::bytes() const {
 }
 
 PageStore& process_pages() {
-  static PageStore& all = []() -> PageStore& {
-    auto& made = *new PageStore;
-    around_forks([] { process_pages().lock(); }, [] { process_pages().unlock(); });
-    return made;
-  }();
-  return all;
+  struct Process {
+    alignas(PageStore) std::array<std::byte, sizeof(PageStore)> room;
+    PageStore& store = *new (room.data()) PageStore; // nothing destroys it
+    Process() {
+      around_forks([] { process_pages().lock(); }, [] { process_pages().unlock(); });
+    }
+    ~Process() { store.close(); }
+  };
+  static Process process;
+  return process.store;
 }
 
 PagePool::PagePool(size_t block, PageStore& store)

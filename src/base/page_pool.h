@@ -24,6 +24,8 @@ class PageStore {
   // Bytes that it has of the system: at most half as much again as the pieces in which blocks are taken, or
   // two pieces more.
   [[nodiscard]] size_t bytes() const;
+  // Keeps nothing for later from now on.
+  void close() noexcept;
   // For a fork, whose child finds the lock as it was: nobody takes or gives between the two.
   void lock() const { mutex_.lock(); }
   void unlock() const { mutex_.unlock(); }
@@ -35,6 +37,7 @@ class PageStore {
   void give_back(void* piece) noexcept;
 
   mutable std::mutex mutex_;
+  bool keeps_ = true;
   std::vector<void*> empty_;
   size_t taken_ = 0;
 };
@@ -59,8 +62,8 @@ class PagePool {
   Piece* open_ = nullptr; // pieces that have room
 };
 
-// Returns the store of this process and of the children that it forks. It never ends, nor do its pools:
-// objects may outlive what is static.
+// Returns the store of this process and of the children that it forks. Objects may outlive what is static: at
+// the end of the process, or of the library in it, the store is closed and stays.
 [[nodiscard]] PageStore& process_pages();
 
 template<class T> struct PooledAllocator {
@@ -73,7 +76,7 @@ template<class T> struct PooledAllocator {
 
  private:
   // There from the start: no fork meets it half made.
-  static inline PagePool& pool = *new PagePool(sizeof(T), process_pages());
+  static inline PagePool pool{sizeof(T), process_pages()};
 };
 
 // As std::make_shared_for_overwrite, of a type with thousands of objects. Address sanitizer, which looks at
