@@ -3,8 +3,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
 
 namespace bcc4 {
+namespace {
+
+// Scans a row of integers, which are all finite.
+template<class T>
+void scan_integers(const std::byte* row, uint64_t count, int64_t stride, double air, double air_threshold,
+                   ChannelScan& scan) {
+  T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
+  uint64_t relevant = 0;
+  for (uint64_t i = 0; i < count; ++i) {
+    T v;
+    std::memcpy(&v, row + static_cast<int64_t>(i) * stride, sizeof v);
+    low = std::min(low, v), high = std::max(high, v);
+    relevant += std::abs(static_cast<double>(v) - air) > air_threshold;
+  }
+  if (count == 0) return;
+  scan.min = std::min(scan.min, static_cast<double>(low));
+  scan.max = std::max(scan.max, static_cast<double>(high));
+  scan.relevant += relevant;
+}
+
+} // namespace
 
 void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 4>& dims, double air,
                 double air_threshold, ChannelScan& scan) {
@@ -17,6 +41,10 @@ void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 
       for (uint64_t k = 0; k < box.dims[2]; ++k)
         for (uint64_t j = 0; j < box.dims[1]; ++j) {
           const std::byte* row = box.data + j * box.stride_bytes[1] + k * box.stride_bytes[2];
+          if constexpr (std::is_integral_v<decltype(zero)>) {
+            scan_integers<decltype(zero)>(row, box.dims[0], box.stride_bytes[0], air, air_threshold, scan);
+            continue;
+          }
           for (uint64_t i = 0; i < box.dims[0]; ++i) {
             const double v = load_as<decltype(zero)>(row + i * box.stride_bytes[0]);
             if (std::isfinite(static_cast<float>(v))) {

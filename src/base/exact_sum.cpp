@@ -2,6 +2,7 @@
 #include "base/exact_sum.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/error.h"
@@ -23,6 +24,23 @@ uint64_t& ExactSum::new_bin(int32_t number) {
   const auto at = static_cast<size_t>(number - first_);
   bins_.resize(std::max(bins_.size(), at + 1));
   return bins_[at];
+}
+
+// A bin has room for 2^15 numbers.
+void ExactSum::add(std::span<const double> values) {
+  std::array<uint64_t, all_bins> bins{};
+  for (const double v : values) {
+    const uint64_t bits = std::bit_cast<uint64_t>(v) + (uint64_t{1} << (dropped_bits - 1));
+    const uint64_t exponent = bits >> fraction_bits, unit = exponent == 0 ? 0 : fraction_mask + 1,
+                   whole = exponent == 0 ? 0 : ((bits & fraction_mask) | unit) >> dropped_bits;
+    bins[exponent / bin_exponents] += whole << (exponent % bin_exponents);
+  }
+  for (size_t i = 0; i < bins.size(); ++i) {
+    if (bins[i] == 0) continue;
+    uint64_t& bin = bin_at(static_cast<int32_t>(i));
+    bin += bins[i];
+    if (bin >> full_bits != 0) carry();
+  }
 }
 
 void ExactSum::carry() {

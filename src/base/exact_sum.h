@@ -10,6 +10,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/bytes.h"
@@ -28,6 +29,9 @@ class ExactSum {
     bin += whole << (exponent % bin_exponents);
     if (bin >> full_bits != 0) carry();
   }
+  // The same of many, at most most_at_once; quicker.
+  static constexpr size_t most_at_once = 1024;
+  void add(std::span<const double> values);
   void add(const ExactSum& other);
   // The nearest double, but for its last bits.
   [[nodiscard]] double value() const;

@@ -4,7 +4,11 @@
 #include "store/sample_comparison.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -62,22 +66,57 @@ struct PlaneJob {
   }
 };
 
+// Differences of samples, summed some at a time.
+class DifferenceSum {
+ public:
+  void add(double magnitude) {
+    sum_.largest = std::max(sum_.largest, magnitude);
+    squares_[count_++] = magnitude * magnitude;
+    if (count_ == squares_.size()) sum_up();
+  }
+  [[nodiscard]] const ErrorSum& sum() {
+    sum_up();
+    return sum_;
+  }
+
+ private:
+  void sum_up() {
+    sum_.squares.add(std::span(squares_).first(count_));
+    sum_.count += std::exchange(count_, 0);
+  }
+  ErrorSum sum_;
+  size_t count_ = 0;
+  std::array<double, ExactSum::most_at_once> squares_;
+};
+
 void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
   std::vector<double> expected(static_cast<size_t>(n[0] * n[1]));
   source.plane(z, expected.data());
   const double bound = channel.bound, step = correction_step(bound);
   const double air = static_cast<float>(channel.air);
+  // Where half the bound suffices, the other half has room for rounding of all but enormous values.
+  const double surely = bound > 0 ? bound / 2 : std::numeric_limits<double>::max();
+  const double enormous =
+      bound > 0 ? (bound / 2 - source.doubt) / rounding : std::numeric_limits<double>::infinity();
+  const bool usual = std::fabs(air) < enormous;
   SampleErrors& e = out.errors;
+  DifferenceSum near_air, far; // of samples without a correction
+  double largest = -1;
   for (int64_t i = 0; i < n[0] * n[1]; ++i) {
     const double want = expected[i];
-    if (!std::isfinite(want)) continue;
     float value = got[i];
+    const bool is_far = std::fabs(want - channel.air) > channel.threshold;
+    const double bare = std::fabs(value - want);
+    if (usual && bare <= surely && std::fabs(want) + bare < enormous && bare <= largest) {
+      (is_far ? far : near_air).add(bare);
+      continue;
+    }
+    if (!std::isfinite(want)) continue;
     const bool lost = std::isnan(value);
     if (lost && bound == 0) {
       ++e.lost;
       continue;
     }
-    if (!lost) e.bare.add(value - want);
     const double from = lost ? air : static_cast<double>(value), off = want - from;
     const double margin =
         rounding * std::max({std::fabs(want), std::fabs(from), std::fabs(air)}) + source.doubt;
@@ -89,16 +128,21 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
       if (!(std::fabs(value - want) <= bound - source.doubt)) refuse(z, i, want, value);
       (lost ? out.residuals.set : out.residuals.add).push_back({voxel(z, i), static_cast<int64_t>(steps)});
       ++e.corrected;
+      if (!lost) e.bare.add(off);
+      e.all.add(value - want);
+      if (is_far) e.non_air.add(value - want);
+    } else {
+      (is_far ? far : near_air).add(std::fabs(off));
     }
-    const double difference = value - want;
-    if (e.all.count == 0 || std::fabs(difference) > e.all.largest) {
+    if (const double difference = std::fabs(value - want); difference > largest) {
+      largest = difference;
       e.frame = frame;
       e.voxel = place(z, i);
       e.expected = want, e.got = value;
     }
-    e.all.add(difference);
-    if (std::fabs(want - channel.air) > channel.threshold) e.non_air.add(difference);
   }
+  for (DifferenceSum* const sum : {&near_air, &far}) e.all.add(sum->sum()), e.bare.add(sum->sum());
+  e.non_air.add(far.sum());
 }
 
 // Appends the lists of planes, the first of so many that are left of a frame; room is made for all of them as

@@ -16,12 +16,6 @@ constexpr double held_by_floats = 0x1p-20;
 
 } // namespace
 
-void ErrorSum::add(double difference) {
-  largest = std::max(largest, std::fabs(difference));
-  squares.add(difference * difference);
-  ++count;
-}
-
 void ErrorSum::add(const ErrorSum& other) {
   largest = std::max(largest, other.largest);
   squares.add(other.squares);

@@ -2,7 +2,9 @@
 // How far what a file gives is off at source samples.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -17,7 +19,11 @@ struct ErrorSum {
   double largest = 0;
   ExactSum squares;
   uint64_t count = 0;
-  void add(double difference);
+  void add(double difference) {
+    largest = std::max(largest, std::fabs(difference));
+    squares.add(difference * difference);
+    ++count;
+  }
   void add(const ErrorSum& other);
   [[nodiscard]] double rms() const;
   // dB; infinite without any difference, NaN without samples.
