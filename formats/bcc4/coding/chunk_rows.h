@@ -12,6 +12,8 @@ namespace bccsplat {
 // How a part of a chunk is stored.
 inline constexpr uint8_t raw_part = 0, deflated_part = 1;
 
+inline constexpr unsigned whole_row = 0xffff; // of a mask
+
 [[nodiscard]] inline int count_bits(const BrickMask& mask) {
   // Adds up growing groups of bits, which the compiler does in vectors: not every target counts bits in
   // hardware.

@@ -14,8 +14,8 @@ namespace bccsplat {
 class BitCosts {
  public:
   BitCosts();
-  void count(int level, uint32_t expected, int magnitude) {
-    ++counts_[index(level, expected)][magnitude < symbols ? magnitude : symbols - 1];
+  void count(int level, uint32_t expected, int magnitude, uint32_t times = 1) {
+    counts_[index(level, expected)][magnitude < symbols ? magnitude : symbols - 1] += times;
   }
   // Makes costs of what was counted since the last time.
   void settle();

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 
+#include "formats/bcc4/encode/principal_basis.h"
+#include "formats/bcc4/encode/row_sums.h"
 #include "formats/bcc4/wavelet/step_walk.h"
 
 namespace bccsplat {
@@ -14,7 +16,12 @@ namespace {
 struct Counting {
   const TileBands& bands;
   BitCosts& costs;
-  bool row(const WalkRow&, uint32_t) { return true; }
+  bool row(const WalkRow& r, uint32_t expected) {
+    const size_t n = r.box.size[0];
+    if (expected > 0 || any_of({bands.steps.data() + place_of(bands.shape, r), n})) return true;
+    costs.count(group_of(r.box), 0, 0, static_cast<uint32_t>(n));
+    return false;
+  }
   uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
     const int magnitude = std::abs(bands.steps[place_of(bands.shape, r) + x]);
     costs.count(group_of(r.box), s.sum, magnitude);
@@ -25,14 +32,16 @@ struct Counting {
 struct Weighing {
   TileBands& bands;
   const TileRule& rule;
+  StepErrors errors{};
   bool row(const WalkRow& r, uint32_t) {
     constexpr float least = .5F;
-    const size_t first = place_of(bands.shape, r);
+    const size_t first = place_of(bands.shape, r), n = r.box.size[0];
     const float* const c = bands.coefficients.data() + first;
-    bool any = false;
-    for (int x = 0; x < r.box.size[0]; ++x) any |= std::fabs(c[x]) > rule.steps.step * least;
-    if (!any) std::fill_n(bands.steps.data() + first, r.box.size[0], 0);
-    return any;
+    const float squares = sum_products<float>(c, c, n), most = rule.steps.step * least;
+    if (squares > most * most && largest_magnitude({c, n}) > most) return true;
+    std::fill_n(bands.steps.data() + first, n, 0);
+    errors.left_out += squares;
+    return false;
   }
   uint16_t site(const WalkRow& r, int x, const WalkSite& s) {
     constexpr float bit_worth = .11F; // squared steps
@@ -49,6 +58,7 @@ struct Weighing {
       if (m == 0) break;
     }
     bands.steps[i] = bands.coefficients[i] < 0 ? -best : best;
+    errors.add(bands.coefficients[i], wanted, best);
     return context_of(best);
   }
 };
@@ -62,37 +72,21 @@ double rough_bits(std::span<const double> variances, double samples, double step
 }
 
 // Cosines, or the principal components where these save more than they take.
-bool takes_components(const TileBox& box, std::span<const float> values, float step, const TimeBasis& own) {
+bool takes_components(const TileBox& box, const FrameProducts& products, float step, const TimeBasis& own) {
   constexpr double bits_of_weight = 16, least_saved = 1.05;
   if (box.layers < 2) return false;
   const auto samples = static_cast<double>(box.layer_sites());
-  const double cosines = rough_bits(variances_in(cosine_basis(box.layers), values), samples, step),
-               components = rough_bits(variances_in(own, values), samples, step) +
+  const double cosines = rough_bits(variances_in(cosine_basis(box.layers), products), samples, step),
+               components = rough_bits(variances_in(own, products), samples, step) +
                             bits_of_weight * box.layers * box.layers;
   return components * least_saved < cosines;
 }
 
-double squared_error(const TileBands& b, const StepRule& rule) {
-  double sum = 0;
-  for (size_t i = 0; i < b.steps.size(); ++i) {
-    const double e = double{b.coefficients[i]} - value_of(b.steps[i], rule);
-    sum += e * e;
-  }
-  return sum;
-}
-
 // Values by the mean of what rounded to them.
-void learn_centres(std::span<const TileBands> bands, StepRule& rule) {
-  std::array<double, 2> sum{}, count{};
-  for (const TileBands& b : bands)
-    for (size_t i = 0; i < b.steps.size(); ++i) {
-      const int m = std::abs(b.steps[i]);
-      if (m == 0) continue;
-      const size_t group = m > 1 ? 1 : 0;
-      sum[group] += std::fabs(b.coefficients[i]) / rule.step - static_cast<float>(m), ++count[group];
-    }
+void learn_centres(const StepErrors& errors, StepRule& rule) {
   for (size_t i = 0; i < 2; ++i) {
-    const double off = count[i] > 0 ? sum[i] / count[i] * centre_unit : 0;
+    const StepErrors::Group& g = errors.groups[i];
+    const double off = g.count > 0 ? g.sum / g.count * centre_unit : 0;
     rule.centres[i] = static_cast<uint8_t>(std::clamp<long>(std::lround(off) + centre_middle, 0, UINT8_MAX));
   }
 }
@@ -125,6 +119,24 @@ void round_steps(TileBands& b, float step) {
   }
 }
 
+// How many times larger the squares of samples are than those of their coefficients' errors: the wavelets are
+// not orthogonal, and of what is left out they make up to half as much again.
+double gain_of(std::span<const TileBands> bands, const StepRule& rule) {
+  double of_samples = 0, of_coefficients = 0;
+  for (const TileBands& b : bands) {
+    const size_t layer = b.shape.samples();
+    std::vector<float> off(layer);
+    for (size_t first = 0; first < b.coefficients.size(); first += layer) {
+      for (size_t i = 0; i < layer; ++i)
+        off[i] = b.coefficients[first + i] - value_of(b.steps[first + i], rule);
+      of_coefficients += sum_products<double>(off.data(), off.data(), layer);
+      synthesise(b.shape, off);
+      of_samples += sum_products<double>(off.data(), off.data(), layer);
+    }
+  }
+  return of_coefficients > 0 ? of_samples / of_coefficients : 1;
+}
+
 void count_bits_of(std::span<const TileBands> bands, BitCosts& costs, WalkRoom& room) {
   for (const TileBands& b : bands) {
     if (b.steps.empty()) continue;
@@ -150,21 +162,16 @@ void add_size(std::span<const float> coefficients, float step, double& bits) {
   }
 }
 
-float largest_of(std::span<const float> values) {
-  float largest = 0;
-  for (const float v : values) largest = std::max(largest, std::fabs(v));
-  return largest;
-}
-
 // Numbers to layers of a basis of time, which are not halved yet.
 TileBands analyse_time(const TileBox& box, std::vector<float> values, float step) {
   constexpr float seen_rounded = 1 << 10; // steps of a value from which it is seen that bases are rounded
   TileBands b;
-  TimeBasis own = principal_basis(values, box.layers);
-  b.own_basis = takes_components(box, values, step, own);
+  const FrameProducts products(values, box.layers);
+  TimeBasis own = principal_basis(products);
+  b.own_basis = takes_components(box, products, step, own);
   b.basis = b.own_basis ? std::move(own) : cosine_basis(box.layers);
   b.coefficients = std::move(values);
-  to_layers(b.basis, b.coefficients, largest_of(b.coefficients) > seen_rounded * step);
+  to_layers(b.basis, b.coefficients, largest_magnitude(b.coefficients) > seen_rounded * step);
   return b;
 }
 
@@ -175,23 +182,28 @@ void analyse_space(const TileBox& box, int along_z, TileBands& b) {
     analyse(b.shape, std::span(b.coefficients).subspan(k * box.layer_sites(), box.layer_sites()));
 }
 
-// The bands of all boxes, and how often z is halved: slices may lie farther apart than their samples. One box
-// after the other is tried, so that no more than one is there twice.
+// The bands of all boxes, and how often z is halved: slices may lie farther apart than their samples. Fewer
+// halvings are tried until they take more bits, of one box after the other, so that no more than one is there
+// twice.
 std::vector<TileBands> analyse_best(std::span<const TileBox> boxes, std::vector<std::vector<float>> values,
                                     float step, int& along_z) {
   int most = 0;
-  for (const TileBox& b : boxes) most = std::max(most, most_halvings(b.size[2]));
-  std::vector<double> bits(most + 1);
   std::vector<TileBands> bands;
   for (size_t i = 0; i < boxes.size(); ++i) {
+    most = std::max(most, most_halvings(boxes[i].size[2]));
     bands.push_back(analyse_time(boxes[i], std::move(values[i]), step));
-    for (int z = 0; z <= most; ++z) {
-      TileBands tried = bands.back();
-      analyse_space(boxes[i], z, tried);
-      add_size(tried.coefficients, step, bits[z]);
-    }
   }
-  along_z = static_cast<int>(std::min_element(bits.begin(), bits.end()) - bits.begin());
+  double fewest = INFINITY;
+  for (int z = most; z >= 0; --z) {
+    double bits = 0;
+    for (size_t i = 0; i < boxes.size(); ++i) {
+      TileBands tried = bands[i];
+      analyse_space(boxes[i], z, tried);
+      add_size(tried.coefficients, step, bits);
+    }
+    if (bits >= fewest) break;
+    fewest = bits, along_z = z;
+  }
   for (size_t i = 0; i < boxes.size(); ++i) analyse_space(boxes[i], along_z, bands[i]);
   return bands;
 }
@@ -216,7 +228,7 @@ bool fit_into_steps(std::span<TileBands> bands, StepRule& rule) {
     int most = 0;
     for (const TileBands& b : bands) {
       if (b.coefficients.empty()) continue;
-      largest = std::max(largest, largest_of(b.coefficients)), most = std::max(most, b.shape.levels());
+      largest = std::max(largest, largest_magnitude(b.coefficients)), most = std::max(most, b.shape.levels());
     }
     if (largest > most_steps * rule.step && most == 0) rule.step = largest / most_steps;
     if (largest <= most_steps * rule.step) return less;
@@ -232,32 +244,44 @@ TileBands analyse_tile(const TileBox& box, std::vector<float> values, float step
   return b;
 }
 
-void choose_steps(TileBands& bands, const TileRule& rule, WalkRoom& room) {
-  if (bands.coefficients.empty()) return;
+double StepErrors::squares(const StepRule& rule) const {
+  double of_steps = 0;
+  for (size_t i = 0; i < 2; ++i) {
+    const double off = (rule.centres[i] - centre_middle) / double{centre_unit};
+    of_steps += groups[i].squares - 2 * off * groups[i].sum + off * off * groups[i].count;
+  }
+  return left_out + double{rule.step} * rule.step * of_steps;
+}
+
+StepErrors choose_steps(TileBands& bands, const TileRule& rule, WalkRoom& room) {
+  if (bands.coefficients.empty()) return {};
   bands.steps.resize(bands.coefficients.size());
   BandWalk walk(bands.shape, bands.basis.frames, room);
   Weighing visit{bands, rule};
   walk.run(visit);
+  return visit.errors;
 }
 
 TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<float>> values,
                         double mean_square) {
   constexpr double squares_of_step = 12, slope = .62, near_enough = .02, coarsest = 64;
+  constexpr double wider = 4; // than steps of that error, where most is left out
   constexpr int rounds = 6;
   TileRule rule;
   WalkRoom room;
-  const auto hint = static_cast<float>(std::sqrt(mean_square * squares_of_step));
+  const auto hint = static_cast<float>(wider * std::sqrt(mean_square * squares_of_step));
   std::vector<TileBands> bands = analyse_best(boxes, std::move(values), hint, rule.halvings_along_z);
   rule.steps.step = first_step(bands, mean_square);
-  const double goal = mean_square * sites_of(boxes);
+  double goal = mean_square * sites_of(boxes);
   for (int i = 0; i < rounds; ++i) {
     if (fit_into_steps(bands, rule.steps) || i == 0)
       for (TileBands& b : bands) round_steps(b, rule.steps.step);
     count_bits_of(bands, rule.costs, room);
-    for (TileBands& b : bands) choose_steps(b, rule, room);
-    learn_centres(bands, rule.steps);
-    double error = 0;
-    for (const TileBands& b : bands) error += squared_error(b, rule.steps);
+    StepErrors errors;
+    for (TileBands& b : bands) errors.add(choose_steps(b, rule, room));
+    learn_centres(errors, rule.steps);
+    const double error = errors.squares(rule.steps);
+    if (i == 0) goal /= gain_of(bands, rule.steps);
     if (i > 0 && std::fabs(error / goal - 1) < near_enough) break;
     // Of a slab that is next to empty any step errs less than it may.
     if (error > 0 && i + 1 < rounds)

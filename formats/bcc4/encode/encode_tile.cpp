@@ -3,20 +3,14 @@
 // bricks one after the other.
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <cstring>
-#include <memory>
 #include <utility>
 
 #include "base/bytes.h"
 #include "formats/bcc4/coding/chunk_parts.h"
-#include "formats/bcc4/coding/layer_codes.h"
-#include "formats/bcc4/coding/linear_tile.h"
-#include "formats/bcc4/coding/open_tile.h"
 #include "formats/bcc4/coding/tile_rows.h"
 #include "formats/bcc4/encode/choose_tile.h"
 #include "formats/bcc4/encode/encode_tile.h"
-#include "points/rounded_brick.h"
+#include "formats/bcc4/encode/tile_as_read.h"
 
 namespace bccsplat {
 namespace {
@@ -42,87 +36,6 @@ std::vector<std::byte> tile_runs(const TileSites& sites) {
   return out.release();
 }
 
-// The smallest and the largest of all codes.
-CodeRange range_of_tile(const TileSites& sites) {
-  CodeRange range{UINT32_MAX, 0};
-  for (const ChunkSites& b : sites.bricks)
-    for (const uint32_t c : b.codes) range = {std::min(range[0], c), std::max(range[1], c)};
-  return range;
-}
-
-// Compares the codes that a reader gets of a layer of a brick with those that were wanted, one after the
-// other.
-template<class Code>
-void compare(std::span<const std::byte> got, const uint32_t*& wanted, CodeRange& range, EncodedTile& tile) {
-  for (size_t i = 0; i < got.size(); i += sizeof(Code)) {
-    Code code;
-    std::memcpy(&code, got.data() + i, sizeof code);
-    const double off = static_cast<double>(code) - *wanted++;
-    tile.squared_error += off * off;
-    range = {std::min<uint32_t>(range[0], code), std::max<uint32_t>(range[1], code)};
-  }
-}
-
-// Makes what a reader gets of the kept sites, within the range that they had; returns the range of that.
-CodeRange read_back(const TileSites& sites, const SampleCoder& coder, std::vector<TileLayers> layers,
-                    EncodedTile& tile) {
-  const OpenTile back(sites, coder.codes(), range_of_tile(sites), std::move(layers));
-  CodeRange range{UINT32_MAX, 0};
-  tile.bricks.resize(size_t(sites.place.bricks()) * sites.place.layers);
-  for (int i = 0; i < sites.place.bricks(); ++i) {
-    const ChunkData& brick = back.bricks()[i];
-    const uint32_t* next = sites.bricks[i].codes.data();
-    for (int m = 0; m < sites.place.layers; ++m) {
-      if (brick.first[m + 1] == brick.first[m]) continue;
-      auto codes = std::make_shared<const LayerCodes>(coder, back, i, m);
-      if (coder.codes().bytes() == 1)
-        compare<uint8_t>(codes->packed(), next, range, tile);
-      else
-        compare<uint16_t>(codes->packed(), next, range, tile);
-      tile.bricks[size_t(i) * sites.place.layers + m].codes = std::move(codes);
-    }
-  }
-  return range;
-}
-
-// Samples as a reader gets them, but for a rounding that is next to nothing beside a code.
-SampleBrick as_read(Brick&& brick, const SampleCoder& coder) {
-  constexpr double of_code = as_read_rounding;
-  const float coarsest = std::exp2(std::floor(std::log2(static_cast<float>(of_code * coder.scale()))));
-  if (auto rounded = RoundedBrick::round(brick, coarsest)) return {nullptr, std::move(rounded)};
-  return {std::make_shared<const Brick>(std::move(brick)), nullptr};
-}
-
-// The same of samples that are linear in what is coded.
-CodeRange read_linear(const TileSites& sites, const SampleCoder& coder, const LinearTile& back,
-                      EncodedTile& tile) {
-  const auto scale = static_cast<float>(coder.scale()), air = coder.decode(coder.codes().air),
-             air_code = static_cast<float>(coder.codes().air);
-  const int layers = sites.place.layers;
-  LinearRange range;
-  tile.bricks.resize(size_t(sites.place.bricks()) * layers);
-  std::vector<const uint32_t*> next;
-  for (const ChunkSites& b : sites.bricks) next.push_back(b.codes.data());
-  std::vector<float> box;
-  for (int m = 0; m < layers; ++m) {
-    back.make_layer(m, box);
-    for (int i = 0; i < sites.place.bricks(); ++i) {
-      if (back.kept(i, m) == BrickMask{}) continue;
-      Brick brick{};
-      brick.kept = back.kept(i, m);
-      if (back.hole(i, m) != BrickMask{}) brick.hole = std::make_unique<BrickMask>(back.hole(i, m));
-      for_kept(back, i, m, box, [&](size_t site, float sample) {
-        const double off = static_cast<double>(sample + air_code) - *next[i]++;
-        tile.squared_error += off * off;
-        range.add(sample);
-        brick.value[site] = scale * sample + air;
-      });
-      tile.bricks[size_t(i) * layers + m] = as_read(std::move(brick), coder);
-    }
-  }
-  return range.nearest(coder.codes());
-}
-
 } // namespace
 
 uint64_t TileSites::kept() const {
@@ -132,7 +45,7 @@ uint64_t TileSites::kept() const {
 }
 
 void keep_but_blocks_of_air(ChunkSites& sites, uint32_t air) {
-  if (sites.codes.empty()) return;
+  if (sites.codes.empty() || sites.codes.size() == sites.shape.sites()) return;
   // A bit for each block along x of a row of blocks, by coset.
   std::array<std::array<uint8_t, blocks * blocks>, 2> filled{};
   const auto row_of = [](size_t r) {
@@ -164,11 +77,19 @@ std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const Chun
   for (int i = 0; i < sites.place.bricks(); ++i) {
     const ChunkSites& b = sites.bricks[i];
     const uint32_t* next = b.codes.data();
+    const auto value = [air = static_cast<int32_t>(codes.air)](uint32_t code) {
+      return static_cast<float>(static_cast<int32_t>(code) - air);
+    };
     for_tile_rows(sites.place, i, b.shape, [&](int m, int row, int width, int coset, size_t first) {
+      const unsigned kept = b.kept[m][row];
+      float* const to = out[coset].data() + first;
+      if (kept == whole_row) {
+        std::transform(next, next + brick_edge, to, value);
+        next += brick_edge;
+        return;
+      }
       for (int x = 0; x < width; ++x)
-        if (b.kept[m][row] >> x & 1)
-          out[coset][first + x] =
-              static_cast<float>(static_cast<int32_t>(*next++) - static_cast<int32_t>(codes.air));
+        if (kept >> x & 1) to[x] = value(*next++);
     });
   }
   return out;

@@ -22,11 +22,6 @@ struct TimeBasis {
 
 // Cosines: for series that go on alike.
 [[nodiscard]] TimeBasis cosine_basis(int frames);
-// The principal components of the frames (each of `samples`, one after the other), the strongest first.
-[[nodiscard]] TimeBasis principal_basis(std::span<const float> slab, int frames);
-
-// The mean squares of the layers that frames make, from some of their samples.
-[[nodiscard]] std::vector<double> variances_in(const TimeBasis& basis, std::span<const float> slab);
 
 // Frames to layers, in place. The way back is that of TileLayers (wavelet_tile.h). Rows are rounded, so that
 // their transpose leads back to frames that are off by some 2^-13 of their values; exactly: by the inverse.

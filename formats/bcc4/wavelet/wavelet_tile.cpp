@@ -49,11 +49,19 @@ std::vector<float> TileLayers::frames() const {
 }
 
 TileCoefficients coefficients_of(const TileBands& bands, const StepRule& rule) {
+  constexpr size_t looked_at = 32; // steps at once: nearly all are 0
   const size_t samples = bands.shape.samples();
   TileCoefficients out(bands.shape, bands.basis);
-  for (size_t i = 0; i < bands.steps.size(); ++i)
-    if (bands.steps[i] != 0)
-      out.set(static_cast<int>(i / samples), i % samples, value_of(bands.steps[i], rule));
+  for (int layer = 0; layer < bands.basis.frames; ++layer) {
+    const std::span steps = std::span(bands.steps).subspan(layer * samples, samples);
+    for (size_t i = 0; i < samples; i += looked_at) {
+      const size_t end = std::min(samples, i + looked_at);
+      int32_t any = 0;
+      for (size_t j = i; j < end; ++j) any |= steps[j];
+      for (size_t j = i; any != 0 && j < end; ++j)
+        if (steps[j] != 0) out.set(layer, j, value_of(steps[j], rule));
+    }
+  }
   return out;
 }
 
