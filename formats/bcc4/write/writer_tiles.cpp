@@ -13,6 +13,7 @@
 #include "formats/bcc4/coding/tile.h"
 #include "formats/bcc4/encode/choose_tile.h"
 #include "formats/bcc4/encode/encode_tile.h"
+#include "formats/bcc4/wavelet/step_walk.h"
 #include "formats/bcc4/write/chunk_sites.h"
 #include "formats/bcc4/write/writer_state.h"
 
@@ -102,6 +103,38 @@ std::vector<SampleLayer> layers_as_read(const SlabLayers& of, std::span<TileWork
   return out;
 }
 
+// Steps that make the error which is asked for: errors are about a power of steps, which two of them tell.
+class StepSearch {
+ public:
+  // error: over what it may be; returns what the next step is of this one.
+  double next(double step, double error, int round) {
+    constexpr double aim = .997, usual_power = 1.45, least_power = .8, most_power = 2;
+    // Errors of less than a code shrink faster than their steps.
+    constexpr double below_codes = .7, most = 4;
+    constexpr int usual_rounds = 5; // then what is asked for may be out of reach
+    constexpr double sooner = .96;
+    double power = usual_power;
+    if (step_ > 0)
+      power = std::clamp(std::log(error / error_) / std::log(step / step_), least_power, most_power);
+    step_ = step, error_ = error;
+    double by = std::min(std::pow(aim / error, 1 / power), most);
+    if (step < 1) by = std::max(by, below_codes);
+    return round < usual_rounds ? by : std::min(by, std::pow(sooner, round - usual_rounds + 1));
+  }
+
+  // Returns whether the error is what may be, without bytes for less: steps grow only so often, and no more
+  // where the error does not.
+  [[nodiscard]] bool is_near(double step, double error, int round) const {
+    constexpr double nearly = .93, grown = 1.01;
+    constexpr int rounds = 3;
+    const bool grows = step <= step_ || error > grown * error_;
+    return error <= 1 && (error >= nearly || error == 0 || round >= rounds || !grows);
+  }
+
+ private:
+  double step_ = 0, error_ = 0; // before
+};
+
 // Throws bound_not_met where the squares of all errors of a slab, in codes, are more than they may be.
 void require_allowed(const SlabLayers& of, const ChannelInfo& channel, double squares, double allowed) {
   if (squares <= allowed) return;
@@ -127,12 +160,11 @@ double sites_of(const SlabLayers& of) {
 Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const ChannelLevel& at,
                                                             std::span<const SampleLayer> layers,
                                                             double rounded, const Context& context) const {
-  constexpr int usual_rounds = 5;
-  constexpr double aim = .996, slope = .62, unseen = .002;
+  constexpr double unseen = .002;
   // Where samples are whole codes an eighth of one as a step leaves none of them off, and errors of less than
   // a code shrink faster than their steps.
   constexpr float least_step = .125F;
-  constexpr double least_error = .12, by_at_most = .7;
+  constexpr double least_error = .12;
   const SampleCoder& coder = index->coder(at);
   CodedTiles out{.slab = slab, .at = at, .chunks = {}, .read = {}};
   const SlabLayers of{info.level(at.level), slab, layers, coder};
@@ -153,6 +185,7 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
   const double left = allowed - spent;
   TileRule rule = rule_for(of, tiles, std::max(left / kept, least_error * least_error));
   double error = 0;
+  StepSearch search;
   Pool<TileRoom> rooms;
   for (int round = 1;; ++round) {
     context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
@@ -165,11 +198,9 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
     });
     error = 0;
     for (const TileWork& tile : tiles) error += tile.coded.squared_error;
-    if (error <= left || rule.steps.step <= least_step) break;
-    double by = std::pow(aim * left / error, slope);
-    if (rule.steps.step < 1) by = std::max(by, by_at_most);
-    if (round >= usual_rounds) by = std::min(by, by_at_most);
-    rule.steps.step = std::max(rule.steps.step * static_cast<float>(by), least_step);
+    if (rule.steps.step <= least_step || search.is_near(rule.steps.step, error / left, round)) break;
+    const double by = search.next(rule.steps.step, error / left, round);
+    rule.steps.step = std::clamp(rule.steps.step * static_cast<float>(by), least_step, largest_step);
   }
   require_allowed(of, channel, spent + error, allowed);
   out.read = layers_as_read(of, tiles);
