@@ -39,6 +39,7 @@ struct LatticeChoice {
   CodingTrial rounded;        // the best one with the steps it is stored in
   uint64_t sampled_frames = 0;
   std::vector<bool> labels{}; // by channel
+  bool takes_less = false;    // the source's grid, which takes less than wavelets of the usual error
   [[nodiscard]] const LatticeCandidate& chosen() const { return candidates[best]; }
 };
 

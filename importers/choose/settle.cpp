@@ -49,14 +49,16 @@ bool keeps_grid(const Unsettled& unsettled, const WriterSettings& settings, cons
          has_cartesian(settings.kernel);
 }
 
+LatticeShape source_grid(const WriterSettings& settings) {
+  return {BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings.faces, settings.ends, settings.periodic};
+}
+
 LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s,
                     std::vector<bool> labels) {
   LatticeWish wish;
   wish.labels = std::move(labels), wish.faces = settings.faces, wish.ends = settings.ends;
   wish.periodic = settings.periodic;
-  if (keeps_grid(unsettled, settings, wish.labels))
-    wish.fixed =
-        LatticeShape{BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings.faces, settings.ends, settings.periodic};
+  if (keeps_grid(unsettled, settings, wish.labels)) wish.fixed = source_grid(settings);
   if (!unsettled.auto_lattice) wish.fixed = shape_of(settings, s);
   if (unsettled.density > 0) wish.density = unsettled.density;
   if (settings.lattice != BCCSPLAT_LATTICE_DEFAULT) {
@@ -247,6 +249,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
       sample_series(reader, air, bound.any() && !open ? SampleSize{} : size_to_choose(s.dims), watch);
   if (settings.labels.empty()) settings.labels = find_labels(s, sample, air, watch); // else the file says it
   const std::vector<bool> labels = settings.labels;
+  bool exact = false; // the source's samples as they are, as these take less than wavelets
   if (plan.levels.automatic || kept || keeps_grid(unsettled, settings, labels))
     refuse_levels(s, labels, settings, plan);
   const ErrorBound promise = bound.any() ? bound : kUsual;
@@ -254,11 +257,14 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
       suits_wavelets(promise, s, settings, plan.scans)) {
     if (unsettled.everything)
       plan.spectra = spectra_of(s, sample, air, settings, watch), plan.motion = voxels_a_frame(sample);
-    return settle_wavelets(reader, device, unsettled, promise, settings, plan);
+    const WriterSettings samples = settings;
+    settle_wavelets(reader, device, unsettled, promise, settings, plan);
+    if (bound.any() || !takes_less_exactly(reader, device, settings, plan.scans, air, watch)) return;
+    settings = samples, plan.wavelets.reset(), exact = true;
   }
   if (open && bound.any())
     sample = sample_series(reader, air, {}, watch); // of labels as of what is searched for
-  chosen = chosen || (still && keeps_grid(unsettled, settings, labels)); // others have BCC
+  chosen = chosen || exact || (still && keeps_grid(unsettled, settings, labels)); // others have BCC
   if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
   plan.spectra = spectra_of(s, sample, air, settings, watch);
   plan.motion = voxels_a_frame(sample);
@@ -268,9 +274,11 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   if (unsettled.auto_time_scale)
     settings.time_scale = prove_time_scale(trier, plan.spectra->plain, s, settings);
   if (chosen) {
-    const LatticeWish wish = wish_of(unsettled, settings, s, labels);
+    LatticeWish wish = wish_of(unsettled, settings, s, labels);
+    if (exact) wish.fixed = source_grid(settings);
     const bool on_grid = keeps_grid(unsettled, settings, labels);
     choose_and_round(trier, sample, wish, rounded, settings, plan);
+    plan.choice->takes_less = exact, plan.still = plan.still && !exact;
     if (on_grid && std::any_of(s.channels.begin(), s.channels.end(), has_wide_integers))
       require_exact_labels(s, scan_series(reader, settings, unsettled.progress), air);
   }

@@ -28,9 +28,16 @@ double bytes_of(const Device& device, const SeriesDescription& series, const Ser
     const Writer writer = create_writer(device, "", part, settings, scans, stretch.frames);
     auto report = sized<bccsplat_writer_report>();
     if (!write_stretch(writer, part, stretch, watch, &report)) return std::numeric_limits<double>::infinity();
-    bytes += stretch.weight * static_cast<double>(report.bytes_values + report.bytes_corrections);
+    bytes += stretch.weight *
+             static_cast<double>(report.bytes_runs + report.bytes_values + report.bytes_corrections);
   }
   return bytes;
+}
+
+// Those of wavelets, as a stretch of a series is tried.
+WriterSettings settings_of_trials(WriterSettings settings) {
+  settings.levels = 0, settings.psnr = 0, settings.ends = BCCSPLAT_ENDS_MIRROR, settings.periodic = 0;
+  return settings;
 }
 
 } // namespace
@@ -40,8 +47,7 @@ double choose_wavelet_share(FrameReader& reader, const Device& device, const Wri
                             Watch& watch) {
   const SeriesDescription& s = reader.description();
   const SeriesSample sample = sample_series(reader, air, size_of_trials(s.dims), watch);
-  WriterSettings tried = settings;
-  tried.levels = 0, tried.psnr = 0, tried.ends = BCCSPLAT_ENDS_MIRROR, tried.periodic = 0;
+  WriterSettings tried = settings_of_trials(settings);
   double best = 0, fewest = std::numeric_limits<double>::infinity();
   for (const double share : kShares) {
     tried.wavelet_errors.assign(s.channels.size(), share * settings.abs_error);
@@ -50,6 +56,20 @@ double choose_wavelet_share(FrameReader& reader, const Device& device, const Wri
     fewest = bytes, best = share;
   }
   return best;
+}
+
+bool takes_less_exactly(FrameReader& reader, const Device& device, const WriterSettings& settings,
+                        const std::vector<ChannelScan>& scans, const std::vector<double>& air, Watch& watch) {
+  const SeriesDescription& s = reader.description();
+  for (size_t c = 0; c < s.channels.size(); ++c)
+    if (settings.wavelet_errors[c] >= source_step(s.channels[c])) return false;
+  const SeriesSample sample = sample_series(reader, air, size_of_trials(s.dims), watch);
+  const WriterSettings wavelets = settings_of_trials(settings);
+  WriterSettings exact = wavelets;
+  exact.store = BCCSPLAT_STORE_SAMPLES, exact.wavelet_errors.clear(), exact.steps.clear();
+  exact.abs_error = 0, exact.abs_errors.clear();
+  return bytes_of(device, s, sample, exact, scans, watch) <
+         bytes_of(device, s, sample, wavelets, scans, watch);
 }
 
 } // namespace bcc4

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of a bound on every sample wavelets may use up before corrections do the rest.
+// What wavelets take of a sample of a series: beside samples that are kept as they are, and by how much of a
+// bound they may use up before corrections do the rest.
 #pragma once
 
 #include <vector>
@@ -18,5 +19,11 @@ namespace bcc4 {
                                           const WriterSettings& settings,
                                           const std::vector<ChannelScan>& scans,
                                           const std::vector<double>& air, Watch& watch);
+
+// Returns whether the source's samples, as precise as they are, take fewer bytes than wavelets: where
+// integers are to come back so well that these code noise. settings: of the store of wavelets.
+[[nodiscard]] bool takes_less_exactly(FrameReader& reader, const Device& device,
+                                      const WriterSettings& settings, const std::vector<ChannelScan>& scans,
+                                      const std::vector<double>& air, Watch& watch);
 
 } // namespace bcc4

@@ -2,6 +2,7 @@
 whatever way it was written: in one go, in parts, killed and resumed, appended to."""
 import math
 import os
+import random
 import signal
 import subprocess
 import time
@@ -43,6 +44,25 @@ class Wavelets(ToolTest):
         self.bcc4('import', *args, '--psnr', '60', '--store', 'samples', '-o', 's.bcc4', '--quiet')
         self.assertLess(sizes[45], sizes[60])
         self.assertLess(1.5 * sizes[60], os.path.getsize(self.path('s.bcc4')))
+
+    def test_no_bytes_for_an_error_that_nobody_asked_for(self):
+        # Rough in a corner: the tiles that stand for all tell too little of it.
+        random.seed(3)
+        args = self.raw('corner.raw', (96, 96, 96, 1), lambda x, y, z, t: round(
+            80 + 30 * math.sin(.05 * x + .04 * y + .03 * z) + (random.uniform(-35, 35) if max(x, y, z) < 40 else 0)), 'u8')
+        self.bcc4('import', *args, '--store', 'wavelets', '--psnr', '42', '-o', 'w.bcc4', '--quiet')
+        found = self.psnr('w.bcc4', args)
+        self.assertGreaterEqual(found, 42)
+        self.assertLess(found, 42.5)
+
+    def test_never_larger_than_exact(self):
+        random.seed(3)
+        args = self.raw('dots.raw', (64, 64, 64, 1), lambda *p: random.randrange(60, 220) if random.random() < .016 else 0, 'u8')
+        self.bcc4('import', *args, '-o', 'd.bcc4', '--quiet')
+        self.bcc4('import', *args, '--lattice', 'cc', '--scale', '1', '--exact', '-o', 'e.bcc4', '--quiet')
+        self.assertLess(os.path.getsize(self.path('d.bcc4')), 1.01 * os.path.getsize(self.path('e.bcc4')))
+        self.assertLess(self.json('verify', 'd.bcc4', '--against', *args)['max_abs'], .01)
+        self.assertIn('wavelets within 50 dB and 2 % take more', ''.join(self.bcc4('import', *args, '--dry-run')))
 
     def test_small_errors_far_from_air(self):
         args = self.raw('top.raw', (40, 34, 22, 24), lambda *p: .9 + .02 * math.sin(.2 * p[0] - .25 * p[3]) if p[0] > 4 else 0, 'f32')

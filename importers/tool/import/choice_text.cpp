@@ -33,6 +33,8 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
                            " no gradations: as precise as the source's",
                            is_source_grid(choice.chosen().shape) ? ", on its grid; --density blends them"
                                                                  : "; --lattice cc does not blend them"));
+  if (choice.takes_less)
+    lines.push_back("as precise as the source's, on its grid: wavelets within 50 dB and 2 % take more");
   for (size_t i = 0; i < choice.candidates.size(); ++i) {
     const LatticeCandidate& c = choice.candidates[i];
     if (i == choice.best || !c.trial) continue;
