@@ -125,8 +125,8 @@ class SampleSource {
                             const Context& context, const TakeLayer<SampleLayer>& take) const;
   // Returns whether sums of layers cost about what a layer does; add_layers() is then there.
   [[nodiscard]] virtual bool adds_layers(int /*channel*/) const { return false; }
-  // Returns how many bricks sums of layers about this one have at most. It reads the index.
-  [[nodiscard]] virtual uint64_t bricks_at_most(int /*channel*/, int32_t /*layer*/,
+  // Returns how many bricks a sum of these layers has at most. It reads the index.
+  [[nodiscard]] virtual uint64_t bricks_at_most(int /*channel*/, std::span<const int32_t> /*layers*/,
                                                 const BrickBox& /*region*/) const {
     return 0;
   }

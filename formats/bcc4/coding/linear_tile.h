@@ -26,6 +26,7 @@ class TileMasks {
   explicit TileMasks(std::vector<BrickMask> layers);
   [[nodiscard]] const BrickMask& of(int layer) const;
   [[nodiscard]] bool alike() const { return masks_.size() < 2; } // in all layers
+  [[nodiscard]] bool empty() const { return masks_.empty(); }
   [[nodiscard]] uint64_t bytes() const { return masks_.capacity() * sizeof(BrickMask); }
   bool operator==(const TileMasks&) const = default;
 
@@ -47,6 +48,7 @@ class LinearTile {
   [[nodiscard]] int bricks() const { return edge_ * edge_ * edge_; }
   [[nodiscard]] int layers() const { return layers_; }
   [[nodiscard]] const BrickMask& kept(int brick, int layer) const { return kept_[brick].of(layer); }
+  [[nodiscard]] bool keeps_any(int brick) const { return !kept_[brick].empty(); }
   [[nodiscard]] const BrickMask& hole(int brick, int layer) const { return hole_[brick].of(layer); }
   // Returns whether all layers keep the same sites.
   [[nodiscard]] bool keeps_alike() const;

@@ -110,9 +110,14 @@ void Bcc4Samples::add_tiles(std::span<const SlabTerms> slabs, uint32_t slot, std
 
 bool Bcc4Samples::adds_layers(int channel) const { return reader_->info().channels.at(channel).linear; }
 
-uint64_t Bcc4Samples::bricks_at_most(int channel, int32_t layer, const BrickBox& region) const {
-  const int32_t slab = reader_->info().level(level_).slab_of(layer);
-  return reader_->chunks({channel, level_}, slab, region).size() * bricks_of_chunk();
+uint64_t Bcc4Samples::bricks_at_most(int channel, std::span<const int32_t> layers,
+                                     const BrickBox& region) const {
+  std::set<int32_t> slabs;
+  for (const int32_t m : layers) slabs.insert(reader_->info().level(level_).slab_of(m));
+  std::set<uint32_t> slots;
+  for (const int32_t slab : slabs)
+    for (const Bcc4Chunk& c : reader_->chunks({channel, level_}, slab, region)) slots.insert(c.slot);
+  return slots.size() * bricks_of_chunk();
 }
 
 std::vector<BrickLayer> Bcc4Samples::add_layers(int channel, std::span<const LayerSum> sums,
@@ -156,16 +161,19 @@ std::vector<BrickLayer> Bcc4Samples::add_layers(int channel, std::span<const Lay
   return out;
 }
 
-// One layer stands beside the budget, others that follow it within, as many as there is room for.
+// One layer stands beside the budget, others of its slab that follow it within, as many as there is room for.
 void Bcc4Samples::read_linear(int channel, std::span<const int32_t> layers, const BrickBox& region,
                               const Context& context, const TakeLayer<BrickLayer>& take) const {
+  const StoredLattice& info = reader_->info().level(level_);
   Attempts attempts;
   for (size_t first = 0, end = 0; first < layers.size(); first = end) {
+    const auto of_slab = [&](size_t i) { return info.slab_of(layers[i]) == info.slab_of(layers[first]); };
     uint64_t bytes = 0;
     end = first + 1;
-    attempts.attempt([&] { bytes = bricks_at_most(channel, layers[first], region) * sizeof(Brick); });
+    attempts.attempt(
+        [&] { bytes = bricks_at_most(channel, layers.subspan(first, 1), region) * sizeof(Brick); });
     std::vector<Reservation> held;
-    for (; end < layers.size() && budget().try_reserve(bytes); ++end)
+    for (; end < layers.size() && of_slab(end) && budget().try_reserve(bytes); ++end)
       held.push_back(Reservation::adopt(budget(), bytes));
     std::vector<LayerSum> each;
     for (size_t i = first; i < end; ++i) each.push_back({layers[i], {{layers[i], 1}}});

@@ -157,8 +157,9 @@ void Bcc4Samples::for_bricks(uint32_t slot, const HeldChunk& held, const ChunkBo
   const Int3 first = reader_->brick_position(slot, level_);
   const int edge = reader_->info().tile_edge;
   if (const LinearTile* const tile = held.linear()) {
-    for (int i = 0; i < tile->bricks(); ++i)
-      body({first[0] + i % edge, first[1] + i / edge % edge, first[2] + i / edge / edge}, held);
+    for (int i = 0; i < tile->bricks(); ++i) // beyond the lattice a tile has none
+      if (tile->keeps_any(i))
+        body({first[0] + i % edge, first[1] + i / edge % edge, first[2] + i / edge / edge}, held);
     return;
   }
   if (held.tile().empty()) return body(first, held);

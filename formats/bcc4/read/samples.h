@@ -51,7 +51,8 @@ class Bcc4Samples final : public SampleSource {
                     const Context& context, const TakeLayer<SampleLayer>& take) const override;
   // Sums are made of linear tiles.
   bool adds_layers(int channel) const override;
-  uint64_t bricks_at_most(int channel, int32_t layer, const BrickBox& region) const override;
+  uint64_t bricks_at_most(int channel, std::span<const int32_t> layers,
+                          const BrickBox& region) const override;
   std::vector<BrickLayer> add_layers(int channel, std::span<const LayerSum> sums, const BrickBox& region,
                                      const Context& context) const override;
   const std::string& coefficient_kernel() const override;

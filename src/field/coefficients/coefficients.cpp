@@ -34,7 +34,8 @@ struct Coefficients::Entry {
 Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune,
                            uint64_t cache_bytes, const BrickBox& region)
     : source_(source), channel_(channel), kernel_(std::move(kernel)), prune_(prune), region_(region),
-      read_region_(region.widened()), limit_(cache_bytes), number_(next_number()) {
+      read_region_(go_round(region.widened(), source.lattice().space)), limit_(cache_bytes),
+      number_(next_number()) {
   const Lattice4& lattice = source.lattice();
   PrefilterOfKernel filter = prefilter_of(lattice, std::move(kernel_));
   kernel_ = std::move(filter.kernel);

@@ -149,10 +149,13 @@ Coefficients::Layers Coefficients::make_of_sums(std::span<const int32_t> layers,
   uint64_t bricks = 1; // of a layer
   for (const int32_t m : layers) {
     LayerSum& sum = sums.emplace_back(LayerSum{m, {}});
-    for (int32_t d = -reach; d <= reach; ++d)
-      sum.terms.push_back({lattice.mirror_layer(m + d), in_time_[d + reach]});
+    std::vector<int32_t> summed;
+    for (int32_t d = -reach; d <= reach; ++d) {
+      summed.push_back(lattice.mirror_layer(m + d));
+      sum.terms.push_back({summed.back(), in_time_[d + reach]});
+    }
     made.emplace_back(lattice.space, lattice.coset(m));
-    bricks = std::max(bricks, source_.bricks_at_most(channel_, m, read_region_));
+    bricks = std::max(bricks, source_.bricks_at_most(channel_, summed, read_region_));
   }
   const int first = region_.begin[2], last = std::min(made.front().brick_dims()[2], region_.end[2]);
   // The layers, and beside them one that is being made; the prefilter reserves its own.
@@ -175,10 +178,12 @@ Coefficients::Layers Coefficients::make_of_sums(std::span<const int32_t> layers,
     const double all = last - first, share_first = (z - first) / all,
                  share_end = (stretch.end[2] - first) / all;
     Progress share(context.progress, share_first, share_end);
-    const double part = std::min(1.0, (rows + 2.0 * stretch_margin) / all);
-    const Reservation room =
-        reserve(static_cast<uint64_t>(static_cast<double>(bytes) * part), "sums of layers", context);
+    const double part =
+        std::min(1.0, (std::min(around.end[2], last) - std::max(around.begin[2], first)) / all);
+    const auto reserved = static_cast<uint64_t>(static_cast<double>(bytes) * part);
+    const Reservation room = reserve(reserved, "sums of layers", context);
     uint64_t stays = 0;
+    Reservation more; // where bricks hold values that 16 bits do not
     for (size_t i = 0; i < layers.size(); ++i) {
       const double at = static_cast<double>(i), n = static_cast<double>(layers.size());
       Progress adding(share, at / n, (at + 0.5) / n), filtering(share, (at + 0.5) / n, (at + 1) / n);
@@ -188,6 +193,7 @@ Coefficients::Layers Coefficients::make_of_sums(std::span<const int32_t> layers,
       stays += take_bricks(in_space_->apply_to(layers[i], std::move(sum), {prune_, coarsest_}, stretch,
                                                context.with(filtering)),
                            made[i]);
+      if (stays > reserved) more = {}, more = Reservation(context.memory, stays - reserved, "sums of layers");
       filtering.advance(1, 1);
     }
     if (stretch.end[2] < last) parts.emplace_back(context.memory, stays, "coefficients of a slab");

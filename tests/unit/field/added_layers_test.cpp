@@ -31,9 +31,9 @@ class AddingSamples final : public SampleSource {
   const std::string& coefficient_kernel() const override { return samples_.coefficient_kernel(); }
   double sample_step(int) const override { return step_; }
   bool adds_layers(int) const override { return true; }
-  uint64_t bricks_at_most(int channel, int32_t layer, const BrickBox&) const override {
+  uint64_t bricks_at_most(int channel, std::span<const int32_t> layers, const BrickBox&) const override {
     TestContext test;
-    return samples_.read_layer(channel, layer, {}, test.get()).brick_slots();
+    return samples_.read_layer(channel, layers[0], {}, test.get()).brick_slots();
   }
   std::vector<BrickLayer> add_layers(int channel, std::span<const LayerSum> sums, const BrickBox& region,
                                      const Context& context) const override {

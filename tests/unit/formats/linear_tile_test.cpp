@@ -3,6 +3,7 @@
 // sums of the layers, whatever sites these keep.
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <random>
 
 #include "tests/unit/formats/rebuild.h"
@@ -179,6 +180,26 @@ TEST(LinearTiles, AreTheSameInPartsAndWithoutACache) {
     }
   }
   EXPECT_GT(found, 0);
+}
+
+// Layers of one slab are read together, as far as there is room, and no others.
+TEST(LinearTiles, AreReadSlabBySlab) {
+  const VolumeInfo info = linear_volume(ValueType::u8, .5);
+  const Bytes file = write_file(info, ball);
+  const auto peak = [&](std::vector<int32_t> layers) {
+    Bench bench;
+    int32_t next = 0;
+    samples_of(file, bench, RelativeTo::air, 0)
+        .read_layers(0, layers, {}, bench.context,
+                     [&](int32_t m, const BrickLayer&) { EXPECT_EQ(m, next++); });
+    EXPECT_EQ(next, static_cast<int32_t>(layers.size()));
+    return bench.memory.peak();
+  };
+  std::vector<int32_t> all(info.lattice.layers());
+  std::iota(all.begin(), all.end(), 0);
+  const std::vector<int32_t> slab(all.begin(), all.begin() + slab_layers), one(all.begin(), all.begin() + 1);
+  EXPECT_GT(peak(slab), peak(one));
+  EXPECT_LT(peak(all), peak(slab) * 5 / 4);
 }
 
 // Holes are those of the layer whose holes a sum has, what else is there is as it was.
