@@ -49,6 +49,17 @@ Grid samples_in(const OpenVolume& volume, const std::optional<IndexBox>& box) {
   return grid;
 }
 
+// The plane through the samples that are nearest to one along the axes.
+Hyperplane plane_of_samples(const OpenVolume& volume, const Hyperplane& plane) {
+  const size_t axis = *axis_of(plane);
+  std::array<Vec4, 1> point{};
+  point[0][axis] = -plane[4] / plane[axis];
+  snap_to_samples(volume, point);
+  Vec4 normal{};
+  normal[axis] = plane[axis] < 0 ? -1 : 1;
+  return {normal[0], normal[1], normal[2], normal[3], -normal[axis] * point[0][axis]};
+}
+
 // What of a frame is hidden: its samples of other labels, and those that were missing before.
 class HiddenSamples {
  public:
@@ -58,9 +69,10 @@ class HiddenSamples {
         mask_(std::make_shared<FrameMask>(
             samples, Reservation(context.memory, FrameMask::bytes_of(samples), "a mask of labels"), false)) {}
 
-  void add(const Grid& grid, std::span<const float> values) {
+  void add(const Grid& grid, std::span<const float> values, Progress& progress) {
     const auto nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
     for (size_t n = 0; n < values.size(); ++n) {
+      if (n % (nx * ny) == 0) progress.check();
       const Vec3 at{grid.origin[0] + static_cast<double>(n % nx),
                     grid.origin[1] + static_cast<double>(n / nx % ny),
                     grid.origin[2] + static_cast<double>(n / nx / ny)};
@@ -121,14 +133,14 @@ bool cuts_labels(const OpenVolume& volume, const SliceRequest& request) {
   return axis_of(request.plane) && is_labels(volume, request.channel);
 }
 
-Hyperplane plane_of_samples(const OpenVolume& volume, const Hyperplane& plane) {
-  const size_t axis = *axis_of(plane);
-  std::array<Vec4, 1> point{};
-  point[0][axis] = -plane[4] / plane[axis];
-  snap_to_samples(volume, point);
-  Vec4 normal{};
-  normal[axis] = plane[axis] < 0 ? -1 : 1;
-  return {normal[0], normal[1], normal[2], normal[3], -normal[axis] * point[0][axis]};
+SliceRequest as_cut(const OpenVolume& volume, const SliceRequest& request) {
+  SliceRequest made = request;
+  if (!cuts_labels(volume, request)) return made;
+  made.plane = plane_of_samples(volume, request.plane);
+  std::optional<IndexBox>& box = made.cut.box;
+  for (size_t a = 0; box && a < 3; ++a)
+    box->begin[a] = std::floor(box->begin[a]), box->end[a] = std::ceil(box->end[a]);
+  return made;
 }
 
 void add_labels(OpenSlice& slice, const OpenVolume& volume, const Context& context) {
@@ -161,7 +173,7 @@ void show_labels_only(Slice& slice, const OpenVolume& volume, uint32_t channel,
   std::vector<float> values(count_of(grid));
   of_labels.sample(grid, values.data(), context);
   HiddenSamples hidden(slice, {dims[0], dims[1], dims[2]}, labels, context);
-  hidden.add(grid, values);
+  hidden.add(grid, values, context.progress);
   const TurningAxes turning = slice.lattice.any_periodic()
                                   ? TurningAxes{slice.lattice.periodic[0], slice.lattice.periodic[1],
                                                 slice.lattice.periodic[2], false}

@@ -25,8 +25,8 @@ void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points);
 // Returns whether a cut shows labels: one along the axes, of a channel of labels, without a mean over
 // anything.
 [[nodiscard]] bool cuts_labels(const OpenVolume& volume, const SliceRequest& request);
-// Returns the plane through the samples that are nearest to one along the axes.
-[[nodiscard]] Hyperplane plane_of_samples(const OpenVolume& volume, const Hyperplane& plane);
+// Returns what is cut where somebody asks for that: labels stand at samples, whose plane and box it is.
+[[nodiscard]] SliceRequest as_cut(const OpenVolume& volume, const SliceRequest& request);
 // Gives a slice through samples their labels.
 void add_labels(OpenSlice& slice, const OpenVolume& volume, const Context& context);
 

@@ -38,14 +38,11 @@ SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const cha
 OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context) {
   const uint64_t read_before = volume.reader()->bytes_read();
   OpenSlice result;
-  result.channel = request.channel, result.level = request.level;
+  const SliceRequest made = as_cut(volume, request);
+  result.channel = request.channel, result.level = request.level, result.cut = made.cut;
   const bool labels = cuts_labels(volume, request);
-  result.cut = request.cut;
   const std::optional<IndexBox>& box = request.cut.box;
-  for (size_t a = 0; labels && box && a < 3; ++a) // labels stand at samples, wherever a box ends
-    result.cut.box->begin[a] = std::floor(box->begin[a]), result.cut.box->end[a] = std::ceil(box->end[a]);
-  const CutPlan plan = plan_cut(*request.coefficients,
-                                labels ? plane_of_samples(volume, request.plane) : request.plane, result.cut);
+  const CutPlan plan = plan_cut(*made.coefficients, made.plane, made.cut);
   result.slice = or_all_lacking(volume, request.level, {&plan, 1}, context,
                                 [&] { return make_slice(plan, volume.affine(), context); });
   result.extraction = std::static_pointer_cast<const Extraction>(result.slice.scattered);
@@ -73,11 +70,11 @@ void take_labels(const SliceLabels& labels, std::span<const Vec3> points, std::s
 } // namespace
 
 void prefetch_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context) {
-  const CutPlan plan = plan_cut(*request.coefficients, request.plane, request.cut);
+  const SliceRequest made = as_cut(volume, request);
+  const CutPlan plan = plan_cut(*made.coefficients, made.plane, made.cut);
   or_all_lacking(volume, request.level, {&plan, 1}, context, [&] { fetch(plan, context); });
-  if (!cuts_labels(volume, request)) return;
-  const Hyperplane samples = plane_of_samples(volume, request.plane);
-  hold_labels(volume, request.channel, -samples[4] / samples[3], request.cut.box, context);
+  if (cuts_labels(volume, request))
+    hold_labels(volume, made.channel, -made.plane[4] / made.plane[3], made.cut.box, context);
 }
 
 std::array<std::array<double, 2>, 3> OpenSlice::extent() const {

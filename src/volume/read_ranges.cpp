@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volume/labels.h"
+
 namespace bccsplat {
 namespace {
 
@@ -48,7 +50,8 @@ void list_corrections(const CutPlan& plan, bool missing, Attempts& attempts, Ran
 
 std::vector<ByteRange> read_ranges(const OpenVolume& volume, const SliceRequest& asked, bool missing,
                                    const Context& context) {
-  const CutPlan plan = plan_cut(*asked.coefficients, asked.plane, asked.cut);
+  const SliceRequest made = as_cut(volume, asked);
+  const CutPlan plan = plan_cut(*made.coefficients, made.plane, made.cut);
   Ranges ranges;
   Attempts attempts;
   list_chunks(volume.samples(asked.level), plan, missing, attempts, ranges, context);

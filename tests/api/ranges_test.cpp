@@ -145,6 +145,31 @@ TEST(Ranges, HoldWhatCoarserLevelsRead) {
   }
 }
 
+// Labels are cut through the samples nearest to where they are asked for, half a frame or a column away.
+TEST(Ranges, HoldWhatLabelsRead) {
+  const Device device = make_device();
+  NoiseSeries series;
+  series.nt = 40;
+  auto channel = sized<bccsplat_channel_options>();
+  channel.set_mask = BCCSPLAT_CHANNEL_LABELS;
+  auto o = series.options();
+  o.lattice = BCCSPLAT_LATTICE_CC, o.channels = &channel, o.channel_count = 1;
+  FarFile file(written(device, series, o));
+  const Volume volume = open_far(device, file);
+  for (double t = 0.5; t < 39; ++t) {
+    const Cut asked{"half", plane_of(0, 0, 0, 1, -t)}, made{"whole", plane_of(0, 0, 0, 1, -t - .5)};
+    EXPECT_EQ(ranges_of(volume, asked), ranges_of(volume, made)) << t;
+  }
+  const Cut moment{"moment", plane_of(0, 0, 0, 1, -7.5)};
+  expect_told(device, file, moment);
+  expect_told(device, file, {"column", plane_of(1, 0, 0, 0, -15.5)});
+  const Volume fetched = open_far(device, file);
+  EXPECT_OK(bccsplat_volume_prefetch(fetched.get(), &moment.plane, &moment.options));
+  file.forget();
+  (void)make(fetched, moment);
+  EXPECT_TRUE(file.reads.empty());
+}
+
 TEST(Ranges, HoldMasksAndCorrections) {
   const Device device = make_device();
   NoiseSeries series;
