@@ -74,8 +74,11 @@ class Records(ToolTest):
                 self.assertEqual((data['time'].long_name, data['time'].calendar), ('when', 'standard'))
                 self.assertEqual(list(data['lev'][:]), lev[4])
 
-    @unittest.skipUnless(has_reader('netcdf') and netCDF4, 'without NetCDF, or netCDF4 for Python')
+    @unittest.skipUnless(has_reader('netcdf'), 'without NetCDF')
     def test_slices_have_them(self):
+        if netCDF4 is None:
+            print('SKIPPED: no netCDF4 for Python: slices are not looked at')
+            self.skipTest('no netCDF4')
         for lev in (EVEN_LEV, UNEVEN_LEV):
             self.write('a.nc', weather(lev))
             self.bcc4('import', 'a.nc', '--lattice', 'cc', '--exact', '-o', 'a.bcc4', '--overwrite', '--quiet')
