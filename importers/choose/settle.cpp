@@ -177,7 +177,9 @@ void settle_wavelets(FrameReader& reader, const Device& device, const Unsettled&
   constexpr double kTypical = .15; // of a bound; steps are right for others, too
   const SeriesDescription& s = reader.description();
   const bool goes_on = !settings.wavelet_errors.empty(); // as the file does
-  if (goes_on && unsettled.everything) plan.scans = scan_series(reader, settings, unsettled.progress);
+  const auto ranged = [&](const Channel& channel) { return needs_range(channel, settings); };
+  if (goes_on && (unsettled.everything || std::any_of(s.channels.begin(), s.channels.end(), ranged)))
+    plan.scans = scan_series(reader, settings, unsettled.progress);
   if (goes_on) return;
   if (unsettled.auto_lattice) {
     settings.lattice = BCCSPLAT_LATTICE_CC;

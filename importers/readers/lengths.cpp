@@ -5,6 +5,8 @@
 #include <string_view>
 #include <utility>
 
+#include "readers/text.h"
+
 namespace bcc4 {
 namespace {
 
@@ -21,6 +23,7 @@ std::optional<int> power_of_metre(const std::string& unit) {
 } // namespace
 
 std::string length_unit(const std::string& name) {
+  if (lower(name).starts_with("degree")) return "degrees"; // to the north, and the like
   for (const char* micron : {"micron", "microns", "um", "\\u00B5m", "\xB5m", "\u00B5m", "\u03BCm"})
     if (name == micron) return "\u00B5m";
   return name.starts_with("pixel") ? "" : name;

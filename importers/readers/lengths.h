@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units of length, by the names that files give them.
+// Units of length, and degrees of longitude and latitude, by the names that files give them.
 #pragma once
 
 #include <optional>

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "readers/lengths.h"
+#include "readers/records.h"
 #include "tool/interrupt.h"
 
 namespace bcc4 {
@@ -101,11 +103,14 @@ bool has_coordinates(const Volume& volume) {
 std::array<std::string, 3> axis_units(const Volume& volume) {
   std::array<std::string, 3> units;
   units.fill(volume_info(volume).spatial_unit);
-  const std::string all = told(volume, "axis_units");
-  if (const auto parts = split_commas(all); parts.size() == units.size())
-    std::copy(parts.begin(), parts.end(), units.begin());
-  else if (has_coordinates(volume))
-    for (uint32_t a = 0; a < 3; ++a) units[a] = axis_info(volume, a).unit;
+  const bool uneven = has_coordinates(volume);
+  for (uint32_t a = 0; a < 3; ++a) {
+    const Record said = read_record(told(volume, axis_record(a).c_str()));
+    if (const std::string unit = length_unit(text_in(said, "units")); !unit.empty())
+      units[a] = unit;
+    else if (uneven)
+      units[a] = axis_info(volume, a).unit;
+  }
   return units;
 }
 

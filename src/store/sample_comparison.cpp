@@ -57,12 +57,13 @@ struct PlaneJob {
   }
   [[noreturn]] void refuse(int64_t z, int64_t i, double expected, double reached) const {
     const std::array<uint64_t, 3> at = place(z, i);
-    const double most = largest();
+    const double most = largest(), least = 2 * (most * rounding + source.doubt);
     fail(Code::bound_not_met, "channel '", channel.name, "', frame ", frame, ", voxel (", at[0], ", ", at[1],
          ", ", at[2], "): the source has ", expected, ", the file would give ", reached,
          ", more than the bound of ", channel.bound,
-         " away even with a correction: values are read as 32-bit floats, which hold errors down to about ",
-         most * rounding * 2, " where the largest is ", most, "; accept that much");
+         " away even with a correction: values are read as 32-bit floats, ",
+         source.doubt > 0 ? "and made of rounded samples, " : "", "which hold errors down to about ", least,
+         " where the largest is ", most, "; accept that much");
   }
 };
 

@@ -151,6 +151,25 @@ class Cases(ToolTest):
         info, _ = self.there_and_back(classic(axes(time=dates) + [field('float', wave())]))
         self.assertEqual((self.times, info['times']['unit']), ([0, 1, 2, 3.5], 'days'))
 
+    def test_times_of_another_name(self):
+        units = 'hours since 2000-01-01'
+        moments = ('ocean_time', 'double', ['nt'], {'units': units}, [0, 6, 18, 19])
+        self.write('a.nc', classic(axes(time=None) + [moments, ('v', 'float', ['nt', 'lev', 'lat', 'lon'], {}, wave())],
+                                   (('nt', 4), *DIMS[1:])))
+        self.bcc4('import', 'a.nc', '-o', 'o.bcc4')
+        self.assertEqual(self.json('info', 'o.bcc4')['times']['dates']['last'], '2000-01-01 19:00')
+        names = []
+        for t, hour in enumerate((6, 12, 13)):
+            names.append(f'one{t}.nc')
+            told = [('time', 'double', [], {'units': units, 'standard_name': 'time'}, [hour]),
+                    ('run', 'double', [], {'units': units, 'standard_name': 'forecast_reference_time'}, [0])]
+            self.write(names[-1], classic(axes(time=None) + told + [
+                ('v', 'float', ['lev', 'lat', 'lon'], {'coordinates': 'time run'}, wave([t]))], DIMS[1:]))
+        for files, first in ((names, 6), (names[1:2], 12)):
+            self.bcc4('import', *files, '-o', 'o.bcc4', '--overwrite')
+            times = self.json('info', 'o.bcc4')['times']
+            self.assertEqual((times['first'], times['dates']['first']), (first, f'2000-01-01 {first:02}:00'))
+
     def test_frames_out_of_order(self):
         times = ('time', 'double', ['time'], {'units': 'hours since 2000-01-01'}, [0, 12, 6, 18])
         self.write('a.nc', classic(axes(time=times) + [field('float', wave())]))

@@ -352,6 +352,13 @@ class Import(ToolTest):
         report = self.json('verify', 'a.bcc4', '--against', 'a.nrrd')
         self.assertEqual(len(report['channels']), 2)
 
+    def test_frames_without_a_value_are_named(self):
+        def holes(x, y, z, t):
+            return float('nan') if t in (1, 2, 4) or (t, x) == (3, 0) else x + t
+        args = self.raw('h.raw', (5, 4, 3, 6), holes)
+        said, _ = self.bcc4('import', *args, '--on-nonfinite', 'hole', '--lattice', 'cc', '--exact', '-o', 'h.bcc4')
+        self.assertIn('192 source values were not finite, all of frame 1-2 and 4', said)
+
     def test_nonfinite_values(self):
         args = self.raw('a.raw', DIMS, lambda x, y, z, t: math.nan if (x, y, z, t) == (1, 2, 3, 4) else bump(x, y, z, t))
         for text in ('not finite', 'frame 4', '(1, 2, 3)', '--on-nonfinite'):

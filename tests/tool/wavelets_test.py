@@ -3,6 +3,7 @@ whatever way it was written: in one go, in parts, killed and resumed, appended t
 import math
 import os
 import random
+import re
 import signal
 import subprocess
 import time
@@ -124,6 +125,26 @@ class Wavelets(ToolTest):
         self.bcc4('import', *args, *options, '--append', '-o', 'grown.bcc4', '--quiet')
         self.bcc4('import', *args, *options, '-o', 'whole.bcc4', '--quiet')
         self.assertEqual(self.read('grown.bcc4'), self.read('whole.bcc4'))
+
+    def test_another_type_is_no_way_on(self):
+        def smooth(x, y, z, t):
+            return 100 + math.sin(.3 * x + .1 * t) * math.cos(.2 * y + .1 * z)
+        first, whole = self.raw('f.raw', (16, 14, 12, 14), smooth), self.raw('a.raw', (16, 14, 12, 24), smooth)
+        self.bcc4('import', *first, '-o', 'a.bcc4', '--quiet')
+        self.assertEqual(self.json('info', 'a.bcc4')['store'], 'wavelets')
+        for kind in 'u8', 'u16':  # it crashed for want of a range
+            self.refused(2, 'leave out --quantize: --append goes on as the file was made', 'import', *whole, '--quantize', kind, '--append',
+                         '-o', 'a.bcc4')
+        self.bcc4('import', *whole, '--append', '-o', 'a.bcc4', '--quiet')
+        self.assertEqual(self.json('info', 'a.bcc4')['dims'][3], 24)
+
+    def test_an_error_that_rounded_samples_hold_is_named(self):
+        args = self.raw('p.raw', (12, 12, 12, 8), lambda x, y, z, t: 48 + 48 * math.sin(.5 * x + math.pi * t / 4) * math.cos(.5 * y) * math.cos(.4 * z))
+        args = ('import', *args, '--store', 'wavelets', '--density', .5, '--quantize', 'u8', '--ends', 'periodic', '-o', 'p.bcc4')
+        _, err = self.bcc4(*args, '--abs', .5, expect=1)
+        held = re.search('hold errors down to about (\\S+) where the largest is', err)
+        self.assertGreater(float(held[1]), .5)  # it named what floats hold, 9e-6
+        self.bcc4(*args, '--abs', 1.001 * float(held[1]))
 
     def test_damage_costs_a_tile(self):
         args = self.source()

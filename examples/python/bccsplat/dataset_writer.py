@@ -28,7 +28,7 @@ masks_of_cf: Any = import_module("xarray.coding.variables")
 _PART_BYTES = 1 << 28
 _PART_FRAMES = 48
 # Attributes of a dataset that its file says otherwise.
-_OF_A_FILE = ("Conventions", "time_epoch", "time_calendar", "axis_units")
+_OF_A_FILE = ("Conventions", "time_epoch", "time_calendar")
 
 
 @dataclass
@@ -154,8 +154,6 @@ class DatasetWriter:
                       if not str(key).startswith(("bcc4_", "labels.")) and key not in _OF_A_FILE}
         times, time_unit, dates = self._times(nt)
         units, (affine, axes) = self._units(), self._places((nx, ny, nz))
-        if axes is None and len({*units}) > 1:
-            attributes["axis_units"] = ",".join(unit or "" for unit in units)
         channels = [Channel(str(name), variable.attrs.get("units")) for name, variable in self.dataset.data_vars.items()]
         return SeriesPlan((nx, ny, nz, nt), times, channels, affine, axes, units[0] if len({*units}) == 1 else None, time_unit,
                           {**attributes, **dates, **self._records()}, self.options)
@@ -165,12 +163,12 @@ class DatasetWriter:
         made = {}
         for role in ROLES:
             at = self._coordinate(role)
-            name, attrs = (self.names.get(role), {}) if at is None else (at.name, at.attrs)
+            name, attrs = (self.names.get(role), {}) if at is None else (at.name, records.kept(at.attrs, role == "t"))
             if attrs or name not in (None, "time" if role == "t" else role):
-                made["axis." + role] = records.written(attrs, name=str(name))
+                made["axis." + role] = records.written({**attrs, "name": str(name)})
         for name, variable in self.dataset.data_vars.items():
-            if {*variable.attrs} - {"units"}:
-                made["channel.%s" % name] = records.written(variable.attrs)
+            if {*(attrs := records.kept(variable.attrs))} - {"units"}:
+                made["channel.%s" % name] = records.written(attrs)
         return made
 
     def _times(self, count: int) -> tuple[list[float], str | None, dict[str, str]]:

@@ -38,8 +38,6 @@ class Places:
         self._along, self._unit = is_along_axes(self.affine), (info.spatial_unit or b"").decode()
         attributes = volume.attributes()
         self.records = [records.read(attributes, "axis." + name) for name in "xyz"]
-        units = attributes.get("axis_units", "").split(",")  # of even axes that differ
-        self._units = units if len(units) == 3 else [""] * 3
 
     def is_even(self, axis: int) -> bool:
         """Whether the axis, 0, 1 or 2 of x, y and z, is evenly spaced."""
@@ -58,7 +56,7 @@ class Places:
         """Of the coordinates; "" where it is not known, or these are numbers of samples."""
         if self.are_numbers(axis):
             return ""
-        return str(self.records[axis].get("units", "")) or self._axes[axis][1] or self._unit or self._units[axis]
+        return str(self.records[axis].get("units", "")) or self._axes[axis][1] or self._unit
 
     def at(self, axis: int, samples: Any) -> Array:
         """Coordinates [n] of positions [n] in samples, which may lie between these."""

@@ -9,9 +9,11 @@ from typing import Any, Mapping
 import numpy as np
 
 _AXES = ("axis.t", "axis.z", "axis.y", "axis.x")
-# Said elsewhere in the file, or true of the source's bytes alone.
+# Said elsewhere in the file, true of the source's bytes alone, or the names of other variables.
 _ELSEWHERE = {"actual_range", "bcc4_error_bound", "_FillValue", "missing_value", "valid_range", "valid_min", "valid_max",
-              "scale_factor", "add_offset"}
+              "scale_factor", "add_offset", "_Unsigned", "coordinates", "bounds", "climatology", "grid_mapping",
+              "cell_measures", "ancillary_variables", "formula_terms"}
+_OF_TIME = {"units", "calendar"}
 
 
 def plain(value: Any) -> Any:
@@ -19,10 +21,16 @@ def plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else str(value)
 
 
-def written(attrs: Mapping[Any, Any], **more: str) -> str:
-    """The record of attributes of xarray and what else is to be kept."""
-    kept = {str(key): value for key, value in attrs.items() if key not in _ELSEWHERE}
-    return json.dumps({**kept, **more}, default=plain, ensure_ascii=False)
+def kept(attrs: Mapping[Any, Any], of_time: bool = False) -> dict[str, Any]:
+    """What of the attributes of xarray a record has. Numbers that JSON has not become text."""
+    chosen = {str(key): value for key, value in attrs.items() if key not in _ELSEWHERE and not (of_time and key in _OF_TIME)}
+    found: dict[str, Any] = json.loads(json.dumps(chosen, default=plain), parse_constant=str)
+    return found
+
+
+def written(record: Mapping[str, Any]) -> str:
+    """A record as an attribute of a file."""
+    return json.dumps(record, ensure_ascii=False)
 
 
 def read(attributes: Mapping[str, str], key: str) -> dict[str, Any]:

@@ -5,12 +5,14 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include <netcdf.h>
 
 #include "readers/byte_stream.h"
 #include "readers/error.h"
 #include "readers/netcdf/netcdf_classic.h"
+#include "readers/utf8.h"
 
 namespace bcc4 {
 namespace {
@@ -150,25 +152,29 @@ const NetcdfVariable* NetcdfFile::coordinate(const NetcdfVariable& variable,
   return found && found->type && is_coordinate(*found) && found->dims[0].id == dim.id ? found : nullptr;
 }
 
-std::string NetcdfFile::text(const NetcdfVariable& variable, const char* name) const {
+std::vector<std::string> NetcdfFile::texts(const NetcdfVariable& variable, const char* name) const {
   nc_type type = NC_NAT;
   size_t length = 0;
   if (nc_inq_att(variable.group, variable.id, name, &type, &length) != NC_NOERR || length > kAttributeLimit)
-    return "";
+    return {};
   if (type == NC_CHAR) {
     std::string value(length, '\0');
     check(nc_get_att_text(variable.group, variable.id, name, value.data()), name, " of ", variable.name);
     while (!value.empty() && value.back() == '\0') value.pop_back();
-    return value;
+    return {value};
   }
-  if (type == NC_STRING && length == 1) {
-    char* value = nullptr;
-    check(nc_get_att_string(variable.group, variable.id, name, &value), name, " of ", variable.name);
-    std::string out = value ? value : "";
-    nc_free_string(1, &value);
-    return out;
-  }
-  return "";
+  if (type != NC_STRING) return {};
+  std::vector<char*> values(length);
+  check(nc_get_att_string(variable.group, variable.id, name, values.data()), name, " of ", variable.name);
+  std::vector<std::string> out;
+  for (const char* value : values) out.emplace_back(value ? value : "");
+  nc_free_string(values.size(), values.data());
+  return out;
+}
+
+std::string NetcdfFile::text(const NetcdfVariable& variable, const char* name) const {
+  const std::vector<std::string> all = texts(variable, name);
+  return all.size() == 1 ? all[0] : "";
 }
 
 std::vector<double> NetcdfFile::numbers(const NetcdfVariable& variable, const char* name) const {
@@ -186,6 +192,29 @@ std::optional<Type> NetcdfFile::type_of_numbers(const NetcdfVariable& variable, 
   nc_type type = NC_NAT;
   if (nc_inq_atttype(variable.group, variable.id, name, &type) != NC_NOERR) return std::nullopt;
   return type_of(type);
+}
+
+Record NetcdfFile::attributes(const NetcdfVariable& variable, bool of_time) const {
+  Record all = Record::object();
+  int count = 0;
+  check(nc_inq_varnatts(variable.group, variable.id, &count), "attributes of ", variable.name);
+  for (int i = 0; i < count; ++i) {
+    char name[NC_MAX_NAME + 1] = "";
+    check(nc_inq_attname(variable.group, variable.id, i, name), "an attribute of ", variable.name);
+    if (!in_record(name, of_time)) continue;
+    Record value = Record::array();
+    for (const std::string& text : texts(variable, name)) value.push_back(utf8_of(text));
+    const auto type = type_of_numbers(variable, name);
+    for (const double n : numbers(variable, name))
+      if (!std::isfinite(n))
+        value.push_back(concat(n)); // JSON has no such numbers
+      else if (is_float(type.value()) || std::abs(n) > 0x1p53)
+        value.push_back(n);
+      else
+        value.push_back(static_cast<int64_t>(n));
+    if (!value.empty()) all[utf8_of(name)] = value.size() == 1 ? value[0] : value;
+  }
+  return all;
 }
 
 std::optional<double> NetcdfFile::default_fill(const NetcdfVariable& variable) const {
@@ -209,9 +238,10 @@ void NetcdfFile::read(const NetcdfVariable& variable, std::span<const size_t> st
 }
 
 std::vector<double> NetcdfFile::line(const NetcdfVariable& variable) const {
-  if (variable.dims.size() != 1 || variable.dims[0].size > kLineLimit)
+  const uint64_t count = variable.dims.empty() ? 1 : variable.dims[0].size;
+  if (variable.dims.size() > 1 || count > kLineLimit)
     fail_input(path_, ": ", variable.name, " is no coordinate variable");
-  std::vector<double> values(variable.dims[0].size);
+  std::vector<double> values(count);
   check(nc_get_var_double(variable.group, variable.id, values.data()), "reading ", variable.name);
   return values;
 }

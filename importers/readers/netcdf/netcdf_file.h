@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "readers/records.h"
 #include "readers/value_type.h"
 
 namespace bcc4 {
@@ -54,13 +55,15 @@ class NetcdfFile {
   [[nodiscard]] std::string text(const NetcdfVariable& variable, const char* name) const;
   [[nodiscard]] std::vector<double> numbers(const NetcdfVariable& variable, const char* name) const;
   [[nodiscard]] std::optional<Type> type_of_numbers(const NetcdfVariable& variable, const char* name) const;
+  // Returns all attributes that a record has, text as UTF-8; `of_time` as of in_record().
+  [[nodiscard]] Record attributes(const NetcdfVariable& variable, bool of_time = false) const;
   // Returns the value of what was never written, where the file does not switch filling off.
   [[nodiscard]] std::optional<double> default_fill(const NetcdfVariable& variable) const;
 
   // Reads the hyperslab [start, start + count) in the variable's own type and native byte order.
   void read(const NetcdfVariable& variable, std::span<const size_t> start, std::span<const size_t> count,
             std::span<std::byte> out) const;
-  // Returns all of a one-dimensional variable as doubles, as they are stored.
+  // Returns all of a variable of one dimension, or of a single number, as doubles, as they are stored.
   [[nodiscard]] std::vector<double> line(const NetcdfVariable& variable) const;
   // Returns all of a variable of text: strings over one dimension or characters over two.
   [[nodiscard]] std::vector<std::string> lines(const NetcdfVariable& variable) const;
@@ -69,6 +72,7 @@ class NetcdfFile {
 
  private:
   template<class... Parts> void check(int status, const Parts&... doing) const;
+  [[nodiscard]] std::vector<std::string> texts(const NetcdfVariable& variable, const char* name) const;
   void add_group(int group, const std::string& folder, std::vector<int> records);
   void add_variable(int group, int id, const std::string& folder, const std::vector<int>& records);
 

@@ -35,11 +35,16 @@ uint64_t check_sizes(const NetcdfFile& file, const NetcdfVariable& v, const std:
   return frames;
 }
 
-void describe_axes(SeriesDescription& d, const NetcdfVariable& v, const NetcdfAxes& axes) {
+void describe_axes(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariable& v,
+                   const NetcdfAxes& axes) {
   for (size_t a = axes.roles.size(); a-- > 0;) {
     const auto r = static_cast<size_t>(axes.roles[a]);
     if (axes.roles[a] != AxisRole::t) d.dims[r] = v.dims[a].size;
     d.axes += concat(d.axes.empty() ? "" : ", ", "xyzt"[r], " ", v.dims[a].size, " (", v.dims[a].name, ")");
+    const NetcdfVariable* const at = file.coordinate(v, v.dims[a]);
+    const bool named = !v.dims[a].name.starts_with("phony_dim_"); // of HDF5 without scales, by the library
+    keep_axis(d, r, named ? v.dims[a].name : "",
+              at ? file.attributes(*at, axes.roles[a] == AxisRole::t) : Record::object());
   }
   d.axes += "; " + axes.why;
 }
@@ -77,7 +82,9 @@ class NetcdfSeries {
     add_times(file, v, axes.roles, part.count);
     NetcdfSpace space = netcdf_space(file, v, axes.roles);
     if (parts_.empty()) {
-      describe_axes(d_, v, axes);
+      describe_axes(d_, file, v, axes);
+      for (const NetcdfVariable* channel : variables)
+        keep_channel(d_, channel->name, file.attributes(*channel));
       describe_space(d_, space);
       axes_ = std::move(axes);
       space_ = std::move(space);
@@ -105,9 +112,8 @@ class NetcdfSeries {
   void add_times(const NetcdfFile& file, const NetcdfVariable& v, const std::vector<AxisRole>& roles,
                  uint64_t frames) {
     const auto time = std::find(roles.begin(), roles.end(), AxisRole::t);
-    NetcdfTimes times;
-    if (time != roles.end()) times = netcdf_times(file, v, v.dims[time - roles.begin()]);
-    clock_.add(std::move(times), frames, file.path());
+    const NetcdfDimension* const dim = time == roles.end() ? nullptr : &v.dims[time - roles.begin()];
+    clock_.add(netcdf_times(file, v, dim), frames, file.path());
   }
 
   const ReaderOptions& options_;

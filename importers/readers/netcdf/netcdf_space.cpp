@@ -9,6 +9,7 @@
 
 #include "readers/affine.h"
 #include "readers/error.h"
+#include "readers/lengths.h"
 #include "readers/netcdf/netcdf_values.h"
 #include "readers/places.h"
 
@@ -20,11 +21,6 @@ constexpr double kPartOfStep = 1e-3; // places that differ by less are one
 const char* letter_of(const NetcdfLine& line) {
   static constexpr const char* letters[] = {"x", "y", "z"};
   return letters[static_cast<size_t>(line.role)];
-}
-
-// "degrees_north", "degree_E" and the like of longitude and latitude are one.
-std::string common_unit(const std::string& unit) {
-  return lower(unit).starts_with("degree") ? "degrees" : unit;
 }
 
 NetcdfLine line_of(const NetcdfFile& file, const NetcdfVariable& v, const NetcdfDimension& dim,
@@ -98,8 +94,8 @@ void describe_unknown(SeriesDescription& d, const NetcdfSpace& space, const std:
 // Axes of one unit give the world that unit; `axes` is how many there are, those without a unit included.
 void describe_units(SeriesDescription& d, const std::vector<std::string>& units, size_t axes) {
   const bool agree = std::all_of(units.begin(), units.end(),
-                                 [&](const auto& u) { return common_unit(u) == common_unit(units[0]); });
-  if (agree && !units.empty() && units.size() == axes) d.spatial_unit = common_unit(units[0]);
+                                 [&](const auto& u) { return length_unit(u) == length_unit(units[0]); });
+  if (agree && !units.empty() && units.size() == axes) d.spatial_unit = length_unit(units[0]);
   if (!agree)
     d.notes.push_back(concat("the axes have different units: ", join(units),
                              "; bcc4 render --shape says in which proportions they are drawn"));
@@ -153,7 +149,7 @@ void describe_space(SeriesDescription& d, const NetcdfSpace& space) {
       continue;
     }
     const auto r = static_cast<size_t>(line.role);
-    d.places[r].unit = common_unit(line.unit), d.places[r].down = line.down;
+    d.places[r].unit = length_unit(line.unit), d.places[r].down = line.down;
     if (!evenly_spaced(line.at)) {
       if (!strictly_monotonic(line.at)) {
         warn_of_uneven(d, line);
@@ -173,9 +169,6 @@ void describe_space(SeriesDescription& d, const NetcdfSpace& space) {
   d.affine_origin = known.empty() ? "none given: one unit per voxel" : "coordinate variables " + join(known);
   describe_unknown(d, space, unknown, !known.empty());
   describe_units(d, units, axes);
-  if (d.spatial_unit.empty() && !units.empty())
-    d.attributes.emplace_back("axis_units",
-                              concat(d.places[0].unit, ",", d.places[1].unit, ",", d.places[2].unit));
 }
 
 std::array<bool, 3> turned_axes(SeriesDescription& d, const NetcdfSpace& first, const NetcdfSpace& space,
@@ -186,7 +179,7 @@ std::array<bool, 3> turned_axes(SeriesDescription& d, const NetcdfSpace& first, 
     if (a.size != b.size)
       fail_input(path, ": dimension ", b.name, " has ", b.size, " samples, not ", a.size,
                  " as in the first file: import them one by one");
-    const bool comparable = a.at.size() == b.at.size() && common_unit(a.unit) == common_unit(b.unit);
+    const bool comparable = a.at.size() == b.at.size() && length_unit(a.unit) == length_unit(b.unit);
     if (comparable && (a.at.empty() || same_places(a, b, false))) continue;
     if (comparable && same_places(a, b, true))
       turned[static_cast<size_t>(b.role)] = true;

@@ -44,6 +44,24 @@ void set_dates(NetcdfTimes& times, const std::vector<Date>& dates, const std::st
   times.epoch = epoch;
 }
 
+// Returns numbers of time along the dimension, or the only one (null), in a variable of another name: by its
+// standard name, its own, or as the only one with a date.
+const NetcdfVariable* times_beside(const NetcdfFile& file, const NetcdfVariable& v,
+                                   const NetcdfDimension* dim) {
+  const NetcdfVariable *named = nullptr, *dated = nullptr;
+  size_t dates = 0;
+  for (const NetcdfVariable& other : file.variables()) {
+    const bool along = dim ? other.dims.size() == 1 && other.dims[0].id == dim->id : other.dims.empty();
+    if (!along || !other.type || file.near(v, other.leaf) != &other) continue;
+    const std::string standard = file.text(other, "standard_name"), units = file.text(other, "units");
+    if (standard == "time") return &other;
+    if (!standard.empty()) continue; // of the reference of a forecast, and the like
+    if (lower(other.leaf) == "time") named = &other;
+    if (units.find(" since ") != std::string::npos) dated = &other, ++dates;
+  }
+  return named ? named : dates == 1 ? dated : nullptr;
+}
+
 NetcdfTimes times_of_text(const NetcdfFile& file, const NetcdfVariable& text) {
   NetcdfTimes times;
   times.origin = concat("the dates in ", text.name);
@@ -82,7 +100,7 @@ void set_numbered_dates(NetcdfTimes& times, const std::vector<double>& numbers) 
 
 NetcdfTimes times_of_numbers(const NetcdfFile& file, const NetcdfVariable& coordinate) {
   NetcdfTimes times;
-  times.origin = concat("coordinate variable ", coordinate.name);
+  times.origin = concat(is_coordinate(coordinate) ? "coordinate variable " : "variable ", coordinate.name);
   times.calendar = file.text(coordinate, "calendar");
   const std::string units = file.text(coordinate, "units");
   const std::vector<double> numbers = coordinate_values(file, coordinate);
@@ -113,9 +131,12 @@ void count_from(const NetcdfTimes& first, NetcdfTimes& times, const std::string&
 
 } // namespace
 
-NetcdfTimes netcdf_times(const NetcdfFile& file, const NetcdfVariable& v, const NetcdfDimension& dim) {
-  if (const NetcdfVariable* coordinate = file.coordinate(v, dim)) return times_of_numbers(file, *coordinate);
-  if (const NetcdfVariable* text = dates_along(file, v, dim)) return times_of_text(file, *text);
+NetcdfTimes netcdf_times(const NetcdfFile& file, const NetcdfVariable& v, const NetcdfDimension* dim) {
+  if (const NetcdfVariable* coordinate = dim ? file.coordinate(v, *dim) : nullptr)
+    return times_of_numbers(file, *coordinate);
+  if (const NetcdfVariable* text = dim ? dates_along(file, v, *dim) : nullptr)
+    return times_of_text(file, *text);
+  if (const NetcdfVariable* beside = times_beside(file, v, dim)) return times_of_numbers(file, *beside);
   return {};
 }
 

@@ -19,9 +19,10 @@ struct NetcdfTimes {
   std::string unread;         // why what may be times is not taken for them, "" otherwise
 };
 
-// Tells the times along the dimension of the variable. Dates become hours or days since the first of them.
+// Tells the times along the dimension of the variable, or where it has none of time (null) the one moment
+// that a variable of a single number tells. Dates become hours or days since the first of them.
 [[nodiscard]] NetcdfTimes netcdf_times(const NetcdfFile& file, const NetcdfVariable& v,
-                                       const NetcdfDimension& dim);
+                                       const NetcdfDimension* dim);
 
 // The times of the files of a series, in the unit and since the date of the first one.
 class NetcdfClock {

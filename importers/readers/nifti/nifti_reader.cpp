@@ -15,6 +15,7 @@
 #include "readers/nifti/nifti_header.h"
 #include "readers/nifti/nifti_place.h"
 #include "readers/nifti/nifti_values.h"
+#include "readers/records.h"
 #include "readers/same_place.h"
 #include "readers/system.h"
 #include "readers/utf8.h"
@@ -137,9 +138,9 @@ void require_like(const SeriesDescription& d, const DenseLayout& first, const On
   require_same_place(d, place, samples_of(first), options, path);
 }
 
-// The name of the values, their unit (as bcc4 writes it) and whether they are labels, where the file tells
-// it.
-void describe_values(Channel& channel, const NiftiHeader& h) {
+// The name of the values, their unit (as bcc4 writes it), the text beside them and whether they are labels,
+// where the file tells it.
+void describe_values(SeriesDescription& d, Channel& channel, const NiftiHeader& h) {
   constexpr int labels = 1002; // NIFTI_INTENT_LABEL
   if (h.code(h.fields().intent) == labels) channel.labels = true;
   constexpr size_t name_bytes = 16, text_bytes = 80;
@@ -148,6 +149,8 @@ void describe_values(Channel& channel, const NiftiHeader& h) {
     channel.name = utf8_of(name);
   if (const std::string text = h.text(h.fields().text, text_bytes); text.starts_with(unit))
     channel.unit = utf8_of(text.substr(unit.size()));
+  else if (!text.empty() && !text.starts_with("bcc4"))
+    keep_channel(d, channel.name, {{"description", utf8_of(text)}});
 }
 
 FileTime file_time(const NiftiHeader& h) {
@@ -174,7 +177,7 @@ std::unique_ptr<FrameReader> open_values(SeriesDescription d, std::vector<Segmen
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   if (first.values.complex()) return open_complex(std::move(d), std::move(series), options, path, kind);
   const uint64_t count = layout.size_of(AxisRole::component);
-  if (count == 1) describe_values(kind, first.header);
+  if (count == 1) describe_values(d, kind, first.header);
   std::vector<uint64_t> wanted = add_channels(d, options, path, count, kind, first.values.names);
   return std::make_unique<DenseReader>(std::move(d), std::move(series), std::move(wanted));
 }

@@ -8,6 +8,7 @@
 
 #include "readers/affine.h"
 #include "readers/error.h"
+#include "readers/lengths.h"
 #include "readers/places.h"
 #include "readers/same_place.h"
 #include "readers/text.h"
@@ -86,9 +87,21 @@ void set_places(SeriesDescription& d, const NrrdHeader& h, const std::vector<Axi
       fail_input(h.path, ": \"axis ", a, " index values\" should give ", h.axes[a].size,
                  " numbers that rise or fall throughout: correct or remove it");
     if (evenly_spaced(*numbers)) continue;
-    d.places[static_cast<size_t>(roles[a])] = {
-        .unit = key_of(h, a, "unit"), .down = key_of(h, a, "positive") == "down", .coordinates = *numbers};
+    Places& places = d.places[static_cast<size_t>(roles[a])];
+    places.down = key_of(h, a, "positive") == "down", places.coordinates = *numbers;
+    if (const std::string unit = key_of(h, a, "unit"); !unit.empty()) places.unit = unit;
   }
+}
+
+// Gives space the unit of its axes where those that have one have the same.
+void set_unit(SeriesDescription& d) {
+  std::string unit;
+  for (Places& p : d.places) {
+    p.unit = length_unit(p.unit);
+    if (unit.empty()) unit = p.unit;
+    if (!p.unit.empty() && p.unit != unit) return;
+  }
+  d.spatial_unit = unit;
 }
 
 } // namespace
@@ -113,18 +126,19 @@ void set_affine(SeriesDescription& d, const NrrdHeader& h, const std::vector<Axi
       if (place.step) columns[r][r] = *place.step, spacing = true;
       origin[r] = place.first.value_or(0);
     }
-    if (!axis.unit.empty() && d.spatial_unit.empty()) d.spatial_unit = axis.unit;
+    if (!axis.unit.empty()) d.places[r].unit = axis.unit;
+    if (r < h.space_units.size() && !h.space_units[r].empty()) d.places[r].unit = h.space_units[r];
   }
   if (directions && !has_z) add_across(columns);
   if (h.origin)
     for (size_t i = 0; i < std::min<size_t>(3, h.origin->size()); ++i) origin[i] = (*h.origin)[i];
-  if (!h.space_units.empty()) d.spatial_unit = h.space_units[0];
   d.affine = affine_from_columns(columns, origin);
   require_volume(d.affine, options, h.path, "its affine (space directions, or spacings)");
   d.affine_origin = directions ? "space directions and origin"
                     : spacing  ? "spacings and ends of the axes"
                                : "none given: one unit per voxel";
   set_places(d, h, roles);
+  set_unit(d);
   if (const std::string space = right_handed(d, h.space); !space.empty())
     d.attributes.emplace_back("space", space);
 }

@@ -14,6 +14,7 @@
 #include "readers/frame_plan.h"
 #include "readers/nrrd/nrrd_header.h"
 #include "readers/nrrd/nrrd_place.h"
+#include "readers/records.h"
 #include "readers/same_place.h"
 #include "readers/utf8.h"
 
@@ -166,6 +167,24 @@ void keep_dates(SeriesDescription& d, const NrrdHeader& h) {
       d.attributes.emplace_back(attribute, utf8_of(text));
 }
 
+// What the header says of its axes: the keys that bcc4 writes, else labels and, where they differ, units. The
+// axis of time of a file of one frame is the fourth.
+void keep_axes(SeriesDescription& d, const NrrdHeader& h, const std::vector<AxisRole>& roles) {
+  for (size_t a = 0; a < std::max<size_t>(roles.size(), 4); ++a) {
+    const AxisRole role = a < roles.size() ? roles[a] : AxisRole::t;
+    if (role == AxisRole::component || (a >= roles.size() && a != 3)) continue;
+    Record said = read_record(key_of(h, concat("axis ", a, " attributes")));
+    std::string name = text_in(said, "name");
+    said.erase("name");
+    const auto r = static_cast<size_t>(role);
+    if (a < roles.size() && name.empty() && h.axes[a].label != std::string(1, "xyzt"[r]))
+      name = h.axes[a].label;
+    if (role != AxisRole::t && d.spatial_unit.empty() && said.empty() && !d.places[r].unit.empty())
+      said["units"] = utf8_of(d.places[r].unit);
+    keep_axis(d, r, name, std::move(said));
+  }
+}
+
 struct OneNrrd {
   NrrdHeader header{};
   Roles roles{};
@@ -245,6 +264,7 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
 
   d.format = "NRRD";
   keep_dates(d, h);
+  keep_axes(d, h, first.roles.roles);
   d.axes = layout_text(layout) + (first.roles.why.empty() ? "" : "; " + first.roles.why);
   if (file_per_frame) {
     frames = sequence.files.size();
@@ -261,6 +281,7 @@ std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOpt
   const std::vector<uint64_t> wanted =
       add_channels(d, options, path, components, {.unit = utf8_of(h.sample_unit), .precision = layout.type});
   if (components == 1 && one_content) set_name(d.channels[0], h.content);
+  keep_channel(d, d.channels[0].name, read_record(key_of(h, "sample attributes")));
   if (lower(path).ends_with(".seg.nrrd")) // 3D Slicer's
     for (Channel& channel : d.channels) channel.labels = true;
   if (h.encoding != Encoding::raw)

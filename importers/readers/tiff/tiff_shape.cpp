@@ -4,24 +4,13 @@
 #include <algorithm>
 #include <string_view>
 
+#include "readers/records.h"
 #include "readers/text.h"
 
 namespace bcc4 {
 namespace {
 
 using Sizes = std::vector<uint64_t>;
-
-// Returns what stands between two marks behind a key of JSON, "" where it is not there.
-std::string_view value_between(std::string_view json, std::string_view key, char open, char close) {
-  const size_t at = json.find(key);
-  if (at == std::string_view::npos) return {};
-  const std::string_view rest = trim(json.substr(at + key.size()));
-  if (!rest.starts_with(':')) return {};
-  const std::string_view value = trim(rest.substr(1));
-  const size_t end = value.find(close, 1);
-  return value.starts_with(open) && end != std::string_view::npos ? value.substr(1, end - 1)
-                                                                  : std::string_view{};
-}
 
 // Returns how many of the sizes are those of a page: height, width and samples of a pixel.
 size_t sizes_of_page(const Sizes& sizes, const TiffKind& kind) {
@@ -44,18 +33,16 @@ bool names_pages(const std::string& letters) {
 } // namespace
 
 std::optional<TiffShape> tiff_shape(const TiffFile& file) {
-  const std::string& text = file.description();
-  if (!text.starts_with("{")) return std::nullopt;
-  const auto told = parse_numbers(split_commas(value_between(text, "\"shape\"", '[', ']')));
-  if (!told) return std::nullopt;
+  const Record told = read_record(file.description());
   Sizes sizes;
-  for (const double size : *told) {
-    if (!(size >= 1 && size < 0x1p32)) return std::nullopt;
-    sizes.push_back(static_cast<uint64_t>(size));
+  for (const Record& size : told.value("shape", Record::array())) {
+    const double n = size.is_number() ? size.get<double>() : 0;
+    if (!(n >= 1 && n < 0x1p32)) return std::nullopt;
+    sizes.push_back(static_cast<uint64_t>(n));
   }
   const size_t of_page = sizes_of_page(sizes, file.kind());
   if (of_page == 0) return std::nullopt;
-  const std::string names = lower(value_between(text, "\"axes\"", '"', '"'));
+  const std::string names = lower(text_in(told, "axes"));
   const bool named = names.size() == sizes.size();
   TiffShape shape;
   for (size_t a = sizes.size() - of_page; a-- > 0;) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Data sets are taken in the order in which a run names them: what is named later counts.
 #include "readers/vti/vti_collection.h"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include "readers/byte_stream.h"
 #include "readers/data_files.h"
 #include "readers/error.h"
+#include "readers/name_numbers.h"
 #include "readers/system.h"
 #include "readers/vti/xml.h"
 
@@ -47,12 +49,41 @@ void refuse_second_of_a_time(const std::string& collection, const DataSet& a, co
                b.entry.path, ": leave one out, or give --dt or --times");
 }
 
+// Whether two files count as their times do, by the numbers in their names: s_2 and s_10.
+bool counts_before(const std::string& path, const std::string& other) {
+  std::vector<SequenceFile> files{{path}, {other}};
+  try {
+    if (order_by_names(files) == NameOrder::given) return false;
+  } catch (const Error&) { // one number
+    return false;
+  }
+  return (files[0].number < files[1].number) == (files[0].path == path);
+}
+
+// The names of files that are left out, not all of many.
+std::string names_of(const std::vector<DataSet>& sets) {
+  constexpr size_t most = 3;
+  std::vector<std::string> names;
+  for (const DataSet& set : sets)
+    if (names.size() < most) names.push_back(to_text(to_path(set.entry.path).filename()));
+  return sets.size() > most ? concat(join(names, ", "), " ...") : join(names);
+}
+
 // Takes the data sets as they are named. A run that was taken up at an earlier time goes on from there: what
-// it had written from that time on no longer counts.
+// it had written from that time on no longer counts. A collection that is only not sorted has files whose
+// numbers go with their times.
 std::vector<DataSet> without_superseded(const std::string& collection, std::vector<DataSet> sets,
-                                        bool other_times) {
+                                        bool other_times, std::vector<DataSet>& left_out) {
   std::vector<DataSet> kept;
   double latest = -HUGE_VAL;
+  std::string latest_path;
+  const auto take_up = [&](double from) {
+    const auto old = std::stable_partition(kept.begin(), kept.end(),
+                                           [&](const DataSet& other) { return other.entry.time < from; });
+    left_out.insert(left_out.end(), old, kept.end());
+    kept.erase(old, kept.end());
+    latest = -HUGE_VAL;
+  };
   for (DataSet& set : sets) {
     const double time = set.entry.time;
     const auto twin = time > latest && !at_one_time(time, latest)
@@ -60,16 +91,16 @@ std::vector<DataSet> without_superseded(const std::string& collection, std::vect
                           : std::find_if(kept.rbegin(), kept.rend(), [&](const DataSet& other) {
                               return at_one_time(other.entry.time, time);
                             });
-    latest = std::max(latest, time);
+    if (twin == kept.rend() && time < latest && !at_one_time(time, latest) &&
+        !counts_before(set.entry.path, latest_path))
+      take_up(time);
     if (twin != kept.rend()) {
       const bool again = twin->entry.path == set.entry.path, next = twin == kept.rbegin();
       if (twin->beside(set) || (next && !again)) refuse_second_of_a_time(collection, *twin, set, other_times);
       const double from = twin->entry.time;
-      if (again || !next) {
-        std::erase_if(kept, [&](const DataSet& other) { return other.entry.time >= from; });
-        latest = time;
-      }
+      if (again || !next) take_up(from);
     }
+    if (time > latest) latest = time, latest_path = set.entry.path;
     kept.push_back(std::move(set));
   }
   return kept;
@@ -99,10 +130,15 @@ Collection read_collection(const std::string& path, const ReaderOptions& options
                     e.attribute("name").value()});
   }
   if (sets.empty()) fail_input(path, ": names no data sets");
-  const size_t named = sets.size();
-  sets = without_superseded(path, std::move(sets), other_times);
-  if (sets.size() < named)
-    c.note = concat(", without ", named - sets.size(), " whose times were written again later");
+  std::vector<DataSet> left_out;
+  sets = without_superseded(path, std::move(sets), other_times, left_out);
+  std::erase_if(left_out, [&](const DataSet& old) { // written over, or named twice
+    return std::any_of(sets.begin(), sets.end(),
+                       [&](const DataSet& set) { return set.entry.path == old.entry.path; });
+  });
+  if (!left_out.empty())
+    c.note = concat(", without ", left_out.size(),
+                    " that the run wrote before it was taken up again: ", names_of(left_out));
   std::stable_sort(sets.begin(), sets.end(),
                    [](const DataSet& a, const DataSet& b) { return a.entry.time < b.entry.time; });
   for (const DataSet& set : sets) c.entries.push_back(set.entry);

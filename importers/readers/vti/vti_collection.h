@@ -20,9 +20,9 @@ struct Collection {
   std::string note{};                   // what was left out
 };
 
-// Returns one file for each time, of a run that was taken up again the one written last; data sets without a
-// time, or of one time, stay in order where --dt or --times give one. Throws for parts of a frame in several
-// files, and for files elsewhere than below the collection's own folder.
+// Returns one file for each time; of a run that was taken up again at an earlier time what it wrote from
+// there on. Data sets without a time, or of one time, stay in order where --dt or --times give one. Throws
+// for parts of a frame in several files, and for files elsewhere than below the collection's own folder.
 [[nodiscard]] Collection read_collection(const std::string& path, const ReaderOptions& options);
 
 } // namespace bcc4

@@ -106,7 +106,9 @@ void VtiFile::find_appended(pugi::xml_node element) {
 void VtiFile::find_time(pugi::xml_node fields) {
   for (const pugi::xml_node e : fields.children()) {
     const auto type = type_by_name(attribute(e, "type"));
-    if (attribute(e, "Name") != "TimeValue" || !type) continue;
+    const std::string name = lower(attribute(e, "Name"));
+    const bool of_visit = name == "time" && attribute(e, "NumberOfTuples") == "1" && !time_;
+    if ((name != "timevalue" && !of_visit) || !type) continue;
     const Bytes value = decode(e, *type, 1);
     time_ = visit_type(*type, [&](auto zero) { return load_as<decltype(zero)>(value.data()); });
   }
@@ -155,7 +157,7 @@ void VtiFile::read_coordinates(pugi::xml_node grid) {
     visit_type(*type, [&](auto zero) {
       using T = decltype(zero);
       for (uint64_t i = 0; i < points; ++i)
-        at[i] = static_cast<double>(load_as<T>(bytes.data() + i * sizeof(T)));
+        at[i] = static_cast<double>(load_as<T>(bytes.data() + i * sizeof(T))) + 0.0; // not -0
     });
     for (uint64_t i = 0; cell_data_ && i + 1 < points; ++i) at[i] = (at[i] + at[i + 1]) / 2;
     at.resize(dims_[a]);
@@ -178,7 +180,10 @@ void VtiFile::find_arrays(pugi::xml_node piece) {
   }
   active_ = attribute(data, "Scalars");
   for (const pugi::xml_node e : data.children("DataArray")) {
-    VtiArray array{.name = std::string(attribute(e, "Name")), .element = e};
+    const pugi::xml_node unit = e.find_child_by_attribute("InformationKey", "name", "UNITS_LABEL");
+    VtiArray array{.name = std::string(attribute(e, "Name")),
+                   .unit = std::string(trim(unit.child_value())),
+                   .element = e};
     const auto type = type_by_name(attribute(e, "type"));
     if (!type || *type == Type::f16) continue; // strings and the like
     array.type = *type;

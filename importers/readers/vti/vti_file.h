@@ -24,6 +24,7 @@ struct VtiArray {
   std::string name;
   Type type = Type::f32;
   uint64_t components = 1;
+  std::string unit;
   pugi::xml_node element;
 };
 

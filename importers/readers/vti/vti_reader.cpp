@@ -104,6 +104,7 @@ void choose_channels(const ReaderOptions& options, const VtiFile& file, const st
       d.channels.push_back({.name = array.components > 1 ? concat(name, ".", c)
                                     : name.empty()       ? "value"
                                                          : name,
+                            .unit = array.unit,
                             .type = widened(array.type),
                             .precision = array.type});
     }

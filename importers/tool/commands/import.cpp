@@ -172,9 +172,11 @@ uint64_t memory_of_import(const ImportArguments& a) {
 [[noreturn]] void refuse_memory(const ImportArguments& a, const WriterSettings& typed, const StatusError& e) {
   const bool open =
       a.block.empty() && a.part.empty() && a.plan.empty() && !a.resume.append && a.resume.live == 0;
-  const bool blocks = open && !a.blocks && needs_whole_frames(typed).empty();
+  const std::string why = needs_whole_frames(typed);
   fail(e.exit(), e.what(), advice_on(e.status()),
-       blocks ? ", or give --blocks, which takes less at a time" : "");
+       !open || a.blocks ? ""
+       : why.empty()     ? ", or give --blocks, which takes less at a time"
+                         : concat("; --blocks would take less at a time, but ", why));
 }
 
 // Frames are imported in blocks of space where that is asked for, where they do not fit the memory for

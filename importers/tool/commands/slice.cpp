@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
@@ -92,11 +93,13 @@ void set_time_axis(const bccsplat_volume_info& v, const bccsplat_slice_info& inf
   output.affine[4 * t + t] = step;
   output.affine[4 * t + 3] = (even ? v.time_first : 0) + step * info.extent[t][0];
   output.axis_units[t] = even ? v.time_unit : "frames";
+  if (!even) output.axis_records[t].clear();
 }
 
 // Names the axes of a slice over time and their units where each is one of x, y, z and t.
 void name_axes(const Volume& volume, const bccsplat_slice_info& info, VolumeOutput& output) {
-  const bccsplat_volume_info v = volume_info(volume);
+  const std::array<std::string, 3> units = output.axis_units;
+  const std::array<std::string, 4> records = std::exchange(output.axis_records, {});
   for (size_t u = 0; u < 3; ++u) {
     const double* const direction = info.basis[u];
     const auto axis =
@@ -104,11 +107,15 @@ void name_axes(const Volume& volume, const bccsplat_slice_info& info, VolumeOutp
     if (axis == 4) {
       output.axis_names = output.axis_units = {};
       output.spatial_unit.clear(); // lengths and times together
+      output.axis_records = {};
       return;
     }
     output.axis_names[u] = std::string(1, "xyzt"[axis]);
-    output.axis_units[u] = v.spatial_unit;
-    if (axis == 3) set_time_axis(v, info, output);
+    output.axis_records[u] = records[axis];
+    if (axis < 3)
+      output.axis_units[u] = units[axis];
+    else
+      set_time_axis(volume_info(volume), info, output);
   }
 }
 
@@ -124,7 +131,6 @@ void add_coordinates(const Volume& volume, const bccsplat_slice_info& info, Volu
       const auto first = static_cast<uint64_t>(std::llround(info.extent[k][0]));
       if (axis.count == 0 || info.basis[k][a] != 1 || first + info.dims[k] > axis.count) continue;
       n.coordinates[k].assign(axis.coordinates + first, axis.coordinates + first + info.dims[k]);
-      n.coordinate_units[k] = axis.unit;
       n.coordinates_down[k] = (axis.flags & BCCSPLAT_AXIS_DOWN) != 0;
     }
 }
@@ -133,7 +139,7 @@ VolumeOutput slice_output(const Volume& volume, uint32_t channel, const bccsplat
                           const Cut& where) {
   VolumeOutput n = describe_volume(volume, channel);
   // A sum along the normal is in another unit.
-  if (where.thickness > 0 && where.slab == BCCSPLAT_SLAB_SUM) n.unit.clear();
+  if (where.thickness > 0 && where.slab == BCCSPLAT_SLAB_SUM) n.unit.clear(), n.record.clear();
   std::copy(info.dims, info.dims + 3, n.dims.begin());
   n.affine = box_affine(volume, info);
   add_coordinates(volume, info, n);

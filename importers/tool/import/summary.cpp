@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "readers/sequence.h"
 #include "tool/json.h"
 #include "tool/system.h"
 
@@ -30,6 +31,17 @@ double compared_part(const SeriesDescription& s, const ImportResult& import, siz
     if (missing != import.nonfinite[channel].end()) seen += missing->second;
   }
   return all == 0 || seen >= all ? 1 : static_cast<double>(e.samples) / static_cast<double>(all);
+}
+
+// Names the frames of which no value is there.
+std::string empty_frames(const SeriesDescription& s, const ImportResult& import) {
+  std::vector<int64_t> empty;
+  for (const auto& of_channel : import.nonfinite)
+    for (const auto& [frame, count] : of_channel)
+      if (count == s.dims[0] * s.dims[1] * s.dims[2]) empty.push_back(static_cast<int64_t>(frame));
+  std::sort(empty.begin(), empty.end());
+  empty.erase(std::unique(empty.begin(), empty.end()), empty.end());
+  return empty.empty() ? "" : concat(", all of frame ", range_text(empty, 1));
 }
 
 void print_errors(const SeriesDescription& s, const ImportResult& import) {
@@ -119,8 +131,8 @@ void print_summary(const SeriesDescription& s, const ImportResult& import, doubl
   const bool doubles =
       std::any_of(s.channels.begin(), s.channels.end(), [](const Channel& c) { return c.type == Type::f64; });
   if (r.nonfinite > 0)
-    std::printf("  %llu source values were not finite%s\n", static_cast<unsigned long long>(r.nonfinite),
-                doubles ? " or beyond 32-bit floats" : "");
+    std::printf("  %llu source values were not finite%s%s\n", static_cast<unsigned long long>(r.nonfinite),
+                doubles ? " or beyond 32-bit floats" : "", empty_frames(s, import).c_str());
   if (r.clamped > 0)
     std::printf("  %llu values, of the source or by the filter beside edges, clamped to the range of the "
                 "stored type\n",

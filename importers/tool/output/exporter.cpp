@@ -77,7 +77,6 @@ VolumeOutput Exporter::description() const {
     if (axis.count == 0) continue;
     const double* const first = axis.coordinates + box.begin[a];
     o.coordinates[a].assign(first, first + box.dims[a]);
-    o.coordinate_units[a] = axis.unit;
     o.coordinates_down[a] = (axis.flags & BCCSPLAT_AXIS_DOWN) != 0;
   }
   if (options_.format == ExportFormat::netcdf) o.fill = fill_of(type_, channel_info_);

@@ -10,8 +10,10 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <set>
 
 #include "readers/error.h"
+#include "readers/records.h"
 #include "readers/text.h"
 
 namespace bcc4 {
@@ -54,23 +56,64 @@ std::vector<double> coordinates_of(const VolumeOutput& o, size_t a) {
   return at;
 }
 
-// Names of variables are letters, digits and underscores, with a letter first, wherever they are read.
-std::string variable_name(const std::string& text) {
+// Names are letters, digits and underscores, with a letter first, wherever they are read.
+std::string legal_name(const std::string& text) {
   std::string name;
   for (const char c : text) name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
   if (name.empty() || std::isalpha(static_cast<unsigned char>(name[0])) == 0) name.insert(0, "v_");
-  constexpr std::string_view taken[] = {"x", "y", "z", "t", "time"}; // by coordinates
-  if (std::find(std::begin(taken), std::end(taken), name) != std::end(taken)) name += "_values";
   return name;
 }
 
 struct Axis {
   std::string name; // of the dimension and its variable
-  char letter = 0;
-  std::string unit;
-  bool down = false;
+  Record attributes;
   std::vector<double> at;
 };
+
+// The axis that a record speaks of, and what has to be said of it where the record does not.
+Axis axis_of(const std::string& record, const std::string& usual_name, char letter, const std::string& unit) {
+  Axis axis{usual_name, read_record(record), {}};
+  if (const std::string name = text_in(axis.attributes, "name"); !name.empty()) axis.name = legal_name(name);
+  axis.attributes.erase("name");
+  if (!unit.empty() && text_in(axis.attributes, "units").empty()) axis.attributes["units"] = unit;
+  if (!axis.attributes.contains("axis")) axis.attributes["axis"] = std::string(1, letter);
+  return axis;
+}
+
+// Makes an axis one of dates, where the file knows the date of its 0.
+void set_date(Axis& axis, const VolumeOutput& o) {
+  if (o.epoch.empty() || o.time_unit.empty() || text_in(axis.attributes, "units") != o.time_unit) return;
+  axis.attributes["units"] = concat(o.time_unit, " since ", o.epoch);
+  if (!axis.attributes.contains("standard_name")) axis.attributes["standard_name"] = "time";
+  axis.attributes["calendar"] = o.calendar.empty() ? "standard" : o.calendar;
+}
+
+// The axes of time, z, y and x, as the file has them.
+std::vector<Axis> axes_of(const VolumeOutput& o) {
+  std::vector<Axis> axes;
+  std::vector<std::string> usual;
+  if (!o.times.empty()) {
+    axes.push_back(axis_of(o.axis_records[3], usual.emplace_back("time"), 'T', o.time_unit));
+    axes[0].at = o.times;
+    set_date(axes[0], o);
+  }
+  for (size_t a = 3; a-- > 0;) {
+    const size_t row = world_axis(o.affine, a);
+    usual.push_back(o.axis_names[row].empty() ? std::string(1, "xyz"[row]) : o.axis_names[row]);
+    const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(usual.back()[0])));
+    Axis axis = axis_of(o.axis_records[a], usual.back(), letter, o.axis_units[row]);
+    axis.at = coordinates_of(o, a);
+    if (o.coordinates_down[a]) axis.attributes["positive"] = "down";
+    if (o.coordinates[a].empty() && text_in(axis.attributes, "positive") == "down")
+      for (double& at : axis.at) at = -at + 0.0; // not -0
+    if (letter == 'T') set_date(axis, o);
+    axes.push_back(std::move(axis));
+  }
+  std::set<std::string> names{legal_name(o.name)};
+  for (const Axis& axis : axes) names.insert(axis.name);
+  for (size_t i = 0; i < axes.size() && names.size() <= axes.size(); ++i) axes[i].name = usual[i];
+  return axes;
+}
 
 // A file that HDF5 could not write it cannot close either: it crashes, be it at the end of the program. Such
 // a file stays open, and the program ends before HDF5 comes to it.
@@ -116,9 +159,24 @@ class NetcdfOutputFile : public VolumeFile {
     std::atexit(end_without_hdf5);
     fail(Exit::no_resources, name_, ": ", doing, ": ", nc_strerror(status), " (is the disk full?)");
   }
+  // Some names NetCDF keeps for itself.
+  void check_attribute(int status) {
+    if (status != NC_EBADNAME && status != NC_ENAMEINUSE) check(status, "cannot be written");
+  }
   void text(int variable, const char* key, const std::string& value) {
-    if (!value.empty())
-      check(nc_put_att_text(id_, variable, key, value.size(), value.c_str()), "cannot be written");
+    if (!value.empty()) check_attribute(nc_put_att_text(id_, variable, key, value.size(), value.c_str()));
+  }
+
+  void put(int variable, const std::string& key, const Record& value) {
+    if (value.is_string()) return text(variable, key.c_str(), value.get<std::string>());
+    const Record list = value.is_array() ? value : Record::array({value});
+    const auto all = [&](auto is) { return !list.empty() && std::all_of(list.begin(), list.end(), is); };
+    if (!all([](const Record& n) { return n.is_number(); })) return text(variable, key.c_str(), value.dump());
+    const bool whole =
+        all([](const Record& n) { return n.is_number_integer() && std::abs(n.get<double>()) < 0x1p31; });
+    const auto numbers = list.get<std::vector<double>>();
+    check_attribute(nc_put_att_double(id_, variable, key.c_str(), whole ? NC_INT : NC_DOUBLE, numbers.size(),
+                                      numbers.data()));
   }
 
   // Defines a dimension and its variable; returns both numbers.
@@ -126,26 +184,8 @@ class NetcdfOutputFile : public VolumeFile {
     int dimension = 0, variable = 0;
     check(nc_def_dim(id_, axis.name.c_str(), axis.at.size(), &dimension), "cannot be written");
     check(nc_def_var(id_, axis.name.c_str(), NC_DOUBLE, 1, &dimension, &variable), "cannot be written");
-    text(variable, "axis", std::string(1, axis.letter));
-    text(variable, "units", axis.unit);
-    if (axis.down) text(variable, "positive", "down");
+    for (const auto& [key, value] : axis.attributes.items()) put(variable, key, value);
     return {dimension, variable};
-  }
-
-  static std::vector<Axis> axes_of(const VolumeOutput& o) {
-    std::vector<Axis> axes;
-    if (!o.times.empty())
-      axes.push_back(
-          {"time", 'T', o.time_unit + (o.epoch.empty() ? "" : " since " + o.epoch), false, o.times});
-    for (size_t a = 3; a-- > 0;) {
-      const size_t row = world_axis(o.affine, a);
-      const std::string name = o.axis_names[row].empty() ? std::string(1, "xyz"[row]) : o.axis_names[row];
-      const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
-      const bool uneven = !o.coordinates[a].empty();
-      axes.push_back({name, letter, uneven ? o.coordinate_units[a] : unit_of_axis(o, row),
-                      uneven && o.coordinates_down[a], coordinates_of(o, a)});
-    }
-    return axes;
   }
 
   void define(const VolumeOutput& o) {
@@ -163,24 +203,24 @@ class NetcdfOutputFile : public VolumeFile {
       const auto [dimension, variable] = define_axis(axis);
       dimensions.push_back(dimension), variables.push_back(variable);
     }
-    if (has_time_ && !o.epoch.empty()) {
-      text(variables[0], "standard_name", "time");
-      text(variables[0], "calendar", o.calendar.empty() ? "standard" : o.calendar);
-    }
-    define_values(o, dimensions);
+    std::string name = legal_name(o.name);
+    const auto is_axis = [&](const Axis& axis) { return axis.name == name; };
+    if (std::any_of(axes.begin(), axes.end(), is_axis)) name += "_values";
+    define_values(o, name, dimensions);
     check(nc_enddef(id_), "cannot be written");
     for (size_t i = 0; i < axes.size(); ++i)
       check(nc_put_var_double(id_, variables[i], axes[i].at.data()), "cannot be written");
     sizes_ = {axes.size() == 4 ? axes[0].at.size() : 1, o.dims[2], o.dims[1], o.dims[0]};
   }
 
-  void define_values(const VolumeOutput& o, const std::vector<int>& dimensions) {
-    const std::string name = variable_name(o.name);
+  void define_values(const VolumeOutput& o, const std::string& name, const std::vector<int>& dimensions) {
     check(nc_def_var(id_, name.c_str(), netcdf_type(type_), static_cast<int>(dimensions.size()),
                      dimensions.data(), &variable_),
           "cannot be written");
-    text(variable_, "long_name", o.name);
-    text(variable_, "units", o.unit);
+    Record said = read_record(o.record);
+    if (said.empty()) said["long_name"] = o.name;
+    if (!o.unit.empty()) said["units"] = o.unit;
+    for (const auto& [key, value] : said.items()) put(variable_, key, value);
     if (!o.fill) return;
     std::vector<std::byte> fill(type_size(type_));
     visit_type(type_, [&](auto zero) {

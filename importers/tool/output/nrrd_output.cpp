@@ -3,6 +3,7 @@
 // keys.
 #include "tool/output/nrrd_output.h"
 
+#include "readers/records.h"
 #include "readers/text.h"
 
 namespace bcc4 {
@@ -55,25 +56,29 @@ std::string index_values(size_t axis, const std::vector<double>& values) {
   return text + "\n";
 }
 
-// Names and units of the axes. Those of a slice that is not at one time have labels, and units where all
-// have.
+// The name of an axis of space or of a slice: its source's, but of time that by which readers know it.
+std::string label(const VolumeOutput& o, size_t a) {
+  const std::string usual = o.axis_names[a].empty() ? std::string(1, "xyz"[a]) : o.axis_names[a];
+  const std::string name = text_in(read_record(o.axis_records[a]), "name");
+  return name.empty() || usual == "t" ? usual : name;
+}
+
+// Names and units of the axes, where there is anything to tell.
 std::string axes_text(const VolumeOutput& o) {
-  std::string text;
-  bool any = false;
-  for (size_t a = 0; a < 3; ++a) any = any || !unit_of_axis(o, a).empty();
-  if (any) {
-    text += "space units:";
-    for (size_t a = 0; a < 3; ++a) text += " " + quoted(unit_of_axis(o, a));
-    text += "\n";
+  std::string labels, units;
+  bool named = o.series || !o.axis_names[0].empty(), any_unit = false;
+  for (size_t a = 0; a < 3; ++a) {
+    named = named || !o.axis_records[a].empty(), any_unit = any_unit || !o.axis_units[a].empty();
+    labels += " " + quoted(label(o, a)), units += " " + quoted(o.axis_units[a]);
   }
-  if (!o.axis_names[0].empty()) {
-    text += "labels:";
-    for (const std::string& name : o.axis_names) text += " " + quoted(name);
-    text += "\n";
-  }
-  if (o.series)
-    text += concat("labels: \"x\" \"y\" \"z\" \"t\"\nunits: \"\" \"\" \"\" ", quoted(o.time_unit), "\n");
-  return text;
+  return concat(any_unit ? concat("space units:", units, "\n") : "",
+                named ? concat("labels:", labels, o.series ? " \"t\"" : "", "\n") : "",
+                o.series ? concat("units: \"\" \"\" \"\" ", quoted(o.time_unit), "\n") : "");
+}
+
+// The keys that hold what the source says of axes and values.
+std::string record_text(const std::string& of, const std::string& record) {
+  return record.empty() ? "" : concat(of, " attributes:=", one_line(record), "\n");
 }
 
 } // namespace
@@ -106,7 +111,7 @@ std::string nrrd_header_text(const VolumeOutput& o) {
   text += "endian: little\nencoding: raw\n";
   for (size_t a = 0; a < 3; ++a) {
     text += index_values(a, o.coordinates[a]);
-    const std::string unit = one_line(o.coordinate_units[a]);
+    const std::string unit = one_line(o.axis_units[a]);
     if (!o.coordinates[a].empty() && o.coordinates_down[a])
       text += concat("axis ", a, " index positive:=down\n");
     if (!o.coordinates[a].empty() && !unit.empty()) text += concat("axis ", a, " index unit:=", unit, "\n");
@@ -117,6 +122,9 @@ std::string nrrd_header_text(const VolumeOutput& o) {
       text += concat(key, ":=", value, "\n");
   if (!o.epoch.empty()) text += concat("time epoch:=", one_line(o.epoch), "\n");
   if (!o.calendar.empty()) text += concat("time calendar:=", one_line(o.calendar), "\n");
+  for (size_t a = 0; a < o.axis_records.size(); ++a)
+    text += record_text(concat("axis ", a), o.axis_records[a]);
+  text += record_text("sample", o.record);
   for (const auto& [key, value] : o.keys) text += concat(key, ":=", one_line(value), "\n");
   return text + "\n";
 }

@@ -29,20 +29,16 @@ struct VolumeOutput {
   bool series = false;                     // several frames, time slowest
   std::vector<double> times;               // of the frames; none where a slice is not at one time
   std::array<std::string, 3> axis_names{}; // of a slice that is not at one time, such as "y" and "t"
-  std::array<std::string, 3> axis_units{}; // of them
-  // Coordinates of the samples along x, y and z, and their units; empty: as the affine says.
+  std::array<std::string, 3> axis_units{}; // along x, y and z of the world, or of that slice
+  // What the source says of x, y, z and time, and of the values (readers/records.h).
+  std::array<std::string, 4> axis_records{};
+  std::string record;
+  // Coordinates of the samples along x, y and z; empty: as the affine says.
   std::array<std::vector<double>, 3> coordinates{};
-  std::array<std::string, 3> coordinate_units{};
   std::array<bool, 3> coordinates_down{};
   std::optional<double> fill;                            // what stands for missing values; floats have NaN
   std::vector<std::pair<std::string, std::string>> keys; // free text, for formats that have it
 };
-
-// Returns the unit of a world axis.
-[[nodiscard]] inline const std::string& unit_of_axis(const VolumeOutput& output, size_t axis) {
-  if (output.axis_names[axis].empty()) return output.spatial_unit;
-  return output.axis_units[axis];
-}
 
 // Values go in frame by frame, x fastest, in pieces of whole planes that do not cross frames, in native byte
 // order. What is not finished leaves no file behind.

@@ -194,6 +194,19 @@ TEST(NiftiReader, FilesOfASequenceAgreeInPlaceAndScaling) {
   EXPECT_REFUSED(refusal(inputs({s.path("a_%d.nii")})), Exit::bad_input, "convert the files to one scaling");
 }
 
+TEST(NiftiReader, KeepsItsText) {
+  Scratch s;
+  Nifti1 n;
+  std::memcpy(n.bytes().data() + 148, "TE=30;phase=1", 13);
+  std::memcpy(n.bytes().data() + 328, "bold", 4);
+  const auto kept = [&] {
+    return told(open_series(inputs({s.file("a.nii", n.file())}))->description(), "channel.bold");
+  };
+  EXPECT_EQ(kept(), "{\"description\":\"TE=30;phase=1\"}");
+  std::memcpy(n.bytes().data() + 148, "bcc4\0", 5); // its own
+  EXPECT_EQ(kept(), "");
+}
+
 TEST(NiftiReader, DoesNotGuessTimes) {
   Scratch s;
   Nifti1 n;

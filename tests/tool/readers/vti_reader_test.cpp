@@ -137,16 +137,37 @@ TEST(VtiReader, ReadsSeriesWithTheirTimes) {
   EXPECT_EQ(dense(*reader, 2)[0], 10);
 
   s.file("all.pvd",
-         "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"3\" part=\"0\" file=\"f_8.vti\"/>"
-         "<DataSet timestep=\"1\" file=\"f_10.vti\"/></Collection></VTKFile>");
+         "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"3\" part=\"0\" file=\"f_10.vti\"/>"
+         "<DataSet timestep=\"1\" file=\"f_8.vti\"/></Collection></VTKFile>");
   const auto collection = open_series(inputs({s.path("all.pvd")}));
   EXPECT_EQ(collection->description().times.values, (std::vector<double>{1, 3}));
-  EXPECT_EQ(dense(*collection, 0)[0], 10);
+  EXPECT_EQ(dense(*collection, 0)[0], 8);
   EXPECT_EQ(open_series(inputs({s.path("*.pvd")}))->description().dims[3], 2u); // a pattern finds it, too
   EXPECT_REFUSED(refusal(inputs({s.path("all.pvd"), s.path("all.pvd")})), Exit::usage, "stands alone");
   s.file("sub/out.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"3\" "
                         "file=\"../f_8.vti\"/></Collection></VTKFile>");
   EXPECT_REFUSED(refusal(inputs({s.path("sub/out.pvd")})), Exit::bad_input, "own folder");
+}
+
+TEST(VtiReader, UnitsAndTimesAsOthersWriteThem) {
+  Scratch s;
+  std::string zeros;
+  for (int i = 0; i < 24; ++i) zeros += "0 ";
+  std::string file = vti("<DataArray type=\"UInt8\" Name=\"d\" format=\"ascii\"><InformationKey "
+                         "name=\"UNITS_LABEL\" location=\"vtkDataArray\">m/s</InformationKey>" +
+                         zeros + "</DataArray>");
+  const auto with_field = [&](const std::string& array) {
+    std::string text = file;
+    return text.insert(text.find("<Piece"),
+                       "<FieldData><DataArray type=\"Float64\" " + array + "</DataArray></FieldData>");
+  };
+  const auto times = [&](const std::string& array) {
+    return open_series(inputs({s.file("t.vti", with_field(array))}))->description().times;
+  };
+  EXPECT_EQ(times("Name=\"TIME\" NumberOfTuples=\"1\" format=\"ascii\">2.5").values,
+            (std::vector<double>{2.5})); // VisIt
+  EXPECT_TRUE(times("Name=\"time\" NumberOfTuples=\"2\" format=\"ascii\">2.5 3").counted);
+  EXPECT_EQ(open_series(inputs({s.path("t.vti")}))->description().channels[0].unit, "m/s");
 }
 
 TEST(VtiReader, CollectionsNameOneFileForEachTime) {
@@ -215,8 +236,10 @@ TEST(VtiReader, RunsThatAreTakenUpAgainGoOnFromThere) {
     std::vector<int> first;
     for (uint64_t f = 0; f < 5; ++f) first.push_back(static_cast<int>(*reader->read(f, 0).boxes[0].data));
     EXPECT_EQ(first, (std::vector<int>{10, 11, 20, 21, 22}));
-    EXPECT_NE(reader->description().notes[0].find("without 3 whose times were written again later"),
-              std::string::npos);
+    EXPECT_NE(
+        reader->description().notes[0].find("without 3 that the run wrote before it was taken up again: "
+                                            "12.vti, 13.vti and 14.vti"),
+        std::string::npos);
   }
 }
 
@@ -240,6 +263,13 @@ TEST(VtiReader, TimesOfACollectionThatAreCloseAreTwo) {
             (std::vector<double>{1.7e9, 1.7e9 + 1, 1.7e9 + 2}));
   // A run that is taken up again and writes over its files.
   EXPECT_EQ(times({{0, 0}, {1, 1}, {2, 2}, {1, 1}, {1.5, 2}}), (std::vector<double>{0, 1, 1.5}));
+  // One whose times meet none of before, for it goes on in other steps; its files count on.
+  EXPECT_EQ(times({{0, 0}, {1, 1}, {2, 2}, {3, 3}, {1.5, 4}, {2.5, 5}}),
+            (std::vector<double>{0, 1, 1.5, 2.5}));
+  // A collection that is only not sorted.
+  EXPECT_EQ(times({{0, 0}, {1, 1}, {10, 10}, {11, 11}, {2, 2}, {3, 3}}),
+            (std::vector<double>{0, 1, 2, 3, 10, 11}));
+  EXPECT_EQ(times({{2, 2}, {1, 1}, {0, 0}}), (std::vector<double>{0, 1, 2}));
   // Another series of the same times.
   EXPECT_THROW(times({{0, 0}, {1, 1}, {2, 2}}, "<DataSet timestep=\"0\" name=\"solid\" file=\"1.vti\"/>"),
                Error);
