@@ -29,8 +29,8 @@ struct CutPlan {
   size_t axis = 3;     // that a merged slice lies across
   double position = 0; // along it: a frame, or index units
 
-  // Of a time slice: the frames that it holds, first and last, with the layers that their mean is merged of;
-  // and where it is the largest value of some instants, these.
+  // The first and the last frame of a time slice, and the layers that their mean is merged of. A slice that
+  // holds the largest value of some instants has these instead.
   std::array<double, 2> frames{};
   std::vector<LayerWeight> layers{};
   std::vector<double> instants{};

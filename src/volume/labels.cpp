@@ -49,7 +49,7 @@ Grid samples_in(const OpenVolume& volume, const std::optional<IndexBox>& box) {
   return grid;
 }
 
-// What of a frame is hidden: its samples of other labels, and those that were missing before.
+// The hidden samples of a frame: those of other labels, and those that were missing before.
 class HiddenSamples {
  public:
   HiddenSamples(const Slice& slice, const std::array<int64_t, 3>& samples, std::span<const double> labels,
