@@ -1441,8 +1441,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
 /* The same at places in the world: xyzt: n x 4 doubles, x y z in the unit of space and the time, as
  * bccsplat_volume_index_to_world and bccsplat_volume_index_to_time place its indices. gradients:
  * value per world length and per time unit. missing: NULL, or it gets the number of points outside
- * or in holes, whose values are NaN, and these are no error. Of many points at one moment, as of
- * the planes of a linked view, a slice is quicker on a Cartesian lattice:
+ * or in holes, whose values are NaN, and these are no error. Many points at one moment, such as the
+ * planes of a linked view, are read sooner from a slice on a Cartesian lattice:
  * bccsplat_volume_slice_at once, then bccsplat_slice_evaluate. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume,
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients,
@@ -2201,7 +2201,7 @@ typedef struct bccsplat_hit {
 } bccsplat_hit;
 /* Looks along a ray at the field that bccsplat_slice_evaluate gives, eight times as finely as
  * its samples; what is thinner may be missed. Holes are passed over, as is what lies outside the
- * domain. Of labels the value is the one that begins there. Also: UNSUPPORTED for slices of uneven
+ * domain. The value of labels is the one that begins there. Also: UNSUPPORTED for slices of uneven
  * axes but of BCCSPLAT_SPACE_EVEN. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_pick(
     const bccsplat_slice* slice, const bccsplat_ray* ray, bccsplat_hit* hit);

@@ -102,7 +102,7 @@ double largest_error(const ErrorBound& bound, const ChannelScan& scan) {
 }
 
 // The root mean square error that a PSNR leaves to wavelets, over all samples: codes are rounded, too, and
-// the missing ones, or air where it is not to count, have none. Of a constant any will do.
+// the missing ones, or air where it is not to count, have none. For a constant any will do.
 double wavelet_error(const ErrorBound& bound, const ChannelScan& scan) {
   constexpr double kRounding = .995, kDecibels = 20;
   const double range = range_of(scan);

@@ -52,8 +52,8 @@ struct ValueSurvey {
   double surface = std::numeric_limits<double>::quiet_NaN();
   double crossing = 1;       // voxels along a ray through the middle of what is not empty
   SideOfValues lower, upper; // what is below the background, and what is above it
-  // Rising, without the background, which air is where it lies below them. Of more than 256 whole numbers all
-  // that the samples of a bin may be.
+  // Rising, without the background, which air is where it lies below them. Where the range has more than 256
+  // whole numbers, all that the samples of a bin may be.
   std::vector<double> labels;
 };
 

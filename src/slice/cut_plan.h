@@ -47,7 +47,7 @@ struct CutPlan {
 [[nodiscard]] CutPlan plan_cut(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                const HypersliceOptions& options);
 // The time slice at `frame`, or over [frame + interval[0], frame + interval[1]] clipped to time_span when the
-// interval is not empty, by options.thickness.kind. Of a periodic series frames may lie a turn beyond. Throws
+// interval is not empty, by options.thickness.kind. Frames of a periodic series may lie a turn beyond. Throws
 // out_of_domain.
 [[nodiscard]] CutPlan plan_moment(const Coefficients& coefficients, double frame,
                                   const std::array<double, 2>& interval, const HypersliceOptions& options);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rays that a camera or matrices mean. Of matrices the rows of projection * world_to_view are solved for
-// the world: whatever convention they follow, a pixel is where x, y and w of clip space say it is.
+// The rays that a camera or matrices mean. The rows of projection * world_to_view are solved for the
+// world: whatever convention they follow, a pixel is where x, y and w of clip space say.
 #include "view/sight.h"
 
 #include <algorithm>
