@@ -262,7 +262,7 @@ typedef void (*bccsplat_task_fn)(void* task, uint64_t index);
 typedef void (*bccsplat_runner_fn)(void* user, uint64_t count, bccsplat_task_fn body, void* task);
 
 /* The device that draws pictures. The GPU's pictures agree with the CPU's to 45 dB or better;
- * bccsplat_gpu_info lists those that it does not draw. */
+ * bccsplat_gpu_info says which it draws. */
 typedef int32_t bccsplat_backend;
 enum {
   /* In render options: the device's backend. In device options: AUTO. */
@@ -282,9 +282,8 @@ typedef struct bccsplat_device_options {
   /* Threads used, the caller's included, up to 4096; 0: as many as the machine has; with a runner:
    * how many it has. */
   int32_t thread_count;
-  /* Bytes this device's objects may hold for data at a time; 0: no limit. As a rule, dense frames
-   * of 100^3 voxels and more take 60 bytes per voxel of one frame to write, 150 to slice in time
-   * and draw, 210 to slice obliquely, caches included. */
+  /* Bytes this device's objects may hold for data at a time; 0: no limit. What writing and slicing
+   * hold grows with the voxels of a frame (tests/bench/notes/import.md, moments.md). */
   uint64_t memory_budget;
   /* Warnings, infos and what verify finds; NULL: silent. */
   bccsplat_log_fn log;
@@ -326,17 +325,9 @@ BCCSPLAT_API bccsplat_status bccsplat_device_get_info(
 
 /* The GPU that a device's pictures may be drawn by, through OpenGL 3.3 or later and EGL, without a
  * window, on a thread of the device's own: whatever OpenGL context a host's threads have stays as
- * it is. It draws pictures of slices in every mode, with all planes of a frame, clips, a host's
- * depths and any view, corrections and missing data included; trails, and several instances
- * together in MODE_COMPOSITE. It does not draw deep frames, smooth edges of several or transparent
- * surfaces, missing data in oblique slices or along unevenly spaced axes; shadows, ambient
- * occlusion, colours by another channel, labels in MODE_COMPOSITE; a slice without a sample,
- * kernels that reach further than 2 T, and clips, lights, surfaces or entries of a transfer
- * function in numbers that its shader has no room for. Of trails and instances not those with
- * corrections or missing data, of more than 96 moments or volumes; no instances of unlike kernels
- * or lattices, and no trails among several; no unlit trail behind a lit slice; a trail behind an
- * isosurface not by TRAIL_INTERLEAVED, nor, into a host's texture, behind any isosurface or by
- * TRAIL_POST. */
+ * it is. It draws slices in every mode, with all planes of a frame, clips, a host's depths and any
+ * view; trails as well, and in MODE_COMPOSITE several instances together. src/README.md ("Drawers")
+ * has a table of what it leaves to the CPU, such as deep frames and shadows. */
 typedef struct bccsplat_gpu_info {
   uint32_t struct_size;
   /* 1: a rasteriser on the CPU, which AUTO does not take. */
@@ -616,18 +607,22 @@ typedef struct bccsplat_channel_options {
   bccsplat_type source_type;
   /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision. */
   bccsplat_type value_type;
-  /* Value of sites that are not stored; without SET_AIR it is 0, as in a cleared struct, whatever
+  /* Value of sites that are not stored. Without SET_AIR it is 0, as in a cleared struct, whatever
    * the data: where 0 is a value like others and another one means empty, as -1024 of CT, set it.
-   * Where all sites but a sixteenth are stored, and air is further from all samples than these from
-   * each other, or eight times as far from nine tenths of them, readers take their median for the
-   * base of the field and give a constant back. Elsewhere, and where abs_error meets parts or
-   * fixed_predictions, values come back within a small share of their distance from air, the ripple
-   * of the kernel: of a field about a large constant air is that constant there. A file with
-   * abs_error tells such a base, and readers that do not know of it refuse it. Floats, and integers
-   * of 32 bits, are stored as floats relative to air, far from it in coarse steps. The file has the
-   * nearest float of air; samples that equal air as it was given count as air, also doubles of
-   * 273.15. finish warns (the device's log) of the share in such parts where the distance is more
-   * than 8 times the range of the values, and of steps that are more than 1/256 of it. */
+   * The file has the nearest float of air. Samples that equal air as it was given count as air,
+   * also doubles of 273.15.
+   *
+   * The base of a field is what the sum over its sites is added to: usually air. Values come back
+   * within the kernel's ripple, a small share of their distance from the base, and a constant that
+   * is the base comes back as it was. Readers take the median of the samples for the base of a
+   * dense field far from its air. Dense: at most a sixteenth of the sites is not stored. Far: air
+   * is further from all samples than these are from each other, or eight times as far from nine
+   * tenths of them. The base stays air where abs_error meets parts or fixed_predictions. Other
+   * files with abs_error tell such a base, and readers that do not know of it refuse them.
+   *
+   * Floats, and integers of 32 bits, are stored as floats relative to air, far from it in coarse
+   * steps. finish warns (the device's log) of dense values whose distance from air is more than 8
+   * times their range: where they ripple, and where steps are more than 1/256 of the range. */
   double air;
   /* A site within this of air is not stored; 0: sites that equal air in the stored type, and for
    * floats the filter's ringing beside air, up to 1/512 of the values nearby, are not stored. */
@@ -1070,7 +1065,7 @@ typedef int32_t (*bccsplat_source_fn)(void* user, uint64_t frame, uint32_t chann
 /* What a plan needs to know of a channel beside its bccsplat_channel_options. */
 typedef struct bccsplat_plan_channel {
   uint32_t struct_size;
-  /* Of the values that `frame` writes, and of the boxes that the writer will get; DEFAULT: F32. */
+  /* Type of the values that `frame` writes, and of the writer's boxes; DEFAULT: F32. */
   bccsplat_type type;
   /* Non-zero: NaN is missing data, so that NONFINITE_DEFAULT is NONFINITE_HOLE. */
   int32_t missing;
@@ -1320,8 +1315,8 @@ typedef struct bccsplat_channel_info {
   /* Number of source samples that the file's masks say are missing; 0 in files whose lattice has
    * holes instead. */
   uint64_t missing;
-  /* Of STORE_WAVELETS: the root mean square error that the sites of every slab may have
-   * (bccsplat_writer_options.wavelet_errors); 0 of others. */
+  /* Root mean square error that the sites of every slab of STORE_WAVELETS may have
+   * (bccsplat_writer_options.wavelet_errors); 0 for other stores. */
   double wavelet_error;
 } bccsplat_channel_info;
 
@@ -1446,8 +1441,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
 /* The same at places in the world: xyzt: n x 4 doubles, x y z in the unit of space and the time, as
  * bccsplat_volume_index_to_world and bccsplat_volume_index_to_time place its indices. gradients:
  * value per world length and per time unit. missing: NULL, or it gets the number of points outside
- * or in holes, whose values are NaN, and these are no error. Of many points at one moment, as of
- * the planes of a linked view, a slice is quicker on a Cartesian lattice:
+ * or in holes, whose values are NaN, and these are no error. Many points at one moment, such as the
+ * planes of a linked view, are read sooner from a slice on a Cartesian lattice:
  * bccsplat_volume_slice_at once, then bccsplat_slice_evaluate. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume,
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients,
@@ -2201,12 +2196,12 @@ typedef struct bccsplat_hit {
   /* In slice space. */
   double uvw[3];
   double value;
-  /* Of the value, per unit of the world. */
+  /* Change of the value per unit of the world. */
   double gradient[3];
 } bccsplat_hit;
 /* Looks along a ray at the field that bccsplat_slice_evaluate gives, eight times as finely as
  * its samples; what is thinner may be missed. Holes are passed over, as is what lies outside the
- * domain. Of labels the value is the one that begins there. Also: UNSUPPORTED for slices of uneven
+ * domain. The value of labels is the one that begins there. Also: UNSUPPORTED for slices of uneven
  * axes but of BCCSPLAT_SPACE_EVEN. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_pick(
     const bccsplat_slice* slice, const bccsplat_ray* ray, bccsplat_hit* hit);

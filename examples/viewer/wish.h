@@ -63,7 +63,7 @@ struct Options {
   Options& operator=(const Options&) = delete;
 };
 
-// What of a box (x0 y0 z0 x1 y1 z1) a wish leaves.
+// The clips that cut a box (x0 y0 z0 x1 y1 z1) open as a wish asks.
 [[nodiscard]] std::vector<bccsplat_clip> clips_of(const Wish& wish, const double (&box)[6]);
 
 } // namespace viewer

@@ -58,7 +58,7 @@ class Worker {
   [[nodiscard]] std::unique_ptr<Picture> begin(const Wish& wish, bool fine) const;
   void show(std::unique_ptr<Picture> picture);
   void draw_scene(const Wish& wish);
-  // Of a series that plays: waits for nothing, and is called again when what the moment needs was read.
+  // Draws a series that plays: waits for nothing, and is called again when what the moment needs was read.
   void draw_playing(const Wish& wish);
   // The last moment in the view of a wish, unless that is what is shown.
   void draw_meanwhile(const Wish& wish);

@@ -20,7 +20,7 @@ constexpr int32_t max_planes = 1'000'000'000; // per axis, as in Lattice4::fit
 constexpr int32_t max_lead = 254;
 constexpr int32_t max_margin = 255;
 
-// Of coordinates and times, as hosts hand them in: products of three are numbers.
+// Bounds of coordinates and times as hosts hand them in: products of three are finite.
 constexpr double farthest = 1e30, least_length = 1e-30;
 
 [[nodiscard]] bool positive(double v) { return v > 0 && std::isfinite(v); }

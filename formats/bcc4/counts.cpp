@@ -46,7 +46,7 @@ void check_planes_and_layers(const Lattice4& l, const std::string& name, Code co
       bad(a < 3 ? "distance of planes " : "distance of layers ", distance, " on axis ", a, ", not ",
           least_distance, " .. ", most_distance);
   }
-  // Of an axis with several samples they follow from its distance.
+  // The last plane of an axis with several samples follows from its distance.
   for (size_t a = 0; a < 3; ++a)
     if (l.dims[a] == 1 && l.space.last[a] > most_beyond)
       bad("last plane ", l.space.last[a], " on axis ", a, ", which has one sample");

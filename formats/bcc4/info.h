@@ -73,8 +73,8 @@ struct ChannelInfo : Quantiser {
   uint64_t clamped = 0;   // samples outside the range of the stored type
   Range kept_range;       // of the stored samples, absolute; 0..0 when none are kept
   ResidualInfo residuals; // step and bound are the caller's, the frames the writer's
-  // Of wavelet coefficients: the root mean square error of the stored samples that was asked for, in the
-  // units of the channel. The caller's.
+  // The root mean square error that wavelet coefficients may give the stored samples, as it was asked for, in
+  // the units of the channel. The caller's.
   double wavelet_error = 0;
   // Samples are what wavelet coefficients on a Cartesian lattice add up to, not the codes nearest to that.
   // The caller's.

@@ -11,7 +11,7 @@ namespace bccsplat {
 inline constexpr double linear_rounding = 1.0 / 64;
 
 // Returns 0 where nothing may be rounded: floats have no step, and the corrections of a channel whose error
-// is bounded fit only the values that they were made of. Of linear samples it is so small that
+// is bounded fit only the values that they were made of. Linear samples have one so small that
 // linear_rounding is a quarter of it (points/rounded_brick.h).
 [[nodiscard]] inline double sample_step(const ChannelInfo& channel) {
   constexpr double quarters = 4;

@@ -88,7 +88,7 @@ bool goes_on(Writer& writer, const Picture& picture, int y) {
   return !writer.error;
 }
 
-// Of zlib. Its default, 6, takes 1.5 to 2.2 times as long for 0 to 2 % fewer bytes
+// The level of zlib. Its default, 6, takes 1.5 to 2.2 times as long for 0 to 2 % fewer bytes
 // (tests/bench/notes/render-speed.md).
 constexpr int compression_level = 4;
 

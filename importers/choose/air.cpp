@@ -15,7 +15,7 @@ namespace {
 constexpr double kShareOfAir = 1.0 / 256; // of the samples; with more of it, air is what is empty
 // Standard deviations: a mean this near to air has it among the values already.
 constexpr double kNearAir = 0.5;
-// Standard deviation over mean: of a channel with less, a constant, it is not known what else there will be.
+// Standard deviation over mean: a channel with less is a constant, and what else will come is not known.
 constexpr double kConstant = 1e-6;
 
 // The share of samples that must hold the smallest value before it counts as empty space (CT: -1000).

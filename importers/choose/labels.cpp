@@ -17,8 +17,8 @@ namespace {
 // differ by more than one value in between (gradations hardly ever do, those of few values least of all).
 constexpr double kAlike = 0.5, kJumps = 0.125, kJumpsOfFew = 0.03;
 constexpr size_t kFew = 16;
-// Smooth fields of bytes have more values than that. Of so many the shares are larger, and so many of the
-// values stand beside themselves more often than not, which saturated ones alone do among measurements.
+// Smooth fields of bytes have more values. Then the shares have to be larger, and kInBlocks of the values to
+// stand beside themselves more often than not, as only saturated ones do among measurements.
 constexpr size_t kMany = 64, kMost = 1 << 16;
 constexpr double kAlikeOfMany = 0.6, kJumpsOfMany = 0.25, kInBlocks = 0.75;
 // Classes may lie in each other like shells; a gradation of few values would be in even steps then.

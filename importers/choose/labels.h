@@ -10,7 +10,7 @@ namespace bcc4 {
 
 // Returns by channel whether it has labels: the source says it, or they are integers, or floats that are
 // whole numbers or only two, most of them as their neighbours, that change by jumps rather than from one
-// value to the next, or are very few and unevenly apart. Of many values most stand in blocks.
+// value to the next, or are very few and unevenly apart. Where there are many values, most stand in blocks.
 [[nodiscard]] std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSample& sample,
                                             const std::vector<double>& air, Watch& watch);
 

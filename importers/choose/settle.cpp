@@ -104,7 +104,7 @@ double largest_error(const ErrorBound& bound, const ChannelScan& scan) {
 }
 
 // The root mean square error that a PSNR leaves to wavelets, over all samples: codes are rounded, too, and
-// the missing ones, or air where it is not to count, have none. Of a constant any will do.
+// the missing ones, or air where it is not to count, have none. For a constant any will do.
 double wavelet_error(const ErrorBound& bound, const ChannelScan& scan) {
   constexpr double kRounding = .995, kDecibels = 20;
   const double range = range_of(scan);
@@ -122,8 +122,8 @@ bool leaves_store(const Unsettled& unsettled, const WriterSettings& settings, co
 }
 
 // A slab of wavelets is held as a whole, here and where a moment is made of several: is there room for that?
-// Of 512^3 the first slice takes ten times as long as of samples and 2.9 GB (tests/bench/notes/coder.md), so
-// that frames beyond 400^3 are stored so only where somebody asks for it.
+// At 512^3 the first slice takes 2.9 GB and ten times as long as with samples (tests/bench/notes/coder.md):
+// frames beyond 400^3 are stored so only where somebody asks for it.
 bool holds_slab(const Device& device, const Unsettled& unsettled, const SeriesDescription& s,
                 const WriterSettings& settings) {
   constexpr uint64_t largest = 1 << 26; // samples of a frame

@@ -216,7 +216,7 @@ struct bccsplat_frame : bccsplat::api::Object<bccsplat::api::Kind::frame> {
   bccsplat::api::Ref<bccsplat_device> device;
   bccsplat::Image image;
   std::vector<float> storage; // of the planes the frame owns
-  // Of a host's texture: the GPU of its context, what is kept there, and the texture; null: in memory.
+  // A host's texture that is drawn into, with the GPU of its context and what is kept there; null: in memory.
   std::shared_ptr<bccsplat::GpuDevice> gl;
   std::unique_ptr<bccsplat::Drawers> gl_drawers;
   bccsplat::GpuTarget target;

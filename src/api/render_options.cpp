@@ -12,8 +12,8 @@
 namespace bccsplat::api {
 namespace {
 
-// Degrees across a perspective picture. Of narrower ones gradients of pixels drown in the rounding of floats;
-// of wider ones the first sheet is seen in the middle of the picture alone.
+// Degrees across a perspective picture. In narrower ones gradients of pixels drown in the rounding of floats;
+// in wider ones the first sheet is seen in the middle of the picture alone.
 constexpr double smallest_angle = 1e-3, largest_angle = 170;
 
 // Angles of up to 120 degrees in radians; nobody looks through so long a lens.

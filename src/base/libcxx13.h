@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of C++20 the standard library of Debian 12's emscripten (libc++ 13) lacks and the core uses. It is
-// included before every file of a build for browsers, which has one thread.
+// Parts of C++20 that the core uses and the standard library of Debian 12's emscripten (libc++ 13) lacks.
+// This file is included before every file of a build for browsers, which has one thread.
 #pragma once
 
 #ifdef __cplusplus

@@ -13,7 +13,7 @@ namespace bccsplat {
 [[nodiscard]] int64_t machine_process();
 
 // Returns whether the system has a shared library of this name ("libEGL.so.1"), which then stays loaded.
-// Those that the environment's BCCSPLAT_MISSING_LIBRARIES names, between colons, are taken for missing.
+// Libraries that the environment's BCCSPLAT_MISSING_LIBRARIES names, between colons, are taken for missing.
 [[nodiscard]] bool machine_has_library(const char* name);
 
 // Returns a function of the libraries that the process has loaded; null: there is none of this name.

@@ -14,7 +14,7 @@ namespace bccsplat {
 
 class EdgeSmoother {
  public:
-  // wanted: else nothing is kept or smoothed. Of several surfaces, or transparent ones, tiles have to come
+  // wanted: else nothing is kept or smoothed. Tiles of several surfaces, or transparent ones, have to come
   // with their hits, which the options are told.
   EdgeSmoother(bool wanted, const Context& context, const Image& image, ShotOptions& options);
 

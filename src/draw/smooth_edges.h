@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Smooth edges of an isosurface: pixels where neighbouring ones meet another surface, or none, get the mean
-// of four samples within them, all others stay as they are. Of several surfaces, and of those that light
-// passes, a pixel is on an edge where any of the surfaces along its ray has one.
+// of four samples within them, all others stay as they are. Where there are several surfaces, or light passes
+// them, a pixel is on an edge if any of the surfaces along its ray has one.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@
 
 namespace bccsplat {
 
-// A picture of one sample per pixel. Of one opaque surface `k` tells what the pixels met, of others `first`
-// and `hits`.
+// A picture of one sample per pixel. `k` tells where pixels met one opaque surface, `first` and `hits` where
+// they met others.
 struct SurfacePicture {
   int width = 0, height = 0;
   std::vector<float> k;          // row by row: sheet numbers, infinite where nothing is

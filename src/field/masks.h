@@ -41,7 +41,7 @@ inline constexpr double nearest_rounding = 1e-9;
 // Which of x, y, z and t are periodic.
 using TurningAxes = std::array<bool, 4>;
 
-// What of some region is missing. It may be said to be some where that would take longer to find out.
+// How much of a region is missing. `some` may also stand where finding out more would take longer.
 enum class Missing : uint8_t { none, some, all };
 
 // The missing samples of a frame.

@@ -48,7 +48,7 @@ class MomentPlan {
   [[nodiscard]] const MergedCosets& merged(const Context& context) const;
   [[nodiscard]] const MergedCosets& merged() const;
   [[nodiscard]] bool is_merged() const { return there_.load(std::memory_order_acquire); }
-  // Of what is merged, or will be at most.
+  // Memory of the merged bricks, or before they are merged the most that they may take.
   [[nodiscard]] uint64_t bytes() const;
 
  private:

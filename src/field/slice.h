@@ -54,8 +54,7 @@ struct Slice {
   std::array<Vec4, 3> basis{}; // index-space directions of u, v, w
 
   double frame = 0; // frame index of a time slice
-  // Of an even slice (slice/even_slice.h): how much finer its lattice would have to be for the closest
-  // samples.
+  // How much finer an even slice's lattice (slice/even_slice.h) would have to be for its closest samples.
   double lacking = 1;
   // The file's corrections as this slice sees them; null: none.
   std::shared_ptr<const SliceCorrections> corrections;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a slice is missing: points of slice space are missing as those of the volume are.
+// Marks the points of a slice where the volume has no data.
 #pragma once
 
 #include <array>

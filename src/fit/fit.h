@@ -54,12 +54,12 @@ struct FitPart {
   SeriesBlock counted;                     // of these, the samples that enter the report
   int32_t first_layer = 0, end_layer = 0;  // layers handed out, by whole slabs
   int32_t first_own = 0, end_own = 0;      // of these, the layers that enter the report
-  // Of a block: the bricks that are handed out, and those of them that enter the report. Layers have no other
+  // The bricks of a block that are handed out, and those of them that enter the report. Layers have no other
   // bricks.
   LayerBricks bricks;
   Region halved; // of a block: the samples that coarser levels are made of, by whole cells of CellRanges
-  // Of a block: samples around those that are resampled which tell what is missing far from data, at any
-  // level.
+  // How many samples around those that a block resamples are looked at to tell, at any level, what is missing
+  // far from data.
   int64_t masked = 0;
 };
 

@@ -89,7 +89,7 @@ FrameScan Fit::State::check_frame(int index, std::span<const FrameBox> boxes) co
 void Fit::State::count_frame(Channel& c, const FrameScan& scan) const {
   if (!counts_frame(c.given)) return;
   if (scan.finite > 0) c.note_range(scan.low, scan.high);
-  // Of blocks, ranges are joined: one without a value has none.
+  // Ranges of blocks are joined, so a block without a value has none.
   c.report.frames.push_back(scan.finite > 0 || !is_block() ? Range{scan.low, scan.high} : no_range);
   c.report.source_samples += scope.counted.samples();
   c.report.cc_relevant += scan.relevant;

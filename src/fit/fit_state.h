@@ -41,8 +41,8 @@ struct Fit::State {
   EndPredictions ends;
   std::vector<std::unique_ptr<Channel>> channels;
   bool layers_given = false; // instead of frames
-  // Of a periodic series: the frame that the window begins with (a low-pass holds those before it back until
-  // the end), the layer that can be made first, and the number of frames that are needed again at the end.
+  // Where a periodic series begins: the window's first frame (a low-pass holds those before it back until the
+  // end), the layer that can be made first, and the number of frames that are needed again at the end.
   struct Turn {
     uint32_t first_frame = 0;
     int32_t first_layer = 0;
@@ -166,7 +166,7 @@ struct Fit::State {
   // Forgets frames that no further layer needs when so many have come: neither directly nor to predict those
   // beyond the last one.
   void forget_frames(Channel& c, int64_t frames) const;
-  // Of layers that are frames: forgets those that are made, but for so many.
+  // Forgets frames whose layer is made, where each layer is a frame; `kept` of them stay.
   static void forget_made(Channel& c, size_t kept);
   // Returns a frame by its number in a periodic series, as counted from turn.first_frame on.
   [[nodiscard]] const FrameSites& frame_at(const Channel& c, int64_t f) const;

@@ -39,7 +39,7 @@ struct FieldBricks {
   }
   [[nodiscard]] size_t count() const { return value.size() / (static_cast<size_t>(edge) * edge * edge); }
   [[nodiscard]] uint64_t site_bytes() const { return value.size() * sizeof(float); }
-  // Of all that goes to the GPU.
+  // What all of it takes on the GPU.
   [[nodiscard]] uint64_t bytes() const {
     return site_bytes() + fixes.value.size() * sizeof(float) +
            (missing.bits.words.size() + holes.words.size()) * sizeof(uint32_t);

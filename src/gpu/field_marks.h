@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a slice's field there is beside coefficients, as a GPU looks it up: its corrections, and which of
-// its samples and sites are missing.
+// Corrections of a slice's field, and which of its samples and sites are missing, as a GPU looks them up.
 #pragma once
 
 #include <array>

@@ -26,7 +26,7 @@ struct GpuDrawer::Kept {
   std::optional<GpuSites> sites;
   std::optional<GpuClasses> classes;
   GpuClassKey key;
-  // Of a moment: its layers, which may have been dropped and sent again since, and what it is merged by.
+  // What a moment is merged of: its layers, which may have been dropped and sent again, and their weights.
   GpuMomentKey moment_key;
   std::vector<const GpuLayer*> now;
   std::vector<float> weights;

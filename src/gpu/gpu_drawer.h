@@ -41,7 +41,7 @@ class GpuDrawer : public Drawer {
   struct Kept; // a slice on the GPU
   Kept& find(const Slice& slice, const Context& context, DrawStats& stats);
   Kept& find_merged(const Slice& slice, const Context& context, DrawStats& stats);
-  // Of a moment whose layers are merged on the GPU.
+  // Finds a moment whose layers are merged on the GPU.
   Kept& find_moment(const Slice& slice, const MomentPlan& moment, const Context& context, DrawStats& stats);
   Kept& keep(std::unique_ptr<Kept> fresh);
   void drop(std::unique_ptr<Kept>& kept);

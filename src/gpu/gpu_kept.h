@@ -11,7 +11,7 @@
 
 namespace bccsplat {
 
-// Of a slice: another one may later stand at the same place.
+// Tells a slice from any other one that may later stand at the same address.
 struct SliceMark {
   const Slice* slice = nullptr;
   uint64_t bricks = 0; // of their places

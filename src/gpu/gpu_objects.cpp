@@ -49,7 +49,7 @@ struct GpuObjects::Kept {
   std::vector<GpuClassKey> keys;
   std::vector<int> table_row; // where each object's table begins
 
-  // Of jobs: brings the sites there, and merges moments.
+  // A job of the GPU: brings the sites there, and merges moments.
   void send(GpuDevice& device);
   void set_classes(std::span<const GpuObject> objects, std::span<const ClassTable> tables, GpuDevice& device);
 };

@@ -20,7 +20,7 @@ struct GpuObject {
 
 // The objects of a shot with a trail. with_slice: the slice among them.
 [[nodiscard]] std::vector<GpuObject> trail_objects(const Shot& shot, bool with_slice);
-// Those of several shots without trails.
+// The objects of several shots without trails.
 [[nodiscard]] std::vector<GpuObject> instance_objects(std::span<const Shot* const> shots);
 // Whether the slice of a trail is drawn as a picture of its own.
 [[nodiscard]] bool drawn_apart(const Shot& shot);

@@ -139,7 +139,7 @@ layout(location = 1) out highp vec4 pixel_more;
 void main() { draw_pixel(ivec2(gl_FragCoord.xy), pixel_color, pixel_more); }
 )";
 
-// What of a field there is beside coefficients on BCC.
+// Tells the shader how many cosets a field has, and what beside coefficients.
 std::string field_text(const ShaderKind& k) {
   return define("COSETS", k.bcc ? 2 : 1) + define("CORRECTED", k.corrections.has_value()) +
          define("SMOOTH_FALL", k.corrections == CorrectionShape::smooth) + define("MASKED", k.masked) +

@@ -17,7 +17,7 @@
 
 namespace bccsplat {
 
-// What of a picture's description has room in the shader's uniform block.
+// How many half-spaces, lights and surfaces the shader's uniform block has room for.
 inline constexpr int most_cuts = 48, most_gpu_lights = 16, most_gpu_surfaces = 16;
 // Fields that one picture is of; the shader keeps what it knows of each beside the others.
 inline constexpr int most_gpu_objects = 96;
@@ -89,7 +89,7 @@ inline constexpr std::array<std::pair<const char*, int>, units_used> shader_samp
      {"objects", unit_objects}}};
 // Bindings of buffers of the compute entry, and its square of pixels.
 inline constexpr int binding_sites = 0, binding_pixels = 1, compute_edge = 8;
-// Of the shader that merges.
+// Bindings of the shader that merges.
 inline constexpr int binding_layer = 1, binding_from = 2;
 
 } // namespace bccsplat

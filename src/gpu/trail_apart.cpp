@@ -6,7 +6,7 @@
 namespace bccsplat {
 namespace {
 
-// Of the planes beside colours.
+// Planes of a picture beside its colours, as GpuPixels has them.
 enum Plane : uint8_t { depth, value, time, known };
 
 // Lays a pixel before another: a is its opacity, b how much of the other is seen.

@@ -3,8 +3,8 @@
 // memory of floats, where what is lost by it is nothing beside the rounding to the stored type.
 //
 // Numbers count from the smallest one of the brick, so that how far it is from air matters as little as the
-// range of other bricks. Of a plane of 256 sites the low bytes come first, then the high ones; of 12 bits,
-// row y shares the high bytes with row y + 8.
+// range of other bricks. A plane of 256 sites has its low bytes first, then the high ones, which at 12 bits
+// row y shares with row y + 8.
 #pragma once
 
 #include <cstddef>

@@ -69,8 +69,8 @@ struct ColumnArgs {
   int blocks = 0;                     // along x
   std::ptrdiff_t row = 0, layer = 0;  // words
 };
-// Both by the best target of this machine.
-// Of stretches that have a brick in reach, and one more, leaves those that may hold the value.
+// Both run by the best target of this machine.
+// Clears the stretches that cannot hold the value; set before: those with a brick in reach, and one more.
 void find_stretches(const ColumnArgs& args, std::span<uint8_t> stretches);
 void mark_column(const ColumnArgs& args);
 

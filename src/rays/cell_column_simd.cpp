@@ -30,7 +30,7 @@ constexpr D d;
 
 constexpr int kBlockRows = column_edge / 4;
 
-// Of a stretch: the smallest and largest corners of its cells, even and odd ones.
+// The smallest and the largest corners of the cells of a stretch, even and odd ones apart.
 struct Corners {
   alignas(64) float low[2][stretch_lanes], high[2][stretch_lanes];
 };

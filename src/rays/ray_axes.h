@@ -20,7 +20,7 @@ struct RayAxis {
   size_t along = 0;
   int direction = 1; // in which they run along it
   double least = 0;  // lattice units along it of a sheet, at least
-  // Of the two other axes, the slopes of rays against this one, and by how much they differ in a piece.
+  // Slopes of the rays along another axis against this one, and by how much they differ in a piece.
   struct Across {
     size_t axis = 0;
     double low = 0, high = 0, of_piece = 0;

@@ -78,7 +78,7 @@ class RayRoots {
   [[nodiscard]] std::span<const RayRoot> find();
 
  private:
-  // Those that are near enough become roots; the others move up.
+  // Guesses that are near enough become roots; the others move up.
   void take_roots(bool last);
 
   const FootprintPlan& field_;

@@ -91,7 +91,7 @@ void RaySearch::begin(int width, int height) {
       if (i >= width || j >= height || !way_->any(x_ + i, y_ + j)) continue;
       piece.slabs = way_->slabs(x_ + i, y_ + j);
       piece.open = way_->find_rays(x_ + i, y_ + j, piece.way);
-      // Of the last pieces, the rays that are in the picture.
+      // Pieces at the far edges keep only the rays that are in the picture.
       constexpr uint64_t row = 0xff;
       for (int n = 0; n < piece_edge; ++n) {
         const int there = j + n < height ? std::min(width - i, piece_edge) : 0;

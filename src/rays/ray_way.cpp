@@ -134,7 +134,7 @@ const PassMasks* RayWay::Masks::of(const PieceRays::Doubles& slope) const {
   return &of_pitch[std::min(n, of_pitch.size() - 1)];
 }
 
-// Of each square of pixels, the slabs that hold a block whose picture touches the square.
+// Finds for each square of pixels the slabs with a block whose picture touches the square.
 void RayWay::find_slabs(const SheetView& view, const Context& context) {
   constexpr int most_squares = 512; // along either side
   while (std::max(view.width, view.height) >> shift_ >= most_squares) ++shift_;
@@ -164,7 +164,7 @@ void RayWay::find_slabs(const SheetView& view, const Context& context) {
   if (marker_) add_waiting(view, context);
 }
 
-// Those of stretches that are yet to be marked.
+// Adds the slabs of stretches that are yet to be marked: any of their cells may hold the value.
 void RayWay::add_waiting(const SheetView& view, const Context& context) {
   const std::array<int, 3> edge{stretch_blocks, column_blocks, column_blocks};
   const double step = block_edge * plane_;

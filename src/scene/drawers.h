@@ -41,9 +41,9 @@ class Drawers {
   [[nodiscard]] Drawer& drawer_of(const Shot& shot, const DrawerChoice& choice);
   // What the kernel makes of a constant, as earlier pictures looked it up.
   KeptLatticeSums sums;
-  // What of the light came through.
+  // Light on its way through the volume, as an earlier picture followed it.
   KeptLight light;
-  // What rays keep.
+  // The cells that rays have to look at, from picture to picture.
   [[nodiscard]] KeptSurfaceCells& surface_cells();
   // Returns whether a GPU draws these together (draw_together_by_gpu()). Throws as drawer_of() does where one
   // is asked for and does not.

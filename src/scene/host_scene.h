@@ -19,7 +19,7 @@
 
 namespace bccsplat {
 
-// What of an instance shows at times outside its series.
+// What an instance shows at times outside its series.
 enum class Outside : uint8_t { hide, hold, loop };
 
 struct Instance {
@@ -90,7 +90,7 @@ class HostScene {
   void set_clips(std::vector<SceneClip> clips);
   void set_lights(Lights lights) { lights_ = std::move(lights), ++version_; }
 
-  // Of the instances that are not hidden. Throws wrong_state where there is none.
+  // The box around the instances that are not hidden, and a camera for it. Throw wrong_state where all are.
   [[nodiscard]] WorldBox bounds() const;
   [[nodiscard]] Camera fit(bool perspective, double rotate_x, double rotate_y, int width, int height) const;
   // Tells the image of what is drawn (FinishedPixels), of a picture with a budget first of all that there is,

@@ -44,7 +44,7 @@ struct HostScene::Placed {
   std::unique_ptr<SceneCut> fine, coarse; // of complete pictures, and of the first ones within a budget
 };
 
-// What of an instance a view shows.
+// The part of an instance that a view shows.
 struct HostScene::Need {
   uint64_t id = 0;
   Placed* placed = nullptr;

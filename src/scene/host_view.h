@@ -44,7 +44,7 @@ struct HostEnds {
   std::vector<float> distance;
   Reservation memory;
 
-  // Of the view's depth plane into the sight; nothing without one. Throws memory_budget.
+  // Gives the sight the ends that the view's depth plane tells, if it has one. Throws memory_budget.
   HostEnds(const HostView& view, Sight& sight, int width, int height, MemoryBudget& budget);
 };
 

@@ -48,7 +48,7 @@ class SeenPlanes {
     const double at = (slice_.base + static_cast<double>(coefficient) - low_) * per_value_;
     return opacity_[static_cast<size_t>(std::clamp(at + 0.5, 0.0, opacity_entries - 1.0))];
   }
-  // Of a point that stands on no plane, on those next to it.
+  // Counts a point that stands on no plane at the nearest plane of each axis.
   void add(const Vec3& at, double seen) {
     for (size_t a = 0; a < 3; ++a) {
       const double last = static_cast<double>(seen_[a].size()) - 1;

@@ -116,7 +116,7 @@ void draw_merged(std::span<const Scene> scenes, const RenderOptions& options, co
     (void)render(scenes[n], options, context.with(part), scratch.image);
     all.push_back(&deep[n]);
   }
-  // Of surfaces the depth is that of the first hit.
+  // The depth of surfaces is that of the first hit.
   const double depth_opacity = options.mode == RenderMode::isosurface ? 0 : options.depth_opacity;
   merge_deep(all, std::min(depth_opacity, options.opacity_stop), context, image);
   image.tell_all_drawn();

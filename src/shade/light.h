@@ -64,7 +64,7 @@ struct Shading {
   Vec3 scale{}, highlight{};
 };
 
-// What of the light from all around and of that of each light comes through to a place.
+// The shares of light that come through to a place: from all around, and from each light.
 struct LightThrough {
   double ambient = 1;
   std::span<const float> lights; // empty: all of it

@@ -36,8 +36,8 @@ constexpr double depth_before = 0.05, depth_at_boundary = 0.4;
 constexpr double denser = 4, densest = 3;
 constexpr double level_set_rise = 0.02; // of the way to the farthest distance, to the surface's depth
 constexpr double of_maximum = 0.25;     // of the mean's distance: what is farther is opaque in a maximum
-// Between labels: half the width of a window, alone and among narrow ones, and of the slopes beside it.
-// Of the distance to the nearest other label or to the background.
+// Windows of labels, in distances to the nearest other label or to the background: half the width of the one
+// around all labels, of narrow ones around each, and of the slopes beside them.
 constexpr double half_window = 0.5, half_narrow_window = 0.2, half_slope = 0.05;
 
 // Distance from the end of the empty values, and extinction of a voxel.

@@ -47,13 +47,13 @@ struct ValueSurvey {
   double mean = 0;                   // of what is not empty, as distance from the background
   double noise = 0;    // of a solid: standard deviation of the values of which most is made; 0: not seen
   double boundary = 0; // between background and object
-  // Of the surface that is drawn where nobody asks for a value: the boundary, or inside an object whose
-  // values go on down to the noise, so that a surface between the two would be torn.
+  // The surface that is drawn where nobody asks for a value: the boundary, or where an object's values go on
+  // down to the noise, and a surface between the two would be torn, one inside the object.
   double surface = std::numeric_limits<double>::quiet_NaN();
   double crossing = 1;       // voxels along a ray through the middle of what is not empty
   SideOfValues lower, upper; // what is below the background, and what is above it
-  // Rising, without the background, which air is where it lies below them. Of more than 256 whole numbers all
-  // that the samples of a bin may be.
+  // Rising, without the background, which air is where it lies below them. Where the range has more than 256
+  // whole numbers, all that the samples of a bin may be.
   std::vector<double> labels;
 };
 

@@ -29,8 +29,8 @@ struct CutPlan {
   size_t axis = 3;     // that a merged slice lies across
   double position = 0; // along it: a frame, or index units
 
-  // Of a time slice: the frames that it holds, first and last, with the layers that their mean is merged of;
-  // and where it is the largest value of some instants, these.
+  // The first and the last frame of a time slice, and the layers that their mean is merged of. A slice that
+  // holds the largest value of some instants has these instead.
   std::array<double, 2> frames{};
   std::vector<LayerWeight> layers{};
   std::vector<double> instants{};
@@ -47,7 +47,7 @@ struct CutPlan {
 [[nodiscard]] CutPlan plan_cut(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                const HypersliceOptions& options);
 // The time slice at `frame`, or over [frame + interval[0], frame + interval[1]] clipped to time_span when the
-// interval is not empty, by options.thickness.kind. Of a periodic series frames may lie a turn beyond. Throws
+// interval is not empty, by options.thickness.kind. Frames of a periodic series may lie a turn beyond. Throws
 // out_of_domain.
 [[nodiscard]] CutPlan plan_moment(const Coefficients& coefficients, double frame,
                                   const std::array<double, 2>& interval, const HypersliceOptions& options);

@@ -51,9 +51,9 @@ struct PlaneExtent {
 [[nodiscard]] double lattice_density(const Lattice4& lattice, const Vec4& direction);
 
 // Returns slice space -> the volume's world, where a fourth, orthogonal axis of `time_length` world units per
-// frame stands for time. Of the world's axes the one nearest to the hyperplane's normal is left out, and the
-// others, in order, are projected into the hyperplane and orthonormalised: at t = constant the place is that
-// of index_to_world, at x = constant it is (y, z, t) of the world.
+// frame stands for time. The axis of the world nearest to the hyperplane's normal is left out. The others, in
+// order, are projected into the hyperplane and orthonormalised: at t = constant the place is that of
+// index_to_world, at x = constant it is (y, z, t) of the world.
 [[nodiscard]] Affine3 world_affine(const PlaneAxes& axes, const Affine3& index_to_world, double time_length);
 
 } // namespace bccsplat

@@ -23,8 +23,8 @@ struct HypersliceOptions {
   // samples, or less where the volume's lattice is finer. What is coarser than that is low-passed
   // (lowpass_slice.h).
   double spacing = 0;
-  // Of a resampled slice under the paper's kernel, without a thickness: values are those of equation (6) of
-  // the paper with these bandwidths (gaussian_mean.h); none: those of the field.
+  // Bandwidths of the paper's equation (6), which then gives a resampled slice its values (gaussian_mean.h);
+  // under the paper's kernel, without a thickness. None: values are the field's.
   std::optional<Vec4> bandwidth;
   std::optional<LatticeKind> target; // bcc or cc; none: the volume's own where it fits, else BCC
   double time_length = 1;            // world units that one frame is drawn as

@@ -15,7 +15,7 @@ namespace bccsplat {
 
 class JoinedSamples final : public SampleSource {
  public:
-  // Of one level. Keeps up to cache_bytes of chunks, within the budget.
+  // Joins one level of the parts. Keeps up to cache_bytes of chunks, within the budget.
   JoinedSamples(const SeriesParts& parts, int level, MemoryBudget& budget, uint64_t cache_bytes);
 
   const Lattice4& lattice() const override { return first().lattice(); }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds source frames until the stored layers around them are there, makes the time slice that a reader
-// would, and has it compared. Layers that no later frame needs are let go. Of boxes the layers of a frame are
-// made at once, of a whole frame one by one: all of it at once takes several times the memory. Where the
+// would, and has it compared. Layers that no later frame needs are let go. The layers of a frame are made at
+// once for boxes, one by one for the whole frame, which takes several times the memory at once. Where the
 // field goes through the samples at their sites, a frame is compared with its layer alone.
 #include "store/round_trip.h"
 

@@ -43,7 +43,7 @@ struct RoundTripScope {
   int32_t every = 1;       // of the samples, those whose indices it divides; 1 where there is a bound
   bool in_boxes = false;   // of large frames boxes (measured_boxes.h); false where there is a bound
   bool at_sites = false;   // where the field goes through the samples, these are compared (site_planes.h)
-  // Of a block of space: its samples, and the bricks that the field at these is a sum of. By default all.
+  // The samples of a block of space, and the bricks that the field at these is a sum of. By default all.
   Region samples{};
   BrickBox bricks{};
 };

@@ -153,7 +153,7 @@ void WriterEnding::complete_info(const FitReport& result) {
   if (info.counts && lasting * info.slab_layers != opening_.fit().lasting_layers) info.counts.reset();
 }
 
-// Of a continued file what was measured of its frames stays, but for what corrections promise.
+// A continued file keeps what was measured of its frames, but for what corrections promise.
 void WriterEnding::describe_errors(const FitReport& result) {
   VolumeInfo& info = output_.info();
   for (size_t c = 0; c < channels(); ++c) {

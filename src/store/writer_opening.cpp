@@ -50,7 +50,7 @@ int32_t slab_layers_of(const WriterSettings& s, const Bcc4Reader* old) {
   return slab_layers_for(s.coefficients);
 }
 
-// The root mean square error that is asked for; 0: none. Of a bound the rest is left to corrections, and
+// The root mean square error that is asked for; 0: none. A bound leaves the rest to corrections, and
 // something to the rounding of codes.
 double asked_wavelet_error(const WriterSettings& s, const ChannelSettings& channel) {
   constexpr double of_bound = .42, of_psnr = .995, decibels = 20;

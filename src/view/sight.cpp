@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rays that a camera or matrices mean. Of matrices the rows of projection * world_to_view are solved for
-// the world: whatever convention they follow, a pixel is where x, y and w of clip space say it is.
+// The rays that a camera or matrices mean. The rows of projection * world_to_view are solved for the
+// world: whatever convention they follow, a pixel is where x, y and w of clip space say.
 #include "view/sight.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace bccsplat {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-// Of a matrix's entries: what rounding leaves of zero where floats made them.
+// What rounding leaves of zero in a matrix that floats made, relative to its entries.
 constexpr double matrix_rounding = 1e-5;
 // Wider pictures, of 170 degrees and more, show next to nothing (the tangent of half of that is 11.4).
 constexpr double widest = 100;

@@ -39,12 +39,12 @@ struct Sight {
   std::vector<HalfSpace> clip;     // of the world: what is outside any is not seen
   bool in_front = false;           // orthographic: what lies behind the position is not seen
   std::optional<Vec3> sheets_meet; // a point that sheet 0 passes through; none: the centre of the domain
-  // Of the ray of the middle of the whole picture, of which this may be a part; scaled as rays are.
+  // The ray through the middle of the whole picture, of which this may be a part; scaled as rays are.
   Vec3 middle{};
   RayEnds ends;
 
   bool operator==(const Sight&) const = default;
-  // Of the pixel, its centre at (i, j): a point of the ray at a planar distance.
+  // Returns the point at a planar distance on the ray of pixel (i, j).
   [[nodiscard]] Vec3 point(double i, double j, double distance) const;
   // Returns pixel coordinates and planar distance of a point. In perspective one beside or behind the camera
   // has no pixel: NaN.

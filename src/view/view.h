@@ -74,7 +74,7 @@ class SliceView {
   [[nodiscard]] SheetView sheets(double step) const;
   // Length along the view direction of a lattice unit along the normal.
   [[nodiscard]] double world_per_unit() const { return world_per_unit_; }
-  // Of the sheets in lattice space, as SheetView::normal.
+  // The normal of the sheets in lattice space, as SheetView::normal.
   [[nodiscard]] const Vec3& normal() const { return normal_; }
 
  private:

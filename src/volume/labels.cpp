@@ -60,7 +60,7 @@ Hyperplane plane_of_samples(const OpenVolume& volume, const Hyperplane& plane) {
   return {normal[0], normal[1], normal[2], normal[3], -normal[axis] * point[0][axis]};
 }
 
-// What of a frame is hidden: its samples of other labels, and those that were missing before.
+// The hidden samples of a frame: those of other labels, and those that were missing before.
 class HiddenSamples {
  public:
   HiddenSamples(const Slice& slice, const std::array<int64_t, 3>& samples, std::span<const double> labels,

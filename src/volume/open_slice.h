@@ -25,7 +25,7 @@ struct SliceRequest {
   std::shared_ptr<const Coefficients> coefficients;
 };
 
-// Fails with not_found where there is no such channel, level or kernel. Of labels level 0 stands for all.
+// Fails with not_found where there is no such channel, level or kernel. Labels are cut at level 0, always.
 // kernel: null or "" for the volume's.
 // keep: as of OpenVolume::coefficients.
 [[nodiscard]] SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const char* kernel,

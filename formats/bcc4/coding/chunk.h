@@ -110,8 +110,8 @@ struct ChunkData {
   std::vector<std::byte> codes;      // of a chunk with a rest only those of the layers that were decoded
   std::shared_ptr<const ChunkRest> rest{};
   bool lost = false; // read as holes, as it could not be decoded
-  // Of a tile (tile.h) its bricks, x fastest, or what they are made of, one or the other; nothing else is
-  // then there but `coded` and `lost`.
+  // A tile (tile.h) has one of these three, and beside it only `coded` and `lost`: its bricks, x fastest, or
+  // what they are made of.
   std::vector<std::shared_ptr<const ChunkData>> bricks{};
   std::shared_ptr<const OpenTile> tile{};
   std::shared_ptr<const LinearTile> linear{};

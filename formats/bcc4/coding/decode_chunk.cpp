@@ -86,7 +86,7 @@ void read_values(ChunkData& data, const Bcc4Chunk& entry, std::span<const std::b
   const size_t plane_bytes = size_t{entry.kept} * codes.bytes(),
                end = size_t{data.first[layers.end]} * codes.bytes(),
                begin = layers.codes_before * codes.bytes();
-  // Of two bytes a code the second ones come behind all first ones.
+  // Codes of two bytes have all second bytes behind all first ones.
   const size_t wanted = codes.bytes() == 1 ? weight_bytes + end : SIZE_MAX;
   const auto bytes =
       open_part(part, values_coding(entry), weight_bytes + plane_bytes, DeflateKind::noise, scratch.inflater,

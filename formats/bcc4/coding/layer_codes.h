@@ -20,7 +20,7 @@ class LayerCodes final : public CodedBrick {
  public:
   // data: of integers, with some of them in the layer.
   LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer);
-  // Those of a brick of a tile.
+  // The same of a brick of a tile.
   LayerCodes(const SampleCoder& coder, const OpenTile& tile, int brick, size_t layer);
   // The codes of a brick that has kept sites; null where the type has more than two bytes or codes do not
   // give back every value.

@@ -283,7 +283,7 @@ TileRule find_tile_rule(std::span<const TileBox> boxes, std::vector<std::vector<
     const double error = errors.squares(rule.steps);
     if (i == 0) goal /= gain_of(bands, rule.steps);
     if (i > 0 && std::fabs(error / goal - 1) < near_enough) break;
-    // Of a slab that is next to empty any step errs less than it may.
+    // The step is bounded: a slab that is next to empty errs less than it may with any.
     if (error > 0 && i + 1 < rounds)
       rule.steps.step = static_cast<float>(
           std::min({rule.steps.step * std::pow(goal / error, slope), coarsest * hint, double{largest_step}}));

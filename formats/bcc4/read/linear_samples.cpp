@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples of linear tiles: layers, and sums of layers, tile by tile. What of a slab is worked on is held, so
-// that all sums are made of chunks that were decoded once, whatever the cache.
+// Samples of linear tiles: layers, and sums of layers, tile by tile. The tiles of a slab that are worked on
+// are held, so that all sums are made of chunks that were decoded once, whatever the cache.
 #include <algorithm>
 #include <map>
 #include <memory>

@@ -107,8 +107,8 @@ class Bcc4Reader {
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context) const;
   // Does the same, and hands over each where it was decoded, with its place in `chunks`; not those whose
-  // bytes are not there yet, which `attempts` knows. Of each chunk the first `layers` are wanted: it may have
-  // a rest. Chunks that are salvaged are decoded whole. Of tiles there is what their bricks are made of.
+  // bytes are not there yet, which `attempts` knows. The first `layers` of each chunk are wanted: it may have
+  // a rest. Chunks that are salvaged are decoded whole. Tiles come as what their bricks are made of.
   using TakeChunk = std::function<void(size_t, ChunkData&&)>;
   void read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context,
                    Attempts& attempts, int layers, const TakeChunk& take) const;

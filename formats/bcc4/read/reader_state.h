@@ -97,7 +97,7 @@ struct Bcc4Reader::State {
   [[nodiscard]] ChunkData decode_or_lose(const ChannelLevel& at, const Bcc4Chunk& chunk,
                                          std::span<const std::byte> stored, ChunkScratch& scratch,
                                          int layers) const;
-  // Of a tile: what its bricks are made of.
+  // Decodes a chunk; a tile only down to what its bricks are made of.
   [[nodiscard]] ChunkData decode(const ChannelLevel& at, const Bcc4Chunk& chunk,
                                  std::span<const std::byte> stored, ChunkScratch& scratch,
                                  int layers = max_slab_layers) const;

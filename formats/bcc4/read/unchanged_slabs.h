@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a file that grew is what it was.
+// Finds the slabs that a grown file shares with its earlier state.
 #pragma once
 
 #include <map>

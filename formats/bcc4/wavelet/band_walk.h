@@ -35,7 +35,7 @@ struct Around {
   };
 };
 inline constexpr int weight_unit = 64;
-// Of each sum, in 1 / weight_unit; in the order of Around.
+// The weight of each sum, in 1 / weight_unit; in the order of Around.
 inline constexpr std::array<uint8_t, Around::count> around_weights{12, 4, 12, 8, 3, 4, 2, 8, 1, 4, 6, 1, 6};
 
 // An expected magnitude, in steps of a quarter of an octave.

@@ -13,7 +13,7 @@ constexpr std::array<int, 37> quarters{32768, 36843, 40793, 44511, 47911, 50941,
                                        65500, 65508, 65514, 65519, 65523, 65526, 65528};
 constexpr int quarter = logit_unit / 4;
 
-// Of a logit of 0 or more.
+// The probability of a logit of 0 or more.
 constexpr int interpolated(int logit) {
   const int k = logit / quarter, rest = logit % quarter;
   if (rest == 0) return quarters[k];

@@ -60,8 +60,8 @@ class Bcc4Writer {
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
                   const Context& context);
 
-  // Of a file of tiles, whose samples are rounded as they are coded: what a reader gets of these layers of a
-  // slab, as codes. Of the slab that was just written it is at hand once; any other is coded for it.
+  // Returns what a reader will get of these layers of a slab, as codes; a file of tiles rounds samples as it
+  // codes them. For the slab that was just written it is at hand once; any other is coded for it.
   [[nodiscard]] std::vector<SampleLayer> as_read(int32_t slab, const ChannelLevel& at,
                                                  std::span<const SampleLayer> layers, const Context& context,
                                                  double rounded = 0);
@@ -75,7 +75,7 @@ class Bcc4Writer {
   }
 
   // Write the corrections of one frame, in any order of channels and frames; a frame that gets none has none.
-  // Those to add go into bricks where the channel's are local (ResidualInfo).
+  // Corrections to add go into bricks where the channel's are local (ResidualInfo).
   void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals, const Context& context);
   // Copies them from files that have those of some of its samples each; see FrameBlocks::copy_corrections.
   void copy_residuals(int channel, uint32_t frame, std::span<const Bcc4Reader* const> from,

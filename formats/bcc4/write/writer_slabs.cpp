@@ -50,7 +50,7 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
   const SampleCoder& coder = index->coder(at);
   const StoredLattice& level = info.level(at.level);
   const Int3 dims = slot_dims(level);
-  // Of a range that is spread over codes, air may lie between two of them: then only what is left out is air.
+  // Air may lie between two codes where a range is spread over them: then only what is left out is air.
   const bool air_has_code = coder.decode(coder.codes().air) == 0;
   const auto encode = [&](uint32_t slot) {
     const Int3 brick = slot_brick(dims, slot, 1);

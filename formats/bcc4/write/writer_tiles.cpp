@@ -40,7 +40,7 @@ TileSites collect_tile(const SlabLayers& of, uint32_t slot, uint64_t& clamped) {
   TilePlace place = tile_place(level, slab, slot_brick(slot_dims(level), slot, level.tile_edge));
   place.layers = static_cast<int32_t>(layers.size());
   TileSites sites{place, {}};
-  // Of a range that is spread over codes, air may lie between two of them: then only what is left out is air.
+  // Air may lie between two codes where a range is spread over them: then only what is left out is air.
   const bool air_has_code = coder.decode(coder.codes().air) == 0;
   for (int i = 0; i < place.bricks(); ++i) {
     const Int3 brick = place.brick_at(i);

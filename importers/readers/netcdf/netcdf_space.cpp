@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coordinates become an affine where they are evenly spaced, and are kept beside one where they are not.
-// Those of the files of a series are compared: a file may count an axis from its other end, as of latitudes,
-// but not have its samples elsewhere.
+// Files of a series must have their samples at the same places, but one may count an axis from its other end,
+// as latitudes are counted.
 #include "readers/netcdf/netcdf_space.h"
 
 #include <algorithm>

@@ -37,7 +37,7 @@ class VtiFile {
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::array<uint64_t, 3>& dims() const { return dims_; }
   [[nodiscard]] const Affine& affine() const { return affine_; }
-  // Of a rectilinear grid the coordinates of its samples along axes where they are uneven.
+  // Coordinates of the samples of a rectilinear grid, along the axes where they are uneven.
   [[nodiscard]] const std::array<std::vector<double>, 3>& coordinates() const { return coordinates_; }
   [[nodiscard]] bool rectilinear() const { return rectilinear_; }
   [[nodiscard]] bool cell_data() const { return cell_data_; }

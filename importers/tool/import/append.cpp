@@ -35,7 +35,7 @@ void warn_of_other_files(const std::string& path, const AppendedFile& old, const
   }
 }
 
-// Of one channel, under another name.
+// Reads a series of one channel under another name.
 class RenamedReader : public FrameReader {
  public:
   RenamedReader(std::unique_ptr<FrameReader> source, const std::string& name)

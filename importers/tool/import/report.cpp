@@ -61,7 +61,7 @@ double joined_rmse(double a, uint64_t samples_a, double b, uint64_t samples_b) {
   return na + nb > 0 ? std::sqrt((a * a * na + b * b * nb) / (na + nb)) : 0;
 }
 
-// Of equal largest differences the first one is told.
+// The first one is told where largest differences are equal.
 bool is_worse(const bccsplat_error_report& a, const bccsplat_error_report& b) {
   const auto place = [](const bccsplat_error_report& e) {
     return std::tuple(e.frame, e.voxel[2], e.voxel[1], e.voxel[0]);

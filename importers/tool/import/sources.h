@@ -10,8 +10,8 @@
 
 namespace bcc4 {
 
-// Returns the files, with CRC-32 unless they are very many bytes. That of a `known` file of the same name and
-// size is taken from there: it is not read.
+// Returns the files, with CRC-32 unless they are very many bytes. A file that is `known` by its name and size
+// is not read: its CRC-32 is taken from there.
 [[nodiscard]] std::vector<PlannedSource> sources_of(const SeriesDescription& series,
                                                     std::span<const PlannedSource> known = {});
 

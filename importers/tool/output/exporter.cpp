@@ -96,7 +96,7 @@ Affine Exporter::affine() const {
     const double first = static_cast<double>(options_.region->begin[i]),
                  steps = static_cast<double>(options_.region->dims[i]) - 1;
     begin[i] = even_position(volume_, i, first);
-    // Of an uneven axis even steps from the first sample of the box to the last.
+    // An uneven axis gets even steps from the first sample of the box to the last.
     if (steps > 0 && axis_info(volume_, i).count > 0)
       for (size_t r = 0; r < 3; ++r)
         whole[4 * r + i] *= (even_position(volume_, i, first + steps) - begin[i]) / steps;

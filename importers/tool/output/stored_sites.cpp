@@ -11,7 +11,7 @@ namespace bcc4 {
 namespace {
 
 constexpr const char* kKernel = "paper"; // weights samples as they are
-// Distances of the lattice. Of smoke with faint edges what lies beyond is below 2e-4 of the range.
+// Distances of the lattice. Smoke with faint edges has less than 2e-4 of its range beyond.
 constexpr double kNear = 1.5;
 
 // Is every source sample a site?
@@ -20,8 +20,8 @@ bool on_source_grid(const bccsplat_volume_info& v) {
   return v.lattice == BCCSPLAT_LATTICE_CC && least == 1 && most == 1;
 }
 
-// Whether all sites that are not stored are air at the source's samples. A file with corrections promises
-// that for samples that are sites alone: those that are air have none.
+// Whether the source is air wherever a site is not stored. With corrections that holds only where samples are
+// sites: samples of air then have no correction.
 bool leaves_air(const bccsplat_volume_info& v, const bccsplat_channel_info& c) {
   return v.periodic_axes == 0 && v.store != BCCSPLAT_STORE_COEFFICIENTS && c.sites_kept < v.sites_total &&
          (c.error_bound == 0 || (v.store == BCCSPLAT_STORE_WAVELETS && on_source_grid(v)));

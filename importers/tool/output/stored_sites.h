@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a frame a file holds as air: samples that no stored site is near.
+// Samples of a frame that a file holds as air: those that no stored site is near.
 #pragma once
 
 #include <array>

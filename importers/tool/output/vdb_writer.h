@@ -10,7 +10,7 @@
 
 namespace bcc4 {
 
-// Values are x fastest; `path` is for errors. Of a full disk the stream tells.
+// Values are x fastest; `path` is for errors. The stream tells of a full disk.
 void write_vdb_grid(std::ostream& stream, const std::string& path, const VdbOutput& output,
                     std::span<const float> values);
 

@@ -14,7 +14,7 @@ namespace bcc4 {
 class AskedTrail {
  public:
   // interval: in frames of the volume. functions: none: the slice's; one for all sub-intervals, or for each.
-  // Of --with it has no sub-intervals but a shutter's.
+  // of_other: it belongs to the volume of --with, and has no sub-intervals but a shutter's.
   AskedTrail(const RenderArguments& arguments, const std::array<double, 2>& interval,
              const std::vector<TransferFunction>& functions, bool of_other = false);
   AskedTrail(const AskedTrail&) = delete;

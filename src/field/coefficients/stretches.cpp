@@ -12,7 +12,7 @@ namespace {
 
 // Rows of bricks beside a stretch that its coefficients may depend on: no prefilter reaches 16 sites.
 constexpr int stretch_margin = 1;
-// Of a periodic axis the last row of bricks may have few sites.
+// Rows of bricks that stay at the end of a periodic z: the very last one may have few sites.
 constexpr int last_rows = 2;
 
 // What stretches may take of the cache.

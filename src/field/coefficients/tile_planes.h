@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box of bricks through all stages of a prefilter, plane by plane along z. Of each plane the rectangle is
-// known outside which all is 0, and nothing is done there.
+// A box of bricks through all stages of a prefilter, plane by plane along z. Outside a rectangle of each
+// plane all is 0, and nothing is done there.
 #pragma once
 
 #include <array>

@@ -16,7 +16,7 @@ namespace bccsplat {
 }
 
 // out[i] = sample i minus air, for `count` samples that are `stride` bytes apart (any alignment): so those
-// that equal air are 0, though no float may be that air. Of types that fit a float the nearest float is
+// that equal air are 0, though no float may be that air. From types that fit a float the nearest float is
 // subtracted.
 void unpack_row(SourceType type, const std::byte* data, int64_t stride, size_t count, double air, float* out);
 

@@ -25,7 +25,7 @@ struct HoleMap {
 };
 
 // Patches `frame` where samples are not finite and returns where that was; to be kept as long as the frame.
-// A frame that is given in part is patched right where what is not given is further away than the reach.
+// A part of a frame is patched as the whole frame would be, but within the reach of what is not given.
 [[nodiscard]] HoleMap patch_holes(Frame& frame, const FrameScan& scan, const AxisFlags& turning,
                                   const FillReach& reach, const Context& context);
 

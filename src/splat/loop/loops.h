@@ -39,7 +39,7 @@ struct KernelPolynomial {
   std::array<float, RadialKernel::max_terms> a{};     // of u^j
   std::array<float, RadialKernel::max_terms> slope{}; // of u^j in d phi / du: (j + 1) a[j + 1]
 };
-// Of phi in a form; of phi itself where it has no such form.
+// Returns the polynomial of phi in a form, or of phi itself where it has no such form.
 [[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi,
                                                  KernelForm form = KernelForm::exact);
 

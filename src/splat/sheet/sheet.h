@@ -107,8 +107,8 @@ struct SheetShading {
 struct SheetPaint {
   const float* value = nullptr; // that pixels are classified by, absolute; null: the field's
   const float *red = nullptr, *green = nullptr, *blue = nullptr; // null: the table's colours
-  // What of the light from all around and of that of each light comes through, light after light, their
-  // planes `light_floats` apart; null: all of it.
+  // The shares of light that come through: from all around, and from each light, whose planes are
+  // `light_floats` apart; null: all of it.
   const float *ambient = nullptr, *lights = nullptr;
   size_t light_floats = 0;
 };

@@ -206,7 +206,7 @@ struct Pixels {
                       Set(s.time[0] + s.time[2] * static_cast<float>(s.tile.y + y)));
   }
 
-  // What of the light from all around comes here, and of light n what a surface sends on.
+  // The light from all around that comes here, and what a surface sends on of light n.
   HWY_INLINE V ambient(const Gloss& gloss) const {
     const V all = Set(gloss.ambient);
     return s.paint.ambient ? hn::Mul(all, load(s.paint.ambient)) : all;

@@ -116,9 +116,9 @@ class SheetSource {
   std::vector<std::array<int32_t, 4>> gap_rect_;
   std::vector<float> inverse_near_, inverse_far_;
   FanArgs fan_;
-  // Where sheets are raised along their normal, or points are scattered: the next sheet to be made. Of the
-  // ring's sheets that others are raised from: whether anything is on them, where it is, and outside of what
-  // their planes are zero.
+  // The next sheet to be made, where sheets are raised along their normal or points are scattered. The ring's
+  // sheets that others are raised from: whether anything is on them, where it is, and outside of what their
+  // planes are zero.
   int64_t next_sheet_ = 0;
   FinishedSheets<bool> stack_filled_;
   FinishedSheets<PixelRect> stack_touched_, stack_held_;

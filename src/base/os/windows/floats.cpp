@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of x86-64, where all numbers but those of long double are computed in vectors.
+// The floating-point mode of x86-64, where all numbers but those of long double are computed in vectors.
 #include "base/os/floats.h"
 
 #include <xmmintrin.h>
