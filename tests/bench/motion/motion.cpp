@@ -145,8 +145,9 @@ void measure(const MotionSet& set, Tables& tables) {
   costs.import_frame = tool.seconds("") / set.kept.dims[3];
   const size_t middle = set.left_out.size() / 2;
   const double time = set.left_out[middle].time, index = set.index(time);
-  costs.wavelets = moment_seconds(tool.file(), index);
-  costs.four_frames = four_frames_seconds(tool.file(), index);
+  const double last = set.kept.dims[3] - 1;
+  costs.wavelets = moment_seconds(tool.file(), index, last);
+  costs.four_frames = four_frames_seconds(tool.file(), index, last);
 
   const StoredMoments volume(tool.file());
   const std::vector<Box> frames = frames_of(volume, set.times.size());
@@ -161,7 +162,7 @@ void measure(const MotionSet& set, Tables& tables) {
   tables.quality.push_back(quality_row(set, ways_of(set, volume, frames, finder), share_on(finder)));
 
   (void)tool.seconds("--density .5");
-  costs.samples = moment_seconds(tool.file(), index);
+  costs.samples = moment_seconds(tool.file(), index, last);
   tables.costs.push_back(cost_row(set, costs));
   std::fprintf(stderr, "motion: %s measured\n", set.kept.name.c_str());
 }

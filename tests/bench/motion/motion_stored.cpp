@@ -44,22 +44,23 @@ double StoredMoments::seconds(double index) const {
   return cpu_seconds([&] { (void)slice(index); });
 }
 
-MomentSeconds moment_seconds(const std::string& path, double index) {
+MomentSeconds moment_seconds(const std::string& path, double index, double last) {
   MomentSeconds least{INFINITY, INFINITY};
   for (int i = 0; i < repeats; ++i) {
     const StoredMoments volume(path);
     least.first = std::min(least.first, volume.seconds(index));
-    least.next = std::min(least.next, volume.seconds(index + .5));
+    least.next = std::min(least.next, volume.seconds(std::min(index + .5, last)));
   }
   return least;
 }
 
-double four_frames_seconds(const std::string& path, double index) {
+double four_frames_seconds(const std::string& path, double index, double last) {
   double least = INFINITY;
   for (int i = 0; i < repeats; ++i) {
     const StoredMoments volume(path);
     double sum = 0;
-    for (const int away : {-1, 0, 1, 2}) sum += volume.seconds(std::max(std::floor(index) + away, 0.0));
+    for (const int away : {-1, 0, 1, 2})
+      sum += volume.seconds(std::clamp(std::floor(index) + away, 0.0, last));
     least = std::min(least, sum);
   }
   return least;

@@ -27,12 +27,13 @@ class StoredMoments {
   Handle<bccsplat_volume> volume_;
 };
 
-// CPU seconds of moments of a file: the first one, and one half a frame on.
+// CPU seconds of moments of a file: the first one, and one half a frame on, before the last
+// frame.
 struct MomentSeconds {
   double first = 0, next = 0;
 };
-[[nodiscard]] MomentSeconds moment_seconds(const std::string& path, double index);
+[[nodiscard]] MomentSeconds moment_seconds(const std::string& path, double index, double last);
 // CPU seconds of four frames, each a moment of its own, from a volume that nobody has looked at yet.
-[[nodiscard]] double four_frames_seconds(const std::string& path, double index);
+[[nodiscard]] double four_frames_seconds(const std::string& path, double index, double last);
 
 } // namespace bccsplat::bench
