@@ -19,6 +19,7 @@
 #include "tests/bench/import/import.h"
 #include "tests/bench/kernels/kernels.h"
 #include "tests/bench/moments/moments.h"
+#include "tests/bench/motion/motion.h"
 #include "tests/bench/paper/paper.h"
 #include "tests/bench/pictures/pictures.h"
 #include "tests/bench/rays/rays.h"
@@ -52,7 +53,8 @@ constexpr Suite suites[] = {
 #if BCCSPLAT_WITH_GPU
     {"gpu", bccsplat::bench::run_gpu_suite},
 #endif
-    {"scene", bccsplat::bench::run_scene_suite},     {"coder", bccsplat::bench::run_coder_suite}};
+    {"scene", bccsplat::bench::run_scene_suite},     {"coder", bccsplat::bench::run_coder_suite},
+    {"motion", bccsplat::bench::run_motion_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

@@ -21,7 +21,7 @@ failed=()
   for suite in $suites; do
     printf '\n## %s\n\n' "$suite"
     options=("${quick[@]}" --plots "$out/plots")
-    if [[ $suite =~ ^(paper|pictures)$ && -n $data ]]; then options+=(--data "$data"); fi
+    if [[ $suite =~ ^(motion|paper|pictures)$ && -n $data ]]; then options+=(--data "$data"); fi
     start=$SECONDS
     "$bench" "$suite" "${options[@]}" || { failed+=("$suite"); printf '\nThis suite failed.\n'; }
     for plot in "$out/plots/$suite"-*.png; do
