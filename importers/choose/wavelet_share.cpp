@@ -34,7 +34,7 @@ double bytes_of(const Device& device, const SeriesDescription& series, const Ser
   return bytes;
 }
 
-// Those of wavelets, as a stretch of a series is tried.
+// The settings of a store of wavelets with which a stretch of a series is tried.
 WriterSettings settings_of_trials(WriterSettings settings) {
   settings.levels = 0, settings.psnr = 0, settings.ends = BCCSPLAT_ENDS_MIRROR, settings.periodic = 0;
   return settings;
