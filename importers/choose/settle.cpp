@@ -121,13 +121,9 @@ bool leaves_store(const Unsettled& unsettled, const WriterSettings& settings, co
          settings.quantize == BCCSPLAT_TYPE_DEFAULT && has_cartesian(settings.kernel) && !is_scattered(s);
 }
 
-// A slab of wavelets is held as a whole, here and where a moment is made of several: is there room for that?
-// At 512^3 the first slice takes 2.9 GB and ten times as long as with samples (tests/bench/notes/coder.md):
-// frames beyond 400^3 are stored so only where somebody asks for it.
+// A slab of wavelets is held as a whole while it is written: is there room for that?
 bool holds_slab(const Device& device, const Unsettled& unsettled, const SeriesDescription& s,
                 const WriterSettings& settings) {
-  constexpr uint64_t largest = 1 << 26; // samples of a frame
-  if (s.dims[0] * s.dims[1] * s.dims[2] > largest) return false;
   auto info = sized<bccsplat_device_info>();
   check(bccsplat_device_get_info(device.get(), &info), "");
   return memory_of_wavelets(s, settings, unsettled.bound.abs, info.thread_count) <=
