@@ -40,8 +40,8 @@ template<class Sum> Sum sum_products(const float* a, const float* b, size_t n) {
   std::array<Sum, lanes> sums{};
   size_t i = 0;
   for (; i + lanes <= n; i += lanes)
-    for (size_t l = 0; l < lanes; ++l) sums[l] += Sum{a[i + l]} * Sum{b[i + l]};
-  for (; i < n; ++i) sums[0] += Sum{a[i]} * Sum{b[i]};
+    for (size_t l = 0; l < lanes; ++l) sums[l] += static_cast<Sum>(a[i + l]) * static_cast<Sum>(b[i + l]);
+  for (; i < n; ++i) sums[0] += static_cast<Sum>(a[i]) * static_cast<Sum>(b[i]);
   Sum all{};
   for (const Sum s : sums) all += s;
   return all;
