@@ -288,6 +288,7 @@ SeriesDescription describe_stretch(const SeriesDescription& series, const Sample
   s.times.values.assign(first, first + stretch.frames);
   for (Channel& c : s.channels) c.type = Type::f32;
   s.sparse = false;
+  s.places = {}; // of whole axes
   return s;
 }
 

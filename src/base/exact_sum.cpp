@@ -33,7 +33,7 @@ void ExactSum::add(std::span<const double> values) {
     const uint64_t bits = std::bit_cast<uint64_t>(v) + (uint64_t{1} << (dropped_bits - 1));
     const uint64_t exponent = bits >> fraction_bits, unit = exponent == 0 ? 0 : fraction_mask + 1,
                    whole = exponent == 0 ? 0 : ((bits & fraction_mask) | unit) >> dropped_bits;
-    bins[exponent / bin_exponents] += whole << (exponent % bin_exponents);
+    bins[exponent / bin_exponents % all_bins] += whole << (exponent % bin_exponents);
   }
   for (size_t i = 0; i < bins.size(); ++i) {
     if (bins[i] == 0) continue;

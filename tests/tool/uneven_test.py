@@ -61,6 +61,16 @@ class Uneven(ToolTest):
             self.skipTest('no such data')
         return CASE
 
+    def test_parts_are_tried_of_long_axes(self):
+        # Of frames of more than a tile a part is tried, whose axes are shorter.
+        n, at = 72, lambda i: i * (1 + .01 * i)
+        grid = [('lev', 'double', ['lev'], {'units': 'm'}, [at(i) for i in range(n)])]
+        values = [round(60 + 50 * math.sin(.1 * z) * math.cos(.07 * y + .05 * x)) for z in range(n) for y in range(n) for x in range(n)]
+        self.write('bytes.nc', classic(grid + [('v', 'byte', ['lev', 'lat', 'lon'], {}, values)], [(d, n) for d in ('lev', 'lat', 'lon')]))
+        for bound in ((), ('--abs', '2')):
+            self.bcc4('import', 'bytes.nc', *bound, '-o', 'b.bcc4', '--quiet', '--overwrite')
+            self.assertLess(self.json('verify', 'b.bcc4', '--against', 'bytes.nc')['max_abs'], 2.01)
+
     def test_axes_of_different_units_have_a_fair_shape(self):
         """Degrees and metres: no bundle of rods, unless it is asked for."""
         text, _ = weather()

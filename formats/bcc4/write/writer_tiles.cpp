@@ -114,7 +114,7 @@ class StepSearch {
     constexpr int usual_rounds = 5; // then what is asked for may be out of reach
     constexpr double sooner = .96;
     double power = usual_power;
-    if (step_ > 0)
+    if (step_ > 0 && step != step_)
       power = std::clamp(std::log(error / error_) / std::log(step / step_), least_power, most_power);
     step_ = step, error_ = error;
     double by = std::min(std::pow(aim / error, 1 / power), most);
@@ -127,8 +127,8 @@ class StepSearch {
   [[nodiscard]] bool is_near(double step, double error, int round) const {
     constexpr double nearly = .93, grown = 1.01;
     constexpr int rounds = 3;
-    const bool grows = step <= step_ || error > grown * error_;
-    return error <= 1 && (error >= nearly || error == 0 || round >= rounds || !grows);
+    const bool grows = step < step_ || error > grown * error_;
+    return error <= 1 && (error >= nearly || error == 0 || round >= rounds || !grows || step >= largest_step);
   }
 
  private:
@@ -185,9 +185,8 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
   const double left = allowed - spent;
   TileRule rule = rule_for(of, tiles, std::max(left / kept, least_error * least_error));
   double error = 0;
-  StepSearch search;
   Pool<TileRoom> rooms;
-  for (int round = 1;; ++round) {
+  const auto code_all = [&] {
     context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
       context.progress.check();
       uint64_t clamped = 0;
@@ -198,9 +197,19 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
     });
     error = 0;
     for (const TileWork& tile : tiles) error += tile.coded.squared_error;
+  };
+  StepSearch search;
+  float good = 0; // the coarsest step so far whose error may be
+  for (int round = 1;; ++round) {
+    code_all();
+    if (error <= left) good = std::max(good, rule.steps.step);
     if (rule.steps.step <= least_step || search.is_near(rule.steps.step, error / left, round)) break;
     const double by = search.next(rule.steps.step, error / left, round);
     rule.steps.step = std::clamp(rule.steps.step * static_cast<float>(by), least_step, largest_step);
+  }
+  if (good > rule.steps.step) {
+    rule.steps.step = good;
+    code_all();
   }
   require_allowed(of, channel, spent + error, allowed);
   out.read = layers_as_read(of, tiles);

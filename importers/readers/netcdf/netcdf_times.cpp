@@ -4,6 +4,7 @@
 #include "readers/netcdf/netcdf_times.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "readers/calendar.h"
@@ -119,6 +120,12 @@ NetcdfTimes times_of_numbers(const NetcdfFile& file, const NetcdfVariable& coord
   return times;
 }
 
+bool rise(const std::vector<double>& values) {
+  const auto falls = [](double a, double b) { return !(b > a); };
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }) &&
+         std::adjacent_find(values.begin(), values.end(), falls) == values.end();
+}
+
 // Converts times to the unit and the date of `first`.
 void count_from(const NetcdfTimes& first, NetcdfTimes& times, const std::string& path) {
   const Clock from{times.unit, times.epoch, times.calendar}, to{first.unit, first.epoch, first.calendar};
@@ -136,8 +143,11 @@ NetcdfTimes netcdf_times(const NetcdfFile& file, const NetcdfVariable& v, const 
     return times_of_numbers(file, *coordinate);
   if (const NetcdfVariable* text = dim ? dates_along(file, v, *dim) : nullptr)
     return times_of_text(file, *text);
-  if (const NetcdfVariable* beside = times_beside(file, v, dim)) return times_of_numbers(file, *beside);
-  return {};
+  const NetcdfVariable* const beside = times_beside(file, v, dim);
+  if (!beside) return {};
+  NetcdfTimes times = times_of_numbers(file, *beside);
+  times.guessed = true;
+  return times;
 }
 
 void NetcdfClock::add(NetcdfTimes times, uint64_t frames, const std::string& path) {
@@ -152,11 +162,17 @@ void NetcdfClock::add(NetcdfTimes times, uint64_t frames, const std::string& pat
     all_ = std::move(times);
   else
     all_.values.insert(all_.values.end(), times.values.begin(), times.values.end());
+  all_.guessed = all_.guessed || times.guessed;
   begun_ = true;
 }
 
 void NetcdfClock::describe(SeriesDescription& d) const {
-  if (untold_.empty()) {
+  if (untold_.empty() && all_.guessed && !rise(all_.values)) {
+    if (!told_by_user_)
+      d.warnings.push_back(concat(all_.origin,
+                                  " does not rise from frame to frame and is taken for no time: ",
+                                  "frames are counted; --dt or --times sets their times"));
+  } else if (untold_.empty()) {
     d.times = {all_.values, all_.unit, all_.origin};
     if (!all_.epoch.empty()) d.attributes.emplace_back("time_epoch", all_.epoch);
     if (!all_.calendar.empty()) d.attributes.emplace_back("time_calendar", all_.calendar);

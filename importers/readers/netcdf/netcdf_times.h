@@ -17,6 +17,7 @@ struct NetcdfTimes {
   std::string calendar;       // as the file calls it, "" when it does not
   std::string origin;         // where they came from, for the report
   std::string unread;         // why what may be times is not taken for them, "" otherwise
+  bool guessed = false;       // of a variable that may be something else
 };
 
 // Tells the times along the dimension of the variable, or where it has none of time (null) the one moment

@@ -91,8 +91,8 @@ std::vector<DataSet> without_superseded(const std::string& collection, std::vect
                           : std::find_if(kept.rbegin(), kept.rend(), [&](const DataSet& other) {
                               return at_one_time(other.entry.time, time);
                             });
-    if (twin == kept.rend() && time < latest && !at_one_time(time, latest) &&
-        !counts_before(set.entry.path, latest_path))
+    if (twin == kept.rend() && !other_times && time < latest && !at_one_time(time, latest) &&
+        !kept.back().beside(set) && counts_before(latest_path, set.entry.path))
       take_up(time);
     if (twin != kept.rend()) {
       const bool again = twin->entry.path == set.entry.path, next = twin == kept.rbegin();

@@ -104,7 +104,7 @@ std::vector<Axis> axes_of(const VolumeOutput& o) {
     Axis axis = axis_of(o.axis_records[a], usual.back(), letter, o.axis_units[row]);
     axis.at = coordinates_of(o, a);
     if (o.coordinates_down[a]) axis.attributes["positive"] = "down";
-    if (o.coordinates[a].empty() && text_in(axis.attributes, "positive") == "down")
+    if (a == 2 && o.coordinates[a].empty() && lower(text_in(axis.attributes, "positive")) == "down")
       for (double& at : axis.at) at = -at + 0.0; // not -0
     if (letter == 'T') set_date(axis, o);
     axes.push_back(std::move(axis));
@@ -159,9 +159,10 @@ class NetcdfOutputFile : public VolumeFile {
     std::atexit(end_without_hdf5);
     fail(Exit::no_resources, name_, ": ", doing, ": ", nc_strerror(status), " (is the disk full?)");
   }
-  // Some names NetCDF keeps for itself.
+  // Some names NetCDF keeps for itself, others are too long for it.
   void check_attribute(int status) {
-    if (status != NC_EBADNAME && status != NC_ENAMEINUSE) check(status, "cannot be written");
+    if (status != NC_EBADNAME && status != NC_ENAMEINUSE && status != NC_EMAXNAME)
+      check(status, "cannot be written");
   }
   void text(int variable, const char* key, const std::string& value) {
     if (!value.empty()) check_attribute(nc_put_att_text(id_, variable, key, value.size(), value.c_str()));
@@ -184,7 +185,8 @@ class NetcdfOutputFile : public VolumeFile {
     int dimension = 0, variable = 0;
     check(nc_def_dim(id_, axis.name.c_str(), axis.at.size(), &dimension), "cannot be written");
     check(nc_def_var(id_, axis.name.c_str(), NC_DOUBLE, 1, &dimension, &variable), "cannot be written");
-    for (const auto& [key, value] : axis.attributes.items()) put(variable, key, value);
+    for (const auto& [key, value] : axis.attributes.items())
+      if (in_record(key, false)) put(variable, key, value);
     return {dimension, variable};
   }
 
@@ -220,7 +222,8 @@ class NetcdfOutputFile : public VolumeFile {
     Record said = read_record(o.record);
     if (said.empty()) said["long_name"] = o.name;
     if (!o.unit.empty()) said["units"] = o.unit;
-    for (const auto& [key, value] : said.items()) put(variable_, key, value);
+    for (const auto& [key, value] : said.items())
+      if (in_record(key, false)) put(variable_, key, value);
     if (!o.fill) return;
     std::vector<std::byte> fill(type_size(type_));
     visit_type(type_, [&](auto zero) {
