@@ -116,7 +116,7 @@ double wavelet_error(const ErrorBound& bound, const ChannelScan& scan) {
 // Does an import ask for nothing that only samples on a lattice have?
 bool leaves_store(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s) {
   return unsettled.open_store && settings.store == BCCSPLAT_STORE_DEFAULT && unsettled.auto_lattice &&
-         unsettled.density == 0 && !unsettled.exact && !settings.lowpass &&
+         unsettled.density == 0 && !unsettled.exact && !settings.lowpass && !settings.fixed_predictions &&
          settings.filter == BCCSPLAT_FILTER_DEFAULT && settings.air_threshold == 0 &&
          settings.quantize == BCCSPLAT_TYPE_DEFAULT && has_cartesian(settings.kernel) && !is_scattered(s);
 }

@@ -36,6 +36,8 @@ double bytes_of(const Device& device, const SeriesDescription& series, const Ser
 
 // The settings of a store of wavelets with which a stretch of a series is tried.
 WriterSettings settings_of_trials(WriterSettings settings) {
+  // What is missing is no error of a trial: the import names the place.
+  if (settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) settings.nonfinite = BCCSPLAT_NONFINITE_HOLE;
   settings.levels = 0, settings.psnr = 0, settings.ends = BCCSPLAT_ENDS_MIRROR, settings.periodic = 0;
   return settings;
 }

@@ -140,6 +140,7 @@ void read_settings(const bccsplat_writer_options& w, bcc4::WriterSettings& s) {
   std::copy(std::begin(w.scales), std::end(w.scales), s.scales.begin());
   s.measure = w.measure == BCCSPLAT_MEASURE_DEFAULT ? BCCSPLAT_MEASURE_SOME : w.measure;
   if (w.recommended_kernel) s.kernel = w.recommended_kernel;
+  s.fixed_predictions = w.fixed_predictions != 0;
   s.overwrite = w.overwrite != 0, s.partial = w.partial, s.live = w.live;
   s.cancel_token = w.cancel_token;
 }

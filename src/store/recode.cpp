@@ -8,6 +8,7 @@
 
 #include "field/coefficients/sampled_field.h"
 #include "fit/coefficients/round_layer.h"
+#include "formats/bcc4/labels_attribute.h"
 #include "formats/bcc4/metadata.h"
 #include "kernel/cc_kernel.h"
 #include "points/crop.h"
@@ -27,6 +28,19 @@ bool keeps_numbers(const VolumeInfo& was, const VolumeInfo& now, size_t channel)
          was.slab_layers == now.slab_layers && was.tile_edge == now.tile_edge &&
          static_cast<const Quantiser&>(was.channels[channel]) ==
              static_cast<const Quantiser&>(now.channels[channel]);
+}
+
+// Throws unsupported where a channel of labels would get codes that are not its numbers.
+void require_labels_kept(const VolumeInfo& was, const ChannelInfo& made) {
+  const auto old = std::find_if(was.channels.begin(), was.channels.end(),
+                                [&](const ChannelInfo& c) { return c.name == made.name; });
+  const bool same = made.scale == old->scale && made.offset == old->offset;
+  if (!said_labels(was, made.name).value_or(false) || made.type == ValueType::f32 ||
+      made.type == ValueType::i32)
+    return;
+  if (made.type == ValueType::f16 ? old->type == ValueType::f16 : same) return;
+  fail(Code::unsupported, "channel ", made.name,
+       ": it has labels, and such codes are near to them at most; leave their type as it is");
 }
 
 VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
@@ -51,6 +65,7 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
     ChannelInfo& channel = info.channels[c];
     static_cast<Quantiser&>(channel) =
         code_channel_anew(was.channels[c], coefficients, settings.value_type, settings.value_step);
+    require_labels_kept(was, channel);
     channel.residuals = {}, channel.wavelet_error = 0, channel.linear = false;
     const bool kept = keeps_numbers(was, info, c);
     if (!kept) channel.clamped = 0;

@@ -104,6 +104,9 @@ class BoundTest(ToolTest):
                          '-o', 'a.bcc4', '--append', *option)
         self.bcc4('import', *whole, '-o', 'a.bcc4', '--append')
         self.assertEqual(self.json('info', 'a.bcc4')['dims'][3], 24)
+        self.bcc4(*begin, '--abs', .05, '--store', 'samples')
+        self.bcc4('import', *whole, '-o', 'a.bcc4', '--append')
+        self.assertEqual(self.json('verify', 'a.bcc4', '--against', *whole)['bound'], {'abs': .05, 'held': True})
         self.bcc4(*begin, '--lattice', 'd4star', '--scale', 1.5, '--exact')
         self.refused(2, 'import all anew, or leave out --lattice, --scale and --store: --append goes on as the file was made', 'import', *whole, '-o', 'a.bcc4',
                      '--append', '--lattice', 'd4star', '--scale', 1.2)

@@ -93,6 +93,7 @@ class Labels(ToolTest):
         self.bcc4('import', *self.raw('a.raw', short, wide, 'i32'), '-o', 'v.bcc4', '--quiet')
         self.bcc4('import', *self.raw('a.raw', DIMS, wide, 'i32'), '--append', '-o', 'v.bcc4', '--quiet')
         self.check_kept(field(DIMS, wide, 'i'))
+        self.refused(2, 'it has labels, and such codes are near to them at most', 'recode', 'v.bcc4', '--quantize', 'u8', '-o', 'r.bcc4')
 
 
 if __name__ == '__main__':

@@ -92,6 +92,7 @@ class Records(ToolTest):
                 self.assertEqual(data['v'].dimensions, ('time', 'lev', 'lat'))
                 self.assertEqual((data['lat'].units, data['lev'].units, data['time'].units),
                                  ('degrees_north', lev[3]['units'], 'hours since 2000-01-01'))
+                self.assertEqual(list(data['lev'][:]), lev[4])
                 self.assertEqual(list(data['time'][:]), [0, 6, 12, 18])
             self.bcc4('slice', 'a.bcc4', '--plane=1,0,0,0,-2', '-o', 's.nrrd')
             s = Nrrd(self.path('s.nrrd'))

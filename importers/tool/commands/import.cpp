@@ -139,7 +139,7 @@ Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesD
   u.everything = a.dry_run, u.progress = &watch;
   if (const uint64_t all = machine_memory(); a.common.max_memory == 0 && all > 0) u.memory = all / 2;
   if (!appends_to_file(a) || bound.any()) return u;
-  if (a.settings.store == BCCSPLAT_STORE_DEFAULT) adopt_wavelets(device, a.output, a.settings);
+  if (a.settings.store != BCCSPLAT_STORE_WAVELETS) adopt_error(device, a.output, a.settings);
   if (u.auto_lattice && !a.density) {
     adopt_lattice(device, a.output, a.settings);
     u.auto_lattice = false;

@@ -160,16 +160,20 @@ void adopt_lattice(const Device& device, const std::string& path, WriterSettings
   settings.ends = info.layer_count > inner_layers(shape, dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
 }
 
-void adopt_wavelets(const Device& device, const std::string& path, WriterSettings& settings) {
+void adopt_error(const Device& device, const std::string& path, WriterSettings& settings) {
   const Volume old = open_volume(device, path, "");
   const bccsplat_volume_info info = volume_info(old);
-  if (info.store != BCCSPLAT_STORE_WAVELETS) return;
-  settings.store = info.store;
+  const bool wavelets = info.store == BCCSPLAT_STORE_WAVELETS;
+  if (settings.store != BCCSPLAT_STORE_DEFAULT && settings.store != info.store) return;
+  if (wavelets) settings.store = info.store;
+  bool bound = wavelets;
   for (uint32_t c = 0; c < info.channel_count; ++c) {
     const bccsplat_channel_info channel = channel_info(old, c);
-    settings.wavelet_errors.push_back(channel.wavelet_error);
+    if (wavelets) settings.wavelet_errors.push_back(channel.wavelet_error);
     settings.abs_errors.push_back(channel.error_bound);
+    bound = bound || channel.error_bound > 0;
   }
+  if (!bound) settings.abs_errors.clear();
 }
 
 void adopt_steps(const Device& device, const std::string& path, const SeriesDescription& series,

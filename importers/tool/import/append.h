@@ -28,10 +28,10 @@ struct AppendedFile {
 
 // Returns how many coarser levels it has, which it keeps.
 [[nodiscard]] uint32_t levels_in_file(const Device& device, const std::string& path);
-// A series that is appended to keeps its lattice, steps that are not those of the source, and wavelets with
-// their errors.
+// A series that is appended to keeps its lattice, steps that are not those of the source, and the error that
+// it promises, or that its wavelets have.
 void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings);
-void adopt_wavelets(const Device& device, const std::string& path, WriterSettings& settings);
+void adopt_error(const Device& device, const std::string& path, WriterSettings& settings);
 void adopt_steps(const Device& device, const std::string& path, const SeriesDescription& series,
                  WriterSettings& settings);
 

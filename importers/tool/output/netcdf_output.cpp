@@ -104,7 +104,7 @@ std::vector<Axis> axes_of(const VolumeOutput& o) {
     Axis axis = axis_of(o.axis_records[a], usual.back(), letter, o.axis_units[row]);
     axis.at = coordinates_of(o, a);
     if (o.coordinates_down[a]) axis.attributes["positive"] = "down";
-    if (a == 2 && o.coordinates[a].empty() && lower(text_in(axis.attributes, "positive")) == "down")
+    if (letter == 'Z' && o.coordinates[a].empty() && lower(text_in(axis.attributes, "positive")) == "down")
       for (double& at : axis.at) at = -at + 0.0; // not -0
     if (letter == 'T') set_date(axis, o);
     axes.push_back(std::move(axis));
