@@ -170,6 +170,16 @@ class Cases(ToolTest):
             times = self.json('info', 'o.bcc4')['times']
             self.assertEqual((times['first'], times['dates']['first']), (first, f'2000-01-01 {first:02}:00'))
 
+    def test_a_time_that_is_guessed_has_to_rise(self):
+        names = []
+        for t in range(3):
+            names.append(f'one{t}.nc')
+            run = ('base_time', 'double', [], {'units': 'hours since 2000-01-01'}, [6])
+            self.write(names[-1], classic(axes(time=None) + [run, ('v', 'float', ['lev', 'lat', 'lon'], {}, wave([t]))], DIMS[1:]))
+        said = ''.join(self.bcc4('import', *names, '-o', 'o.bcc4'))
+        self.assertIn('variable base_time does not rise from frame to frame', said)
+        self.assertEqual(self.json('info', 'o.bcc4')['times']['last'], 2)
+
     def test_frames_out_of_order(self):
         times = ('time', 'double', ['time'], {'units': 'hours since 2000-01-01'}, [0, 12, 6, 18])
         self.write('a.nc', classic(axes(time=times) + [field('float', wave())]))

@@ -158,11 +158,12 @@ void NetcdfClock::add(NetcdfTimes times, uint64_t frames, const std::string& pat
     if (told_ && !told_by_user_) count_from(all_, times, path);
     told_ = true;
   }
-  if (!begun_)
+  if (!begun_) {
     all_ = std::move(times);
-  else
+  } else {
     all_.values.insert(all_.values.end(), times.values.begin(), times.values.end());
-  all_.guessed = all_.guessed || times.guessed;
+    all_.guessed = all_.guessed || times.guessed;
+  }
   begun_ = true;
 }
 
