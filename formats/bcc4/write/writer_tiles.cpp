@@ -128,7 +128,7 @@ class StepSearch {
     constexpr double nearly = .93, grown = 1.01;
     constexpr int rounds = 3;
     const bool grows = step < step_ || error > grown * error_;
-    return error <= 1 && (error >= nearly || error == 0 || round >= rounds || !grows || step >= largest_step);
+    return error <= 1 && (error >= nearly || round >= rounds || !grows || step >= largest_step);
   }
 
  private:
@@ -203,7 +203,8 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
   for (int round = 1;; ++round) {
     code_all();
     if (error <= left) good = std::max(good, rule.steps.step);
-    if (rule.steps.step <= least_step || search.is_near(rule.steps.step, error / left, round)) break;
+    if (error == 0 || rule.steps.step <= least_step || search.is_near(rule.steps.step, error / left, round))
+      break;
     const double by = search.next(rule.steps.step, error / left, round);
     rule.steps.step = std::clamp(rule.steps.step * static_cast<float>(by), least_step, largest_step);
   }
