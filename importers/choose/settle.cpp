@@ -126,7 +126,7 @@ bool holds_slab(const Device& device, const Unsettled& unsettled, const SeriesDe
                 const WriterSettings& settings) {
   auto info = sized<bccsplat_device_info>();
   check(bccsplat_device_get_info(device.get(), &info), "");
-  return memory_of_wavelets(s, settings, unsettled.bound.abs, info.thread_count) <=
+  return memory_of_wavelets(s, settings, unsettled.bound.abs) <=
          std::min<uint64_t>(info.memory_budget, unsettled.memory);
 }
 
@@ -247,6 +247,8 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
       sample_series(reader, air, bound.any() && !open ? SampleSize{} : size_to_choose(s.dims), watch);
   if (settings.labels.empty()) settings.labels = find_labels(s, sample, air, watch); // else the file says it
   const std::vector<bool> labels = settings.labels;
+  if (s.blended && std::find(labels.begin(), labels.end(), true) != labels.end())
+    fail_usage(s.files.front().path, ": it has labels, and --gaps interpolate blends them: hold or skip");
   bool exact = false; // the source's samples as they are, as these take less than wavelets
   if (plan.levels.automatic || kept || keeps_grid(unsettled, settings, labels))
     refuse_levels(s, labels, settings, plan);

@@ -16,12 +16,13 @@ uint64_t slab_layers(const SeriesDescription& s) {
   return std::min<uint64_t>(s.dims[3], samples <= small ? 16 : samples <= large ? 8 : 4);
 }
 
-// The samples of a frame in the tiles that are coded at a time.
-uint64_t tiles_at_once(const SeriesDescription& s, int threads) {
-  constexpr uint64_t edge = 64, at_first = 4; // tiles that stand for all
+// The samples of a frame in the tiles that stand for all, which are worked on at a time; more of others only
+// where the budget has room.
+uint64_t tiles_at_once(const SeriesDescription& s) {
+  constexpr uint64_t edge = 64, most = 4;
   uint64_t tiles = 1, samples = 1;
   for (size_t a = 0; a < 3; ++a) tiles *= (s.dims[a] + edge - 1) / edge, samples *= std::min(s.dims[a], edge);
-  return std::min(tiles, std::max<uint64_t>(static_cast<uint64_t>(threads), at_first)) * samples;
+  return std::min(tiles, most) * samples;
 }
 
 // Is an error of just the bound one of the values?
@@ -32,8 +33,7 @@ bool is_step(const Channel& c, double bound) {
 
 } // namespace
 
-uint64_t memory_of_wavelets(const SeriesDescription& s, const WriterSettings& settings, double bound,
-                            int threads) {
+uint64_t memory_of_wavelets(const SeriesDescription& s, const WriterSettings& settings, double bound) {
   constexpr uint64_t of_tile_sample = 20, of_frame_sample = 4; // while it is coded; on its way to a layer
   constexpr uint64_t reach = 10, of_field_sample = 20;         // layers on either side; the field of a frame
   const uint64_t samples = s.dims[0] * s.dims[1] * s.dims[2], layers = slab_layers(s);
@@ -48,8 +48,7 @@ uint64_t memory_of_wavelets(const SeriesDescription& s, const WriterSettings& se
     sample += (waits ? of_field_sample : 0) + 2 * source + of_frame_sample; // in use, and read ahead
     levels += layers * (source + 2 * code) / 6;
   }
-  return samples * (sample + (settings.levels > 0 ? levels : 0)) +
-         tiles_at_once(s, threads) * layers * of_tile_sample;
+  return samples * (sample + (settings.levels > 0 ? levels : 0)) + tiles_at_once(s) * layers * of_tile_sample;
 }
 
 } // namespace bcc4

@@ -14,6 +14,6 @@ namespace bcc4 {
 // every sample, 0: none. Where it is a whole number of steps frames wait for the field
 // (src/store/round_trip.h).
 [[nodiscard]] uint64_t memory_of_wavelets(const SeriesDescription& series, const WriterSettings& settings,
-                                          double bound, int threads);
+                                          double bound);
 
 } // namespace bcc4

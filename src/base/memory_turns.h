@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string_view>
 
 #include "base/memory.h"
@@ -21,18 +22,27 @@ class MemoryTurns {
     const Turn turn(*this, bytes, what);
     return work();
   }
+  // Does the same, but one piece of work at a time goes on even without room.
+  template<class Work> void run_one_beside(uint64_t bytes, const Work& work) {
+    const Turn turn(*this, bytes, {});
+    work();
+  }
 
  private:
   class Turn {
    public:
-    Turn(MemoryTurns& turns, uint64_t bytes, std::string_view what) : turns_(turns) {
+    // what: for the error where there is no room; none: then it goes on without a reservation.
+    Turn(MemoryTurns& turns, uint64_t bytes, std::optional<std::string_view> what) : turns_(turns) {
       std::unique_lock lock(turns.mutex_);
       bool granted = false;
       turns.ended_.wait(lock, [&] {
         granted = turns.budget_.try_reserve(bytes);
         return granted || turns.at_work_ == 0;
       });
-      held_ = granted ? Reservation::adopt(turns.budget_, bytes) : Reservation(turns.budget_, bytes, what);
+      if (granted)
+        held_ = Reservation::adopt(turns.budget_, bytes);
+      else if (what)
+        held_ = Reservation(turns.budget_, bytes, *what);
       ++turns.at_work_;
     }
     ~Turn() {

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "formats/bcc4/coding/tile.h"
+#include "formats/bcc4/encode/encode_tile.h"
 #include "formats/bcc4/labels_attribute.h"
 #include "formats/bcc4/metadata.h"
 #include "store/block.h"
@@ -335,7 +336,8 @@ int32_t WriterOpening::lasting_slabs(const Lattice4& lattice) const {
 }
 
 uint32_t WriterOpening::checksum(std::optional<double> psnr) const {
-  return options_checksum(fit(), settings_.levels, bounds_text(settings_), psnr);
+  const Rules rules{.tiles = settings_.wavelets ? tile_rules : 0};
+  return options_checksum(fit(), settings_.levels, bounds_text(settings_), psnr, rules);
 }
 
 uint32_t WriterOpening::writer_checksum() const {

@@ -12,6 +12,10 @@
 
 namespace bccsplat {
 
+// Raised whenever the same samples become other tiles: an import that another version began is then not
+// resumed, and parts of different versions are not joined.
+inline constexpr int tile_rules = 1;
+
 // Keeps all sites of a brick but blocks of 4^3 of a coset that are air in all layers: run lists of single
 // sites cost more than wavelets make of them. The code of air must stand for it.
 void keep_but_blocks_of_air(ChunkSites& sites, uint32_t air);

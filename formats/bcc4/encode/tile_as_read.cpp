@@ -65,6 +65,15 @@ CodeRange read_back(const TileSites& sites, const SampleCoder& coder, std::vecto
 
 namespace {
 
+// A brick of a layer without its values.
+Brick begun_brick(const LinearTile& tile, int brick, int layer) {
+  Brick begun;
+  begun.kept = tile.kept(brick, layer);
+  if (tile.hole(brick, layer) != BrickMask{})
+    begun.hole = std::make_unique<BrickMask>(tile.hole(brick, layer));
+  return begun;
+}
+
 // Samples as a reader gets them, but for a rounding that is next to nothing beside a code.
 SampleBrick as_read(Brick&& brick, const SampleCoder& coder) {
   constexpr double of_code = as_read_rounding;
@@ -138,15 +147,54 @@ CodeRange read_linear(const TileSites& sites, const SampleCoder& coder, const Li
     back.make_layer(m, box);
     for (int i = 0; i < sites.place.bricks(); ++i) {
       if (back.kept(i, m) == BrickMask{}) continue;
-      Brick brick;
-      brick.kept = back.kept(i, m);
-      if (back.hole(i, m) != BrickMask{}) brick.hole = std::make_unique<BrickMask>(back.hole(i, m));
+      Brick brick = begun_brick(back, i, m);
       sums.read_brick(back, i, box, next[i], brick);
       tile.bricks[size_t(i) * layers + m] = as_read(std::move(brick), coder);
     }
   }
   tile.squared_error += sums.squares;
   return sums.range().nearest(coder.codes());
+}
+
+namespace {
+
+void read_bricks(const LinearTile& tile, const SampleCoder& coder, std::vector<SampleBrick>& bricks) {
+  const auto scale = static_cast<float>(coder.scale()), air = coder.decode(coder.codes().air);
+  std::vector<float> box;
+  for (int m = 0; m < tile.layers(); ++m) {
+    tile.make_layer(m, box);
+    for (int i = 0; i < tile.bricks(); ++i) {
+      if (tile.kept(i, m) == BrickMask{}) continue;
+      Brick brick = begun_brick(tile, i, m);
+      brick.value.fill(0);
+      for_kept(tile, i, m, box, [&](size_t site, float sample) { brick.value[site] = scale * sample + air; });
+      bricks[size_t(i) * tile.layers() + m] = as_read(std::move(brick), coder);
+    }
+  }
+}
+
+void read_bricks(const OpenTile& tile, const SampleCoder& coder, int layers,
+                 std::vector<SampleBrick>& bricks) {
+  for (size_t i = 0; i < tile.bricks().size(); ++i) {
+    const auto& first = tile.bricks()[i].first;
+    for (int m = 0; m < layers; ++m)
+      if (first[m + 1] != first[m])
+        bricks[i * layers + m].codes =
+            std::make_shared<const LayerCodes>(coder, tile, static_cast<int>(i), m);
+  }
+}
+
+} // namespace
+
+std::vector<SampleBrick> read_stored(const TilePlace& place, const SampleCoder& coder, bool linear,
+                                     const Bcc4Chunk& entry, std::span<const std::byte> bytes,
+                                     ChunkScratch& scratch) {
+  std::vector<SampleBrick> bricks(size_t(place.bricks()) * place.layers);
+  if (linear)
+    read_bricks(LinearTile(place, coder.codes(), entry, bytes, scratch), coder, bricks);
+  else
+    read_bricks(OpenTile(place, coder.codes(), entry, bytes, scratch), coder, place.layers, bricks);
+  return bricks;
 }
 
 } // namespace bccsplat

@@ -121,7 +121,8 @@ SeriesParts order_parts(const SeriesParts& parts, std::span<const std::string> n
     const std::string why = difference(series, info);
     if (!why.empty() || info.part->series != series.part->series)
       fail(Code::invalid_argument, names[p.number], ": not a part of the same series as ", names[first], ": ",
-           why.empty() ? "it was made with other options or by a version that resamples otherwise" : why);
+           why.empty() ? "it was made with other options or by a version that resamples or codes otherwise"
+                       : why);
   }
   require_whole(order, series.lattice.dims, names);
   SeriesParts sorted;

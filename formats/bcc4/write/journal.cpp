@@ -168,11 +168,10 @@ void Bcc4Journal::require_options(const std::string& path, const JournalOptions&
 }
 
 Bcc4Journal::Bcc4Journal(const std::string& path, bool take_over, uint64_t interval, JournalOptions options)
-    : path_(path + ".journal"), options_(std::move(options)), interval_(interval) {
-  if (take_over && file_exists(path_)) {
-    const std::string unfinished = path + ".partial";
-    read(file_exists(unfinished) ? open_file_source(unfinished).get() : nullptr);
-  }
+    : path_(path + ".journal"), unfinished_path_(path + ".partial"), options_(std::move(options)),
+      interval_(interval) {
+  if (take_over && file_exists(path_))
+    read(file_exists(unfinished_path_) ? open_unfinished().get() : nullptr);
   sink_ = create_journal_sink(path_, end_);
 }
 
@@ -197,7 +196,7 @@ void Bcc4Journal::start(uint32_t fingerprint) {
     if (fingerprint != fingerprint_)
       fail(Code::wrong_state, path_,
            ": the unfinished file was made from other input, with other options or by a version that "
-           "resamples otherwise; give the same, or start anew without resuming");
+           "resamples or codes otherwise; give the same, or start anew without resuming");
     return;
   }
   ByteWriter out;
@@ -212,6 +211,10 @@ void Bcc4Journal::start(uint32_t fingerprint) {
 const WrittenSlab* Bcc4Journal::find(int32_t slab, const ChannelLevel& at) const {
   const auto it = earlier_.find({slab, at});
   return it == earlier_.end() ? nullptr : &it->second;
+}
+
+std::unique_ptr<ByteSource> Bcc4Journal::open_unfinished() const {
+  return open_file_source(unfinished_path_);
 }
 
 void Bcc4Journal::add(const WrittenSlab& slab) {

@@ -58,6 +58,8 @@ class Bcc4Journal {
   void start(uint32_t fingerprint);
   // The slab as an earlier writer left it; null where it is still to be written.
   [[nodiscard]] const WrittenSlab* find(int32_t slab, const ChannelLevel& at) const;
+  // Opens the file that has the chunks of such slabs.
+  [[nodiscard]] std::unique_ptr<ByteSource> open_unfinished() const;
   void add(const WrittenSlab& slab); // written by commit
   [[nodiscard]] bool commit_is_due() const;
   // Writes the records of all slabs added; their chunks must be safe on disk.
@@ -67,7 +69,7 @@ class Bcc4Journal {
 
  private:
   void read(const ByteSource* unfinished); // the journal
-  std::string path_;
+  std::string path_, unfinished_path_;
   JournalOptions options_;
   std::unique_ptr<ByteSink> sink_;
   bool found_ = false;       // there was a journal to take over

@@ -94,18 +94,23 @@ void Bcc4Writer::State::skip_chunks(const WrittenSlab& slab) {
   }
 }
 
+const WrittenSlab* Bcc4Writer::State::in_journal(int32_t slab, const ChannelLevel& at, int32_t layers) const {
+  const WrittenSlab* const found = options.journal ? options.journal->find(slab, at) : nullptr;
+  return found && found->layers == layers ? found : nullptr;
+}
+
+bool Bcc4Writer::State::in_earlier(int32_t slab, const ChannelLevel& at, int32_t layers) const {
+  return options.earlier && slab < options.earlier_slabs && layers == info.level(at.level).slab_layers;
+}
+
 // Takes a slab over from an earlier writer or an earlier file; none: it is to be coded.
 std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, const ChannelLevel& at,
                                                          int32_t layers) {
-  if (options.journal) {
-    const WrittenSlab* found = options.journal->find(slab, at);
-    if (found && found->layers == layers) {
-      skip_chunks(*found);
-      return *found;
-    }
+  if (const WrittenSlab* const found = in_journal(slab, at, layers)) {
+    skip_chunks(*found);
+    return *found;
   }
-  if (!options.earlier || slab >= options.earlier_slabs || layers != info.level(at.level).slab_layers)
-    return std::nullopt;
+  if (!in_earlier(slab, at, layers)) return std::nullopt;
   const Bcc4Reader* const earlier = options.earlier.get();
   return copy_chunks(slab, at, {&earlier, 1});
 }

@@ -84,6 +84,12 @@ struct Bcc4Writer::State {
                                          const Context& context);
   // Puts a chunk behind what is written; its slot is known.
   void append_chunk(const ChannelLevel& at, const EncodedChunk& chunk, WrittenSlab& written);
+  // What an earlier writer has left of a slab; null: nothing. Whether an earlier file has it.
+  [[nodiscard]] const WrittenSlab* in_journal(int32_t slab, const ChannelLevel& at, int32_t layers) const;
+  [[nodiscard]] bool in_earlier(int32_t slab, const ChannelLevel& at, int32_t layers) const;
+  // What a reader gets of such a slab; empty where it is to be coded.
+  [[nodiscard]] std::vector<SampleLayer> read_reused(int32_t slab, const ChannelLevel& at, int32_t layers,
+                                                     const Context& context) const;
   [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, const ChannelLevel& at, int32_t layers);
   void skip_chunks(const WrittenSlab& slab);
   void commit_pending();

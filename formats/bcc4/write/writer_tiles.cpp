@@ -8,11 +8,14 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/memory_turns.h"
 #include "base/pool.h"
 #include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/scratch.h"
 #include "formats/bcc4/coding/tile.h"
 #include "formats/bcc4/encode/choose_tile.h"
 #include "formats/bcc4/encode/encode_tile.h"
+#include "formats/bcc4/encode/tile_as_read.h"
 #include "formats/bcc4/wavelet/step_walk.h"
 #include "formats/bcc4/write/chunk_sites.h"
 #include "formats/bcc4/write/writer_state.h"
@@ -20,11 +23,14 @@
 namespace bccsplat {
 namespace {
 
+constexpr uint64_t collecting_bytes = 8; // of a site: its code, and once more while air is kept
+constexpr uint64_t coding_bytes = 20;    // codes, values and coefficients, lists of these
+
 // A tile to be coded, and what it became.
 struct TileWork {
   uint32_t slot = 0;
   EncodedTile coded;
-  uint64_t kept = 0, clamped = 0;
+  uint64_t sites = 0, kept = 0, clamped = 0;
 };
 
 // The layers of a slab.
@@ -35,10 +41,15 @@ struct SlabLayers {
   const SampleCoder& coder;
 };
 
+TilePlace place_of(const StoredLattice& level, int32_t slab, uint32_t slot, int32_t layers) {
+  TilePlace place = tile_place(level, slab, slot_brick(slot_dims(level), slot, level.tile_edge));
+  place.layers = layers;
+  return place;
+}
+
 TileSites collect_tile(const SlabLayers& of, uint32_t slot, uint64_t& clamped) {
   const auto& [level, slab, layers, coder] = of;
-  TilePlace place = tile_place(level, slab, slot_brick(slot_dims(level), slot, level.tile_edge));
-  place.layers = static_cast<int32_t>(layers.size());
+  const TilePlace place = place_of(level, slab, slot, static_cast<int32_t>(layers.size()));
   TileSites sites{place, {}};
   // Air may lie between two codes where a range is spread over them: then only what is left out is air.
   const bool air_has_code = coder.decode(coder.codes().air) == 0;
@@ -74,32 +85,42 @@ TileRule rule_for(const SlabLayers& of, std::span<const TileWork> tiles, double 
 // The tiles of which any layer keeps a site.
 std::vector<TileWork> find_tiles(const SlabLayers& of, const Context& context) {
   std::vector<TileWork> tiles(slot_count(of.level));
+  MemoryTurns turns(context.memory);
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
     context.progress.check();
-    tiles[i].slot = static_cast<uint32_t>(i);
-    tiles[i].kept = collect_tile(of, tiles[i].slot, tiles[i].clamped).kept();
+    TileWork& tile = tiles[i];
+    tile.slot = static_cast<uint32_t>(i);
+    tile.sites = place_of(of.level, of.slab, tile.slot, static_cast<int32_t>(of.layers.size())).sites();
+    turns.run_one_beside(tile.sites * collecting_bytes,
+                         [&] { tile.kept = collect_tile(of, tile.slot, tile.clamped).kept(); });
   });
   std::erase_if(tiles, [](const TileWork& tile) { return tile.kept == 0; });
   return tiles;
 }
 
-// What a reader gets of a slab.
-std::vector<SampleLayer> layers_as_read(const SlabLayers& of, std::span<TileWork> tiles) {
-  const StoredLattice& level = of.level;
+std::vector<SampleLayer> empty_layers(const StoredLattice& level, int32_t slab, int32_t layers) {
   std::vector<SampleLayer> out;
-  for (size_t m = 0; m < of.layers.size(); ++m)
-    out.emplace_back(level.lattice.space,
-                     level.lattice.coset(of.slab * level.slab_layers + static_cast<int32_t>(m)));
-  for (TileWork& tile : tiles) {
-    const TilePlace place =
-        tile_place(level, of.slab, slot_brick(slot_dims(level), tile.slot, level.tile_edge));
-    for (size_t i = 0; i < tile.coded.bricks.size(); ++i) {
-      const Int3 to = place.brick_at(static_cast<int>(i / out.size()));
-      SampleLayer& layer = out[i % out.size()];
-      if (SampleBrick& brick = tile.coded.bricks[i]; brick)
-        layer.set(layer.slot(to[0], to[1], to[2]), std::move(brick));
-    }
+  for (int32_t m = 0; m < layers; ++m)
+    out.emplace_back(level.lattice.space, level.lattice.coset(slab * level.slab_layers + m));
+  return out;
+}
+
+// Brings what a reader gets of a tile into the layers of its slab.
+void place_bricks(const TilePlace& place, std::vector<SampleBrick>&& bricks, std::span<SampleLayer> out) {
+  for (size_t i = 0; i < bricks.size(); ++i) {
+    if (!bricks[i]) continue;
+    const Int3 to = place.brick_at(static_cast<int>(i / out.size()));
+    SampleLayer& layer = out[i % out.size()];
+    layer.set(layer.slot(to[0], to[1], to[2]), std::move(bricks[i]));
   }
+}
+
+// What a reader gets of a slab that was coded just now.
+std::vector<SampleLayer> layers_as_read(const SlabLayers& of, std::span<TileWork> tiles) {
+  const auto layers = static_cast<int32_t>(of.layers.size());
+  std::vector<SampleLayer> out = empty_layers(of.level, of.slab, layers);
+  for (TileWork& tile : tiles)
+    place_bricks(place_of(of.level, of.slab, tile.slot, layers), std::move(tile.coded.bricks), out);
   return out;
 }
 
@@ -186,14 +207,18 @@ Bcc4Writer::State::CodedTiles Bcc4Writer::State::code_tiles(int32_t slab, const 
   TileRule rule = rule_for(of, tiles, std::max(left / kept, least_error * least_error));
   double error = 0;
   Pool<TileRoom> rooms;
+  MemoryTurns turns(context.memory);
+  const auto code = [&](TileWork& tile) {
+    uint64_t clamped = 0;
+    const TileSites sites = collect_tile(of, tile.slot, clamped);
+    auto room = rooms.take([] { return std::make_unique<TileRoom>(); });
+    tile.coded = encode_tile(sites, coder, rule, options.level, channel.linear, *room);
+    rooms.give_back(std::move(room));
+  };
   const auto code_all = [&] {
     context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
       context.progress.check();
-      uint64_t clamped = 0;
-      const TileSites sites = collect_tile(of, tiles[i].slot, clamped);
-      auto room = rooms.take([] { return std::make_unique<TileRoom>(); });
-      tiles[i].coded = encode_tile(sites, coder, rule, options.level, channel.linear, *room);
-      rooms.give_back(std::move(room));
+      turns.run_one_beside(tiles[i].sites * coding_bytes, [&] { code(tiles[i]); });
     });
     error = 0;
     for (const TileWork& tile : tiles) error += tile.coded.squared_error;
@@ -232,11 +257,46 @@ WrittenSlab Bcc4Writer::State::encode_tiles(int32_t slab, const ChannelLevel& at
   return written;
 }
 
+std::vector<SampleLayer> Bcc4Writer::State::read_reused(int32_t slab, const ChannelLevel& at, int32_t layers,
+                                                        const Context& context) const {
+  const WrittenSlab* const found = in_journal(slab, at, layers);
+  if (!found && !in_earlier(slab, at, layers)) return {};
+  const std::unique_ptr<ByteSource> unfinished = found ? options.journal->open_unfinished() : nullptr;
+  const std::vector<Bcc4Chunk> chunks = found ? found->chunks : options.earlier->chunks(at, slab);
+  const auto stored = [&](const Bcc4Chunk& chunk) {
+    if (!found) return options.earlier->stored_bytes(chunk);
+    std::vector<std::byte> bytes(chunk.stored());
+    unfinished->read_at(chunk.offset, bytes);
+    return bytes;
+  };
+  const StoredLattice& level = info.level(at.level);
+  std::vector<SampleLayer> out = empty_layers(level, slab, layers);
+  Pool<ChunkScratch> scratches;
+  MemoryTurns turns(context.memory);
+  context.tasks.parallel_for(chunks.size(), [&](uint64_t i) {
+    context.progress.check();
+    const TilePlace place = place_of(level, slab, chunks[i].slot, layers);
+    turns.run_one_beside(place.decoding_bytes(), [&] {
+      auto scratch = scratches.take([] { return std::make_unique<ChunkScratch>(); });
+      // Each task sets the slots of its own bricks.
+      place_bricks(place,
+                   read_stored(place, index->coder(at), info.channels[at.channel].linear, chunks[i],
+                               stored(chunks[i]), *scratch),
+                   out);
+      scratches.give_back(std::move(scratch));
+    });
+  });
+  return out;
+}
+
 std::vector<SampleLayer> Bcc4Writer::State::as_read(int32_t slab, const ChannelLevel& at,
                                                     std::span<const SampleLayer> layers, double rounded,
                                                     const Context& context) {
   if (last_tiles.slab != slab || last_tiles.at != at || last_tiles.read.empty()) {
     last_tiles = {};
+    // A file holds what was coded for it, maybe by another version.
+    auto read = read_reused(slab, at, static_cast<int32_t>(layers.size()), context);
+    if (!read.empty()) return read;
     last_tiles = code_tiles(slab, at, layers, rounded, context);
   }
   return std::exchange(last_tiles.read, {});

@@ -52,8 +52,11 @@ TEST(Fingerprint, EveryOptionThatChangesSamplesAndIsNotInTheFileCounts) {
   }
   EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0.25", {})).second) << "a bound";
   EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0", 40.0)).second) << "a PSNR";
-  EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0", {}, resampling_rules - 1)).second)
+  EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0", {}, {.resampling = resampling_rules - 1})).second)
       << "an older version";
+  EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0", {}, {.tiles = 2})).second) << "tiles";
+  EXPECT_TRUE(seen.insert(options_checksum({}, 0, "0", {}, {.tiles = 3})).second)
+      << "tiles of a newer version";
 }
 
 // What becomes of a ball, at level 0 and halved.
