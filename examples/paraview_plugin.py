@@ -94,7 +94,7 @@ class Bcc4Reader(VTKPythonAlgorithmBase):
         image.SetSpacing(spacing)
         image.SetDirectionMatrix(direction.ravel().tolist())
         for channel in range(info.channel_count):
-            box = volume.slice(time=time, channel=channel, space="even").sample_grid()  # x fastest, as VTK has it
+            box = volume.slice(time=time, channel=channel, space="even").sample_grid(origin=(0, 0, 0), dims=tuple(dims))  # x fastest
             array = numpy_to_vtk(box.ravel())
             array.SetName(volume.channel_info(channel).name.decode())
             image.GetPointData().AddArray(array)

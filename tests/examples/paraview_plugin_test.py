@@ -58,6 +58,17 @@ with Device() as device:
     before = vtk_to_numpy(reader.UpdateTimeStep(0.0).GetPointData().GetScalars()).copy()
     assert np.abs(vtk_to_numpy(reader.UpdateTimeStep(4.0).GetPointData().GetScalars()) - before).max() > 0.3
 
+    # Around an axis that goes round each sample is there once.
+    round_path = os.path.join(scratch, "round.bcc4")
+    with Writer(device, round_path, (16, 14, 12, len(times)), overwrite=True, lattice="cc", periodic_axes=1,
+                channels=[Channel("column")]) as writer:
+        for time in times:
+            writer.add_frame(np.sin(x * np.pi / 8) + y, time)
+    reader = Bcc4Reader()
+    reader.SetFileName(round_path)
+    values = vtk_to_numpy(reader.UpdateTimeStep(0.5).GetPointData().GetArray("column")).reshape(12, 14, 16)
+    assert np.abs(values - np.sin(x * np.pi / 8) - y).max() < 0.01
+
     # VTK's filters of image data see the direction matrix only in later versions: contour an upright box.
     write(device, upright)
     reader = Bcc4Reader()

@@ -226,6 +226,15 @@ class Writing(unittest.TestCase):
                 ds.bcc4.to_file(path("m.bcc4"), overwrite=True, **options)
                 np.testing.assert_array_equal(np.isnan(open_file("m.bcc4")["q"].values), hidden, str((n, options)))
 
+    def test_packed_numbers_are_unpacked(self):
+        """Opened with mask_and_scale=False the file's integers are there, and units of what they stand for."""
+        packed = np.round((self.source - 3) / .5).astype(np.int16)
+        says = {"scale_factor": .5, "add_offset": 3., "_FillValue": np.int16(-999), "units": "K"}
+        xr.Dataset({"q": (("time", "z", "y", "x"), packed, says)}).bcc4.to_file(path("k.bcc4"), lattice="cc", overwrite=True)
+        back = open_file("k.bcc4")["q"]
+        self.assertEqual(back.attrs["units"], "K")
+        np.testing.assert_allclose(back.values, packed * .5 + 3, atol=.1)
+
     def test_there_and_back(self):
         dates = np.datetime64("2021-01-01", "ns") + np.arange(14) * np.timedelta64(6, "h")
         ds = xr.Dataset({"T": (("time", "z", "y", "x"), self.source, {"units": "K"}),

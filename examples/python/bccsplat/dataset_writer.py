@@ -136,7 +136,9 @@ class DatasetWriter:
 
     def _series(self, variable: Any) -> LazySeries:
         names = [self.names.get(role, (role,)) for role in ROLES]  # of one that is not there what is no name
-        there = masks_of_cf.CFMaskCoder().decode(variable.transpose(*(name for name in names if name in variable.dims)))
+        there = variable.transpose(*(name for name in names if name in variable.dims))
+        for coder in masks_of_cf.UnsignedIntegerCoder, masks_of_cf.CFMaskCoder, masks_of_cf.CFScaleOffsetCoder:
+            there = coder().decode(there)
         there = there.set_dims(tuple(names))
         return LazySeries(there.data if hasattr(there.data, "dask") else VariableFrames(there))
 
