@@ -217,6 +217,7 @@ std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source,
   for (Channel& c : d.channels) c.active = plan_counts(c.active, plan);
   d.dims[3] = plan.frames.size();
   d.gaps = plan.gaps;
+  d.blended = std::any_of(plan.frames.begin(), plan.frames.end(), [](const auto& f) { return f.weight > 0; });
   d.frame_numbers.clear();
   for (const PlannedFrame& p : plan.frames) d.frame_numbers.push_back(p.number);
   if (options.spacing) {

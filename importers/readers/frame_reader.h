@@ -92,6 +92,7 @@ struct SeriesDescription {
   std::vector<std::string> warnings;  // what is probably wrong
   std::vector<std::pair<std::string, std::string>> attributes; // free text to keep
   bool sparse = false;
+  bool blended = false; // some frames are means of others
 };
 
 // Returns whether an axis of space is unevenly spaced.

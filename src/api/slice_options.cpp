@@ -60,7 +60,7 @@ HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const Open
       (*r.bandwidth)[i] = o.bandwidth[i];
     }
   }
-  r.time_length = o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
+  r.time_length = o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(volume.affine().determinant()));
   if (o.box) r.box = read_box(o.box, info.lattice);
   require_choice(o.space, BCCSPLAT_SPACE_EVEN, "bccsplat_slice_options.space");
   require_zero(o.reserved2, "bccsplat_slice_options.reserved2");

@@ -25,10 +25,10 @@ constexpr double worth_cutting = 0.7;
 
 // A place in the world without points: the whole volume.
 Slice place_of(const Instance& instance) {
-  const VolumeInfo& info = instance.volume->info();
+  const Lattice4& lattice = instance.volume->info().lattice;
   Slice place;
-  for (size_t a = 0; a < 3; ++a) place.domain_end[a] = info.lattice.domain_end(a), place.basis[a][a] = 1;
-  place.slice_to_world = instance.placement.after(info.affine);
+  for (size_t a = 0; a < 3; ++a) place.domain_end[a] = lattice.domain_end(a), place.basis[a][a] = 1;
+  place.slice_to_world = instance.placement.after(instance.volume->affine());
   return place;
 }
 
@@ -217,7 +217,7 @@ SliceRequest HostScene::Need::request(uint32_t channel, const std::array<double,
   const Instance& instance = placed->instance;
   HypersliceOptions cut;
   cut.interval = interval;
-  cut.time_length = std::cbrt(std::fabs(instance.volume->info().affine.determinant()));
+  cut.time_length = std::cbrt(std::fabs(instance.volume->affine().determinant()));
   cut.box = box;
   if (instance.volume->axes()->any()) cut.even = instance.volume->axes();
   return request_slice(*instance.volume, channel, nullptr, level, Hyperplane(0, 0, 0, 1, -frame), cut);

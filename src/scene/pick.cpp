@@ -34,11 +34,15 @@ class RayValues {
     for (const HalfSpace& plane : slice.slice.clip)
       keep(dot(plane.normal, along), dot(plane.normal, origin) + plane.offset);
     if (any())
-      count_ = static_cast<size_t>(
-          std::clamp(std::ceil((end_ - begin_) * length(to_slice_.vector(ray.direction)) * samples_per_unit),
-                     1.0, most_samples));
+      count_ = static_cast<size_t>(std::clamp(
+          std::ceil((end_ - begin_) * samples_along(ray.direction) * samples_per_unit), 1.0, most_samples));
   }
 
+  // Samples in a unit of a direction; along uneven axes as many as lattice planes, which are as close as its
+  // closest samples.
+  [[nodiscard]] double samples_along(const Vec3& direction) const {
+    return std::max(length(to_slice_.vector(direction)), length(to_lattice_.vector(direction)));
+  }
   [[nodiscard]] bool any() const { return begin_ <= end_ && std::isfinite(begin_) && std::isfinite(end_); }
   [[nodiscard]] size_t steps() const { return count_; }
   [[nodiscard]] double step() const { return (end_ - begin_) / static_cast<double>(count_); }

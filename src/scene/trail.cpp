@@ -228,7 +228,7 @@ Trail make_trail(const OpenVolume& volume, const OpenSlice& slice, const TrailOp
   std::vector<CutPlan> plans;
   for (const Still& s : stills) plans.push_back(s.plan);
   Trail trail = or_all_lacking(volume, slice.level, plans, context, [&] {
-    return make_stills(stills, *coefficients, slice.slice, options, slice.cut, volume.info().affine, context);
+    return make_stills(stills, *coefficients, slice.slice, options, slice.cut, volume.affine(), context);
   });
   if (trail.by_cpu) trail.coefficients = coefficients;
   return trail;

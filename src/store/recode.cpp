@@ -30,14 +30,15 @@ bool keeps_numbers(const VolumeInfo& was, const VolumeInfo& now, size_t channel)
              static_cast<const Quantiser&>(now.channels[channel]);
 }
 
-// Throws unsupported where a channel of labels would get codes that are not its numbers.
-void require_labels_kept(const VolumeInfo& was, const ChannelInfo& made) {
+// Throws unsupported where a channel of labels would get codes that are not its numbers, or be blended.
+void require_labels_kept(const VolumeInfo& was, const ChannelInfo& made, bool coefficients) {
   const auto old = std::find_if(was.channels.begin(), was.channels.end(),
                                 [&](const ChannelInfo& c) { return c.name == made.name; });
   const bool same = made.scale == old->scale && made.offset == old->offset;
-  if (!said_labels(was, made.name).value_or(false) || made.type == ValueType::f32 ||
-      made.type == ValueType::i32)
-    return;
+  if (!said_labels(was, made.name).value_or(false)) return;
+  if (coefficients && was.coefficient_kernel.empty())
+    fail(Code::unsupported, "channel ", made.name, ": it has labels, and coefficients blend them");
+  if (made.type == ValueType::f32 || made.type == ValueType::i32) return;
   if (made.type == ValueType::f16 ? old->type == ValueType::f16 : same) return;
   fail(Code::unsupported, "channel ", made.name,
        ": it has labels, and such codes are near to them at most; leave their type as it is");
@@ -65,7 +66,7 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
     ChannelInfo& channel = info.channels[c];
     static_cast<Quantiser&>(channel) =
         code_channel_anew(was.channels[c], coefficients, settings.value_type, settings.value_step);
-    require_labels_kept(was, channel);
+    require_labels_kept(was, channel, coefficients);
     channel.residuals = {}, channel.wavelet_error = 0, channel.linear = false;
     const bool kept = keeps_numbers(was, info, c);
     if (!kept) channel.clamped = 0;

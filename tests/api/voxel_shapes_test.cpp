@@ -186,6 +186,18 @@ TEST(ShapesOfVolumes, AreThoseThatTheyAreOpenedIn) {
   ASSERT_OK(bccsplat_slice_get_info(slice.get(), &info));
   EXPECT_NEAR(info.affine[5] / info.affine[0], 3 * 11.0 / 9, 1e-9);
   EXPECT_NEAR(info.affine[10] / info.affine[0], 0.25 * 11.0 / 7, 1e-9);
+  // So they are in a scene.
+  bccsplat_scene* created = nullptr;
+  ASSERT_OK(bccsplat_scene_create(device.get(), &created));
+  const Handle<bccsplat_scene> scene(created);
+  const auto instance = sized<bccsplat_instance>();
+  uint64_t id = 0;
+  ASSERT_OK(bccsplat_scene_add(created, shaped.get(), &instance, &id));
+  double bounds[6];
+  ASSERT_OK(bccsplat_scene_get_bounds(created, bounds));
+  for (size_t a = 0; a < 3; ++a)
+    EXPECT_NEAR(bounds[3 + a] - bounds[a], info.affine[5 * a] * static_cast<double>(info.dims[a] - 1), 1e-6)
+        << a;
   for (const double wrong : {-1.0, 0.0, 1e31, static_cast<double>(NAN)}) {
     o.shape[1] = wrong;
     opened = nullptr;

@@ -94,6 +94,14 @@ class Labels(ToolTest):
         self.bcc4('import', *self.raw('a.raw', DIMS, wide, 'i32'), '--append', '-o', 'v.bcc4', '--quiet')
         self.check_kept(field(DIMS, wide, 'i'))
         self.refused(2, 'it has labels, and such codes are near to them at most', 'recode', 'v.bcc4', '--quantize', 'u8', '-o', 'r.bcc4')
+        self.refused(2, 'it has labels, and coefficients blend them', 'recode', 'v.bcc4', '--store', 'coefficients', '-o', 'r.bcc4')
+
+    def test_gaps_are_not_filled_by_means(self):
+        for f in 0, 1, 3:
+            self.write(f'l.{f}.raw', field((*DIMS[:3], 1), lambda x, y, z, t, f=f: wide(x, y, z, f), 'i'))
+        args = ['import', 'l.%d.raw', '--dims', ','.join(map(str, DIMS[:3])), '--dtype', 'i32', '-o', 'v.bcc4', '--quiet']
+        self.refused(2, '--gaps interpolate blends them: hold or skip', *args, '--gaps', 'interpolate', output='v.bcc4')
+        self.bcc4(*args, '--gaps', 'hold')
 
 
 if __name__ == '__main__':

@@ -183,6 +183,15 @@ class PeriodicTest(ToolTest):
             for index in (11.25, 11.5, 11.9, 0, 0.5, 12):
                 self.assertLess(self.rmse('v.bcc4', index), 1.3 * inside + .05, (more, index))
         self.refused(2, '12', 'slice', 'v.bcc4', '--time', 12.5, '--index', '-o', 't.nrrd')
+        self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--ends', 'periodic', '--dt', .5, *FIXED)
+        pictures = {}
+        for time in 0, 6:  # the same moment, whose trail goes round
+            for trail in '.5', '1f', None:
+                self.bcc4('render', 'v.bcc4', '--time', time, *(['--trail', trail] if trail else []), '--size', '40x40', '-o', 'p.png', '--quiet')
+                pictures[time, trail] = self.read('p.png')
+        self.assertEqual(pictures[0, '.5'], pictures[0, '1f'])
+        self.assertEqual(pictures[6, '.5'], pictures[6, '1f'])
+        self.assertNotEqual(pictures[0, '.5'], pictures[0, None])
         self.json('import', *args, '-o', 'm.bcc4', '--ends', 'mirror', *FIXED)
         self.assertFalse(self.json('info', 'm.bcc4')['times']['periodic'])
         self.assertGreater(self.rmse('m.bcc4', 0.5), 8 * inside)

@@ -4,7 +4,7 @@ import json
 import math
 import unittest
 
-from cases_netcdf_test import axes, classic
+from cases_netcdf_test import DIMS, axes, classic
 from cases_netcdf_test import field as netcdf_field
 from harness import ToolTest, field, has_reader, main
 
@@ -165,6 +165,21 @@ class Ray(ToolTest):
         self.assertAlmostEqual(row['value'], 100, delta=2)
         self.assertAlmostEqual(self.found(*down, '--first', 80, name='u.bcc4')[0]['distance'],
                                20 - math.sqrt(-800 * math.log(.8)), delta=1)
+
+    @unittest.skipUnless(has_reader('netcdf'), 'without NetCDF')
+    def test_what_is_thin_is_met_from_anywhere(self):
+        """One sample of a layer ten metres thick, in an axis whose samples are a kilometre apart elsewhere."""
+        depths = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 300, 1000, 2000, 3500, 5000]
+        sizes = [(name, len(depths) if name == 'lev' else size) for name, size in DIMS]
+        values = [100 if d == 60 else 1 for _ in range(4) for d in depths for _ in range(7 * 8)]
+        level = ('lev', 'double', ['lev'], {'units': 'm'}, depths)
+        self.write('t.nc', classic(axes(lev=level) + [netcdf_field('float', values)], sizes))
+        self.bcc4('import', 't.nc', '-o', 't.bcc4', '--lattice', 'cc', '--exact', '--quiet')
+        a, b = (p['world'] for p in self.json('probe', 't.bcc4', '--index', '--ray', '3,3,0:3,3,15', '--samples', 2, '--time', 0))
+        for begin in range(0, 10, 3):
+            a = [*a[:2], b[2] / 5000 * begin]
+            met = self.found('--ray', ray(a, b), '--first', 50, name='t.bcc4')[0]
+            self.assertAlmostEqual(met['distance'] + begin, 55, delta=5, msg=str(begin))
 
 
 if __name__ == '__main__':

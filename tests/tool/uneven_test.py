@@ -90,6 +90,13 @@ class Uneven(ToolTest):
         asked, said = matrix('--view', 'bottom', '--shape', '1,1,.5')
         self.assertNotIn('drawn as a box', said)
         self.assertEqual(len({fair, stored, asked}), 3)
+        # What is drawn by a scene has that shape, too.
+        shares = []
+        for more in [], ['--with', 'w.bcc4'], ['--color-channel', 0]:
+            self.bcc4('render', 'w.bcc4', '--index', '--time', 1, '-o', 'w.png', '--size', '64x64', '--view', 'left', '--quiet', *more)
+            shares.append(sum(pixel[3] > 0 for row in read_png(self.path('w.png')) for pixel in row))
+        for share in shares[1:]:
+            self.assertAlmostEqual(share, shares[0], delta=.1 * shares[0])
         self.refused(2, '--shape', 'render', 'w.bcc4', '--index', '--time', 1, '--shape', '1,0,1', '-o', 'x.png', output='x.png')
         self.refused(2, '--shape', 'render', 'w.bcc4', '--index', '--time', 1, '--shape', 'square', '-o', 'x.png', output='x.png')
 

@@ -288,13 +288,14 @@ void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera)
 
 // Kernel exact has every sample of a Cartesian file and ripples between them, which light shows: only the
 // best pictures are drawn with it where nobody asks for it.
-Volume open_for_pictures(const Device& device, const RenderArguments& a) {
+Volume open_for_pictures(const Device& device, RenderArguments& a) {
   Volume volume = open_volume(device, a.file, a.kernel);
   const bool smooth = a.kernel.empty() && a.quality != BCCSPLAT_QUALITY_BEST &&
                       volume_info(volume).recommended_kernel == std::string_view("exact");
   const auto shape = picture_shape(volume, a);
   if (!smooth && !shape) return volume;
-  return open_volume(device, a.file, smooth ? "default" : a.kernel, shape.value_or(std::array<double, 3>{}));
+  a.shape_drawn = shape.value_or(std::array<double, 3>{});
+  return open_volume(device, a.file, smooth ? "default" : a.kernel, a.shape_drawn);
 }
 
 std::vector<RenderTimes> draw_pictures(Scene& scene, const std::vector<Picture>& pictures) {

@@ -36,9 +36,10 @@ struct RenderArguments {
   std::optional<double> rotate_x, rotate_y, zoom;
   std::optional<std::array<double, 2>> view; // rotations of a side; none: by rotate_x, rotate_y
   std::string shape = "auto";
-  std::optional<bool> fit_domain;   // whether all of the volume fills the picture, or what is seen of it
-  std::vector<bccsplat_clip> clips; // of the world
-  std::string view_matrix, over;    // files
+  std::array<double, 3> shape_drawn{}; // the factors that became of it; 0: none
+  std::optional<bool> fit_domain;      // whether all of the volume fills the picture, or what is seen of it
+  std::vector<bccsplat_clip> clips;    // of the world
+  std::string view_matrix, over;       // files
   std::string tf, colormap, dump_tf, trail_tf, trail_colormap;
   std::optional<std::vector<double>> range, trail_range;
   std::optional<double> opacity, trail_opacity, step, unit_distance, opacity_stop;

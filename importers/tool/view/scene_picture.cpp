@@ -122,7 +122,7 @@ ScenePictures::ScenePictures(const Device& device, const Volume& volume, uint32_
   }
   placed_.push_back({&volume, channel, function, nullptr, trail_functions});
   for (const OtherVolume& other : a_.beside.others) {
-    const Volume& opened = others_.emplace_back(open_volume(device, other.file, ""));
+    const Volume& opened = others_.emplace_back(open_volume(device, other.file, "", a_.shape_drawn));
     if (other.trail && volume_info(opened).dims[3] == 1)
       fail_usage("--with: trail: ", other.file, " has one frame, in which nothing moves");
     const uint32_t of_other = find_channel(opened, other.channel);

@@ -9,10 +9,14 @@
 namespace bcc4 {
 namespace {
 
-// The frame that a volume shows at a time; before its series the first, after it the last.
+// The frame that a volume shows at a time; before its series the first, after it the last. Frames of one that
+// is periodic count on.
 double frame_shown(const Volume& volume, double time) {
   const bccsplat_volume_info info = volume_info(volume);
-  return frame_index(volume, std::clamp(time, info.time_first, info.time_last), false);
+  if (info.time_periodic == 0)
+    return frame_index(volume, std::clamp(time, info.time_first, info.time_last), false);
+  const double turn = info.time_end - info.time_first, turns = std::floor((time - info.time_first) / turn);
+  return frame_index(volume, time - turns * turn, false) + turns * static_cast<double>(info.dims[3]);
 }
 
 // "A:B" as two numbers.
