@@ -259,6 +259,35 @@ class FormatsExport(ToolTest):
         self.bcc4('slice', 'a.bcc4', '--plane', '1,0,0,0,-2', '-o', 'p.nrrd', '--quiet')
         self.assertEqual(Nrrd(self.path('p.nrrd')).fields['space units'], '"mm" "mm" "frames"')
 
+    def test_planes_by_basis_name_their_axes(self):
+        """Whichever axis is time, whichever way it runs, from wherever the point lies."""
+        from harness import Nrrd
+        self.make(directions='(2,0,0) (0,3,0) (0,0,4)')
+        for basis, labels, directions, origin in (('0,1,0,0,0,0,1,0,0,0,0,1', '"y" "z" "t"', '(3,0,0) (0,4,0) (0,0,2)', '(20,30,3)'),
+                                                  ('0,1,0,0,0,0,1,0,0,0,0,-1', '"y" "z" "t"', '(3,0,0) (0,4,0) (0,0,-2)', '(20,30,9)'),
+                                                  ('0,0,0,1,0,1,0,0,0,0,1,0', '"t" "y" "z"', '(0,0,2) (3,0,0) (0,4,0)', '(20,30,3)')):
+            self.bcc4('slice', 'a.bcc4', '--point', '2,1,2,1', '--basis', basis, '-o', 'p.nrrd', '--quiet')
+            fields = Nrrd(self.path('p.nrrd')).fields
+            self.assertEqual([fields[key] for key in ('labels', 'space directions', 'space origin')], [labels, directions, origin], basis)
+        # Lengths and times have no unit in common.
+        self.bcc4('slice', 'a.bcc4', '--plane', '1,0,0,0,-2', '-o', 'p.nii', '--quiet')
+        with open(self.path('p.nii'), 'rb') as f:
+            self.assertEqual(f.read()[123] & 7, 0)
+
+    @unittest.skipUnless(has_reader('netcdf'), 'without NetCDF')
+    def test_what_rings_is_not_missing(self):
+        """Integers have their lowest number for what is missing, next to which values ring on a coarser lattice."""
+        edge = field((12, 12, 12, 6), lambda x, y, z, t: 120 if 3 < x < 8 and y > 5 else 1, 'B')
+        self.write('i.raw', edge)
+        mask = field((12, 12, 12, 6), lambda x, y, z, t: float('nan') if z < 2 else (120 if 3 < x < 8 and y > 5 else 1), 'f')
+        self.write('f.raw', mask)
+        self.bcc4('import', 'f.raw', '--dims', '12,12,12,6', '--dtype', 'f32', '--on-nonfinite', 'hole', '--quantize', 'u8', '--density', .5,
+                  '-o', 'f.bcc4', '--quiet')
+        gone = self.json('info', 'f.bcc4')['channels'][0]['missing']
+        self.bcc4('export', 'f.bcc4', '--all', '-o', 'f.nc', '--quiet')
+        self.bcc4('import', 'f.nc', '--lattice', 'cc', '--exact', '-o', 'g.bcc4', '--quiet')
+        self.assertEqual(self.json('info', 'g.bcc4')['channels'][0]['missing'], gone)
+
     def test_a_full_disk_leaves_nothing(self):
         self.make()
         for name in ('a.nii.gz', 'a.tif') + (('a.nc',) if has_reader('netcdf') else ()):

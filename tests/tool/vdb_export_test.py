@@ -90,6 +90,11 @@ class VdbExport(ToolTest):
                       'r.vdb', '--overwrite', '--quiet')
             halves.append(self.grid('r.vdb')['active'])
         self.assertEqual(sum(halves), self.grid('e.2.vdb')['active'])
+        # The end of a periodic series is frame 0 again.
+        self.bcc4('import', 'f.%d.vdb', '--ends', 'periodic', '-o', 'p.bcc4', '--quiet')
+        for time in 0, 6:
+            self.bcc4('export', 'p.bcc4', '--index', '--time', time, '-o', f'p{time}.vdb', '--quiet')
+        self.assertEqual(self.grid('p6.vdb')['active'], self.grid('p0.vdb')['active'])
         # Frames that are left out or filled in have their own counts.
         os.remove(self.path('f.3.vdb'))
         for gaps in ('hold', 'skip', 'interpolate'):

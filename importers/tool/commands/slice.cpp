@@ -64,11 +64,12 @@ Affine box_affine(const Volume& volume, const bccsplat_slice_info& info) {
   for (size_t k = 0; k < 3; ++k)
     for (uint32_t a = 0; a < 3; ++a) {
       if (info.basis[k][a] != 1 || axis_info(volume, a).count == 0) continue;
-      const double first = even_position(volume, a, begin[k]), length = info.extent[k][1] - begin[k];
+      const double origin = info.origin[a], length = info.extent[k][1] - begin[k];
+      const double first = even_position(volume, a, origin + begin[k]);
       if (length > 0)
         for (size_t r = 0; r < 3; ++r)
-          steps[4 * r + k] *= (even_position(volume, a, info.extent[k][1]) - first) / length;
-      begin[k] = first;
+          steps[4 * r + k] *= (even_position(volume, a, origin + info.extent[k][1]) - first) / length;
+      begin[k] = first - origin;
     }
   const Affine moved = moved_origin(affine, begin);
   for (size_t r = 0; r < 3; ++r) steps[4 * r + 3] = moved[4 * r + 3];
@@ -85,15 +86,22 @@ void warn_of_uneven(const Volume& volume, const Cut& where, ExportFormat format)
                  "axes that it keeps are coordinates written\n");
 }
 
-// Gives the last axis, which is time, the unit of time; frames where they are uneven.
-void set_time_axis(const bccsplat_volume_info& v, const bccsplat_slice_info& info, VolumeOutput& output) {
-  constexpr size_t t = 2;
+// Gives axis u, which is time, the unit of time; frames where they are uneven.
+void set_time_axis(const bccsplat_volume_info& v, const bccsplat_slice_info& info, size_t u,
+                   VolumeOutput& output) {
   const bool even = v.time_uniform != 0 && v.dims[3] > 1;
   const double step = even ? (v.time_last - v.time_first) / static_cast<double>(v.dims[3] - 1) : 1;
-  output.affine[4 * t + t] = step;
-  output.affine[4 * t + 3] = (even ? v.time_first : 0) + step * info.extent[t][0];
-  output.axis_units[t] = even ? v.time_unit : "frames";
-  if (!even) output.axis_records[t].clear();
+  const double way = info.basis[u][3];
+  size_t row = 0; // of the world, along which it runs
+  for (size_t r = 1; r < 3; ++r)
+    if (std::fabs(output.affine[4 * r + u]) > std::fabs(output.affine[4 * row + u])) row = r;
+  for (size_t r = 0; r < 3; ++r) output.affine[4 * r + u] = 0;
+  output.affine[4 * row + u] = way * step;
+  double begin = info.origin[3] + way * info.extent[u][0]; // a frame, up to rounding
+  if (const double whole = std::nearbyint(begin); std::fabs(begin - whole) < 1e-9) begin = whole;
+  output.affine[4 * row + 3] = (even ? v.time_first : 0) + step * begin;
+  output.axis_units[u] = even ? v.time_unit : "frames";
+  if (!even) output.axis_records[u].clear();
 }
 
 // Names the axes of a slice over time and their units where each is one of x, y, z and t.
@@ -105,8 +113,7 @@ void name_axes(const Volume& volume, const bccsplat_slice_info& info, VolumeOutp
     const auto axis =
         std::find_if(direction, direction + 4, [](double d) { return std::abs(d) == 1; }) - direction;
     if (axis == 4) {
-      output.axis_names = output.axis_units = {};
-      output.spatial_unit.clear(); // lengths and times together
+      output.axis_names = output.axis_units = {}; // lengths and times together
       output.axis_records = {};
       return;
     }
@@ -115,7 +122,7 @@ void name_axes(const Volume& volume, const bccsplat_slice_info& info, VolumeOutp
     if (axis < 3)
       output.axis_units[u] = units[axis];
     else
-      set_time_axis(volume_info(volume), info, output);
+      set_time_axis(volume_info(volume), info, u, output);
   }
 }
 
@@ -128,8 +135,12 @@ void add_coordinates(const Volume& volume, const bccsplat_slice_info& info, Volu
   for (size_t k = 0; k < 3; ++k)
     for (uint32_t a = 0; a < 3; ++a) {
       const bccsplat_axis axis = axis_info(volume, a);
-      const auto first = static_cast<uint64_t>(std::llround(info.extent[k][0]));
-      if (axis.count == 0 || info.basis[k][a] != 1 || first + info.dims[k] > axis.count) continue;
+      if (axis.count == 0 || info.basis[k][a] != 1) continue;
+      constexpr double rounding = 1e-6;
+      const double at = info.origin[a] + info.extent[k][0], whole = std::nearbyint(at);
+      const auto first = static_cast<uint64_t>(std::max(whole, 0.0));
+      if (std::fabs(at - static_cast<double>(first)) > rounding || first + info.dims[k] > axis.count)
+        continue;
       n.coordinates[k].assign(axis.coordinates + first, axis.coordinates + first + info.dims[k]);
       n.coordinates_down[k] = (axis.flags & BCCSPLAT_AXIS_DOWN) != 0;
     }
@@ -145,8 +156,8 @@ VolumeOutput slice_output(const Volume& volume, uint32_t channel, const bccsplat
   add_coordinates(volume, info, n);
   if (where.is_time_slice)
     n.times = {where.time};
-  else
-    n.space.clear(), name_axes(volume, info, n);
+  else // some axis is none of lengths
+    n.space.clear(), name_axes(volume, info, n), n.spatial_unit.clear();
   n.keys = {
       {"bccsplat hyperplane", row(info.hyperplane, 5)},
       {"bccsplat origin", row(info.origin, 4)},

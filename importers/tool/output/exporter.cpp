@@ -32,12 +32,21 @@ std::vector<std::byte> stored_values(std::span<const float> values, const Volume
   std::vector<std::byte> bytes(values.size() * type_size(output.type));
   visit_type(output.type, [&](auto zero) {
     using T = decltype(zero);
-    if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 4))
+    if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 4)) {
+      double low = -HUGE_VAL, high = HUGE_VAL;
+      if (std::is_integral_v<T> &&
+          output.fill) { // values that ring beyond their range are not to become that
+        low = static_cast<double>(std::numeric_limits<T>::min()),
+        high = static_cast<double>(std::numeric_limits<T>::max());
+        (*output.fill == low ? ++low : --high);
+      }
       for (size_t i = 0; i < values.size(); ++i) {
-        const double value =
-            std::isnan(values[i]) && output.fill ? *output.fill : static_cast<double>(values[i]);
+        const double value = std::isnan(values[i]) && output.fill
+                                 ? *output.fill
+                                 : std::clamp(static_cast<double>(values[i]), low, high);
         store_as<T>(value, bytes.data() + i * sizeof(T));
       }
+    }
   });
   if (!is_float(output.type) && !output.fill) holes += count_missing(values);
   return bytes;

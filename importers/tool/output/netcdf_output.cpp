@@ -99,9 +99,10 @@ std::vector<Axis> axes_of(const VolumeOutput& o) {
   }
   for (size_t a = 3; a-- > 0;) {
     const size_t row = world_axis(o.affine, a);
-    usual.push_back(o.axis_names[row].empty() ? std::string(1, "xyz"[row]) : o.axis_names[row]);
+    const bool of_slice = !o.axis_names[a].empty();
+    usual.push_back(of_slice ? o.axis_names[a] : std::string(1, "xyz"[row]));
     const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(usual.back()[0])));
-    Axis axis = axis_of(o.axis_records[a], usual.back(), letter, o.axis_units[row]);
+    Axis axis = axis_of(o.axis_records[a], usual.back(), letter, o.axis_units[of_slice ? a : row]);
     axis.at = coordinates_of(o, a);
     if (o.coordinates_down[a]) axis.attributes["positive"] = "down";
     if (letter == 'Z' && o.coordinates[a].empty() && lower(text_in(axis.attributes, "positive")) == "down")

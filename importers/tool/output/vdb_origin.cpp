@@ -51,8 +51,9 @@ void keep_sparsity(const Volume& volume, uint32_t channel, double index, std::sp
   const auto words = split(*text);
   const auto counts = parse_numbers(words);
   if (!counts || counts->size() != volume_info(volume).dims[3]) return;
-  const auto before = static_cast<size_t>(index);
-  const size_t after = std::min(before + 1, counts->size() - 1);
+  const bool periodic = volume_info(volume).time_periodic != 0;
+  const size_t frames = counts->size(), before = static_cast<size_t>(index) % frames; // at the end 0 again
+  const size_t after = periodic ? (before + 1) % frames : std::min(before + 1, frames - 1);
   const double part = index - std::floor(index);
   const double count = (1 - part) * (*counts)[before] + part * (*counts)[after];
   output.all_active = count >= static_cast<double>(values.size());
