@@ -14,7 +14,8 @@ double apart(const Affine& a, const Affine& b, size_t c) {
   return std::hypot(a[c] - b[c], a[4 + c] - b[4 + c], a[8 + c] - b[8 + c]);
 }
 
-// Returns how far a sample can lie from where the other affine has it, in voxels of the first one.
+} // namespace
+
 double shift_of(const Affine& a, const Affine& b, const std::array<uint64_t, 3>& samples, bool with_origin) {
   double shift = with_origin ? apart(a, b, 3) : 0, voxel = HUGE_VAL;
   for (size_t axis = 0; axis < 3; ++axis) {
@@ -23,8 +24,6 @@ double shift_of(const Affine& a, const Affine& b, const std::array<uint64_t, 3>&
   }
   return shift / voxel;
 }
-
-} // namespace
 
 void require_volume(const Affine& affine, const ReaderOptions& options, const std::string& path,
                     const std::string& what) {
@@ -41,10 +40,9 @@ void require_same_place(const SeriesDescription& first, const SeriesDescription&
     if (first.places[axis].coordinates != next.places[axis].coordinates)
       fail_input(path, ": its coordinates along ", "xyz"[axis], " are not those of ",
                  first.files.front().path, ": import them one by one");
-  constexpr double rounding = 0.01; // voxels: what single precision makes of one place
   if (options.spacing) return;
   const double shift = shift_of(first.affine, next.affine, samples, !options.origin);
-  if (!(shift <= rounding))
+  if (!(shift <= same_place))
     fail_input(path, ": its spacing, directions or origin differ from those of ", first.files.front().path,
                ": samples lie up to ", short_number(shift, 3),
                " voxels elsewhere; resample the files to one grid, or give --spacing and --origin for all");

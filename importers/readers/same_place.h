@@ -10,6 +10,12 @@
 
 namespace bcc4 {
 
+// Returns how far a sample can lie from where the other affine has it, in voxels of the first one.
+[[nodiscard]] double shift_of(const Affine& a, const Affine& b, const std::array<uint64_t, 3>& samples,
+                              bool with_origin = true);
+// What single precision makes of one place, in voxels.
+inline constexpr double same_place = .01;
+
 // Throws when an affine is not finite or spans no volume, unless --spacing replaces it. `what` names the
 // fields that it comes from.
 void require_volume(const Affine& affine, const ReaderOptions& options, const std::string& path,

@@ -191,6 +191,13 @@ class BoundTest(ToolTest):
         # Nothing stays of the first try.
         self.assertEqual([n for n in os.listdir(self.folder) if n.startswith('late.bcc4')], ['late.bcc4'])
         self.assertGreaterEqual(self.json('verify', 'late.bcc4', '--against', *args)['psnr'], 55)
+        # Interrupted at its end, the last try goes on: by itself, with the options that were typed.
+        whole = self.read('late.bcc4')
+        said = self.full_disk(len(whole) - 100, 'import', *args, '-o', 'again.bcc4', '--psnr', 55, '--store', 'samples')
+        self.assertIn('goes on from there', said)
+        out, _ = self.bcc4('import', *args, '-o', 'again.bcc4', '--psnr', 55, '--resume')
+        self.assertNotIn('again with', out)
+        self.assertEqual(self.read('again.bcc4'), whole)
 
     def test_choices_of_the_user_are_kept(self):
         args = self.raw('a.raw', DIMS, wave)

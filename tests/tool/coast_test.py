@@ -54,10 +54,6 @@ class Coast(ToolTest):
         self.assertEqual((lost, invented), (0, 0), 'sea lost, land invented')
         return values
 
-    def read(self, name):
-        with open(self.path(name), 'rb') as f:
-            return f.read()
-
     def source(self, name, code='f'):
         return array.array(code, self.read(name))
 

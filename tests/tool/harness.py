@@ -6,7 +6,9 @@ import gzip
 import itertools
 import json
 import os
+import resource
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -129,6 +131,14 @@ class ToolTest(unittest.TestCase):
         self.assertEqual(p.returncode, expect, f'bcc4 {" ".join(map(str, args))}\n{p.stdout}\n{p.stderr}')
         return p.stdout, p.stderr
 
+    def full_disk(self, limit, *args):
+        """Runs the tool where no file may have more bytes; returns what it said, after checking that it failed for that."""
+        p = subprocess.run([BCC4, *map(str, args)], capture_output=True, text=True, cwd=self.folder, timeout=300,
+                           preexec_fn=lambda: (signal.signal(signal.SIGXFSZ, signal.SIG_DFL),  # as a shell starts it
+                                               resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))))
+        self.assertEqual(p.returncode, 4, p.stderr)
+        return p.stderr
+
     def json(self, *args, expect=0):
         return json.loads(self.bcc4(*args, '--json', expect=expect)[0])
 
@@ -138,6 +148,10 @@ class ToolTest(unittest.TestCase):
         self.assertIn(text, err)
         if output:
             self.assertFalse(os.path.exists(self.path(output)), f'{output} was written all the same')
+
+    def read(self, name):
+        with open(self.path(name), 'rb') as f:
+            return f.read()
 
     def write(self, name, data):
         with open(self.path(name), 'wb') as f:

@@ -29,10 +29,6 @@ class LatticeTest(ToolTest):
     def imported(self, args, *more, name='v.bcc4'):
         return self.json('import', *args, '-o', name, '--overwrite', '--measure', 'all', *more)
 
-    def read(self, name):
-        with open(self.path(name), 'rb') as f:
-            return f.read()
-
     def assert_predicted(self, report):
         predicted, reached = report['plan']['choice']['rounded']['rmse'][0], report['error']['channels'][0]['rmse']
         self.assertLess(abs(20 * math.log10(predicted / reached)), 1.5, (predicted, reached))

@@ -15,10 +15,6 @@ def waves(x, y, z, t):
 class LevelsTest(ToolTest):
     store = 'samples'
 
-    def read(self, name):
-        with open(self.path(name), 'rb') as f:
-            return f.read()
-
     def without_sources(self, name):
         """What a file says but for the names of its source files, which are not the same here."""
         info = {k: v for k, v in self.json('info', name).items() if k not in ('sources', 'bytes')}

@@ -40,10 +40,6 @@ class Parts(ToolTest):
         self.bcc4('import', '--plan', plan, '--part', span, '-o', name, '--quiet', '--overwrite')
         return name
 
-    def read(self, name):
-        with open(self.path(name), 'rb') as f:
-            return f.read()
-
     def assert_equal(self, files, what=''):
         one, joined = files
         self.assertEqual(len(one), len(joined), what)

@@ -1,9 +1,10 @@
 """What a source says of its dimensions and variables beside their values: names, long names, units and other attributes are
 kept in the file (formats/bcc4.md, record 7) and come back in NetCDF and NRRD, of slices, too."""
+import array
 import json
 import unittest
 
-from cases_netcdf_test import axes, classic, field as variable, line, wave
+from cases_netcdf_test import DIMS, axes, classic, field as variable, line, wave
 from harness import Nrrd, ToolTest, field, has_reader, main
 
 try:
@@ -73,6 +74,28 @@ class Records(ToolTest):
                                  ['hours since 2000-01-01', said['units'], 'degrees_north', 'degrees_east'])
                 self.assertEqual((data['time'].long_name, data['time'].calendar), ('when', 'standard'))
                 self.assertEqual(list(data['lev'][:]), lev[4])
+
+    @unittest.skipUnless(has_reader('netcdf'), 'without NetCDF')
+    def test_a_series_that_goes_on_keeps_them(self):
+        def data(frames, name):
+            times = ('time', 'double', ['time'], {'units': 'hours since 2000-01-01', 'long_name': 'when'}, [6. * i for i in range(frames)])
+            values = (name, *variable('float', wave(range(frames)), **VALUES)[1:])
+            return classic(axes(lev=EVEN_LEV, time=times) + [values], (('time', frames), *DIMS[1:]))
+
+        how = ['--lattice', 'cc', '--exact', '-o', 'a.bcc4', '--quiet']
+        self.write('a.nc', data(3, 'v'))
+        self.bcc4('import', 'a.nc', *how)
+        before = self.kept('a.bcc4')
+        self.assertIn('channel.v', before)
+        # The channel keeps its name, whatever the input calls it, and has one record.
+        self.write('b.nc', data(4, 'w'))
+        self.assertIn('goes on as "v"', self.bcc4('import', 'b.nc', '--append', *how)[1])
+        self.assertEqual(self.kept('a.bcc4'), before)
+        # An input that says nothing takes nothing away.
+        self.write('c.raw', array.array('f', wave(range(5))))
+        self.bcc4('import', 'c.raw', '--dims', '8,7,6,5', '--dtype', 'f32', '--dt', 6, '--append', *how)
+        self.assertEqual(self.kept('a.bcc4'), before)
+        self.assertEqual(self.json('info', 'a.bcc4')['dims'][3], 5)
 
     @unittest.skipUnless(has_reader('netcdf'), 'without NetCDF')
     def test_slices_have_them(self):

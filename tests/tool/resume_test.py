@@ -3,7 +3,6 @@ import fcntl
 import os
 import random
 import re
-import resource
 import signal
 import struct
 import subprocess
@@ -65,10 +64,6 @@ class Resume(ToolTest):
         self.run_import('--quiet', *more, output='whole.bcc4')
         self.seconds = time.monotonic() - began
         return self.read('whole.bcc4')
-
-    def read(self, name):
-        with open(self.path(name), 'rb') as f:
-            return f.read()
 
     def lists_a_slab(self):
         if not os.path.exists(self.path('x.bcc4.journal')):
@@ -206,12 +201,8 @@ class Resume(ToolTest):
     def test_a_full_disk_keeps_what_can_be_gone_on_with(self):
         whole = self.undisturbed()
         for limit, kept in (20_000, False), (800_000, True):  # bytes: less than a slab, and more
-            p = subprocess.run([BCC4, 'import', 'a.raw', *self.dims, '--store', 'samples', '-o', 'x.bcc4'], capture_output=True,
-                               text=True, cwd=self.folder,
-                               preexec_fn=lambda limit=limit: (signal.signal(signal.SIGXFSZ, signal.SIG_DFL),
-                                                               resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))))
-            self.assertEqual(p.returncode, 4, p.stderr)
-            self.assertEqual('--resume goes on from there' in p.stderr, kept, p.stderr)
+            said = self.full_disk(limit, 'import', 'a.raw', *self.dims, '--store', 'samples', '-o', 'x.bcc4')
+            self.assertEqual('--resume goes on from there' in said, kept, said)
             self.assertEqual(sorted(n for n in os.listdir(self.folder) if n.startswith('x.')),
                              ['x.bcc4.journal', 'x.bcc4.partial'] if kept else [])
         self.run_import('--resume', '--quiet')
@@ -352,6 +343,31 @@ class Resume(ToolTest):
         for more, text in ((['--filter', 'kaiser6'], 'the new ones would be with kaiser6'), (['--lowpass'], 'with lowpass')):
             self.refused(2, text, 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--append', *more)
         self.assertEqual(self.read('x.bcc4'), old)
+        # Nor are options taken that would be heard by nobody, or other places.
+        self.write('b.raw', self.data[:N * N * N * (FRAMES - 1)])
+        self.bcc4('import', 'b.raw', '--dims', f'{N},{N},{N},{FRAMES - 1}', *self.dims[2:], '-o', 'x.bcc4', '--quiet', '--overwrite')
+        old = self.read('x.bcc4')
+        open_lattice = ['--dims', f'{N},{N},{N},{FRAMES}', '--dtype', 'u8', '-o', 'x.bcc4', '--append']
+        for option, other in (('--ends', 'mirror'), ('--faces', 'x'), ('--periodic', 'y')):
+            for lattice in [], FIXED:
+                self.refused(2, f'{option}: x.bcc4 goes on as it was made', 'import', 'a.raw', *open_lattice, option, other, *lattice)
+        self.refused(2, 'its samples lie up to', 'import', 'a.raw', *open_lattice, '--spacing', '1,1,2')
+        self.assertEqual(self.read('x.bcc4'), old)
+        self.bcc4('import', 'a.raw', *open_lattice, '--ends', 'predict')
+
+    def test_appended_frames_stand_where_the_others_do(self):
+        """An input that says nothing of places changes none, and how frames were chosen is told anew."""
+        half = self.data[:N * N * N * (FRAMES - 8)]
+        place = ['--spacing', '2,2,3', '--origin', '5,6,7']
+        self.write('b.raw', half)
+        self.bcc4('import', 'b.raw', '--dims', f'{N},{N},{N},{FRAMES - 8}', *self.dims[2:], *place, '--frames', '0-9', '-o', 'x.bcc4', '--quiet')
+        before = self.json('info', 'x.bcc4')
+        self.run_import('--append', '--quiet')
+        after = self.json('info', 'x.bcc4')
+        self.assertEqual(after['affine'], before['affine'])
+        self.assertEqual(after['dims'][3], FRAMES)
+        self.assertNotIn('import.frames', after['attributes'])
+        self.assertTrue(self.json('verify', 'x.bcc4', '--against', 'a.raw', *self.dims[:4])['ok'])
 
 
 if __name__ == '__main__':

@@ -25,10 +25,6 @@ class Wavelets(ToolTest):
     def source(self, dims=DIMS, name='a.raw'):
         return self.raw(name, dims, waves, 'u16')
 
-    def read(self, name):
-        with open(self.path(name), 'rb') as f:
-            return f.read()
-
     def psnr(self, file, args):
         return self.json('verify', file, '--against', *args)['psnr']
 
@@ -87,6 +83,11 @@ class Wavelets(ToolTest):
         args = self.source()
         self.bcc4('import', *args, '--store', 'wavelets', '-o', 'w.bcc4', '--quiet', '--overwrite')
         self.assertAlmostEqual(self.psnr('w.bcc4', args), 50.5, delta=.6)
+
+    def test_what_they_are_not(self):
+        args = self.raw('a.raw', (20, 20, 20, 4), lambda x, y, z, t: x + t)
+        self.refused(2, 'choose one', 'import', *args, '--store', 'wavelets', '--exact', '-o', 'w.bcc4', output='w.bcc4')
+        self.refused(2, 'samples are u8 or u16', 'import', *args, '--store', 'wavelets', '--quantize', 'f32', '-o', 'w.bcc4', output='w.bcc4')
 
     def test_a_bound_of_every_sample(self):
         args = self.source()

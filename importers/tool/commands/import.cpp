@@ -273,7 +273,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const Device device = create_device(a.common.threads, memory_of_library(a));
   std::unique_ptr<FrameReader> reader = open_input(a);
   if (appends_to_file(a)) refuse_other_choices(a);
-  if (appends_to_file(a)) reader = keep_channel_name(device, a.output, std::move(reader));
+  if (appends_to_file(a)) reader = continue_series(device, a.output, std::move(reader));
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
   refuse_place_twice(a, s);
@@ -288,6 +288,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   if (appends_to_file(a)) a.settings.levels = levels_in_file(device, a.output);
   if (appends_to_file(a) && !a.dry_run)
     appended = open_appended(device, a.output, s, filtering_text(a.settings));
+  if (appends_to_file(a)) refuse_other_ends(device, a.output, a.settings);
   if (appended.frames == s.dims[3]) {
     report_nothing_new(a, appended.frames);
     return Exit::ok;
@@ -299,6 +300,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   ImportScope scope;
   scope.output = a.output;
   scope.attributes = reader_attributes(a.reader);
+  scope.kept = appended.attributes;
   if (planned) {
     check_planned(*planned, a.plan, s);
     plan.scans = planned->scans;

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "choose/beyond.h"
+#include "readers/affine.h"
+#include "readers/same_place.h"
 
 namespace bcc4 {
 
@@ -35,21 +37,36 @@ void warn_of_other_files(const std::string& path, const AppendedFile& old, const
   }
 }
 
-// Reads a series of one channel under another name.
-class RenamedReader : public FrameReader {
+// Reads a series of which some is told otherwise.
+class ContinuedReader : public FrameReader {
  public:
-  RenamedReader(std::unique_ptr<FrameReader> source, const std::string& name)
-      : source_(std::move(source)), description_(source_->description()) {
-    description_.channels.front().name = name;
-  }
+  ContinuedReader(std::unique_ptr<FrameReader> source, SeriesDescription description)
+      : source_(std::move(source)), description_(std::move(description)) {}
   const SeriesDescription& description() const override { return description_; }
   Frame read(uint64_t frame, size_t channel) override { return source_->read(frame, channel); }
   std::string frame_name(uint64_t frame) const override { return source_->frame_name(frame); }
+  bool frames_fit() const override { return source_->frames_fit(); }
+  Frame read_box(uint64_t frame, size_t channel, const SampleBox& box) override {
+    return source_->read_box(frame, channel, box);
+  }
 
  private:
   std::unique_ptr<FrameReader> source_;
   SeriesDescription description_;
 };
+
+void rename_channel(SeriesDescription& d, const std::string& name) {
+  const std::string old = std::exchange(d.channels.front().name, name);
+  for (auto& [key, value] : d.attributes)
+    for (const std::string prefix : {"channel.", "openvdb.type."})
+      if (key == prefix + old) key = prefix + name;
+}
+
+Affine affine_of(const bccsplat_volume_info& info) {
+  Affine affine;
+  std::copy(info.affine, info.affine + affine.size(), affine.begin());
+  return affine;
+}
 
 // Units that both tell must be the same.
 void require_same_unit(const std::string& path, const char* what, const std::string& was,
@@ -68,17 +85,39 @@ void require_same_clock(const std::string& path, const Clock& was, const SeriesD
 
 } // namespace
 
-std::unique_ptr<FrameReader> keep_channel_name(const Device& device, const std::string& path,
-                                               std::unique_ptr<FrameReader> reader) {
+std::unique_ptr<FrameReader> continue_series(const Device& device, const std::string& path,
+                                             std::unique_ptr<FrameReader> reader) {
   const Volume old = open_volume(device, path, "");
-  const std::vector<Channel>& channels = reader->description().channels;
-  if (channels.size() != 1 || volume_info(old).channel_count != 1) return reader;
-  const std::string name = channel_info(old, 0).name;
-  if (channels.front().name == name) return reader;
-  std::fprintf(stderr, "bcc4: channel \"%s\" of the input goes on as \"%s\" of %s\n",
-               channels.front().name.c_str(), name.c_str(), path.c_str());
-  return std::make_unique<RenamedReader>(std::move(reader), name);
+  const bccsplat_volume_info info = volume_info(old);
+  SeriesDescription d = reader->description();
+  const bool placed = d.affine != SeriesDescription{}.affine || !d.spatial_unit.empty();
+  if (!placed) d.affine = affine_of(info), d.spatial_unit = info.spatial_unit;
+  const std::string name = channel_info(old, 0).name, given = d.channels.front().name;
+  const bool renamed = d.channels.size() == 1 && info.channel_count == 1 && given != name;
+  if (renamed) {
+    std::fprintf(stderr, "bcc4: channel \"%s\" of the input goes on as \"%s\" of %s\n", given.c_str(),
+                 name.c_str(), path.c_str());
+    rename_channel(d, name);
+  }
+  if (placed && !renamed) return reader;
+  return std::make_unique<ContinuedReader>(std::move(reader), std::move(d));
 }
+
+namespace {
+
+// What is free text: not what an import says of how its input was read, or of its grids and labels.
+std::vector<std::pair<std::string, std::string>> attributes_to_keep(const Volume& old) {
+  std::vector<std::pair<std::string, std::string>> kept;
+  const char *key = nullptr, *value = nullptr;
+  for (uint64_t i = 0; bccsplat_volume_get_attribute(old.get(), i, &key, &value) == BCCSPLAT_OK; ++i) {
+    const std::string_view name = key;
+    if (!name.starts_with("import.") && !name.starts_with("labels.") && !name.starts_with("openvdb."))
+      kept.emplace_back(key, value);
+  }
+  return kept;
+}
+
+} // namespace
 
 AppendedFile open_appended(const Device& device, const std::string& path, const SeriesDescription& series,
                            const std::string& filtering) {
@@ -101,6 +140,12 @@ AppendedFile open_appended(const Device& device, const std::string& path, const 
         "; --append takes the whole series, the frames that the file has first: give the files of these "
         "and the new ones together");
   require_same_clock(path, clock_of(old), series);
+  const double shift = shift_of(affine_of(info), series.affine, {n[0], n[1], n[2]});
+  if (!(shift <= same_place))
+    fail_usage(path, ": its samples lie up to ", short_number(shift, 3),
+               " voxels from where those of the input do; --append needs the --spacing and --origin that the "
+               "file was made with");
+  require_same_unit(path, "places", info.spatial_unit, series.spatial_unit);
   for (uint32_t c = 0; c < std::min<size_t>(info.channel_count, series.channels.size()); ++c)
     require_same_unit(path, "values", channel_info(old, c).unit, series.channels[c].unit);
   std::vector<double> times(info.dims[3]);
@@ -111,7 +156,7 @@ AppendedFile open_appended(const Device& device, const std::string& path, const 
     if (!(std::fabs(times[f] - now[f]) <= 1e-6 * step))
       fail_usage(path, ": its frame ", f, " is at time ", times[f], ", that of the input at ", now[f],
                  "; --append needs the --dt or --times that the file was made with");
-  AppendedFile file{info.dims[3], {}};
+  AppendedFile file{info.dims[3], {}, attributes_to_keep(old)};
   PlannedSource source;
   const char* name = nullptr;
   while (bccsplat_volume_get_source(old.get(), file.sources.size(), &name, &source.bytes, &source.crc32) ==
@@ -143,21 +188,64 @@ uint32_t levels_in_file(const Device& device, const std::string& path) {
   return volume_info(open_volume(device, path, "")).level_count;
 }
 
+namespace {
+
+// The axes across whose faces it has planes.
+int32_t faces_in_file(const bccsplat_volume_info& info) {
+  int32_t faces = 0;
+  for (size_t a = 0; a < 3; ++a)
+    if (info.planes_before[a] > 0) faces += face_bit(a);
+  return faces > 0 ? faces : BCCSPLAT_FACES_MIRROR;
+}
+
+// The lattice of a file with what was asked for.
+LatticeShape shape_in_file(const bccsplat_volume_info& info, const WriterSettings& settings) {
+  LatticeShape shape{
+      info.lattice, {}, settings.faces, settings.ends, static_cast<int32_t>(info.periodic_axes)};
+  std::copy(std::begin(info.scales), std::end(info.scales), shape.scales.begin());
+  return shape;
+}
+
+std::array<uint64_t, 4> dims_of(const bccsplat_volume_info& info) {
+  return {info.dims[0], info.dims[1], info.dims[2], info.dims[3]};
+}
+
+int32_t ends_in_file(const bccsplat_volume_info& info) {
+  const uint64_t inner = inner_layers(shape_in_file(info, {}), dims_of(info));
+  return info.layer_count > inner ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
+}
+
+} // namespace
+
+void refuse_other_ends(const Device& device, const std::string& path, const WriterSettings& settings) {
+  const Volume old = open_volume(device, path, "");
+  const bccsplat_volume_info info = volume_info(old);
+  const auto refuse = [&](const char* option) {
+    fail_usage(option, ": ", path, " goes on as it was made, and that is different: leave it out");
+  };
+  if (settings.periodic != 0 && settings.periodic != static_cast<int32_t>(info.periodic_axes))
+    refuse("--periodic");
+  // A periodic series never goes on, as the library says.
+  if (settings.ends != BCCSPLAT_ENDS_DEFAULT && settings.ends != BCCSPLAT_ENDS_PERIODIC &&
+      settings.ends != ends_in_file(info))
+    refuse("--ends");
+  if (settings.faces == BCCSPLAT_FACES_DEFAULT) return;
+  int32_t faces = faces_of_part(shape_in_file(info, settings), dims_of(info));
+  for (size_t a = 0; a < 3 && faces >= BCCSPLAT_FACES_PREDICT_X; ++a)
+    if (info.dims[a] == 1) faces &= ~face_bit(a); // has none
+  if ((faces >= BCCSPLAT_FACES_PREDICT_X ? faces : BCCSPLAT_FACES_MIRROR) != faces_in_file(info))
+    refuse("--faces");
+}
+
 void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings) {
   const Volume old = open_volume(device, path, "");
   const bccsplat_volume_info info = volume_info(old);
   settings.labels = labels_in_file(old);
   settings.lattice = info.lattice;
   std::copy(std::begin(info.scales), std::end(info.scales), settings.scales.begin());
-  int32_t faces = 0;
-  for (size_t a = 0; a < 3; ++a)
-    if (info.planes_before[a] > 0) faces += face_bit(a);
-  settings.faces = faces > 0 ? faces : BCCSPLAT_FACES_MIRROR;
+  settings.faces = faces_in_file(info);
   settings.periodic = info.periodic_axes;
-  std::array<uint64_t, 4> dims{};
-  std::copy(std::begin(info.dims), std::end(info.dims), dims.begin());
-  const LatticeShape shape{info.lattice, settings.scales};
-  settings.ends = info.layer_count > inner_layers(shape, dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
+  if (settings.ends != BCCSPLAT_ENDS_PERIODIC) settings.ends = ends_in_file(info);
 }
 
 void adopt_error(const Device& device, const std::string& path, WriterSettings& settings) {

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "choose/series_writer.h"
@@ -15,17 +16,21 @@ namespace bcc4 {
 struct AppendedFile {
   uint64_t frames = 0;
   std::vector<PlannedSource> sources;
+  std::vector<std::pair<std::string, std::string>> attributes; // that stay where they are not set anew
 };
 // filtering: how frames become layers, as the attribute import.filtering tells. Refuses a file whose frames
-// were filtered in another way, or that has other times, units, samples per frame or more frames than the
-// series.
+// were filtered in another way, or that has other times, places, units, samples per frame or more frames than
+// the series.
 [[nodiscard]] AppendedFile open_appended(const Device& device, const std::string& path,
                                          const SeriesDescription& series, const std::string& filtering);
 
-// The one channel of a series goes on under the name that it has in the file, which is said.
-[[nodiscard]] std::unique_ptr<FrameReader> keep_channel_name(const Device& device, const std::string& path,
-                                                             std::unique_ptr<FrameReader> reader);
+// The one channel of a series goes on under the name that it has in the file, which is said; and samples of
+// which the input says no place stay where they are.
+[[nodiscard]] std::unique_ptr<FrameReader> continue_series(const Device& device, const std::string& path,
+                                                           std::unique_ptr<FrameReader> reader);
 
+// Refuses ends and faces that are asked for, but are others than the file has.
+void refuse_other_ends(const Device& device, const std::string& path, const WriterSettings& settings);
 // Returns how many coarser levels it has, which it keeps.
 [[nodiscard]] uint32_t levels_in_file(const Device& device, const std::string& path);
 // A series that is appended to keeps its lattice, steps that are not those of the source, and the error that

@@ -4,13 +4,18 @@
 #include "tool/import/block.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <utility>
+
+#include <zlib.h>
 
 #include "readers/system.h"
 #include "tool/import/block_result.h"
+#include "tool/import/plan_file.h"
 #include "tool/interrupt.h"
 #include "tool/options.h"
 
@@ -22,11 +27,24 @@ constexpr uint64_t kHalo = 48;
 constexpr uint64_t kComparedHalo = 96; // where its samples are compared with the file
 constexpr uint64_t kThinnest = 48;     // samples of a block along an axis, while another one can be divided
 
-// By their number, too, so that a run with other memory takes none of this one's, and by how often a PSNR was
-// missed before, so that blocks of other settings do not stand for them.
-std::string block_name(const std::string& output, size_t number, size_t count, size_t missed) {
-  const std::string name = concat(output, ".block", number, "of", count);
-  return missed > 0 ? concat(name, ".", missed) : name;
+// What blocks are made of: settings, sources and how these are read.
+std::string checksum_of(const SeriesDescription& series, const WriterSettings& settings,
+                        const ImportScope& scope) {
+  std::string text = settings_text(settings);
+  for (const PlannedSource& s : scope.sources) text += concat('\n', s.name, ' ', s.bytes, ' ', s.crc32);
+  for (const auto& [key, value] : scope.attributes) text += concat('\n', key, ' ', value);
+  for (const uint64_t n : series.dims) text += concat('\n', n);
+  for (const double t : series.times.values) text += concat('\n', t);
+  const uLong sum = crc32_z(0, reinterpret_cast<const Bytef*>(text.data()), text.size());
+  std::array<char, 16> digits{};
+  std::snprintf(digits.data(), digits.size(), "%08lx", sum);
+  return digits.data();
+}
+
+// By their number, too, so that a run with other memory takes none of this one's, and by what they are made
+// of, so that blocks of other settings or other input do not stand for them.
+std::string block_name(const std::string& output, size_t number, size_t count, const std::string& checksum) {
+  return concat(output, ".block", number, "of", count, ".", checksum);
 }
 
 // One of `pieces` parts of nearly equal length of an axis.
@@ -131,13 +149,18 @@ void join_blocks(const Device& device, const std::vector<std::string>& names, co
       "");
 }
 
-void remove_blocks(std::vector<std::string>& names) {
+// Removes the blocks of an output, also those that runs with other settings have left.
+void remove_all_blocks(const std::string& output) {
+  const std::filesystem::path path = to_path(output);
+  const std::string begin = to_text(path.filename());
+  const std::regex of_block(R"(\.block[0-9]+of[0-9]+\.[0-9a-f]{8}(\.(result|partial|journal))?)");
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   std::error_code ignored;
-  for (const std::string& name : names) {
-    std::filesystem::remove(to_path(name), ignored);
-    remove_block_result(name);
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    const std::string name = to_text(entry.path().filename());
+    if (name.starts_with(begin) && std::regex_match(name.substr(begin.size()), of_block))
+      std::filesystem::remove(entry.path(), ignored);
   }
-  names.clear();
 }
 
 ImportResult write_block(FrameReader& reader, const Device& device, WriterSettings settings,
@@ -146,22 +169,19 @@ ImportResult write_block(FrameReader& reader, const Device& device, WriterSettin
   scope.output = name, scope.block = block;
   settings.overwrite = true; // what an earlier run has left
   remove_block_result(name);
-  ImportResult result = write_series(reader, device, settings, scans, scope, common);
+  ImportResult result = write_once(reader, device, settings, scans, scope, common);
   keep_block_result(result, name);
   return result;
 }
 
 // Takes over what an earlier run told of a block that it has finished. False: it is to be written, also where
-// its errors were not measured, or are not known any more.
+// its errors are to be told and are not known any more.
 bool take_block(const std::string& name, const WriterSettings& settings, size_t channels,
                 ImportResult& result) {
   std::error_code ignored;
   if (settings.partial != BCCSPLAT_PARTIAL_RESUME || !std::filesystem::exists(to_path(name), ignored))
     return false;
-  const bool told = read_block_result(name, channels, result);
-  if (compares_all(settings)) return told && !result.errors.series.empty();
-  result.errors = {}; // of other settings
-  return true;
+  return read_block_result(name, channels, result) || !compares_all(settings);
 }
 
 // Samples of halos are read by several blocks: the frames that lack some are told, with the largest count.
@@ -303,18 +323,17 @@ std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescrip
 
 namespace {
 
-// missed: how often a PSNR was missed before.
 ImportResult write_blocks_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
                                const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                               const CommonOptions& common, const std::vector<SampleBox>& blocks,
-                               size_t missed) {
+                               const CommonOptions& common, const std::vector<SampleBox>& blocks) {
   const size_t channels = reader.description().channels.size();
   ImportResult all;
   all.nonfinite.resize(channels);
   std::vector<std::string> names;
   const UnjoinedBlocks unjoined(names, common.quiet);
+  const std::string checksum = checksum_of(reader.description(), settings, scope);
   for (const SampleBox& block : blocks) {
-    const std::string name = block_name(scope.output, names.size() + 1, blocks.size(), missed);
+    const std::string name = block_name(scope.output, names.size() + 1, blocks.size(), checksum);
     ImportResult one;
     const bool there = take_block(name, settings, channels, one);
     if (common.prints_text() && blocks.size() > 1)
@@ -327,10 +346,11 @@ ImportResult write_blocks_once(FrameReader& reader, const Device& device, const 
   try {
     join_blocks(device, names, scope, settings.overwrite, all.report);
   } catch (const StatusError& e) {
-    if (e.status() == BCCSPLAT_ERROR_BOUND_NOT_MET) remove_blocks(names);
+    if (e.status() == BCCSPLAT_ERROR_BOUND_NOT_MET) names.clear(), remove_all_blocks(scope.output);
     throw;
   }
-  remove_blocks(names);
+  names.clear();
+  remove_all_blocks(scope.output);
   set_peaks(device, scope.output, all.errors);
   return all;
 }
@@ -340,8 +360,8 @@ ImportResult write_blocks_once(FrameReader& reader, const Device& device, const 
 ImportResult write_blocks(FrameReader& reader, const Device& device, WriterSettings& settings,
                           const std::vector<ChannelScan>& scans, const ImportScope& scope,
                           const CommonOptions& common, const std::vector<SampleBox>& blocks) {
-  return with_finer_steps(reader, scans, settings, common, [&](size_t missed) {
-    return write_blocks_once(reader, device, settings, scans, scope, common, blocks, missed);
+  return with_finer_steps(reader, scans, settings, common, false, [&] {
+    return write_blocks_once(reader, device, settings, scans, scope, common, blocks);
   });
 }
 

@@ -228,6 +228,13 @@ ErrorBound read_settings(ImportArguments& a) {
   finite(a.air, std::numeric_limits<float>::max(), "--air");
   finite(a.air_threshold, std::numeric_limits<float>::max(), "--air-threshold");
   if (a.abs && a.psnr) fail_usage("--abs and --psnr: choose one");
+  if (a.settings.store == BCCSPLAT_STORE_WAVELETS) {
+    if (a.exact)
+      fail_usage("--exact keeps samples as they are, and --store wavelets rounds them: choose one");
+    const int32_t type = a.settings.quantize;
+    if (type != BCCSPLAT_TYPE_DEFAULT && type != BCCSPLAT_TYPE_U8 && type != BCCSPLAT_TYPE_U16)
+      fail_usage("--store wavelets: samples are u8 or u16, and --quantize asks for others");
+  }
   if (a.abs && !(*a.abs > 0))
     fail_usage(
         "--abs must be positive: the largest error allowed at any source sample, in units of the values");

@@ -161,6 +161,8 @@ void write_plan_file(const std::string& path, const PlanFile& plan, bool overwri
   file.finish();
 }
 
+std::string settings_text(const WriterSettings& settings) { return settings_json(settings).dump(); }
+
 PlanFile read_plan_file(const std::string& path) {
   const std::string text = read_text_file(path, kMostBytes);
   try {

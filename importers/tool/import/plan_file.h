@@ -37,6 +37,8 @@ struct PlanFile {
 void make_absolute(PlanFile& plan);
 void write_plan_file(const std::string& path, const PlanFile& plan, bool overwrite);
 [[nodiscard]] PlanFile read_plan_file(const std::string& path);
+// Returns what a plan says of settings: those that decide what is written.
+[[nodiscard]] std::string settings_text(const WriterSettings& settings);
 // Refuses a series that is not the planned one.
 void check_planned(const PlanFile& plan, const std::string& path, const SeriesDescription& series);
 

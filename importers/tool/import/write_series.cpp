@@ -5,6 +5,8 @@
 #include "tool/import/write_series.h"
 
 #include <cstdio>
+#include <exception>
+#include <set>
 
 #include "choose/finer.h"
 #include "choose/read_series.h"
@@ -26,8 +28,10 @@ std::string counts_text(const std::vector<uint64_t>& counts) {
 
 void record_origin(const Writer& writer, const SeriesDescription& s, const WriterSettings& settings,
                    const ImportScope& scope) {
+  std::set<std::string> told;
   const auto attribute = [&](const std::string& key, const std::string& value) {
     check(bccsplat_writer_set_attribute(writer.get(), utf8_of(key).c_str(), utf8_of(value).c_str()), key);
+    told.insert(key);
   };
   attribute("import.format", s.format);
   attribute("import.times", s.times.origin);
@@ -41,6 +45,8 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Write
   }
   for (const Channel& c : s.channels)
     if (!c.active.empty()) attribute("openvdb.active." + c.name, counts_text(c.active));
+  for (const auto& [key, value] : scope.kept)
+    if (!told.contains(key)) attribute(key, value);
   for (const PlannedSource& f : scope.sources)
     check(bccsplat_writer_add_source(writer.get(), utf8_of(f.name).c_str(), f.bytes, f.crc32), f.name);
 }
@@ -97,6 +103,8 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
   return result;
 }
 
+} // namespace
+
 ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
                         const std::vector<ChannelScan>& scans, const ImportScope& scope,
                         const CommonOptions& common) {
@@ -107,11 +115,10 @@ ImportResult write_once(FrameReader& reader, const Device& device, const WriterS
     return result;
   } catch (const StatusError& e) {
     if (e.status() == BCCSPLAT_ERROR_BOUND_NOT_MET) unfinished.missed_its_bound();
+    if (e.status() == BCCSPLAT_ERROR_WRONG_STATE) unfinished.finished(); // what is there stays as it is
     throw;
   }
 }
-
-} // namespace
 
 std::string filtering_text(const WriterSettings& settings) {
   std::string text;
@@ -121,23 +128,27 @@ std::string filtering_text(const WriterSettings& settings) {
 }
 
 ImportResult with_finer_steps(FrameReader& reader, const std::vector<ChannelScan>& scans,
-                              WriterSettings& settings, const CommonOptions& common,
-                              const std::function<ImportResult(size_t missed)>& write) {
+                              WriterSettings& settings, const CommonOptions& common, bool resumes,
+                              const std::function<ImportResult()>& write) {
+  std::exception_ptr first_refusal; // of what is resumed
   for (size_t missed = 0;; ++missed) try {
-      return write(missed);
+      return write();
     } catch (const StatusError& e) {
-      if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET) throw;
+      const bool unlike = resumes && e.status() == BCCSPLAT_ERROR_WRONG_STATE;
+      if (!unlike && e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET) throw;
+      if (unlike && !first_refusal) first_refusal = std::current_exception();
       const char* const remedy = make_finer(reader.description(), scans, missed, settings);
+      if (!remedy && unlike) std::rethrow_exception(first_refusal);
       if (!remedy) throw;
-      if (common.prints_text()) std::printf("  %s; again with %s\n", e.what(), remedy);
+      if (common.prints_text() && !unlike) std::printf("  %s; again with %s\n", e.what(), remedy);
     }
 }
 
 ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
                           const std::vector<ChannelScan>& scans, const ImportScope& scope,
                           const CommonOptions& common) {
-  return with_finer_steps(reader, scans, settings, common,
-                          [&](size_t) { return write_once(reader, device, settings, scans, scope, common); });
+  return with_finer_steps(reader, scans, settings, common, settings.partial == BCCSPLAT_PARTIAL_RESUME,
+                          [&] { return write_once(reader, device, settings, scans, scope, common); });
 }
 
 ImportResult append_series(FrameReader& reader, const Device& device, const WriterSettings& settings,

@@ -23,6 +23,7 @@ struct ImportScope {
   std::string output;
   std::vector<PlannedSource> sources;
   std::vector<std::pair<std::string, std::string>> attributes; // how the input was read
+  std::vector<std::pair<std::string, std::string>> kept;       // of a file that goes on
   std::optional<FrameSpan> part;                               // of the series; none: all of it
   std::optional<SampleBox> block; // of the part, or of the series; none: all of space
   uint64_t lead = 0;              // frames before the part, back to one that is there in every channel
@@ -32,12 +33,17 @@ struct ImportScope {
 // nothing else in a file does.
 [[nodiscard]] std::string filtering_text(const WriterSettings& settings);
 
-// Returns what write(missed) does. Where that misses the PSNR that a sample of the series has promised, it is
-// called again, first with finer steps, in the end with corrections; missed counts how often.
+// Returns what write() does. Where that misses the PSNR that a sample of the series has promised, it is
+// called again, first with finer steps, in the end with corrections. resumes: so does it where what is to be
+// resumed was begun with other options, as one of these tries may have begun it.
 [[nodiscard]] ImportResult with_finer_steps(FrameReader& reader, const std::vector<ChannelScan>& scans,
                                             WriterSettings& settings, const CommonOptions& common,
-                                            const std::function<ImportResult(size_t missed)>& write);
-// Writes the series, in the end with corrections.
+                                            bool resumes, const std::function<ImportResult()>& write);
+// Writes the series with these settings.
+[[nodiscard]] ImportResult write_once(FrameReader& reader, const Device& device,
+                                      const WriterSettings& settings, const std::vector<ChannelScan>& scans,
+                                      const ImportScope& scope, const CommonOptions& common);
+// Does so with finer steps where a PSNR is missed, in the end with corrections.
 [[nodiscard]] ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
                                         const std::vector<ChannelScan>& scans, const ImportScope& scope,
                                         const CommonOptions& common);
