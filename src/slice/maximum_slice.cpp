@@ -119,10 +119,4 @@ Slice SiteMaxima::finish(const Context& context) {
   return result;
 }
 
-Slice maximum_slice(std::span<const Slice> instants, const Context& context) {
-  SiteMaxima maxima;
-  for (const Slice& instant : instants) maxima.add(instant, context);
-  return maxima.finish(context);
-}
-
 } // namespace bccsplat

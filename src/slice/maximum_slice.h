@@ -5,7 +5,6 @@
 #include <array>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "field/coefficients/coefficients.h"
@@ -28,7 +27,5 @@ class SiteMaxima {
       fills_; // the largest of what fills missing data, for sites that every mask so far leaves out
   std::vector<std::shared_ptr<const SliceMask>> masks_; // of all instants; null: nothing is missing
 };
-
-[[nodiscard]] Slice maximum_slice(std::span<const Slice> instants, const Context& context);
 
 } // namespace bccsplat

@@ -66,7 +66,8 @@ REFUSED = [
     (('lattice=cc', 'lowpass'), 2, 'a low-pass is of use on D4* and BCC only'),
     (('lattice=density', 'scale'), 2, '--density chooses the distances that --scale and --time-scale give'),
     (('store=wavelets', 'written=blocks'), 2, 'the step of wavelets is chosen by whole frames'),
-    (('store=wavelets', 'written=appended'), 2, 'import all anew'),
+    (('store=wavelets', 'kept=exact'), 2, '--exact keeps samples as they are, and --store wavelets rounds them'),
+    (('store=wavelets', 'written=appended'), 2, '--exact keeps samples as they are, and --store wavelets rounds them'),  # which these say
     (('bound', 'written=appended'), 2, 'import all anew'),
     (('lattice=density', 'written=appended'), 2, '--density: '),
     (('ends=periodic', 'written=parts|blocks'), 2, 'a periodic series is not written in parts'),

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "kernel/wave_error.h"
+#include "tests/bench/kernels/wave_error.h"
 
 namespace bccsplat::bench {
 

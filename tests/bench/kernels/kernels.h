@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernel/kernel.h"
-#include "kernel/wave_error.h"
+#include "tests/bench/kernels/wave_error.h"
 #include "tests/bench/report.h"
 
 namespace bccsplat::bench {

@@ -9,10 +9,10 @@
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
 #include "fit/fit.h"
-#include "kernel/wave_error.h"
 #include "store/based_layers.h"
 #include "tests/bench/fit/fit_source.h"
 #include "tests/bench/kernels/kernels_chain.h"
+#include "tests/bench/kernels/wave_error.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "kernel/spectrum.h"
+#include "tests/bench/kernels/kernel_spectrum.h"
 #include "tests/bench/kernels/kernels.h"
 #include "tests/bench/kernels/kernels_chain.h"
 #include "tests/bench/kernels/kernels_periodic.h"

@@ -7,7 +7,7 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
-#include "kernel/spectrum.h"
+#include "tests/bench/kernels/kernel_spectrum.h"
 #include "tests/support/band_limited.h"
 #include "tests/support/fields.h"
 #include "tests/support/larger.h"

@@ -256,7 +256,7 @@ class TakenOver : public testing::TestWithParam<LatticeKind> {
     EXPECT_GT(from_theirs.holes, 0);
     const double rounding = info.channels[0].linear ? info.channels[0].scale / 64 : 0;
     EXPECT_LE(std::sqrt(from_theirs.squares / from_theirs.sites), rounding);
-    EXPECT_GT(std::sqrt(from_ours.squares / from_ours.sites), .4); // and .2 is allowed
+    EXPECT_GT(std::sqrt(from_ours.squares / from_ours.sites), 0.4); // and 0.2 is allowed
   }
 };
 

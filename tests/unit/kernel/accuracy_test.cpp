@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "kernel/prefilter_tables.h"
-#include "kernel/wave_error.h"
+#include "tests/bench/kernels/wave_error.h"
 
 namespace bccsplat {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "kernel/spectrum.h"
+#include "tests/bench/kernels/kernel_spectrum.h"
 
 namespace bccsplat {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "kernel/radial.h"
-#include "kernel/wave_error.h"
+#include "tests/bench/kernels/wave_error.h"
 
 namespace bccsplat {
 namespace {

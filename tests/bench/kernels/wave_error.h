@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "kernel/spectrum.h"
+#include "tests/bench/kernels/kernel_spectrum.h"
 
 namespace bccsplat {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Integrates the error of a kernel and its prefilter over the plane waves of a ball of frequencies.
-#include "kernel/wave_error.h"
+#include "tests/bench/kernels/wave_error.h"
 
 #include <algorithm>
 #include <cmath>

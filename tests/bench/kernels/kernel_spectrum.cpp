@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fourier transforms of kernels, and responses of prefilters and of sums over the lattice sites.
-#include "kernel/spectrum.h"
+#include "tests/bench/kernels/kernel_spectrum.h"
 
 #include <algorithm>
 #include <cmath>
