@@ -580,8 +580,9 @@ enum {
   BCCSPLAT_PARTIAL_RESUME = 2,
   /* `path` is a finished file whose series goes on; it is replaced at finish, and stays as it is
    * until then. WRONG_STATE at create, with the file and what differs, when it is a part or
-   * unfinished, or lattice, store, kernel of coefficients or channels (number, names, air,
-   * air_threshold, coding, error of wavelets) are others; the coding of a channel without
+   * unfinished, or lattice, affine, store, kernel of coefficients or channels (number, names, air,
+   * air_threshold, coding, error of wavelets) are others, or units or labels that both tell; the
+   * coding of a channel without
    * source_type is compared when the first slab is there. What the new frames do not touch is
    * copied, not coded again. Without options->part the host adds all frames, the old ones first.
    * With it (first: the number of frames of the file, end: dims[3]) it adds those of

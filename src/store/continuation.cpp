@@ -15,6 +15,7 @@
 #include "fit/axis/site_axis.h"
 #include "fit/resample/holes.h"
 #include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/labels_attribute.h"
 #include "store/journal_options.h"
 #include "store/part_report.h"
 #include "store/series_part.h"
@@ -221,6 +222,26 @@ void require_same_axis(const VolumeInfo& was, const VolumeInfo& now, size_t axis
                    ", that of the series to be appended at ", b[i]);
 }
 
+// What both tell must be the same.
+void require_same_unit(const char* what, const std::string& was, const std::string& now,
+                       const std::string& path) {
+  if (!was.empty() && !now.empty() && was != now)
+    refuse_other(path, "its ", what, " are in ", was, ", those of the series to be appended in ", now);
+}
+
+// Throws where a corner of the samples lies elsewhere in the world.
+void require_same_affine(const VolumeInfo& was, const VolumeInfo& now, const std::string& path) {
+  constexpr double rounding = 0.01; // of a voxel, in the mean
+  const double voxel = std::cbrt(std::fabs(was.affine.determinant()));
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 at{};
+    for (size_t a = 0; a < 3; ++a)
+      if (corner >> a & 1) at[a] = was.lattice.dims[a] - 1.0;
+    if (!(length(now.affine.point(at) - was.affine.point(at)) <= rounding * voxel))
+      refuse_other(path, "its samples lie elsewhere in the world than those of the series to be appended");
+  }
+}
+
 void require_same_channel(const VolumeInfo& was, const VolumeInfo& now, size_t c, const std::string& path) {
   const ChannelInfo &x = was.channels[c], &y = now.channels[c];
   const auto differs = [&](const char* what, const auto& of_file, const auto& of_series) {
@@ -233,6 +254,11 @@ void require_same_channel(const VolumeInfo& was, const VolumeInfo& now, size_t c
   if (x.type != y.type) differs("type on disk", static_cast<int>(x.type), static_cast<int>(y.type));
   if (x.scale != y.scale) differs("step from code to code", x.scale, y.scale);
   if (x.offset != y.offset) differs("value of code 0", x.offset, y.offset);
+  require_same_unit("values", x.unit, y.unit, path);
+  const auto of_file = said_labels(was, x.name), of_series = said_labels(now, y.name);
+  if (of_file && of_series && *of_file != *of_series)
+    refuse_other(path, "channel ", c, " (", x.name,
+                 "): either its values or those of the series to be appended are labels");
   if (x.wavelet_error != y.wavelet_error) differs("error of wavelets", x.wavelet_error, y.wavelet_error);
 }
 
@@ -244,6 +270,9 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
   if (was.unfinished) fail(Code::wrong_state, path, ": an unfinished series; code it anew first (recode)");
   require_same_lattice(was, now, path);
   for (size_t a = 0; a < 3; ++a) require_same_axis(was, now, a, path);
+  require_same_affine(was, now, path);
+  require_same_unit("places", was.spatial_unit, now.spatial_unit, path);
+  require_same_unit("times", was.time.unit, now.time.unit, path);
   if (frames > 0 && was.lattice.dims[3] > now.lattice.dims[3])
     refuse_other(path, "it has ", was.lattice.dims[3], " frames, the longer series ", now.lattice.dims[3]);
   if (was.coefficient_kernel != now.coefficient_kernel)

@@ -279,6 +279,31 @@ TEST_F(Append, RefusesWhatItCannotContinue) {
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "planes along y");
 }
 
+// The frames that are there stay as they are: they would be in other units, or elsewhere.
+void twice_as_large(bccsplat_writer_options& o) {
+  for (size_t a = 0; a < 3; ++a) o.affine[5 * a] = 2;
+  o.affine[15] = 1;
+}
+
+TEST_F(Append, RefusesOtherUnitsAndPlaces) {
+  Variant v{"bytes", BCCSPLAT_TYPE_U8};
+  v.change = [](bccsplat_writer_options& o) { twice_as_large(o), o.spatial_unit = "m", o.time_unit = "s"; };
+  ASSERT_OK(write(v, path, first_of(30)));
+  const auto old = bytes_of(path);
+  const auto refused = [&](void (*change)(bccsplat_writer_options&), const char* text) {
+    Variant other = v;
+    other.change = change;
+    EXPECT_EQ(continue_file(other, path, 30, 44), BCCSPLAT_ERROR_WRONG_STATE) << text;
+    EXPECT_NE(std::string(bccsplat_last_error()).find(text), std::string::npos) << bccsplat_last_error();
+    EXPECT_EQ(bytes_of(path), old);
+  };
+  refused([](bccsplat_writer_options&) {}, "its samples lie elsewhere");
+  refused([](bccsplat_writer_options& o) { twice_as_large(o), o.spatial_unit = "km"; },
+          "its places are in m");
+  refused([](bccsplat_writer_options& o) { twice_as_large(o), o.time_unit = "h"; }, "its times are in s");
+  ASSERT_OK(continue_file(v, path, 30, 44));
+}
+
 // What its coefficients were made of are stored samples, not those of its source.
 TEST_F(Append, TakesAllFramesOfAFileThatWasRecoded) {
   const Variant v{"bytes", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients},

@@ -110,13 +110,21 @@ class Windows(unittest.TestCase):
             subprocess.run(['umount', disk], check=True)
             os.rmdir(disk)
 
+    def lists_a_slab(self, journal):
+        """Whether there is more than 16 bytes and a record of u32 length, u32 checksum and the options."""
+        if not os.path.exists(journal):
+            return False
+        with open(journal, 'rb') as f:
+            data = f.read()
+        return len(data) > 24 and len(data) > 24 + int.from_bytes(data[16:20], 'little')
+
     def stopped(self, number):
-        """An import that is stopped by a signal when its journal has something; its exit code."""
+        """An import that is stopped by a signal when its journal has a slab; its exit code."""
         words = self.series('long.raw', (96, 96, 64, 24))
         import_ = subprocess.Popen([*COMMAND, 'import', *words, '--levels', 'none', '--measure', 'none', '--threads', '1',
                                     '-o', 'long.bcc4'], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         journal = self.path('long.bcc4.journal')
-        while import_.poll() is None and not (os.path.exists(journal) and os.path.getsize(journal) > 400):
+        while import_.poll() is None and not self.lists_a_slab(journal):
             time.sleep(.01)
         self.assertIsNone(import_.poll(), 'it ended before it could be stopped')
         if os.environ.get('BCCSPLAT_KILL') and number == signal.SIGKILL:  # the process below the emulator

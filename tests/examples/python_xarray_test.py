@@ -157,6 +157,9 @@ class Reading(unittest.TestCase):
         for moment in ("2020-02-28T00:00", np.datetime64("2020-02-28T00:00"), 24.):
             np.testing.assert_array_equal(ds.bcc4.at(moment).value.values, bccsplat.open(path("dates.bcc4"))[1.5])
         self.assertEqual(ds.bcc4.at("2020-02-28T00:00").time.values, np.datetime64("2020-02-28T00:00"))
+        bccsplat.save(path("h.bcc4"), self.source, times=dates, time_unit="h")  # a word that CF does not have
+        np.testing.assert_array_equal(open_file("h.bcc4").bcc4.at("2020-02-28T00:00").value.values,
+                                      bccsplat.open(path("h.bcc4"))[1.5])
         self.assertEqual(ds.sel(time="2020-03-01").value.shape[0], 2)
         with self.assertRaisesRegex(ValueError, "not durations"):
             ds.bcc4.at(np.timedelta64(24, "s"))
@@ -194,6 +197,9 @@ class Reading(unittest.TestCase):
         found = np.reshape(open_file("turned2.bcc4").attrs["bcc4_affine"], (4, 4))
         np.testing.assert_allclose(found @ [0, 0, 0, 1], turn @ [4, 0, 0, 1])
         np.testing.assert_allclose(found @ [1, 0, 0, 1], turn @ [6, 0, 0, 1])
+        again = bccsplat.open(path("turned2.bcc4"))
+        self.assertEqual(bytes(again.info().spatial_unit), b"mm")
+        self.assertFalse([key for key in again.attributes() if key in ("axis.x", "axis.y", "axis.z")])  # numbers of samples
 
     def test_holes_are_nan(self):
         holes = self.source[:3].copy()

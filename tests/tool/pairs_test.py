@@ -66,7 +66,6 @@ REFUSED = [
     (('lattice=cc', 'lowpass'), 2, 'a low-pass is of use on D4* and BCC only'),
     (('lattice=density', 'scale'), 2, '--density chooses the distances that --scale and --time-scale give'),
     (('store=wavelets', 'written=blocks'), 2, 'the step of wavelets is chosen by whole frames'),
-    (('store=wavelets', 'kept=exact'), 2, '--exact keeps samples as they are, and --store wavelets rounds them'),
     (('store=wavelets', 'written=appended'), 2, '--exact keeps samples as they are, and --store wavelets rounds them'),  # which these say
     (('bound', 'written=appended'), 2, 'import all anew'),
     (('lattice=density', 'written=appended'), 2, '--density: '),
@@ -79,6 +78,7 @@ REFUSED = [
 ]
 # Pairs that end so with some data.
 MAY_END = [
+    (('store=wavelets', 'kept=exact'), '--exact keeps samples as they are, and --store wavelets rounds them'),  # always: wavelets_test.py
     (('bound=psnr', 'written=parts|blocks'), 'parts cannot: make the plan with --abs'),
     (('store=wavelets', 'lattice=density', 'type=u8', 'faces=predict'), 'samples stored in steps of 1 are off by 0.5'),
     (('lattice=chosen|density', 'lowpass'), 'a low-pass is of use on D4* and BCC only'),

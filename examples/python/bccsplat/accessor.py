@@ -19,6 +19,7 @@ from .volume import Volume
 
 xarray: Any = import_module("xarray")
 times_of_cf: Any = import_module("xarray.coding.times")
+_WORDS_OF_CF = {"d": "days", "h": "hours", "min": "minutes", "s": "seconds", "ms": "milliseconds", "us": "microseconds"}
 
 
 def dates_of_texts(values: Array) -> Array:
@@ -38,7 +39,9 @@ def numbers_of_times(values: Any, volume: Volume) -> Array:
     if "since" not in attrs.get("units", ""):
         raise ValueError("the file does not know the date of its time 0: give times as numbers%s" %
                          (" of " + attrs["units"] if "units" in attrs else ""))
-    coded, _, _ = times_of_cf.encode_cf_datetime(array, attrs["units"], attrs["calendar"])
+    unit, _, epoch = attrs["units"].partition(" since ")
+    units = "%s since %s" % (_WORDS_OF_CF.get(unit, unit), epoch)
+    coded, _, _ = times_of_cf.encode_cf_datetime(array, units, attrs["calendar"])
     return np.asarray(coded, np.float64)
 
 

@@ -155,9 +155,11 @@ class DatasetWriter:
         attributes = {str(key): str(value) for key, value in self.dataset.attrs.items()
                       if not str(key).startswith(("bcc4_", "labels.")) and key not in _OF_A_FILE}
         times, time_unit, dates = self._times(nt)
-        units, (affine, axes) = self._units(), self._places((nx, ny, nz))
+        units, (affine, axes) = {*self._units()}, self._places((nx, ny, nz))
+        if self._is_oblique():
+            units = {self.dataset.attrs.get("bcc4_spatial_unit")}
         channels = [Channel(str(name), variable.attrs.get("units")) for name, variable in self.dataset.data_vars.items()]
-        return SeriesPlan((nx, ny, nz, nt), times, channels, affine, axes, units[0] if len({*units}) == 1 else None, time_unit,
+        return SeriesPlan((nx, ny, nz, nt), times, channels, affine, axes, units.pop() if len(units) == 1 else None, time_unit,
                           {**attributes, **dates, **self._records()}, self.options)
 
     def _records(self) -> dict[str, str]:
@@ -166,6 +168,8 @@ class DatasetWriter:
         for role in ROLES:
             at = self._coordinate(role)
             name, attrs = (self.names.get(role), {}) if at is None else (at.name, records.kept(at.attrs, role == "t"))
+            if role != "t" and self._is_oblique():  # numbers of samples, which no file has to say
+                attrs = {}
             if attrs or name not in (None, "time" if role == "t" else role):
                 made["axis." + role] = records.written({**attrs, "name": str(name)})
         for name, variable in self.dataset.data_vars.items():
@@ -192,8 +196,7 @@ class DatasetWriter:
     def _places(self, sizes: tuple[int, ...]) -> tuple[Array, list[tuple[Array | None, str | None, bool]] | None]:
         """From samples to the world, and the axes where one of them is uneven: by the coordinates, and where these count
         samples by the affine of their file."""
-        outer = np.reshape(self.dataset.attrs.get("bcc4_affine", np.eye(4)), (4, 4)).astype(np.float64)
-        local, oblique = np.eye(4), not is_along_axes(outer)
+        outer, local, oblique = self._affine_of_file(), np.eye(4), self._is_oblique()
         axes: list[tuple[Array | None, str | None, bool]] = []
         for axis, (role, unit) in enumerate(zip("xyz", self._units())):
             coordinate, known = self._coordinate(role), None
@@ -212,6 +215,13 @@ class DatasetWriter:
             raise ValueError("the samples lie oblique in the world and are unevenly spaced as well, which no file can say: "
                              "select evenly spaced ones, or drop the attribute bcc4_affine")
         return outer @ local if oblique else local, axes if uneven else None
+
+    def _affine_of_file(self) -> Array:
+        return np.reshape(self.dataset.attrs.get("bcc4_affine", np.eye(4)), (4, 4)).astype(np.float64)
+
+    def _is_oblique(self) -> bool:
+        """Whether the samples of its file lie oblique in the world, so that coordinates count them."""
+        return not is_along_axes(self._affine_of_file())
 
     def _units(self) -> list[str | None]:
         """Units of x, y and z; of degrees to the north and to the east one."""

@@ -130,7 +130,9 @@ def channel_attrs(volume: Volume, channel: int) -> dict[str, Any]:
 def file_attrs(volume: Volume, level: int) -> dict[str, Any]:
     """Attributes of the dataset: those of the file, and where its samples stand."""
     kept = {key: value for key, value in volume.attributes().items() if not records.is_record(key)}
-    return {"Conventions": "CF-1.8", **kept, "bcc4_level": level, "bcc4_affine": np.array(volume.info().affine[:])}
+    info = volume.info()
+    unit = {"bcc4_spatial_unit": text_of(info.spatial_unit)} if info.spatial_unit else {}
+    return {"Conventions": "CF-1.8", **kept, "bcc4_level": level, "bcc4_affine": np.array(info.affine[:]), **unit}
 
 
 def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = ()) -> Any:
