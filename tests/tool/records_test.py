@@ -87,15 +87,20 @@ class Records(ToolTest):
         self.bcc4('import', 'a.nc', *how)
         before = self.kept('a.bcc4')
         self.assertIn('channel.v', before)
+        self.assertEqual(self.json('info', 'a.bcc4')['times']['unit'], 'hours')
         # The channel keeps its name, whatever the input calls it, and has one record.
         self.write('b.nc', data(4, 'w'))
         self.assertIn('goes on as "v"', self.bcc4('import', 'b.nc', '--append', *how)[1])
         self.assertEqual(self.kept('a.bcc4'), before)
+        # So does the unit of time, by whichever word.
+        self.write('h.nc', data(5, 'v').replace(b'hours since 2000-01-01', b'h     since 2000-01-01'))
+        self.bcc4('import', 'h.nc', '--append', *how)
+        self.assertEqual(self.json('info', 'a.bcc4')['times']['unit'], 'hours')
         # An input that says nothing takes nothing away.
-        self.write('c.raw', array.array('f', wave(range(5))))
-        self.bcc4('import', 'c.raw', '--dims', '8,7,6,5', '--dtype', 'f32', '--dt', 6, '--append', *how)
+        self.write('c.raw', array.array('f', wave(range(6))))
+        self.bcc4('import', 'c.raw', '--dims', '8,7,6,6', '--dtype', 'f32', '--dt', 6, '--append', *how)
         self.assertEqual(self.kept('a.bcc4'), before)
-        self.assertEqual(self.json('info', 'a.bcc4')['dims'][3], 5)
+        self.assertEqual(self.json('info', 'a.bcc4')['dims'][3], 6)
 
     @unittest.skipUnless(has_reader('netcdf'), 'without NetCDF')
     def test_slices_have_them(self):

@@ -15,6 +15,7 @@
 
 #include "choose/beyond.h"
 #include "readers/affine.h"
+#include "readers/calendar.h"
 #include "readers/same_place.h"
 
 namespace bcc4 {
@@ -99,7 +100,10 @@ std::unique_ptr<FrameReader> continue_series(const Device& device, const std::st
                  name.c_str(), path.c_str());
     rename_channel(d, name);
   }
-  if (placed && !renamed) return reader;
+  const auto was = seconds_in(info.time_unit), now = seconds_in(d.times.unit);
+  const bool reworded = was && was == now && d.times.unit != info.time_unit; // s for seconds
+  if (reworded) d.times.unit = info.time_unit;
+  if (placed && !renamed && !reworded) return reader;
   return std::make_unique<ContinuedReader>(std::move(reader), std::move(d));
 }
 

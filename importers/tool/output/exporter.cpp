@@ -34,9 +34,9 @@ std::vector<std::byte> stored_values(std::span<const float> values, const Volume
     using T = decltype(zero);
     if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 4)) {
       double low = -HUGE_VAL, high = HUGE_VAL;
-      if (std::is_integral_v<T> &&
-          output.fill) { // values that ring beyond their range are not to become that
-        low = static_cast<double>(std::numeric_limits<T>::min()),
+      // Values that ring beyond their range are not to become the number of missing ones.
+      if (std::is_integral_v<T> && output.fill) {
+        low = static_cast<double>(std::numeric_limits<T>::min());
         high = static_cast<double>(std::numeric_limits<T>::max());
         (*output.fill == low ? ++low : --high);
       }
