@@ -9,6 +9,13 @@ part() { # NAME COMMAND...: into failed, when it did
   echo "==== $1: $((SECONDS - start)) s"
 }
 
+# cpp_checked SOURCE...: cppcheck on sources, or on all in folders
+cpp_checked() {
+  cppcheck --quiet --std=c++20 --language=c++ --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
+    --suppress=missingIncludeSystem --suppress=unknownMacro --suppressions-list=.ci/cppcheck.txt -j "$(nproc)" -I src -I . -I include -I importers \
+    "$@"
+}
+
 # Address space layout randomisation is off where that is allowed: thread sanitizer does not start under the many bits of
 # recent kernels.
 fixed() {
@@ -31,8 +38,9 @@ sanitized_tests() { # FOLDER CTEST-ARGUMENT...
 
 # Of float-*, which undefined leaves out, the stability tests alone must be clean. The tests are dealt out to shards, of
 # which three thirds are made.
+# address_build [SANITIZERS]: with more of them
 address_build() {
-  sanitized_build build-asan address,undefined,float-divide-by-zero,float-cast-overflow "" 33 \
+  sanitized_build build-asan "address,undefined,float-divide-by-zero,float-cast-overflow${1:+,$1}" "" 33 \
     bccsplat_unit bccsplat_api bccsplat_stability bccsplat_c_host
 }
 # address_third THIRD [FILTER]: every third test of the C API, the stability and the units, of these only what FILTER leaves.

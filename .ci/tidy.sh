@@ -1,6 +1,5 @@
 #!/bin/bash
-# tidy.sh [BASE | --all]: clang-tidy with the checks of .clang-tidy on the sources of src, formats and importers whose code
-# changed since BASE (changed.sh), the latest change first, then on those that include a header whose code did. At most
+# tidy.sh [BASE | --all]: clang-tidy with the checks of .clang-tidy on what changed since BASE (sources.sh). At most
 # BCCSPLAT_TIDY_SECONDS (180) of files are begun; those left out, the longest unchanged, do not count as failures.
 set -uo pipefail
 top=$(cd "$(dirname "$0")/.." && pwd)
@@ -12,25 +11,12 @@ install_missing clang-tidy-14 "${build_packages[@]}" || exit 1
 if [[ ${1:-} == --all ]]; then
   mapfile -t files < <(git ls-files 'src/*.cpp' 'formats/*.cpp' 'importers/*.cpp')
 else
-  mapfile -t changed < <(bash .ci/changed.sh "${1:-}" | grep -v '^tests/')
-  files=() headers=()
-  for file in "${changed[@]}"; do
-    case $file in
-    *.cpp) [[ ! -f $file ]] || files+=("$file") ;;
-    *.h | *.inc) headers+=("$file") ;;
-    esac
-  done
-  for file in "${headers[@]}"; do
-    # Includes are written from src/ or from the top, in importers/ from there.
-    name=${file#src/} && name=${name#importers/}
-    mapfile -t -O ${#files[@]} files < <(git grep -lF "#include \"$name\"" -- 'src/*.cpp' 'formats/*.cpp' 'importers/*.cpp')
-  done
+  mapfile -t files < <(bash .ci/sources.sh "${1:-}")
 fi
 if ((${#files[@]} == 0)); then
   echo "clang-tidy: no source changed"
   exit 0
 fi
-mapfile -t files < <(printf '%s\n' "${files[@]}" | awk '!seen[$0]++')
 
 build="build-tidy"
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Debug -DBCCSPLAT_BUILD_TESTS=OFF -DBCCSPLAT_BUILD_BENCH=OFF \

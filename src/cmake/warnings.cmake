@@ -13,6 +13,10 @@ if(BCCSPLAT_SANITIZE)
   if(BCCSPLAT_SANITIZE MATCHES undefined)
     # A third of the time of compiling: what is behind a bad pointer, the address sanitizer sees where it is used.
     target_compile_options(bccsplat_flags INTERFACE -fno-sanitize=null,object-size,vptr)
+    if(NOT BCCSPLAT_SANITIZE MATCHES alignment)
+      # As much again, for what nightly looks at.
+      target_compile_options(bccsplat_flags INTERFACE -fno-sanitize=alignment)
+    endif()
   endif()
   if(BCCSPLAT_SANITIZE MATCHES float-)
     # Divisions by zero have a meaning where they are wanted: said everywhere, an error where UBSAN_OPTIONS=halt_on_error=1.
