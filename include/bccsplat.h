@@ -939,8 +939,8 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* devi
 /* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from
  * frame to frame; every channel of a frame gets the same time. count = 0: the whole frame is air.
  * Memory held does not depend on the number of frames. Also: NOT_FOUND (channel), NONFINITE_VALUE,
- * LIMIT_EXCEEDED (values further than 1e36 from air, more than 2^31 - 1 frames), BOUND_NOT_MET,
- * WRONG_STATE, writing. */
+ * LIMIT_EXCEEDED (values further than 1e36 from air, labels beyond 2^24 of types of 32 and 64 bits,
+ * more than 2^31 - 1 frames), BOUND_NOT_MET, WRONG_STATE, writing. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel,
     double time, const bccsplat_box* boxes, uint64_t count);
 /* Returns the frames that a writer takes: begin .. end-1, in order. A part takes the frames that
@@ -1120,8 +1120,8 @@ typedef struct bccsplat_plan_options {
 /* Reads the series, as a whole only where ranges or a bound need that, and tries codings on a
  * sample of it. What options point to is copied or used during the call alone, but for the wish's
  * progress_user and cancel_token, which the options of the plan hand on. CANCELLED as well where
- * `frame` gave up. Also: NOT_FOUND (kernel); UNSUPPORTED; LIMIT_EXCEEDED (labels above 2^24, which
- * do not come back whole; as bccsplat_writer_add_frame). */
+ * `frame` gave up. Also: NOT_FOUND (kernel); UNSUPPORTED; LIMIT_EXCEEDED (as
+ * bccsplat_writer_add_frame). */
 BCCSPLAT_API bccsplat_status bccsplat_plan_create(
     bccsplat_device* device, const bccsplat_plan_options* options, bccsplat_plan** plan);
 /* Returns options that are complete: those of the wish, and all that was chosen. What they point to
@@ -1147,9 +1147,9 @@ typedef struct bccsplat_volume_options {
   /* Non-zero: damaged parts of the file read as holes instead of failing; a damaged mask of missing
    * samples is that of the nearest frame whose mask is whole, or where there is none nothing counts
    * as missing; otherwise only points within the kernel's reach of the damage are lost. In files of
-   * samples, points a few sites further are less accurate, and may miss a bound, because the
-   * prefilter reaches there. The preamble, the metadata and the list of index pages must be whole:
-   * these are the last bytes of a file, so that one that was cut is TRUNCATED at opening. Bytes
+   * samples, points a few sites further, where the prefilter reaches, may miss a bound, and so may
+   * those whose corrections are damaged. Preamble, metadata and the list of index pages must be
+   * whole: they are the last bytes of a file, and one that was cut is TRUNCATED at opening. Bytes
    * that are gone later, of a file cut while it is open or behind a read_at that gives fewer than
    * asked for, are damage like others. Bytes that cannot be read now are not: calls that need them
    * end with IO, and try again when they are made again. 2: bytes that cannot be read count as

@@ -8,8 +8,27 @@
 
 #include "base/error.h"
 #include "fit/frame/box_overlap.h"
+#include "fit/frame/unpack.h"
+#include "formats/bcc4/labels_attribute.h"
 
 namespace bccsplat {
+
+namespace {
+
+// Returns whether a sample is above `limit`, which floats alone do not tell, or with sign -1 below it.
+bool passes(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims, double limit, float sign) {
+  const Frame from_limit(boxes, dims, limit, "frame");
+  std::vector<float> row(dims[0]);
+  for (int64_t z = 0; z < dims[2]; ++z)
+    for (int64_t y = 0; y < dims[1]; ++y) {
+      const Region region{{0, y, z}, {dims[0], y + 1, z + 1}};
+      from_limit.read(from_limit.boxes_in(region), region, row.data(), dims[0], dims[0]);
+      if (std::any_of(row.begin(), row.end(), [&](float v) { return v * sign > 0; })) return true;
+    }
+  return false;
+}
+
+} // namespace
 
 WriterInput::WriterInput(WriterOpening& opening, LevelFits& fits, Measuring& measuring, WriterOutput& output,
                          const Context& context)
@@ -26,9 +45,27 @@ FrameScan WriterInput::check_frame(uint32_t channel, double time, std::span<cons
   const SourceType type = boxes.empty() ? SourceType::f32 : boxes.front().type;
   return check_settled(GivenData::Kind::frames, channel, type, [&] {
     FrameScan scan = fits_.fit().check_frame(static_cast<int>(channel), boxes);
+    require_exact_labels(channel, boxes, scan);
     begin_measuring(true);
     return scan;
   });
+}
+
+void WriterInput::require_exact_labels(uint32_t channel, std::span<const FrameBox> boxes,
+                                       const FrameScan& scan) const {
+  const ChannelSettings& c = opening_.settings().channels[channel];
+  const bool wide =
+      std::any_of(boxes.begin(), boxes.end(), [](const FrameBox& box) { return wider_than_float(box.type); });
+  if (!wide || !c.labels.value_or(said_labels(opening_.info(), c.name).value_or(false))) return;
+  constexpr double exact = 1 << 24; // whole numbers up to this are, as floats
+  const auto& n = opening_.settings().dims;
+  const std::array<int64_t, 3> dims{n[0], n[1], n[2]};
+  for (const double from : {0.0, c.air})
+    if ((scan.high - from >= exact && passes(boxes, dims, from + exact, 1)) ||
+        (scan.low - from <= -exact && passes(boxes, dims, from - exact, -1)))
+      fail(Code::limit_exceeded, "channel ", c.name, ": labels of frame ", given_.added[channel],
+           " are further than 16777216 from ", from,
+           ", and come back exactly up to there: number them anew, such as 0, 1, 2 ...");
 }
 
 void WriterInput::add_frame(uint32_t channel, double time, std::span<const FrameBox> boxes,

@@ -58,6 +58,8 @@ class WriterInput {
   void require_layers() const;
   void check_time(uint64_t frame, double time) const;
   void check_boxes(uint64_t frame, std::span<const FrameBox> boxes) const;
+  // Throws limit_exceeded where labels would not come back whole from floats.
+  void require_exact_labels(uint32_t channel, std::span<const FrameBox> boxes, const FrameScan& scan) const;
   void finish_step(uint32_t channel);
 
   WriterOpening& opening_;

@@ -157,6 +157,29 @@ TEST_F(SaidLabels, CodesThatAreOnlyNearAreRefused) {
   EXPECT_EQ(first_frame(), BCCSPLAT_OK) << "steps that the values come in";
 }
 
+TEST_F(SaidLabels, ThatFloatsCannotTellApartAreRefused) {
+  std::vector<int32_t> labels(size_t{20} * 16 * 12, 16777216);
+  bccsplat_box box{};
+  box.struct_size = sizeof box;
+  box.dims[0] = 20, box.dims[1] = 16, box.dims[2] = 12;
+  box.data = labels.data();
+  box.type = BCCSPLAT_TYPE_I32;
+  const auto added = [&](int32_t label) {
+    labels[999] = label;
+    const Writer w = make_writer(device, folder.file("x.bcc4"), options);
+    return bccsplat_writer_add_frame(w.get(), 0, 0, &box, 1);
+  };
+  EXPECT_EQ(added(-16777216), BCCSPLAT_OK);
+  EXPECT_EQ(added(16777217), BCCSPLAT_ERROR_LIMIT_EXCEEDED); // 16777216 as a float
+  EXPECT_NE(std::string(bccsplat_last_error()).find("further than 16777216 from 0"), std::string::npos);
+  EXPECT_EQ(added(-16777217), BCCSPLAT_ERROR_LIMIT_EXCEEDED);
+  channel.set_mask |= BCCSPLAT_CHANNEL_SET_AIR, channel.air = 16777214;
+  EXPECT_EQ(added(-2), BCCSPLAT_OK);
+  EXPECT_EQ(added(-3), BCCSPLAT_ERROR_LIMIT_EXCEEDED);
+  channel.set_mask = BCCSPLAT_CHANNEL_QUANTITIES;
+  EXPECT_EQ(added(16777217), BCCSPLAT_OK);
+}
+
 // A plan keeps what its host says of them, and no file blends them.
 TEST_F(SaidLabels, APlanKeepsThem) {
   const auto planned = [&](uint32_t kind) {

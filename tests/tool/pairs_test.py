@@ -81,6 +81,7 @@ MAY_END = [
     (('store=wavelets', 'kept=exact'), '--exact keeps samples as they are, and --store wavelets rounds them'),  # always: wavelets_test.py
     (('bound=psnr', 'written=parts|blocks'), 'parts cannot: make the plan with --abs'),
     (('store=wavelets', 'lattice=density', 'type=u8', 'faces=predict'), 'samples stored in steps of 1 are off by 0.5'),
+    (('store=wavelets', 'type=u8', 'bound=abs'), 'samples stored in steps of 1 are off by 0.2'),
     (('lattice=chosen|density', 'lowpass'), 'a low-pass is of use on D4* and BCC only'),
     (('lattice=chosen', 'written=appended'), 'import all anew'),
     (('channels=2', 'levels'), 'coarser levels are means, which labels have none of'),  # the second one looks like labels
