@@ -6,6 +6,7 @@ import { Session } from './harness.mjs';
 import { another, dropFile, firstPicture, planes, play, round, scrub } from './looking.mjs';
 import { pictures } from './pictures.mjs';
 import { onAPhone } from './touch.mjs';
+import { uneven } from './uneven.mjs';
 
 const limits = {
   'requests to open': 3,
@@ -21,10 +22,10 @@ const session = await new Session(...process.argv.slice(2)).start();
 const page = await session.part(firstPicture);
 if (page) await session.part(scrub, page);
 await page?.close();
-await session.part(pictures, 'drops', 4.3);
+await session.part(pictures, 'drops', 4.3, ['composite', 'surface', 'maximum', 'xray', 'turned']);
 await session.part(pictures, 'waves', 4.3, ['composite']);
 await session.part(pictures, 'round', 4.3, ['composite', 'cut']);
-for (const part of [play, planes, round, another, dropFile, onAPhone, lostContext, lostServer, leftFilm, brokenFilm, errors]) await session.part(part);
+for (const part of [play, planes, round, uneven, another, dropFile, onAPhone, lostContext, lostServer, leftFilm, brokenFilm, errors]) await session.part(part);
 await session.end();
 session.table(limits);
 process.exit(session.failures ? 1 : 0);

@@ -35,7 +35,7 @@ const cases = {
 };
 
 // NAME.bcc4 against NAME-CASE.png, at the time of both.
-export async function pictures(session, name, time, which = Object.keys(cases)) {
+export async function pictures(session, name, time, which) {
   const page = await session.open(`/bare.html?url=${name}.bcc4&time=${time}`, { width: 300, height: 300 });
   await drawn(page);
   for (const of of which) {

@@ -32,6 +32,7 @@ drops -o "$data/drops.bcc4"
 drops -o "$data/waves.bcc4" --store wavelets # of version 4 of the container
 drops -o "$data/levels.bcc4" --levels 2
 drops -o "$data/round.bcc4" --periodic x
+"$bcc4" import "$data/classes.nrrd" --quiet -o "$data/classes.bcc4"
 "$bcc4" import "$data/large.raw" --dims 128,128,128,12 --dtype u8 --dt 0.5 --air-threshold 2 --quiet -o "$data/large.bcc4"
 render() { # NAME CASE OPTIONS...
   "$bcc4" render "$data/$1.bcc4" --gpu off --time 4.3 --fit domain --size 200x200 --background 0,0,0 --quiet "${@:3}" -o "$data/$1-$2.png"
@@ -60,6 +61,10 @@ zeros $((size * 4 / 5)) >"$data/torn.bcc4"
 
 mkdir "$data/serving"
 node "$top/tests/web/serving.mjs" "$data/serving"
+if [[ $# -eq 0 ]]; then # else nothing was built here
+  "$work/npm/node_modules/.bin/esbuild" "$top/examples/web/src/page/format.ts" --format=esm --log-level=warning --outfile="$data/format.mjs"
+  node "$top/tests/web/numbers.mjs" "$data/format.mjs"
+fi
 
 status=0
 in_browser chromium browsers.mjs || status=1

@@ -14,20 +14,26 @@ namespace {
 bccsplat_slice_options slice_options(uint32_t channel, int level) {
   auto options = sized<bccsplat_slice_options>();
   options.channel = channel, options.level = static_cast<uint32_t>(level);
-  bool uneven = false;
-  for (uint32_t a = 0; a < 3; ++a) {
-    auto axis = sized<bccsplat_axis>();
-    uneven |= bccsplat_volume_get_axis(viewer.volume.get(), a, &axis) == BCCSPLAT_OK && axis.count > 0;
-  }
-  if (uneven) options.space = BCCSPLAT_SPACE_EVEN;
+  options.space = BCCSPLAT_SPACE_EVEN;
   return options;
 }
 
-void cut_into(Moment& moment, double time, uint32_t channel, int level) {
+void cut_into(Moment& moment, double time, uint32_t channel, int level,
+              bccsplat_space space = BCCSPLAT_SPACE_EVEN) {
   if (moment.is(time, channel, level)) return;
-  const bccsplat_slice_options options = slice_options(channel, level);
+  bccsplat_slice_options options = slice_options(channel, level);
+  options.space = space;
   Slice made = make(bccsplat_volume_slice_at, viewer.volume.get(), time, &options);
   moment = {std::move(made), time, channel, level};
+}
+
+// Whether even positions lie between samples of labels, where the field goes through what is no label.
+bool blends_labels(uint32_t channel) {
+  const auto uneven = [](const bccsplat_axis& axis) { return axis.count > 0; };
+  if (std::none_of(viewer.axes.begin(), viewer.axes.end(), uneven)) return false;
+  auto about = sized<bccsplat_channel_info>();
+  check(bccsplat_volume_get_channel_info(viewer.volume.get(), channel, &about));
+  return about.labels != 0;
 }
 
 // The level that a picture takes: told by any slice, of which the coarsest is the cheapest.
@@ -86,10 +92,14 @@ bccsplat_render_options Viewer::options() const {
   return o;
 }
 
-void Viewer::cut(double time, uint32_t width, uint32_t height, bool preview) {
+void Viewer::cut(double time, uint32_t width, uint32_t height, bool preview, bool planes) {
   fit(width, height);
   const int level = preview ? static_cast<int>(info.level_count) : level_for(time, width, height);
   cut_into(moment, time, wishes.channel, level);
+  if (planes && blends_labels(wishes.channel))
+    cut_into(samples, time, wishes.channel, 0, BCCSPLAT_SPACE_INDEX);
+  else
+    samples = {};
 }
 
 } // namespace web
@@ -98,10 +108,12 @@ using namespace web;
 
 extern "C" {
 
-// Makes a moment ready for a picture; preview: at the coarsest level, whatever the picture takes.
-EMSCRIPTEN_KEEPALIVE int web_cut(double time, int width, int height, int preview) {
-  return answer(
-      [&] { viewer.cut(time, static_cast<uint32_t>(width), static_cast<uint32_t>(height), preview != 0); });
+// Makes a moment ready for a picture, and for planes; preview: at the coarsest level, whatever the picture
+// takes.
+EMSCRIPTEN_KEEPALIVE int web_cut(double time, int width, int height, int preview, int planes) {
+  return answer([&] {
+    viewer.cut(time, static_cast<uint32_t>(width), static_cast<uint32_t>(height), preview != 0, planes != 0);
+  });
 }
 
 // Draws the moment that is cut; X-rays are exposed as the last one was, or where that is not kept so that

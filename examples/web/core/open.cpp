@@ -19,9 +19,9 @@ Viewer viewer;
 
 void note_error() { viewer.text = bccsplat_last_error(); }
 
-int answer(const std::function<void()>& body) {
+int answer(void (*body)(const void*), const void* of) {
   try {
-    body();
+    body(of);
     return BCCSPLAT_OK;
   } catch (const Error& e) {
     note_error();
@@ -47,6 +47,7 @@ std::string channel_text(uint32_t channel) {
       .add("name", info.name)
       .add("unit", info.unit)
       .add("air", info.air)
+      .add("labels", static_cast<double>(info.labels))
       .put("range", json(std::span<const double>(info.range)))
       .put("keptRange", json(std::span<const double>(info.kept_range)))
       .put("histogram", json(std::span<const uint64_t>(info.histogram)))
@@ -59,15 +60,29 @@ std::string times_text() {
   return json(std::span<const double>(times));
 }
 
+std::string axis_text(uint32_t a) {
+  const bccsplat_axis& axis = viewer.axes[a];
+  return Object()
+      .put("places", json(std::span(axis.coordinates, static_cast<size_t>(axis.count))))
+      .add("unit", axis.unit)
+      .text();
+}
+
+// The texts of the first so many, as a list.
+std::string list(uint32_t count, std::string (*text)(uint32_t)) {
+  std::string out = "[";
+  for (uint32_t n = 0; n < count; ++n) out += (n > 0 ? "," : "") + text(n);
+  return out + "]";
+}
+
 std::string info_text() {
   const bccsplat_volume_info& i = viewer.info;
   const std::array<double, 3> across{samples_across(i, 0), samples_across(i, 1), samples_across(i, 2)};
-  std::string channels = "[";
-  for (uint32_t c = 0; c < i.channel_count; ++c) channels += (c > 0 ? "," : "") + channel_text(c);
   return Object()
       .put("dims", json(std::span<const uint64_t>(i.dims)))
       .put("across", json(std::span<const double>(across)))
       .put("affine", json(std::span<const double>(i.affine)))
+      .put("axes", list(3, axis_text))
       .put("times", times_text())
       .add("timeEnd", i.time_end)
       .add("voxel", i.mean_voxel)
@@ -75,7 +90,7 @@ std::string info_text() {
       .add("timeUnit", i.time_unit)
       .add("levels", static_cast<double>(i.level_count))
       .add("bytes", static_cast<double>(i.bytes_file))
-      .put("channels", channels + "]")
+      .put("channels", list(i.channel_count, channel_text))
       .text();
 }
 
@@ -92,6 +107,8 @@ void Viewer::open(double bytes) {
   volume = make(bccsplat_volume_open_stream, device.get(), &stream, nullptr);
   info = sized<bccsplat_volume_info>();
   check(bccsplat_volume_get_info(volume.get(), &info));
+  for (uint32_t a = 0; a < 3; ++a)
+    axes[a] = sized<bccsplat_axis>(), check(bccsplat_volume_get_axis(volume.get(), a, &axes[a]));
   renderer = make(bccsplat_renderer_create, device.get());
 }
 

@@ -2,7 +2,7 @@
 // The one volume that a page looks at, as a host of the C API keeps it.
 #pragma once
 
-#include <functional>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -39,15 +39,18 @@ struct Viewer {
   Device device;
   Volume volume;
   bccsplat_volume_info info{};
+  std::array<bccsplat_axis, 3> axes{}; // where samples stand
   Wishes wishes;
   Moment moment, coarse; // what is drawn; the coarsest level, by which levels are chosen
+  Moment samples; // what planes are made of where the moment would blend labels: indices are its places
   Renderer renderer;
   bccsplat_camera camera{};
   std::string text; // what the last call answered with
 
   void open(double bytes);
   // Cuts the moment of a time at the level that a picture of this size takes; of `preview` at the coarsest.
-  void cut(double time, uint32_t width, uint32_t height, bool preview);
+  // planes: what these are made of, too.
+  void cut(double time, uint32_t width, uint32_t height, bool preview, bool planes);
   void fit(uint32_t width, uint32_t height);
   [[nodiscard]] bccsplat_render_options options() const;
 };
@@ -61,7 +64,10 @@ extern Viewer viewer;
 }
 
 // Runs the body; returns its status, with the text of a failure in viewer.text.
-[[nodiscard]] int answer(const std::function<void()>& body);
+[[nodiscard]] int answer(void (*body)(const void*), const void* of);
+template<class Body> [[nodiscard]] int answer(const Body& body) { // a std::function is larger
+  return answer([](const void* of) { (*static_cast<const Body*>(of))(); }, &body);
+}
 // Puts the error of the current thread into viewer.text.
 void note_error();
 

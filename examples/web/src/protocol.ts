@@ -16,15 +16,23 @@ export interface Channel {
   name: string;
   unit: string;
   air: number;
+  labels: number; // 1: values are labels, which nothing lies between
   range: [number, number];
   keptRange: [number, number];
   histogram: number[];
+}
+
+// Where the samples stand along an axis, if not evenly, and their unit, if it is not that of space.
+export interface Axis {
+  places: number[];
+  unit: string;
 }
 
 export interface VolumeInfo {
   dims: [number, number, number, number];
   across: [number, number, number]; // samples from the first place of each axis of the domain to its last
   affine: number[];
+  axes: [Axis, Axis, Axis];
   times: number[];
   timeEnd: number;
   voxel: number;

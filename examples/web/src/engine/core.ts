@@ -125,8 +125,8 @@ export class Core {
     this.withNumbers([box], ([b]) => this.call('set_clip', b));
   }
 
-  cut(time: number, width: number, height: number, preview: boolean): void {
-    this.ask('cut', time, width, height, preview ? 1 : 0);
+  cut(time: number, width: number, height: number, preview: boolean, planes: boolean): void {
+    this.ask('cut', time, width, height, preview ? 1 : 0, planes ? 1 : 0);
   }
   draw(width: number, height: number, background: [number, number, number], keepExposure: boolean): Drawn {
     return JSON.parse(this.ask('draw', width, height, ...background, keepExposure ? 1 : 0)) as Drawn;

@@ -167,7 +167,7 @@ export class Engine {
     const width = Math.max(1, Math.round(wanted.width * scale)), height = Math.max(1, Math.round(wanted.height * scale));
     this.apply(wanted);
     try {
-      this.core.cut(wanted.view.time, width, height, false);
+      this.core.cut(wanted.view.time, width, height, false, wanted.view.planes);
     } catch (e) {
       if (!(e instanceof Lacking)) throw e;
       this.preview(wanted, width, height);
@@ -185,7 +185,7 @@ export class Engine {
   private preview(wanted: Wanted, width: number, height: number): void {
     if (this.levels === 0) return;
     try {
-      this.core.cut(wanted.view.time, width, height, true);
+      this.core.cut(wanted.view.time, width, height, true, false);
       this.show(wanted, width, height, true);
     } catch (e) {
       if (!(e instanceof Lacking)) throw e;
@@ -283,7 +283,7 @@ export class Engine {
     const { width, height } = wanted;
     await this.fetching(() => {
       this.apply(wanted); // others are drawn while bytes come
-      this.core.cut(wanted.view.time, width, height, false);
+      this.core.cut(wanted.view.time, width, height, false, wanted.view.planes);
     });
     this.show(wanted, width, height, false);
     const image = await createImageBitmap(this.canvas);

@@ -1,18 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numbers as people read them.
+import type { VolumeInfo } from '../protocol';
 
-const digits = 4;
+const most = 15; // digits; what is behind is rounding
 
-export function number(x: number): string {
+// apart: what neighbours differ by, a hundredth of which is told; 0: a few digits are enough.
+export function number(x: number, apart = 0): string {
   if (!Number.isFinite(x)) return '–';
-  if (x === 0) return '0';
   const size = Math.abs(x);
-  if (size >= 1e6 || size < 1e-4) return x.toExponential(2);
-  return String(Number(x.toPrecision(digits)));
+  if (x === 0 || size < apart / 1000) return '0';
+  const extreme = size >= 1e6 || size < 1e-4;
+  const few = extreme ? 3 : 4;
+  const digits = apart > 0 ? Math.min(most, Math.max(few, Math.ceil(Math.log10(size / apart)) + 2)) : few;
+  const short = Number(x.toPrecision(digits));
+  const written = String(short), power = short.toExponential();
+  return extreme && power.length <= written.length ? power : written;
 }
 
-export function withUnit(x: number, unit: string): string {
-  return unit ? `${number(x)} ${unit}` : number(x);
+export function withUnit(x: number, unit: string, apart = 0): string {
+  return unit ? `${number(x, apart)} ${unit}` : number(x, apart);
+}
+
+// The smallest difference of neighbours; 0: there are none.
+export function closest(places: number[]): number {
+  return places.reduce((least, x, n) => (n > 0 ? Math.min(least || Infinity, Math.abs(x - places[n - 1])) : 0), 0);
+}
+
+export function timeText(time: number, info: VolumeInfo): string {
+  return withUnit(time, info.timeUnit, closest(info.times));
 }
 
 export function bytes(n: number): string {

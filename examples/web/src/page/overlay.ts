@@ -3,7 +3,7 @@
 import type { Camera, VolumeInfo, View } from '../protocol';
 import type { Shades } from './colors';
 import { sized, themed } from './dom';
-import { number, roundLength, withUnit } from './format';
+import { number, roundLength, timeText, withUnit } from './format';
 import { Projection, toWorld } from './project';
 
 export interface Seen {
@@ -146,6 +146,6 @@ export class Overlay {
     c.textAlign = 'left';
     c.textBaseline = 'top';
     c.font = `600 ${font}`;
-    c.fillText(`t = ${withUnit(time, info.timeUnit)}`, 16, 16);
+    c.fillText(`t = ${timeText(time, info)}`, 16, 16);
   }
 }

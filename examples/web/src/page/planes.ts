@@ -3,9 +3,8 @@
 import type { FromEngine, Plane, VolumeInfo, View } from '../protocol';
 import type { Shades } from './colors';
 import { element, sized, themed } from './dom';
-import { withUnit } from './format';
+import { closest, withUnit } from './format';
 import { toWorld } from './project';
-import { number } from './format';
 
 export type PlanesSeen = Extract<FromEngine, { kind: 'planes' }>;
 
@@ -16,6 +15,21 @@ const across: [number, number][] = [
   [0, 1],
 ];
 const axisColors = ['--axis-x', '--axis-y', '--axis-z'];
+
+// A place of the world; along unevenly spaced axes it is the coordinate, which is in proportion to a fraction of
+// the domain. A unit that all axes have is told once.
+function placeText(info: VolumeInfo, at: View['cross']): string {
+  const world = toWorld(info, at);
+  const units = info.axes.map((axis) => axis.unit || info.spatialUnit);
+  const one = units.every((unit) => unit === units[0]);
+  const texts = info.axes.map(({ places }, a) => {
+    const unit = one && a < 2 ? '' : units[a];
+    if (places.length === 0) return withUnit(world[a], unit, Math.max(...info.affine.slice(4 * a, 4 * a + 3).map(Math.abs)));
+    const first = places[0], last = places[places.length - 1];
+    return withUnit(first + (last - first) * at[a], unit, closest(places));
+  });
+  return texts.join(', ');
+}
 
 export class Planes {
   readonly root = element('section', { class: 'planes', 'aria-label': 'Planes through the cross-hair' });
@@ -80,6 +94,7 @@ export class Planes {
   }
 
   draw({ planes, value, channel: of, cross }: PlanesSeen, info: VolumeInfo, shades: Shades): void {
+    const channel = info.channels[of];
     const table = shades.table();
     const [from, to] = shades.range;
     planes.forEach((plane, axis) => {
@@ -87,12 +102,12 @@ export class Planes {
       const [u, v] = across[axis];
       const size = (a: number) => Math.hypot(...[0, 4, 8].map((row) => info.affine[row + a])) * info.across[a];
       canvas.style.aspectRatio = String(Math.max(0.4, Math.min(2.5, size(u) / Math.max(size(v), 1e-30))));
-      this.paint(sized(canvas), canvas, plane, table, from, to);
+      const c = sized(canvas);
+      c.imageSmoothingEnabled = !channel.labels;
+      this.paint(c, canvas, plane, table, from, to);
       this.hair(canvas, axis, u, v);
     });
-    const channel = info.channels[of];
-    const place = toWorld(info, cross).map(number).join(', ');
-    this.read.textContent = `${channel.name} = ${withUnit(value, channel.unit)} at (${place}${info.spatialUnit ? ' ' + info.spatialUnit : ''})`;
+    this.read.textContent = `${channel.name} = ${withUnit(value, channel.unit)} at (${placeText(info, cross)})`;
   }
 
   private paint(

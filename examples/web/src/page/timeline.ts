@@ -2,7 +2,7 @@
 // Any moment of the series: a slider, play with its speed, and loop.
 import type { VolumeInfo } from '../protocol';
 import { element } from './dom';
-import { withUnit } from './format';
+import { timeText } from './format';
 
 const steps = 10000; // of the slider
 const secondsOfAll = 8; // that a series plays at speed 1
@@ -67,7 +67,7 @@ export class Timeline {
     if (!this.info) return;
     const time = this.host.time();
     this.slider.value = String(Math.round(((time - this.first) / (this.end - this.first || 1)) * steps));
-    this.shown.textContent = withUnit(time, this.info.timeUnit);
+    this.shown.textContent = timeText(time, this.info);
     this.slider.setAttribute('aria-valuetext', this.shown.textContent);
   }
 
