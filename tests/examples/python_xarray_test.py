@@ -73,9 +73,11 @@ class Reading(unittest.TestCase):
         bytes_of("moment", lambda: ds.bcc4.at(2.5))
         corner = bytes_of("corner", part.load)
         frame = bytes_of("frame", ds.value.isel(time=2).load)
-        self.assertEqual((read["selecting"], read["moment"]), (0, 0))
+        bytes_of("another moment", lambda: ds.bcc4.at(3.5))
+        self.assertEqual((read["selecting"], read["another moment"]), (0, 0))
         self.assertGreater(read["corner"], 0)
         self.assertLess(8 * read["corner"], read["frame"], read)
+        self.assertLess(0, read["moment"], read)  # rows that are compared
         np.testing.assert_allclose(corner, frame[:8, :8, :8], atol=2e-6)
         bytes_of("again", ds.value.isel(time=2).load)
         self.assertEqual(read["again"], 0)
@@ -213,6 +215,130 @@ class Reading(unittest.TestCase):
         np.testing.assert_array_equal(ds.bcc4.at(1.04)["d"].values, self.whole[1])
 
 
+class Changed(unittest.TestCase):
+    """dataset.bcc4 answers from the file, and so not for a dataset that holds something else."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.source = waves(14, 8, 9, 10)
+        for name, offset, start in ("c.bcc4", 0, 1), ("same.bcc4", 1, 1), ("later.bcc4", 1, 8):
+            bccsplat.save(path(name), {"density": cls.source + offset, "e": -cls.source}, dt=.5, start=start, spacing=(1, 2, -3))
+
+    def setUp(self):
+        self.ds = open_file("c.bcc4")
+
+    def refused(self, ds, text="interpolate before you change values or coordinates"):
+        self.assertIn("bcc4", ds["density"].encoding)  # else it is refused for that
+        for _ in range(2):
+            with self.assertRaisesRegex(ValueError, text):
+                ds.bcc4.at(2.25)
+        with self.assertRaisesRegex(ValueError, text):
+            ds.bcc4.interp(time=2.25, x=[2.5], y=xr.DataArray([2., 4], dims="s"))
+
+    def test_concatenated_along_time(self):
+        for other in "same.bcc4", "later.bcc4":
+            self.refused(xr.concat([self.ds, open_file(other)], "time"))
+
+    def test_concatenated_along_a_new_dimension(self):
+        for other in "c.bcc4", "same.bcc4":
+            self.refused(xr.concat([self.ds, open_file(other)], "run"), "run, time, z, y, x, .*interpolate before you change dim")
+
+    def test_shifted(self):
+        self.refused(self.ds.shift(time=1))
+        self.refused(self.ds.shift(x=-1))
+
+    def test_rolled(self):
+        self.refused(self.ds.roll(time=3))
+        self.refused(self.ds.roll(y=1))
+
+    def test_assigned_values(self):
+        self.ds["density"][...] = 0
+        self.refused(self.ds)
+        loaded = open_file("c.bcc4").load()
+        loaded["density"].values *= 1.01
+        self.refused(loaded)
+
+    def test_assigned_variables(self):
+        self.refused(self.ds.assign(density=self.ds["density"].copy(data=self.source + 1)))
+        self.refused(self.ds.drop_vars("x").assign(density=self.ds["density"].drop_vars("x").copy(data=self.source + 1)))
+        with self.assertRaisesRegex(ValueError, "e lies along time, z, y, not along the file's time, z, y, x"):
+            self.ds.assign(e=self.ds["e"].isel(x=0, drop=True)).bcc4.at(2.25)
+
+    def test_means(self):
+        self.refused(self.ds.coarsen(time=2).mean())
+        self.refused(self.ds.coarsen(z=2, x=5).mean())
+
+    def test_assigned_coordinates(self):
+        self.refused(self.ds.assign_coords(x=self.ds.x + 1))
+        self.refused(self.ds.assign_coords(time=self.ds.time - .5))
+        self.refused(self.ds.assign_coords(time=self.ds.time + 50))
+        self.refused(self.ds.isel(z=3).assign_coords(z=0))
+
+    def test_other_dimensions(self):
+        self.refused(self.ds.transpose("x", "y", "z", "time"), "lies along x, y, z, time, not along the file's time, z, y, x")
+        self.refused(self.ds.rename(x="lon"), "lies along time, z, y, lon, not along")
+
+    def test_what_is_the_files_is_answered(self):
+        holes, dates = self.source.copy(), np.datetime64("2020-02-27", "ns") + np.arange(14) * np.timedelta64(6, "h")
+        holes[:, 2:6, 3:7, 2:5] = np.nan
+        kinds = {"plain": {}, "holes": {"nonfinite": "hole"}, "labels": {"lattice": "cc", "labels": True},
+                 "dates": {"times": dates},
+                 "uneven": {"lattice": "cc", "axes": [(None, "", False), (np.arange(9.)**1.2, "", False), (None, "", False)]},
+                 "periodic": {"periodic_axes": 1, "ends": "periodic"}, "coarse": {"levels": 1}, "two": {}, "bytes": {}}
+        for kind, options in kinds.items():
+            values = {"holes": holes, "labels": np.rint(3 * self.source), "bytes": (60 * self.source).astype(np.uint8),
+                      "two": {"d": self.source, "e": 1e6 * self.source}}.get(kind, self.source)
+            bccsplat.save(path(kind + ".fair.bcc4"), values, spacing=(.1, 1, -3), origin=.2, **options)
+            for name, change in self.fair().items():
+                with self.subTest(kind=kind, change=name):
+                    ds = open_file(kind + ".fair.bcc4", level=int(kind == "coarse"))
+                    changed = change(ds)
+                    lost = {axis: ds[axis].values for axis in changed.dims if axis not in changed.coords}
+                    for name, found in changed.bcc4.interp(**lost).data_vars.items():
+                        largest = np.nanmax(abs(found.values), initial=0)
+                        np.testing.assert_allclose(found, changed[name], rtol=2e-3, atol=1e-5 * largest)
+
+    @staticmethod
+    def fair():
+        """What leaves the values at their coordinates as they are."""
+        def third(ds, name):
+            return (ds[name].values[1:] - ds[name].values[:-1]) / 3 + ds[name].values[:-1]
+
+        def cast(ds, kind):
+            small = ds.load()[[name for name in ds if float(abs(ds[name]).max()) < 6e4]]
+            for variable in small.data_vars.values():
+                variable.data = variable.data.astype(kind)
+            return small
+
+        fair = {"none": lambda ds: ds, "loaded": lambda ds: ds.load(), "a copy": lambda ds: ds.copy(deep=True),
+                "a crop": lambda ds: ds.isel(time=slice(2, 9), y=slice(None, None, 2), x=slice(1, 4)),
+                "turned": lambda ds: ds.isel(time=slice(None, None, -1), x=slice(None, None, -1)),
+                "a plane": lambda ds: ds.isel(z=2).sel(y=1, method="nearest"), "a frame": lambda ds: ds.isel(time=-1),
+                "a value": lambda ds: ds.isel(time=3, z=2, y=1, x=0), "nothing": lambda ds: ds.isel(time=slice(0), x=slice(0)),
+                "renamed": lambda ds: ds.rename({name: name + "2" for name in ds}),
+                "no coordinate": lambda ds: ds.drop_vars(["x", "time"]),
+                "moments": lambda ds: ds.bcc4.at(third(ds, "time")).load(),
+                "places": lambda ds: ds.bcc4.interp(x=third(ds, "x"), y=third(ds, "y")).load().isel(z=slice(0, 2)),
+                "outside": lambda ds: ds.bcc4.interp(x=ds.x.values - .55).load(), "doubles": lambda ds: cast(ds, np.float64),
+                "short floats": lambda ds: cast(ds, np.float16), "another coordinate": lambda ds: ds.assign_coords(member=3),
+                "rolled": lambda ds: ds.roll(x=2, roll_coords=True),
+                "joined": lambda ds: xr.concat([ds.isel(time=slice(0, 3)), ds.isel(time=slice(3, None))], "time")}
+        return fair if without("dask")[0] else {**fair, "chunks": lambda ds: ds.chunk({"time": 5, "x": 3})}
+
+    def test_halves_whole_numbers_and_points(self):
+        """What is right but for rounding, or has lost a coordinate of a part."""
+        bccsplat.save(path("half.bcc4"), np.rint(3 * self.source), lattice="cc", labels=True, spacing=.3, origin=.2)
+        open_file("half.bcc4").bcc4.interp(x=.35 + .3 * np.arange(9), y=.35 + .3 * np.arange(8)).load().bcc4.at(2.25)
+        whole = open_file("c.bcc4").load()
+        whole["density"].values = np.rint(whole["density"].values).astype(np.int16)
+        right = self.ds.bcc4.at(2.25)["density"].values
+        for ds in whole, self.ds.isel(z=slice(None)).drop_vars("z").isel(x=slice(2, 5)).drop_vars("x"):
+            found = ds.bcc4.interp(time=2.25, x=self.ds.x.values, z=self.ds.z.values)
+            np.testing.assert_array_equal(found["density"].values, right)
+        picked = self.ds.isel(y=xr.DataArray([1, 5], dims="s"), x=xr.DataArray([3, 4], dims="s")).bcc4.at(2.25)
+        np.testing.assert_allclose(picked["density"], right[:, [1, 5], [3, 4]], atol=1e-5)
+
+
 class Writing(unittest.TestCase):
     def setUp(self):
         self.source = waves(14, 20, 22, 24)
@@ -332,6 +458,16 @@ class Dask(unittest.TestCase):
         self.assertEqual(ds.f.chunks, (chunk_frames(bccsplat.open(path("whole.bcc4"))), (16,), (18,), (20,)))
         np.testing.assert_allclose(ds.f.mean(("z", "y", "x")).values, self.source.mean((1, 2, 3)), atol=.01)
         np.testing.assert_array_equal(ds.f.values, xr.open_dataset(path("whole.bcc4"), engine="bccsplat").f.values)
+
+    def test_few_chunks_tell_whether_it_is_the_files(self):
+        log, ds = path("rows.txt"), open_file("whole.bcc4").chunk({"time": 10, "z": 4})
+        ds.f.data = ds.f.data.map_blocks(computing, log=log, dtype=np.float32)
+        ds.bcc4.at(20.25)
+        with open(log, encoding="utf-8") as file:
+            self.assertEqual(len(file.readlines()), 2)  # of 48
+        ds.f.data = ds.f.data + 1
+        with self.assertRaisesRegex(ValueError, "f are no longer those of .*whole.bcc4"):
+            ds.copy().bcc4.at(20.25)
 
     def test_by_parts(self):
         log = path("computed.txt")

@@ -9,7 +9,9 @@ from typing import Any, Sequence
 
 import numpy as np
 
+from . import _abi
 from . import xarray_backend as engine
+from ._library import Error
 from .arrays import Array
 from .dataset_writer import DatasetWriter
 from .field_array import FieldArray, evaluate_or_nan
@@ -20,6 +22,9 @@ from .volume import Volume
 xarray: Any = import_module("xarray")
 times_of_cf: Any = import_module("xarray.coding.times")
 _WORDS_OF_CF = {"d": "days", "h": "hours", "min": "minutes", "s": "seconds", "ms": "milliseconds", "us": "microseconds"}
+
+# By how much values may differ that are the same: a share of the spread of their row, and of the largest of the channel.
+_SAME, _ROUNDING = 1e-4, 1e-6
 
 
 def dates_of_texts(values: Array) -> Array:
@@ -52,13 +57,24 @@ def frames_of_times(values: Any, volume: Volume) -> Array:
     return np.array(found, np.float64).reshape(numbers.shape)
 
 
+def differing(held: Array, right: Array, largest: float) -> Array:
+    """Where values are not the right ones but for rounding, also to whole numbers or short floats; NaN are the same."""
+    found, known = held.astype(np.float64), right[np.isfinite(right)]
+    spread = float(np.ptp(known)) if known.size else 0.0
+    kind = np.finfo(held.dtype) if held.dtype.kind == "f" else None
+    rounding = kind.eps * (np.abs(right) + kind.tiny) if kind else 1.0
+    near = np.abs(found - right) <= _SAME * spread + _ROUNDING * largest + rounding
+    differ: Array = ~(near | (np.isnan(found) & np.isnan(right)))
+    return differ
+
+
 @xarray.register_dataset_accessor("bcc4")
 class Bcc4Accessor:
     """dataset.bcc4 of datasets that the engine "bccsplat" opened, and of parts of these: the field between the samples.
     to_file is there for every dataset."""
 
     def __init__(self, dataset: Any) -> None:
-        self._dataset = dataset
+        self._dataset, self._checked = dataset, False
 
     @property
     def file(self) -> SharedFile:
@@ -77,7 +93,7 @@ class Bcc4Accessor:
 
     def at(self, t: Any) -> Any:
         """The dataset at a moment, on a frame or between two, or at a list of moments: in the file's unit of time, or
-        dates where the file knows them. Nothing is read before it is indexed."""
+        dates where the file knows them. Nothing is read before it is indexed, but for some rows as of interp."""
         return self.interp(**{self._names["t"]: t})
 
     def interp(self, **places: Any) -> Any:
@@ -87,15 +103,19 @@ class Bcc4Accessor:
         A number drops its axis; a list or array [n] replaces it, and nothing is read before the result is indexed.
         DataArrays that share a dimension are points (or a path), which are evaluated at once. What is not given stays as
         it is. Outside the samples of space, and in holes, NaN; times outside the series raise Error.
+
+        The first call reads some rows, too, which tell whether the dataset is still that of the file: ValueError where its
+        dimensions, values or coordinates were changed.
         """
         names = self._names.values()
         if unknown := set(places) - {*names}:
             raise ValueError("the volume has the coordinates %s, not %s" % (", ".join(names), ", ".join(sorted(unknown))))
         self._channels()
-        wanted = {name: self._wanted(name, places.get(name)) for name in names}
-        if all(at.dims in ((), (name,)) for name, at in wanted.items()):
-            return self._grid(wanted)
-        return self._points(wanted)
+        if not self._checked:
+            self._check_dimensions()
+            self._check_rows()
+            self._checked = True
+        return self._interpolated(places)
 
     def to_file(self, path: Path, *, dims: Sequence[str] | None = None, psnr: float | None = None,
                 parts: int | None = None, resume: bool = False, overwrite: bool = False, **options: Any) -> None:
@@ -111,6 +131,68 @@ class Bcc4Accessor:
         """
         DatasetWriter(self._dataset, dims, options).write(path, psnr=psnr, parts=parts, resume=resume,
                                                           overwrite=overwrite)
+
+    def _check_dimensions(self) -> None:
+        """ValueError where a variable lies along other dimensions than the coordinates, or those of the file in another
+        order."""
+        names, coords, sizes = [*self._names.values()], self._dataset.coords, self._dataset.sizes
+        right = [dim for name in names
+                 for dim in (coords[name].dims if name in coords else (name,) if name in sizes else ())]
+        for name, variable in self._dataset.data_vars.items():
+            known = [dim for dim in variable.dims if dim in names]
+            if {*variable.dims} != {*right} or known != sorted(known, key=names.index):
+                raise ValueError("%s lies along %s, not along the file's %s or some of these in this order: interpolate "
+                                 "before you change dimensions" %
+                                 (name, ", ".join(map(str, variable.dims)), ", ".join(names)))
+
+    def _check_rows(self) -> None:
+        """ValueError where rows through the middle, at two moments, are not what the file has at their coordinates. A whole
+        axis without coordinates has the file's; where samples of a part of one are cannot be told, and nothing is read."""
+        time, sizes = self._names["t"], self._dataset.sizes
+        own = engine.make_dataset(self.file, self.level).coords
+        lost = {name: own[name] for name in self._names.values() if name not in self._dataset.coords}
+        if any(at.size != sizes.get(name, 1) for name, at in lost.items()):
+            return
+        whole = self._dataset.assign_coords({name: at if name in sizes else at[0] for name, at in lost.items()})
+        space = [dim for dim in next(iter(whole.data_vars.values())).dims if dim != time]
+        rows = {dim: np.arange(sizes[dim])[sizes[dim] // 2:][:1] for dim in space[:-1]}
+        if time in sizes:
+            rows[time] = np.arange(sizes[time])[sizes[time] // 4::max(1, sizes[time] // 2)]
+        if changed := Bcc4Accessor(whole.isel(rows).compute())._changed():
+            raise ValueError("the values of %s are no longer those of %s at the dataset's coordinates: interpolate before "
+                             "you change values or coordinates" % (", ".join(map(str, changed)), self.file.path))
+
+    def _changed(self) -> list[Any]:
+        """The variables that hold other values than the file has at their coordinates."""
+        try:
+            right = self._interpolated({})
+        except Error as error:
+            if error.status != _abi.ERROR_OUT_OF_DOMAIN:  # a time
+                raise
+            return list(self._dataset.data_vars)
+        changed, halves = [], self._halves()
+        for name, channel, _ in self._channels():
+            held, info = self._dataset[name], self.volume.channel_info(channel)
+            found, largest = right[name].transpose(*held.dims).values, float(np.abs(info.range[:]).max())
+            wrong = held.copy(data=differing(held.values, found, largest))
+            if (wrong & ~halves if info.labels else wrong).any():
+                changed.append(name)
+        return changed
+
+    def _halves(self) -> Any:
+        """Where coordinates are half way between samples, and labels those of either by the rounding of places."""
+        found = False
+        for name in self._names.values():
+            at = self._wanted(name, None)
+            found = found | (abs(at.copy(data=self._positions(name, at.data)) % 1 - .5) < 1e-6)
+        return found
+
+    def _interpolated(self, places: dict[str, Any]) -> Any:
+        """What interp gives, unchecked."""
+        wanted = {name: self._wanted(name, places.get(name)) for name in self._names.values()}
+        if all(at.dims in ((), (name,)) for name, at in wanted.items()):
+            return self._grid(wanted)
+        return self._points(wanted)
 
     def _wanted(self, name: str, place: Any) -> Any:
         """A coordinate as a DataArray without coordinates of its own."""
