@@ -103,7 +103,7 @@
  * those under way soon (some milliseconds), and those that have not begun as soon as they do, until
  * it is reset. A call that takes options looks at options->cancel_token while it lasts, and objects
  * keep the token that they were made with: bccsplat_volume_evaluate and _verify look at the
- * volume's; _recode, _prefetch, _get_ranges and bccsplat_slice_create at the volume's and at that
+ * volume's; _prefetch, _get_ranges and bccsplat_slice_create at the volume's and at that
  * of their own options; bccsplat_slice_evaluate, _sample_grid and _get_points at the slice's; calls
  * on a writer that take frames, layers or fields or end it at the writer's; render at that of the
  * render options. Objects stay as good as before (but for writers, see there), arrays and frames
@@ -425,7 +425,7 @@ enum {
   BCCSPLAT_TYPE_F16 = 3,
   BCCSPLAT_TYPE_F32 = 4,
   BCCSPLAT_TYPE_I16 = 5, /* sources only, as all below: stored as u16 with an offset, exactly */
-  BCCSPLAT_TYPE_I32 = 6, /* stored as f32; of coefficients in a file: steps from air */
+  BCCSPLAT_TYPE_I32 = 6, /* stored as f32 */
   BCCSPLAT_TYPE_F64 = 7, /* stored as f32 */
   BCCSPLAT_TYPE_I8 = 8,  /* stored as u8 with an offset, exactly */
   BCCSPLAT_TYPE_U32 = 9  /* stored as f32 */
@@ -447,23 +447,14 @@ enum {
   BCCSPLAT_FILTER_BSPLINE3 = 3
 };
 
-/* SAMPLES: as the lattice has them. COEFFICIENTS: of the recommended kernel; readers skip its
- * prefilter and read fewer layers, and other kernels see the samples that the coefficients give.
- * Needs dims[3] > 0. Where samples would be integers, coefficients are whole steps of the same
- * value from air; where floats, floats. Files with such steps need readers of version 3 of the
- * format. WAVELETS: samples as wavelet coefficients, rounded as far as an error allows: a fraction
- * of the bytes, and a moment reads and decodes all layers of a slab. Stored as U8 or U16; on
- * LATTICE_CC, where the error is half a step between these or more, samples are read as what the
- * coefficients add up to, not as whole steps. Needs dims[3] > 0, and abs_error, or psnr and
- * SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). PARTIAL_APPEND keeps the errors of the file, and
- * refuses smaller ones. Readers: version 4. */
+/* SAMPLES: as the lattice has them. WAVELETS: samples as wavelet coefficients, rounded as far as an
+ * error allows: a fraction of the bytes, and a moment reads and decodes all layers of a slab.
+ * Stored as U8 or U16; on LATTICE_CC, where the error is half a step between these or more, samples
+ * are read as what the coefficients add up to, not as whole steps. Needs dims[3] > 0, and
+ * abs_error, or psnr and SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). PARTIAL_APPEND keeps the
+ * errors of the file, and refuses smaller ones. Readers: version 4. */
 typedef int32_t bccsplat_store;
-enum {
-  BCCSPLAT_STORE_DEFAULT = 0,
-  BCCSPLAT_STORE_SAMPLES = 1,
-  BCCSPLAT_STORE_COEFFICIENTS = 2,
-  BCCSPLAT_STORE_WAVELETS = 3
-};
+enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_WAVELETS = 3 };
 
 /* Treatment of NaN and infinity in the source. Doubles above the range of a float (3.4e38) count as
  * infinities. */
@@ -547,11 +538,11 @@ enum { BCCSPLAT_PERIODIC_X = 1, BCCSPLAT_PERIODIC_Y = 2, BCCSPLAT_PERIODIC_Z = 4
 /* Bits of bccsplat_channel_options.set_mask. LABELS: values are labels, which nothing lies between,
  * of any number and type, whole numbers up to 2^24: every point has that of the nearest sample
  * (bccsplat_volume_evaluate). They need lattice CC at distance 1 and their own codes, without
- * levels, as they have no means: STORE_COEFFICIENTS and STORE_WAVELETS, other lattices and
- * distances, levels, SET_RANGE of integers without value_step, and F16 of other types are refused
- * (UNSUPPORTED). QUANTITIES: they are none, however few they are. Without either, readers take up
- * to 32 whole numbers within 255 of an integer source for labels. Both: INVALID_ARGUMENT. The file
- * says it as the attribute "labels." and the channel's name: "yes" or "no". */
+ * levels, as they have no means: STORE_WAVELETS, other lattices and distances, levels, SET_RANGE of
+ * integers without value_step, and F16 of other types are refused (UNSUPPORTED). QUANTITIES: they
+ * are none, however few they are. Without either, readers take up to 32 whole numbers within 255 of
+ * an integer source for labels. Both: INVALID_ARGUMENT. The file says it as the attribute "labels."
+ * and the channel's name: "yes" or "no". */
 enum {
   BCCSPLAT_CHANNEL_SET_AIR = 1,
   BCCSPLAT_CHANNEL_SET_RANGE = 2,
@@ -580,19 +571,16 @@ enum {
   BCCSPLAT_PARTIAL_RESUME = 2,
   /* `path` is a finished file whose series goes on; it is replaced at finish, and stays as it is
    * until then. WRONG_STATE at create, with the file and what differs, when it is a part or
-   * unfinished, or lattice, affine, store, kernel of coefficients or channels (number, names, air,
-   * air_threshold, coding, error of wavelets) are others, or units or labels that both tell; the
-   * coding of a channel without
-   * source_type is compared when the first slab is there. What the new frames do not touch is
-   * copied, not coded again. Without options->part the host adds all frames, the old ones first.
+   * unfinished, or lattice, affine, store or channels (number, names, air, air_threshold, coding,
+   * error of wavelets) are others, or units or labels that both tell; the coding of a channel
+   * without source_type is compared when the first slab is there. What the new frames do not touch
+   * is copied, not coded again. Without options->part the host adds all frames, the old ones first.
    * With it (first: the number of frames of the file, end: dims[3]) it adds those of
-   * get_part_frames, the new ones and up to some twenty before them (with coefficients thirty), and
-   * non-finite values and coding errors are reported for these alone; not for bounds, MEASURE_ALL,
-   * files of layers, or coefficients of
-   * bccsplat_volume_recode (WRONG_STATE). Either way the file is the same byte for byte as one
-   * written in one go with the same ENDS, but that channels may only be rounded as they were, and
-   * that with part the errors of levels (relative_rmse) stay those measured at frames of the file
-   * before. */
+   * get_part_frames, the new ones and up to some twenty before them, and non-finite values and
+   * coding errors are reported for these alone; not for bounds, MEASURE_ALL or files of layers
+   * (WRONG_STATE). Either way the file is the same byte for byte as one written in one go with the
+   * same ENDS, but that channels may only be rounded as they were, and that with part the errors of
+   * levels (relative_rmse) stay those measured at frames of the file before. */
   BCCSPLAT_PARTIAL_APPEND = 3
 };
 
@@ -716,8 +704,8 @@ typedef struct bccsplat_writer_options {
   double scale;
   /* The same along time, in frames; 0: 1. */
   double time_scale;
-  /* Kernel of readers and stored coefficients; NULL: default, for CC of samples at 1 "exact": the
-   * samples as far as type and 32-bit floats hold them. */
+  /* Kernel of readers; NULL: default, for CC of samples at 1 "exact": the samples as far as type
+   * and 32-bit floats hold them. */
   const char* recommended_kernel;
   /* NULL: none; fraction of the frames (or layers), only when dims[3] is known. */
   bccsplat_progress_fn progress;
@@ -765,11 +753,11 @@ typedef struct bccsplat_writer_options {
    * planes ends on the last sample; in time only with ENDS_PERIODIC, so that a whole number of
    * layers makes a turn. */
   double scales[4];
-  /* > 0: after every so many slabs (of 8 layers, coefficients 4) that all channels have, the file
-   * under way, `path`.partial, is made to be opened as it stands, durable, for a live view and
-   * against crashes: bccsplat_volume_info.series_state; bccsplat_volume_reopen follows it. Until
-   * the first of them can be seen (a dozen frames or so, of a short series or with `lowpass` only
-   * at the end) it is NOT_BCC4. Its frames are those of which all layers are there that the kernel
+  /* > 0: after every so many slabs (of 8 layers) that all channels have, the file under way,
+   * `path`.partial, is made to be opened as it stands, durable, for a live view and against
+   * crashes: bccsplat_volume_info.series_state; bccsplat_volume_reopen follows it. Until the first
+   * of them can be seen (a dozen frames or so, of a short series or with `lowpass` only at the end)
+   * it is NOT_BCC4. Its frames are those of which all layers are there that the kernel
    * of the file reaches: at the same moments they are what the finished file has (where air is far
    * from a field without air, but for the last digits). With other kernels the last ones are as
    * accurate as those of ENDS_MIRROR. Without finish the file is removed or kept as `partial` says.
@@ -1001,7 +989,7 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_finish(
  * frames MEASURE_SOME looks at, that one frame under `lowpass` is one of a series); with several
  * channels or levels, or `live`, the chunks may stand in another order, beside tables that live
  * readers were shown; layers that were given beyond the last
- * frame stay; and there are no counts of coefficients, so that PARTIAL_APPEND needs all frames of
+ * frame stay; and there are no counts of wavelets, so that PARTIAL_APPEND needs all frames of
  * the file. Also: as finish; WRONG_STATE where channels got more than others, fewer frames than the
  * file of PARTIAL_APPEND has, or one frame alone of which layers in time are made already (of
  * layers; of frames under ENDS_MIRROR, or where ENDS_DEFAULT is that); UNSUPPORTED for periodic
@@ -1457,46 +1445,6 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volum
 BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
     bccsplat_progress_fn progress, void* progress_user, bccsplat_verify_report* report);
 
-typedef struct bccsplat_recode_options {
-  uint32_t struct_size;
-  /* Non-zero: replace an existing file. */
-  int32_t overwrite;
-  /* DEFAULT: as the file does. */
-  bccsplat_store store;
-  /* As in bccsplat_channel_options; DEFAULT: steps of the same value as the file's. */
-  bccsplat_type value_type;
-  /* Value of one code of integer types; 0: that of the file. */
-  double value_step;
-  /* Kernel of the coefficients, and recommended; NULL: the file's. */
-  const char* kernel;
-  /* Highest version of the format that the new file may need, 1 to 3; 0: any. Up to 2 the planes
-   * outside the faces are left out, as with FACES_MIRROR. */
-  int32_t format;
-  /* 0 */
-  int32_t reserved;
-  /* NULL: none. */
-  bccsplat_progress_fn progress;
-  void* progress_user;
-  /* NULL: none. */
-  bccsplat_cancel_token* cancel_token;
-} bccsplat_recode_options;
-
-/* Writes an open file anew at `path`, without its source: samples become coefficients or the
- * reverse, another kernel, another step, a file that older readers know. Samples become
- * coefficients as they would at import; coefficients become samples by the value of their kernel at
- * the sites. Attributes and the list of sources stay; corrections and the bound they kept belong to
- * the old numbers and are left out. UNSUPPORTED for a part of a series, for kernels whose
- * coefficients cannot be stored, for WAVELETS, whose error is measured at the frames of a source,
- * and where the format would have to be newer than asked for;
- * INVALID_ARGUMENT where a type cannot hold the range. Also: NOT_FOUND (kernel), reading, writing.
- * options and report may be NULL. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,
-    const bccsplat_recode_options* options, bccsplat_writer_report* report);
-/* The same into a host's stream, with the same bytes. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume* volume,
-    const bccsplat_write_stream* stream, const bccsplat_recode_options* options,
-    bccsplat_writer_report* report);
-
 /* ---- Slice: the 3D field on a hyperplane ---- */
 
 typedef struct bccsplat_slice bccsplat_slice;
@@ -1535,13 +1483,12 @@ enum {
  * How a slice is made. DEFAULT is MERGED where that can be, else RESAMPLED.
  *   MERGED     t, x, y or z = constant: the layers or planes of sites in reach, weighted; the slice
  *              is on the volume's lattice. Exact for time slices; an axis slice is the time slice
- *              of the volume with its axes turned, under the kernel turned with them. In files that
- *              store coefficients time slices only.
+ *              of the volume with its axes turned, under the kernel turned with them.
  *   RESAMPLED  the 4D field at the sites of a lattice in the hyperplane, then interpolated. With
  *              the kernel "paper" this is equation (6) of Neophytou & Mueller 2002.
  *   EXTRACTED  their extraction, for comparison: every 4D point within 2 T of the hyperplane,
  *              weighted by its distance and splatted as a 3D Gaussian exp(-2 r^2), the sum divided
- *              by that of a lattice without ends. Series of samples, on D4* or Cartesian, without
+ *              by that of a lattice without ends. Series on D4* or Cartesian lattices, without
  *              thickness, interval, spacing and lattice. No trails; the kernel is "paper". Beyond
  *              the ends of the domain stand mirror images of the points inside, as for every slice.
  */

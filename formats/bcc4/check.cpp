@@ -229,14 +229,10 @@ void check_attributes(const VolumeInfo& info, Code code) {
 
 // Checks texts and parameters of the whole series.
 void check_description(const VolumeInfo& info, Code code) {
-  for (const auto* s : {&info.spatial_unit, &info.time.unit, &info.time.epoch, &info.coefficient_kernel,
-                        &info.recommended_kernel})
+  for (const auto* s : {&info.spatial_unit, &info.time.unit, &info.time.epoch, &info.recommended_kernel})
     check_text(*s, code);
   for (const SourceInfo& s : info.sources) check_text(s.name, code);
   for (const AxisInfo& a : info.axes) check_text(a.unit, code);
-  for (const double v : info.coefficient_parameters)
-    if (!std::isfinite(v) || info.coefficient_kernel.empty())
-      fail(code, "parameter ", v, " of the kernel of the coefficients");
   check_attributes(info, code);
 }
 
@@ -362,9 +358,7 @@ void tidy(VolumeInfo& info) {
     if (!is_range(r)) r = {};
   };
   const auto text = [](std::string& s) { s = to_utf8(s); };
-  for (auto* s : {&info.spatial_unit, &info.time.unit, &info.time.epoch, &info.coefficient_kernel,
-                  &info.recommended_kernel})
-    text(*s);
+  for (auto* s : {&info.spatial_unit, &info.time.unit, &info.time.epoch, &info.recommended_kernel}) text(*s);
   for (SourceInfo& s : info.sources) text(s.name);
   for (AxisInfo& a : info.axes) text(a.unit);
   for (auto& [key, value] : info.attributes) text(key), text(value);

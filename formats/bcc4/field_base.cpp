@@ -6,8 +6,6 @@
 #include <limits>
 #include <optional>
 
-#include "kernel/cc_kernel.h"
-
 namespace bccsplat {
 
 namespace {
@@ -62,13 +60,6 @@ FieldBase field_base(const VolumeInfo& info, const ChannelInfo& channel) {
   if (leaves_out_missing(info, channel)) return {values.median};
   return nearly_all(channel.sites_kept, info.lattice.sites()) ? FieldBase{values.median, true}
                                                               : FieldBase{channel.air};
-}
-
-float stored_base(float air, float base, const Lattice4& lattice, const std::string& coefficient_kernel) {
-  if (lattice.space.bcc || coefficient_kernel.empty() || base == air) return base;
-  const double zero = air;
-  return static_cast<float>(
-      zero + (base - zero) * constant_gain(make_cc_kernel(coefficient_kernel), lattice.is_static()));
 }
 
 } // namespace bccsplat

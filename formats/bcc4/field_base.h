@@ -10,7 +10,6 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 
 #include "formats/bcc4/info.h"
 
@@ -40,11 +39,5 @@ struct FieldBase {
 // sample is near air. Corrections are differences from the field above the base that is stored with them,
 // else above air; then that is the base.
 [[nodiscard]] FieldBase field_base(const VolumeInfo& info, const ChannelInfo& channel);
-
-// Returns the value that stored numbers are relative to where the field is relative to `base`. The
-// coefficients that a Cartesian kernel has of a constant differ a little from it, and stored ones are moved
-// by as much.
-[[nodiscard]] float stored_base(float air, float base, const Lattice4& lattice,
-                                const std::string& coefficient_kernel);
 
 } // namespace bccsplat

@@ -181,10 +181,8 @@ struct VolumeInfo : StoredLattice {
   std::array<AxisInfo, 3> axes{};   // all empty where none is uneven
   TimeMap time;
   std::vector<ChannelInfo> channels;
-  std::vector<LevelInfo> levels;              // 1 and up, each coarser than the one before
-  std::string coefficient_kernel;             // the kernel whose coefficients are stored; empty: samples
-  std::vector<double> coefficient_parameters; // the numbers that define it, as its name may be redefined
-  std::string recommended_kernel;             // may be empty
+  std::vector<LevelInfo> levels;  // 1 and up, each coarser than the one before
+  std::string recommended_kernel; // may be empty
   std::vector<SourceInfo> sources;
   std::vector<std::pair<std::string, std::string>> attributes; // UTF-8, keys unique; order is kept
   std::vector<MeasuredError> errors;                           // rising by channel, level, kind

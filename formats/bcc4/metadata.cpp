@@ -52,16 +52,16 @@ void write_record(ByteWriter& out, RecordType type, const ByteWriter& payload) {
 }
 
 void write_store(ByteWriter& out, const VolumeInfo& info) {
-  out.write_string(info.coefficient_kernel);
+  out.write_string({});
   out.write_string(info.recommended_kernel);
-  out.write(static_cast<uint32_t>(info.coefficient_parameters.size()));
-  for (const double v : info.coefficient_parameters) out.write(v);
+  out.write(uint32_t{0});
 }
 void read_store(ByteReader& in, VolumeInfo& info) {
-  info.coefficient_kernel = read_text(in);
+  if (const std::string kernel = read_text(in); !kernel.empty())
+    fail(Code::unsupported_version, "metadata: it holds stored coefficients of kernel ", kernel,
+         ", of a build before 0.1.0: import the source again");
   info.recommended_kernel = read_text(in);
-  info.coefficient_parameters.resize(read_count(in, "numbers of a kernel", 8));
-  for (double& v : info.coefficient_parameters) v = in.read<double>();
+  if (in.read<uint32_t>() != 0) fail(Code::corrupt, "metadata: numbers of a kernel");
 }
 
 void write_sources(ByteWriter& out, const std::vector<SourceInfo>& list) {

@@ -146,8 +146,7 @@ class BoundSearch {
   // `rounded`: one in steps, if any.
   [[nodiscard]] std::vector<StepCoding> steps_of(const CodingTrial& plain, const CodingTrial* rounded,
                                                  double peak) const {
-    if (settings_.quantize != BCCSPLAT_TYPE_DEFAULT || settings_.store == BCCSPLAT_STORE_COEFFICIENTS)
-      return {};
+    if (settings_.quantize != BCCSPLAT_TYPE_DEFAULT) return {};
     std::vector<double> wanted;
     for (size_t c = 0; c < scans_.size(); ++c) {
       const double allowed = std::pow(allowed_root(c, peak, rounded ? kAim : 0), 2);

@@ -70,8 +70,7 @@ double nearest_scaled(const Channel& channel, double air) {
 } // namespace
 
 std::optional<ScaledCoding> scaled_coding(const Channel& channel, const WriterSettings& settings) {
-  if (!channel.scaled() || type_size(channel.precision) > 2 || settings.store == BCCSPLAT_STORE_COEFFICIENTS)
-    return std::nullopt;
+  if (!channel.scaled() || type_size(channel.precision) > 2) return std::nullopt;
   Channel plain = channel;
   plain.step = 0;
   ScaledCoding coding{stored_type(plain, settings), std::abs(channel.step), scaled_range(channel)};
@@ -187,15 +186,14 @@ bool has_sites_at_samples(const WriterSettings& s, bool all_frames) {
 
 // Returns the kernel that gives the frames back that a Cartesian lattice keeps, unless one is asked for.
 std::string kernel_of(const WriterSettings& s) {
-  const bool whole = has_sites_at_samples(s, false) && s.store != BCCSPLAT_STORE_COEFFICIENTS;
-  return s.kernel.empty() && whole ? "exact" : s.kernel;
+  return s.kernel.empty() && has_sites_at_samples(s, false) ? "exact" : s.kernel;
 }
 
 // What a file says of a channel. Labels that are blended or rounded are none any more, and off the grid of
 // the source there are none.
 uint32_t kind_of(const WriterSettings& s, size_t channel) {
-  const bool samples = s.store != BCCSPLAT_STORE_WAVELETS && s.store != BCCSPLAT_STORE_COEFFICIENTS;
-  if (channel >= s.labels.size() || !samples || !has_sites_at_samples(s, true)) return 0;
+  if (channel >= s.labels.size() || s.store == BCCSPLAT_STORE_WAVELETS || !has_sites_at_samples(s, true))
+    return 0;
   if (!s.labels[channel]) return BCCSPLAT_CHANNEL_QUANTITIES;
   const bool whole = s.quantize == BCCSPLAT_TYPE_DEFAULT && step_of(s, channel) == 0;
   return whole ? BCCSPLAT_CHANNEL_LABELS : 0;

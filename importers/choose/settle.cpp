@@ -39,7 +39,7 @@ std::vector<ChannelScan> scan_series(FrameReader& reader, const WriterSettings& 
 // Does the choice of steps make sense for these settings?
 bool rounds(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s) {
   return !unsettled.exact && s.dims[3] > 1 && settings.quantize == BCCSPLAT_TYPE_DEFAULT &&
-         settings.store != BCCSPLAT_STORE_COEFFICIENTS && settings.steps.empty();
+         settings.steps.empty();
 }
 
 // What blends labels makes up others: who asks for nothing gets their grid.
@@ -233,7 +233,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   bool chosen =
       !bound.any() && ((unsettled.auto_lattice && s.dims[3] > 1) || unsettled.density > 0 || rounded);
   const bool still = !bound.any() && unsettled.auto_lattice && s.dims[3] == 1;
-  plan.still = still && settings.store != BCCSPLAT_STORE_COEFFICIENTS && has_cartesian(settings.kernel);
+  plan.still = still && has_cartesian(settings.kernel);
   const bool levels = plan.levels.automatic && settings.levels > 0;
   const bool kept = !unsettled.auto_lattice && is_source_grid(shape_of(settings, s)); // labels whole, if any
   if (!open && !unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels &&

@@ -50,7 +50,6 @@ Exit run(int argc, char** argv) {
   for (int i = 0; i < argc; ++i) command_line += concat(i > 0 ? " " : "", i == 0 ? "bcc4" : quoted(argv[i]));
   const std::vector<std::pair<std::string, Run>> commands{{"import", add_import(tool, command_line)},
                                                           {"concat", add_concat(tool)},
-                                                          {"recode", add_recode(tool)},
                                                           {"info", add_info(tool)},
                                                           {"verify", add_verify(tool)},
                                                           {"compare", add_compare(tool)},

@@ -61,9 +61,7 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.recommended_kernel = volume->file.recommended_kernel().c_str();
     out.channel_count = static_cast<uint32_t>(v.channels.size());
     out.time_uniform = v.time.uniform;
-    out.store = v.tile_edge > 1                ? BCCSPLAT_STORE_WAVELETS
-                : v.coefficient_kernel.empty() ? BCCSPLAT_STORE_SAMPLES
-                                               : BCCSPLAT_STORE_COEFFICIENTS;
+    out.store = v.tile_edge > 1 ? BCCSPLAT_STORE_WAVELETS : BCCSPLAT_STORE_SAMPLES;
     for (const ChannelInfo& c : v.channels) out.has_holes |= c.holes > 0 || !c.masks.empty();
     const Bcc4Bytes& bytes = volume->file.reader()->bytes();
     out.bytes_file = bytes.file, out.bytes_runs = bytes.runs, out.bytes_values = bytes.values,

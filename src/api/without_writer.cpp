@@ -98,17 +98,6 @@ bccsplat_status bccsplat_join_streams(bccsplat_device* /*device*/, uint64_t /*co
                                       bccsplat_writer_report* /*report*/) {
   return without_writer();
 }
-bccsplat_status bccsplat_volume_recode(const bccsplat_volume* /*volume*/, const char* /*path*/,
-                                       const bccsplat_recode_options* /*options*/,
-                                       bccsplat_writer_report* /*report*/) {
-  return without_writer();
-}
-bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume* /*volume*/,
-                                              const bccsplat_write_stream* /*stream*/,
-                                              const bccsplat_recode_options* /*options*/,
-                                              bccsplat_writer_report* /*report*/) {
-  return without_writer();
-}
 void bccsplat_plan_retain(bccsplat_plan* /*plan*/) {}
 void bccsplat_plan_release(bccsplat_plan* /*plan*/) {}
 bccsplat_status bccsplat_writer_get_part_box(const bccsplat_writer* /*writer*/, uint64_t* /*begin*/,

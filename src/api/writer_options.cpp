@@ -196,9 +196,10 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   if (o.periodic_axes > (BCCSPLAT_PERIODIC_X | BCCSPLAT_PERIODIC_Y | BCCSPLAT_PERIODIC_Z))
     fail(Code::invalid_argument, "periodic_axes: unknown bits ", o.periodic_axes);
   for (size_t a = 0; a < 3; ++a) s.turning[a] = (o.periodic_axes >> a & 1) != 0;
-  const bccsplat_store store = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_WAVELETS, "store");
-  s.coefficients = store == BCCSPLAT_STORE_COEFFICIENTS;
-  s.wavelets = store == BCCSPLAT_STORE_WAVELETS;
+  s.wavelets = o.store == BCCSPLAT_STORE_WAVELETS;
+  if (!s.wavelets && o.store != BCCSPLAT_STORE_DEFAULT && o.store != BCCSPLAT_STORE_SAMPLES)
+    fail(Code::invalid_argument, "store is ", o.store, ", not one of 0, ", BCCSPLAT_STORE_SAMPLES, " and ",
+         BCCSPLAT_STORE_WAVELETS);
   if (o.levels > static_cast<uint32_t>(most_levels))
     fail(Code::invalid_argument, "writer: levels ", o.levels, ": 0 to ", most_levels);
   s.levels = o.levels;

@@ -1,6 +1,6 @@
 # Which rooms and files a build is made of. Without the writer, files are read and drawn; without the splatter, pictures are
 # the GPU's alone. What a part that is left out would have defined, without_PART.cpp of a room answers for.
-option(BCCSPLAT_WITH_WRITER "Write, join and code .bcc4 files anew" ON)
+option(BCCSPLAT_WITH_WRITER "Write and join .bcc4 files" ON)
 option(BCCSPLAT_WITH_SPLAT "Pictures by the CPU: sheets, rays and the reference" ON)
 option(BCCSPLAT_WITH_CUTS "Slices other than moments of time: planes, thick ones, the paper's points" ON)
 
@@ -16,7 +16,7 @@ endif()
 file(GLOB writing_formats CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/formats/bcc4/encode/*.cpp
   ${PROJECT_SOURCE_DIR}/formats/bcc4/write/*.cpp)
 # Of the scene and the C ABI what a part alone needs, and what stands for it.
-set(writer_files api/recode.cpp api/writer.cpp api/writer_options.cpp)
+set(writer_files api/writer.cpp api/writer_options.cpp)
 set(splat_files scene/trail.cpp scene/trail_layers.cpp)
 set(cuts_files slice/axis_slice.cpp slice/coarser_plane.cpp slice/corrected_cut.cpp slice/extraction.cpp slice/extraction_points.cpp
   slice/gaussian_mean.cpp slice/lowpass_slice.cpp slice/occupancy.cpp slice/plane_slice.cpp

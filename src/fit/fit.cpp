@@ -130,7 +130,7 @@ Fit::State::State(const FitOptions& o, FitSink s, const Context& c, MaskSink m)
 void Fit::State::begin_part(Channel& c, const FitPart& part) const {
   c.given = c.frames = c.window_first = part.first_given;
   c.next_layer = part.first_layer;
-  c.slab_index = part.first_layer / handed_layers();
+  c.slab_index = part.first_layer / options.slab_layers;
 }
 
 Fit::State::Channel& Fit::State::channel(int index) const {

@@ -42,7 +42,6 @@ struct FitChannel {
   float ringing = 1.0f / 512;
   // The unit of values that wait for the filter in time (packed_block.h); 0: floats.
   float unit = 0;
-  double counted_step = 0; // of floats: the histogram counts whole steps of it from air; 0: none
   // NonFinite::clamp makes infinities the ends of this range; none: of the source's range so far.
   std::optional<Range> range;
 };
@@ -88,9 +87,6 @@ struct FitOptions {
   // altogether: it would be filled from those beside it.
   FillReach fill;
   int32_t slab_layers = 8;
-  // Layers are handed out one by one, as soon as they are made and numbered as layers; whoever takes them
-  // holds them from the budget. Else by slabs.
-  bool one_by_one = false;
   // What lies outside faces and beyond ends is predicted with the usual boldness, and frames are halved as
   // they are, whatever the data: blocks of a frame then need nothing of each other.
   bool fixed_predictions = false;

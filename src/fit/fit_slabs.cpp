@@ -26,13 +26,12 @@ void Fit::State::emit(Channel& c, int32_t layer, std::span<const LayerTap> taps,
     c.report.clamped_slabs[slab] += maker.clamped() - clamped_before;
   }
   const bool last = options.periodic && layer == lattice.last_layer;
-  if (last || static_cast<int32_t>(c.slab.size()) == handed_layers()) hand_out(c);
+  if (last || static_cast<int32_t>(c.slab.size()) == options.slab_layers) hand_out(c);
   if (last) c.slab_index = 0;
 }
 
 void Fit::State::hand_out(Channel& c) {
   if (c.slab.empty()) return;
-  if (options.one_by_one) c.slab_memory.clear();
   sink(c.slab_index++, c.index, {c.slab, std::exchange(c.slab_rounded, 0)});
   c.slab.clear();
   c.slab_memory.clear();

@@ -73,8 +73,6 @@ struct Fit::State {
   // Finds where a periodic series begins, for all channels, then has one begin there.
   void begin_turn();
   void begin_turn(Channel& c) const;
-  // Returns how many layers are handed out together.
-  [[nodiscard]] int32_t handed_layers() const { return options.one_by_one ? 1 : options.slab_layers; }
   // The layer behind the last one.
   [[nodiscard]] int32_t end_layer() const {
     return options.part ? options.part->end_layer : turn.first_layer + lattice.layers();
@@ -181,8 +179,8 @@ struct Fit::State {
 // One channel on its way through.
 struct Fit::State::Channel {
   Channel(int number, const FitChannel& o)
-      : index(number), options(o), maker(o.quantiser, o.threshold, o.ringing, o.unit, o.counted_step),
-        lasting(maker.again()), uncounted(maker.again()) {}
+      : index(number), options(o), maker(o.quantiser, o.threshold, o.ringing), lasting(maker.again()),
+        uncounted(maker.again()) {}
 
   int index;
   FitChannel options;

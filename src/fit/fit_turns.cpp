@@ -27,7 +27,7 @@ void Fit::State::begin_turn() {
 void Fit::State::begin_turn(Channel& c) const {
   c.frames = c.window_first = turn.first_frame;
   c.next_layer = turn.first_layer;
-  c.slab_index = turn.first_layer / handed_layers();
+  c.slab_index = turn.first_layer / options.slab_layers;
 }
 
 const FrameSites& Fit::State::frame_at(const Channel& c, int64_t f) const {

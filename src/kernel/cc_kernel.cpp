@@ -106,22 +106,6 @@ CcKernel make_cc_kernel(std::string_view name) {
   return cc;
 }
 
-double constant_gain(const CcKernel& cc, bool is_static) {
-  const auto after = [](std::span<const PrefilterStage> stages, double samples, bool in_time) {
-    double c = samples;
-    for (const PrefilterStage& s : stages) {
-      const double running =
-          s.pole != 0 ? s.self / std::pow(1 - s.pole, 6) : s.self + 6 * s.spatial + 2 * s.temporal;
-      const double source =
-          s.source + 6 * s.source_spatial + 2 * s.source_temporal + (in_time ? 0 : 8 * s.cross);
-      c = running * c + source * samples;
-    }
-    return c;
-  };
-  const double in_space = after(cc.kernel.prefilter3, 1, false);
-  return is_static ? in_space : after(cc.time, in_space, true);
-}
-
 double cc_first_wave() { return std::exp(-std::numbers::pi * std::numbers::pi / paper_gaussian); }
 
 double cc_lattice_sum(const Kernel& kernel, double x, double y, double z) {

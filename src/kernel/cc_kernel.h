@@ -27,10 +27,6 @@ struct CcKernel {
 // unsupported for kernels that reach further than 2 T: radial24 and gauss09.
 [[nodiscard]] CcKernel make_cc_kernel(std::string_view name);
 
-// Returns what the prefilters make of samples that are 1 everywhere: near 1, as the sum of a kernel is 1 in
-// the mean but not at the sites.
-[[nodiscard]] double constant_gain(const CcKernel& cc, bool is_static);
-
 // The amplitude of the first wave that the Gaussian's sum along an axis of CC has about its mean, halved.
 [[nodiscard]] double cc_first_wave();
 // The lattice_sum of a CC kernel, relative to its mean 1, in closed form for the Gaussian.

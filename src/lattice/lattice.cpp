@@ -107,17 +107,9 @@ LatticeScales Lattice4::nominal_scales() const {
   return s;
 }
 
-Lattice4 Lattice4::without_margins() const {
-  Lattice4 inner = *this;
-  for (size_t a = 0; a < 3; ++a) {
-    inner.space.last[a] = space.last[a] - before[a] - behind[a];
-    inner.before[a] = inner.behind[a] = 0;
-  }
-  return inner;
-}
-
 int64_t Lattice4::sites_outside(int32_t begin, int32_t end) const {
-  const Lattice3 inner = without_margins().space;
+  Lattice3 inner = space;
+  for (size_t a = 0; a < 3; ++a) inner.last[a] -= before[a] + behind[a];
   int64_t sites = 0;
   for (int c = 0; c < space.cosets(); ++c) { // layers of a coset are alike
     const int32_t first = begin + ((c - begin) & (layer_period() - 1));

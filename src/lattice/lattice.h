@@ -154,15 +154,8 @@ struct Lattice4 {
     const double d = space.plane_distance();
     return {space_step[0] / d, space_step[1] / d, space_step[2] / d};
   }
-  // Returns the lattice without what lies outside the source samples along x, y and z.
-  [[nodiscard]] Lattice4 without_margins() const;
-  // Returns how many sites of layers begin .. end - 1 lie outside there.
+  // Returns how many sites of layers begin .. end - 1 lie outside the source samples along x, y and z.
   [[nodiscard]] int64_t sites_outside(int32_t begin, int32_t end) const;
-  // Returns the first site of a coset that is not outside there.
-  [[nodiscard]] Int3 first_inside() const {
-    const int per_site = space.bcc ? 2 : 1;
-    return {before[0] / per_site, before[1] / per_site, before[2] / per_site};
-  }
   // Returns the distances as they are; along t 0 when static.
   [[nodiscard]] LatticeScales scales() const {
     const Vec3 unit = lattice_unit();

@@ -19,11 +19,6 @@ void SampleSource::read_layers(int channel, std::span<const int32_t> layers, con
   for (const int32_t m : layers) take(m, read_layer(channel, m, region, context));
 }
 
-void SampleSource::read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
-                               const Context& context, const TakeLayer<BrickLayer>& take) const {
-  read_layers(channel, layers, bricks_on(lattice().space, planes), context, take);
-}
-
 void SampleSource::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                 const Context& context, const TakeLayer<SampleLayer>& take) const {
   for (const int32_t m : layers) take(m, SampleLayer(read_layer(channel, m, region, context)));
@@ -37,11 +32,6 @@ std::vector<BrickLayer> SampleSource::add_layers(int, std::span<const LayerSum>,
 void SampleSource::list_reads(std::span<const int32_t> layers, const BrickBox& region,
                               LayerReads& out) const {
   for (const int32_t m : layers) out.insert({m, region});
-}
-
-void SampleSource::list_planes(std::span<const int32_t> layers, const PlaneRange& planes,
-                               LayerReads& out) const {
-  list_reads(layers, bricks_on(lattice().space, planes), out);
 }
 
 } // namespace bccsplat

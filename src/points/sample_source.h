@@ -7,7 +7,6 @@
 #include <functional>
 #include <set>
 #include <span>
-#include <string>
 #include <tuple>
 #include <vector>
 
@@ -108,17 +107,14 @@ class SampleSource {
   // The steps that samples of integers come in: coefficients that are made of them may be rounded, far
   // more finely. 0 where nothing may be rounded.
   [[nodiscard]] virtual double sample_step(int /*channel*/) const { return 0; }
-  // Returns the samples (or, of a file that stores them, coefficients) of the bricks of one layer inside
-  // `region`; bricks outside may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
+  // Returns the samples of the bricks of one layer inside `region`; bricks outside may be absent. layer in
+  // [0, lattice().layers()). Concurrent calls are allowed.
   [[nodiscard]] virtual BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                                               const Context& context) const = 0;
   // Hands over several layers, in the order given: cheaper than one by one where layers that follow each
   // other are stored together.
   template<class Layer> using TakeLayer = std::function<void(int32_t layer, Layer&& read)>;
   virtual void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
-                           const Context& context, const TakeLayer<BrickLayer>& take) const;
-  // Hands over what layers have on these planes; what they have elsewhere may be there or not.
-  virtual void read_planes(int channel, std::span<const int32_t> layers, const PlaneRange& planes,
                            const Context& context, const TakeLayer<BrickLayer>& take) const;
   // Hands over layers in the form that takes least memory.
   virtual void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
@@ -134,11 +130,8 @@ class SampleSource {
   [[nodiscard]] virtual std::vector<BrickLayer> add_layers(int channel, std::span<const LayerSum> sums,
                                                            const BrickBox& region,
                                                            const Context& context) const;
-  // These tell what of the file behind it reading layers, or planes of them, asks for.
+  // Tells what of the file behind it reading layers asks for.
   virtual void list_reads(std::span<const int32_t> layers, const BrickBox& region, LayerReads& out) const;
-  virtual void list_planes(std::span<const int32_t> layers, const PlaneRange& planes, LayerReads& out) const;
-  // The kernel whose coefficients are stored, or empty for samples.
-  [[nodiscard]] virtual const std::string& coefficient_kernel() const = 0;
 };
 
 // Dense or sparse layers in memory: for tests and for hosts that never touch a file.
@@ -153,13 +146,11 @@ class MemorySamples final : public SampleSource {
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox&, const Context&) const override {
     return layers_[channel][layer];
   }
-  const std::string& coefficient_kernel() const override { return none_; }
 
  private:
   Lattice4 lattice_;
   std::vector<float> air_;
   std::vector<std::vector<BrickLayer>> layers_;
-  std::string none_;
 };
 
 } // namespace bccsplat

@@ -61,7 +61,7 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   const AxisPlanes p = planes_of(coefficients, axis, position, thickness);
   const double half = thickness.length / 2;
   Progress reading(context.progress, 0, read_share), cutting(context.progress, read_share, 1);
-  const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last,
+  const TurnedSamples samples(coefficients.source(), coefficients.channel(), axis, p.first, p.last,
                               context.with(reading));
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());
@@ -75,8 +75,9 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
 void list_axis_reads(const Coefficients& coefficients, size_t axis, double position,
                      const Thickness& thickness, LayerReads& out) {
   const AxisPlanes p = planes_of(coefficients, axis, position, thickness);
-  const SampleSource& samples = coefficients.samples();
-  samples.list_planes(all_layers(samples.lattice()), {axis, p.first, p.last}, out);
+  const SampleSource& samples = coefficients.source();
+  const Lattice4& lattice = samples.lattice();
+  samples.list_reads(all_layers(lattice), bricks_on(lattice.space, {axis, p.first, p.last}), out);
 }
 
 } // namespace bccsplat

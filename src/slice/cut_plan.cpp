@@ -190,7 +190,7 @@ void list_layers(const CutPlan& plan, bool missing, LayerReads& out) {
   const Coefficients& coefficients = *plan.coefficients;
   const Lattice4& lattice = coefficients.source().lattice();
   if (plan.way == Way::time) return coefficients.list_reads(layers_of(plan.layers), missing, out);
-  if (plan.way == Way::points) return Extraction::list_reads(coefficients.samples(), plan.hyperplane, out);
+  if (plan.way == Way::points) return Extraction::list_reads(coefficients.source(), plan.hyperplane, out);
   if (plan.empty) return;
   if (plan.way == Way::axis)
     list_axis_reads(coefficients, plan.axis, plan.position, plan.options.thickness, out);

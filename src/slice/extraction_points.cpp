@@ -63,8 +63,8 @@ struct LayerSites {
 };
 
 void check_source(const SampleSource& source) {
-  if (source.lattice().is_static() || !source.coefficient_kernel().empty())
-    fail(Code::unsupported, "slice: extracted points are of series of samples only; choose another method");
+  if (source.lattice().is_static())
+    fail(Code::unsupported, "slice: extracted points are of series only; choose another method");
   if (source.lattice().space.any_periodic())
     fail(Code::unsupported, "slice: extracted points: an axis of space is periodic; choose another method");
 }

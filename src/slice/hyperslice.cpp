@@ -54,7 +54,7 @@ Slice cut(const CutPlan& plan, const Affine3& index_to_world, const Context& con
   }
   Slice slice = bare_plane(coefficients, h, plan.options, index_to_world);
   slice.kernel = make_kernel("paper");
-  const auto points = std::make_shared<const Extraction>(coefficients.samples(), coefficients.channel(), h,
+  const auto points = std::make_shared<const Extraction>(coefficients.source(), coefficients.channel(), h,
                                                          PlaneAxes{slice.origin, slice.basis},
                                                          slice.lattice_to_slice, context);
   slice.bounds = points->bounds();

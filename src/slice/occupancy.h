@@ -41,7 +41,6 @@ class HeldSamples final : public SampleSource {
   int channels() const override { return source_->channels(); }
   float air(int channel) const override { return source_->air(channel); }
   float base(int channel) const override { return source_->base(channel); }
-  const std::string& coefficient_kernel() const override { return source_->coefficient_kernel(); }
   BrickLayer read_layer(int, int32_t layer, const BrickBox&, const Context&) const override {
     return layers_[layer];
   }

@@ -28,7 +28,6 @@ class TouchedSamples final : public SampleSource {
   int channels() const override { return source_.channels(); }
   float air(int channel) const override { return source_.air(channel); }
   float base(int channel) const override { return source_.base(channel); }
-  const std::string& coefficient_kernel() const override { return source_.coefficient_kernel(); }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
   void list_reads(std::span<const int32_t> layers, const BrickBox& region, LayerReads& out) const override;

@@ -109,9 +109,6 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
                              int32_t last, const Context& context)
     : lattice_(turned_lattice(source.lattice(), axis)), air_(source.air(channel)),
       base_(source.base(channel)) {
-  if (!source.coefficient_kernel().empty())
-    fail(Code::unsupported,
-         "slice: merged off the time axis it needs samples, and the file holds coefficients");
   const Lattice4& lattice = source.lattice();
   struct Plane {
     int32_t number;
@@ -127,7 +124,7 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
     if (!layers_.emplace(plane, BrickLayer(lattice_.space, lattice_.coset(plane))).second) continue;
     planes.push_back({plane, OpenBricks(layers_.at(plane).brick_slots())});
   }
-  const PlaneRange range{axis, first, last};
+  const BrickBox bricks = bricks_on(lattice.space, {axis, first, last});
   uint64_t read = 0;
   const auto take = [&](int32_t m, BrickLayer&& layer) {
     context.progress.advance(++read, lattice.layers());
@@ -143,7 +140,7 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
   for (int32_t m = 0; m < lattice.layers(); m += static_cast<int32_t>(some.size())) {
     some.resize(std::min(layers_at_once, lattice.layers() - m));
     std::iota(some.begin(), some.end(), m);
-    source.read_planes(channel, some, range, context, take);
+    source.read_layers(channel, some, bricks, context, take);
   }
   slots = {};
   uint64_t bytes = 0;

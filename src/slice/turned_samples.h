@@ -20,7 +20,6 @@ namespace bccsplat {
 // periodic axis they may be counted on beyond its ends.
 class TurnedSamples final : public SampleSource {
  public:
-  // The source must hold samples, not coefficients.
   TurnedSamples(const SampleSource& source, int channel, size_t axis, int32_t first, int32_t last,
                 const Context& context);
 
@@ -30,14 +29,12 @@ class TurnedSamples final : public SampleSource {
   float base(int) const override { return base_; }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
-  const std::string& coefficient_kernel() const override { return none_; }
 
  private:
   Lattice4 lattice_;
   float air_, base_;
   std::map<int32_t, BrickLayer> layers_;
   Reservation memory_;
-  std::string none_;
 };
 
 } // namespace bccsplat

@@ -28,8 +28,7 @@ void BasedLayers::settle() { base_ = values().median; }
 BrickLayer BasedLayers::read_layer(int channel, int32_t layer, const BrickBox& region,
                                    const Context& context) const {
   const BrickLayer from_air = window_.read_layer(channel, layer, region, context);
-  const double up =
-      static_cast<double>(air(channel)) - stored_base(air(channel), base_, lattice(), coefficient_kernel());
+  const double up = static_cast<double>(air(channel)) - base_;
   BrickLayer out(from_air.lattice(), from_air.coset());
   for (size_t s = 0; s < out.brick_slots(); ++s) {
     const Brick* brick = from_air.brick(s);

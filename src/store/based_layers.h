@@ -4,11 +4,10 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
-#include "fit/coefficients/layer_window.h"
 #include "fit/kept/histogram.h"
 #include "formats/bcc4/field_base.h"
+#include "store/layer_window.h"
 
 namespace bccsplat {
 
@@ -32,7 +31,6 @@ class BasedLayers final : public SampleSource {
   float base(int) const override { return base_; }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
-  const std::string& coefficient_kernel() const override { return window_.coefficient_kernel(); }
 
  private:
   [[nodiscard]] StoredValues values() const;

@@ -21,8 +21,8 @@ SeriesBlock block_in(const std::array<uint32_t, 4>& dims, const SeriesBlock& ask
 void check_block(const WriterSettings& s) {
   const auto refuse = [](const auto&... why) { fail(Code::unsupported, "a block of space: ", why...); };
   if (s.wavelets)
-    refuse("the steps of wavelets follow from all tiles of a slab; store samples or coefficients, or divide ",
-           "the series by frames");
+    refuse("the steps of wavelets follow from all tiles of a slab; store samples, or divide the series by ",
+           "frames");
   if (s.lowpass) refuse("lowpass holds whole frames; divide the series by frames, or leave it out");
   if (s.nonfinite == NonFinite::hole && !s.fixed_predictions)
     refuse("holes are filled from data however far away; set fixed_predictions, for all blocks alike, or ",

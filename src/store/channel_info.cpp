@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses a channel's codes from the type, range or step asked for, of samples or coefficients, and refuses
-// what they cannot hold. Measured errors are cut to a few digits, so that files do not depend on the
-// instruction set.
+// Chooses a channel's codes from the type, range or step asked for, and refuses what they cannot hold.
+// Measured errors are cut to a few digits, so that files do not depend on the instruction set.
 #include "store/channel_info.h"
 
 #include <algorithm>
@@ -14,19 +13,13 @@
 namespace bccsplat {
 namespace {
 
-// Returns how many codes a step apart hold a range, one of them air itself.
-double codes_of_step(const Range& range, double step, float air) {
-  const double zero = air;
-  return std::ceil((zero - std::min(range.low, zero)) / step) +
-         std::ceil((std::max(range.high, zero) - zero) / step) + 1;
-}
-
 // Codes a caller-chosen step apart, one of them air itself.
 Quantiser quantiser_of_step(ValueType type, const Range& range, double step, float air,
                             const std::string& name) {
   const double zero = air;
   const double low = std::min(range.low, zero), high = std::max(range.high, zero);
-  const double below = std::ceil((zero - low) / step), codes = codes_of_step(range, step, air);
+  const double below = std::ceil((zero - low) / step);
+  const double codes = below + std::ceil((high - zero) / step) + 1; // one of them air itself
   if (largest_code(type) == 0 || !(step > 0 && std::isfinite(step)) || !(codes <= largest_code(type) + 1.0))
     fail(Code::invalid_argument, "channel ", name, ": value_step ", step, " needs ", codes, " codes from ",
          low, " to ", high, "; the type has ", largest_code(type) + 1);
@@ -60,8 +53,7 @@ Quantiser quantiser_of_samples(const ChannelSettings& settings, SourceType sourc
 
 } // namespace
 
-FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool coefficients,
-                        ChannelInfo& info) {
+FitChannel code_channel(const ChannelSettings& settings, SourceType first, ChannelInfo& info) {
   info.source_type = settings.source_type.value_or(first);
   FitChannel channel;
   channel.name = settings.name;
@@ -77,45 +69,7 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
     info.residuals.local = true, info.residuals.shape = CorrectionShape::smooth;
   }
   channel.unit = packing_unit(channel.quantiser);
-  if (!coefficients) return channel;
-  static_cast<Quantiser&>(info) = quantiser_of_coefficients(channel.quantiser);
-  if (info.type == ValueType::i32) channel.counted_step = info.scale;
-  // The samples they are made of are not rounded.
-  channel.quantiser = quantiser_of_range(ValueType::f32, {}, static_cast<float>(settings.air));
   return channel;
-}
-
-Quantiser code_channel_anew(const ChannelInfo& channel, bool coefficients, std::optional<ValueType> type,
-                            double value_step) {
-  const bool whole = !is_float(type.value_or(channel.type)) || (!type && value_step > 0);
-  if (!whole) {
-    if (value_step > 0)
-      fail(Code::invalid_argument, "channel ", channel.name, ": value_step is for integer types");
-    // Halves of samples may be stored as they are, not relative to air.
-    if (!coefficients && type.value_or(channel.type) == channel.type)
-      return static_cast<const Quantiser&>(channel);
-    return quantiser_of_range(type.value_or(channel.type), {}, channel.air);
-  }
-  const bool spread = is_float(channel.type) && value_step == 0;
-  if (spread) {
-    const Quantiser samples = quantiser_of_range(*type, channel.source_range, channel.air);
-    return coefficients ? quantiser_of_coefficients(samples) : samples;
-  }
-  const double step = value_step > 0 ? value_step : channel.scale;
-  if (coefficients) {
-    // Coefficients swing further than samples; 2^30 steps are there.
-    if (!(codes_of_step(channel.source_range, step, channel.air) <= 0x1p26))
-      fail(Code::invalid_argument, "channel ", channel.name, ": steps of ", step,
-           " are too small for its range");
-    return {ValueType::i32, step, channel.air, channel.air};
-  }
-  if (is_integer(channel.type) && step == channel.scale && type.value_or(channel.type) == channel.type)
-    return static_cast<const Quantiser&>(channel);
-  const double codes = codes_of_step(channel.source_range, step, channel.air);
-  const ValueType smallest = codes <= 256 ? ValueType::u8 : ValueType::u16;
-  const ValueType asked = type.value_or(channel.type);
-  return quantiser_of_step(is_integer(asked) ? asked : smallest, channel.source_range, step, channel.air,
-                           channel.name);
 }
 
 namespace {

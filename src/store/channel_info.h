@@ -12,14 +12,7 @@ namespace bccsplat {
 // first: type of the first box, where the settings name no type. Sets what `info` says of the source and of
 // the coding, and returns what the fit is to do with the channel. Throws invalid_argument for settings that
 // contradict each other.
-[[nodiscard]] FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool coefficients,
-                                      ChannelInfo& info);
-
-// How a channel is coded when its file is coded anew, as samples or coefficients: in steps of the same value,
-// unless a type or the value of a step is given. Throws invalid_argument where the type cannot hold the
-// range.
-[[nodiscard]] Quantiser code_channel_anew(const ChannelInfo& channel, bool coefficients,
-                                          std::optional<ValueType> type, double value_step);
+[[nodiscard]] FitChannel code_channel(const ChannelSettings& settings, SourceType first, ChannelInfo& info);
 
 // Adds what was measured of a channel, its source range given, over so many frames: the lattice alone and
 // with corrections.

@@ -176,10 +176,6 @@ template<class... What> [[noreturn]] void refuse_other(const std::string& path, 
   fail(Code::wrong_state, path, ": ", what..., "; import all anew");
 }
 
-std::string stored_text(const VolumeInfo& info) {
-  return info.coefficient_kernel.empty() ? "samples" : "coefficients of " + info.coefficient_kernel;
-}
-
 void require_same_lattice(const VolumeInfo& was, const VolumeInfo& now, const std::string& path) {
   const Lattice4 &a = was.lattice, &b = now.lattice;
   if (a.is_static()) refuse_other(path, "it has a single frame, which is no series that could go on");
@@ -267,7 +263,7 @@ void require_same_channel(const VolumeInfo& was, const VolumeInfo& now, size_t c
 void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t frames,
                          const std::string& path) {
   if (was.part) fail(Code::wrong_state, path, ": a part of a series; join all parts first");
-  if (was.unfinished) fail(Code::wrong_state, path, ": an unfinished series; code it anew first (recode)");
+  if (was.unfinished) fail(Code::wrong_state, path, ": an unfinished series; write it to its end first");
   require_same_lattice(was, now, path);
   for (size_t a = 0; a < 3; ++a) require_same_axis(was, now, a, path);
   require_same_affine(was, now, path);
@@ -275,8 +271,6 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
   require_same_unit("times", was.time.unit, now.time.unit, path);
   if (frames > 0 && was.lattice.dims[3] > now.lattice.dims[3])
     refuse_other(path, "it has ", was.lattice.dims[3], " frames, the longer series ", now.lattice.dims[3]);
-  if (was.coefficient_kernel != now.coefficient_kernel)
-    refuse_other(path, "it stores ", stored_text(was), ", the series to be appended ", stored_text(now));
   const auto same_layers = [](const StoredLattice& x, const StoredLattice& y) {
     return x.slab_layers == y.slab_layers && x.lattice.space == y.lattice.space &&
            x.lattice.before == y.lattice.before && x.lattice.behind == y.lattice.behind;
@@ -289,8 +283,7 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
   for (size_t c = 0; c < was.channels.size(); ++c) require_same_channel(was, now, c, path);
 }
 
-Continuation::Continuation(const Bcc4Reader& old, const WriterSettings& settings, FitOptions options,
-                           const LayerUse& use)
+Continuation::Continuation(const Bcc4Reader& old, const WriterSettings& settings, FitOptions options)
     : old_(old) {
   const VolumeInfo& was = info();
   const PartSettings& part = *settings.part;
@@ -317,13 +310,11 @@ Continuation::Continuation(const Bcc4Reader& old, const WriterSettings& settings
   require_equal_times(settings.path, was, part.times);
   options.lead = was.lattice.lead, options.margins = was.lattice.before;
   lattice_ = lattice_of(options, options.dims[3]);
-  rest_ = rest_of_series(lattice_, options, use, done);
+  rest_ = rest_of_series(lattice_, options, done);
   const bool wavelets = was.tile_edge > 1;
-  if (was.coefficient_kernel.empty() && !wavelets && !use.coefficients && any_clamped(was) &&
-      !(was.tail && was.tail->slabs == slabs()))
+  if (!wavelets && any_clamped(was) && !(was.tail && was.tail->slabs == slabs()))
     refuse("it does not tell where samples were clamped, as newer files do");
-  if (((!was.coefficient_kernel.empty() && use.coefficients) || wavelets) && slabs() > 0 &&
-      !(told_ = told_counts(was, slabs())))
+  if (wavelets && slabs() > 0 && !(told_ = told_counts(was, slabs())))
     refuse("it does not tell of the samples that its coefficients were made of, as files of this version do");
   begin_earlier(part.early_frames, rest_.fit);
   find_places();

@@ -30,9 +30,8 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
 class Continuation {
  public:
   // old: the file at settings.path; once it is closed nothing but slabs() and rest() may be asked. Throws,
-  // saying why, where it cannot be continued by settings.part alone. options, use: of the longer series.
-  Continuation(const Bcc4Reader& old, const WriterSettings& settings, FitOptions options,
-               const LayerUse& use);
+  // saying why, where it cannot be continued by settings.part alone. options: of the longer series.
+  Continuation(const Bcc4Reader& old, const WriterSettings& settings, FitOptions options);
 
   [[nodiscard]] const Lattice4& lattice() const { return lattice_; } // of the longer series
   [[nodiscard]] const SeriesPart& rest() const { return rest_; }     // what is left to do
@@ -58,7 +57,7 @@ class Continuation {
   const Bcc4Reader& old_;
   Lattice4 lattice_;
   SeriesPart rest_;
-  std::optional<std::vector<LayerCounts>> told_; // of coefficients and wavelets
+  std::optional<std::vector<LayerCounts>> told_; // of wavelets
   // Something that is copied, by where the old file has it. A mask that an earlier one shares has its place.
   struct Place {
     uint64_t offset;

@@ -21,7 +21,6 @@ class JoinedSamples final : public SampleSource {
   const Lattice4& lattice() const override { return first().lattice(); }
   int channels() const override { return first().channels(); }
   float air(int channel) const override { return first().air(channel); }
-  const std::string& coefficient_kernel() const override { return first().coefficient_kernel(); }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
   void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,

@@ -76,7 +76,7 @@ JournalOptions journal_options(const WriterSettings& s, const std::string& kerne
                      {"nonfinite", name_of(s.nonfinite)},
                      {"ends", s.ends == Ends::periodic ? "periodic" : concat(lead, " layers predicted")},
                      {"faces", concat(list_of(planes), " planes predicted")},
-                     {"store", s.coefficients ? "coefficients" : "samples"},
+                     {"store", s.wavelets ? "wavelets" : "samples"},
                      {"levels", concat(s.levels)},
                      {"abs_error", bounds_text(s)}, // sets the kernel, too
                      {"recommended_kernel", or_none(kernel)},

@@ -11,41 +11,16 @@ FitOptions options_of_level(FitOptions options, int level, const Int3& margins) 
   return options;
 }
 
-LevelFit::LevelFit(int level, const FitOptions& options, Store store, const Context& context, MaskSink masks)
-    : store_([level, store = std::move(store)](int32_t slab, int channel, const SlabLayers& layers) {
-        store(slab, {channel, level}, layers);
-      }),
-      context_(context), fit_(
-                             options,
-                             [this](int32_t number, int channel, const SlabLayers& layers) {
-                               if (coefficients_)
-                                 coefficients_->add_layers(channel, number, layers, context_, store_);
-                               else
-                                 store_(number, channel, layers);
-                             },
-                             context, std::move(masks)) {}
-
-void LevelFit::store_coefficients(const VolumeInfo& info, const SeriesPart* part) {
-  coefficients_ = std::make_unique<CoefficientSlabs>(fit_.lattice(), info, part);
-}
-
-void LevelFit::shorten(uint32_t frames) {
-  fit_.shorten(frames);
-  if (coefficients_) coefficients_->set_lattice(fit_.lattice());
-}
-
-void LevelFit::finish_channel(int channel) {
-  fit_.finish_channel(channel);
-  if (coefficients_) coefficients_->store_ready(channel, context_, store_);
-}
-
-void LevelFits::begin(const std::vector<FitOptions>& options, const LevelFit::Store& store,
-                      const MaskSink& masks, const Context& context) {
+void LevelFits::begin(const std::vector<FitOptions>& options, const Store& store, const MaskSink& masks,
+                      const Context& context) {
   const MaskSink untold = [](int, uint32_t, const std::vector<std::byte>&) {};
   frames_.emplace(options, context);
-  for (size_t l = 0; l < options.size(); ++l)
-    fits_.push_back(
-        std::make_unique<LevelFit>(static_cast<int>(l), options[l], store, context, l == 0 ? masks : untold));
+  for (int l = 0; l < static_cast<int>(options.size()); ++l) {
+    const FitSink sink = [l, store](int32_t slab, int channel, const SlabLayers& layers) {
+      store(slab, {channel, l}, layers);
+    };
+    fits_.push_back(std::make_unique<Fit>(options[l], sink, context, l == 0 ? masks : untold));
+  }
 }
 
 void LevelFits::add_frame(int channel, std::span<const FrameBox> boxes, const FrameScan& scan,
@@ -53,7 +28,7 @@ void LevelFits::add_frame(int channel, std::span<const FrameBox> boxes, const Fr
   const PreparedFrame prepared = fit().prepare_frame(channel, boxes, scan);
   if (coarsest() > 0) { // what coarser levels are made of goes before level 0 takes its memory
     const LevelFrames::Images images = frames_->make(prepared, ringing);
-    for (int l = coarsest(); l > 0; --l) fits_[l]->fit().add_frame(channel, prepared, images.at(l));
+    for (int l = coarsest(); l > 0; --l) fits_[l]->add_frame(channel, prepared, images.at(l));
   }
   fit().add_frame(channel, prepared, {prepared.frame, scan.cells, prepared.faces});
 }
@@ -66,7 +41,7 @@ void LevelFits::describe_lattices(VolumeInfo& info) const {
 FitReport LevelFits::report() const {
   FitReport result = fit().report();
   for (size_t l = 1; l < fits_.size(); ++l)
-    for (const FitChannelReport& r : fits_[l]->fit().report().channels) {
+    for (const FitChannelReport& r : fits_[l]->report().channels) {
       FitChannelReport& counts = result.channels.emplace_back();
       counts.clamped = r.clamped, counts.clamped_slabs = r.clamped_slabs;
       counts.lasting.clamped = r.lasting.clamped;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What makes the slabs of a volume that is written, level by level: a fit of the frames, or layers, and
-// behind it the prefilter where coefficients are stored.
+// What makes the slabs of a volume that is written, level by level: fits of the frames, or layers.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,7 +10,6 @@
 
 #include "base/context.h"
 #include "fit/fit.h"
-#include "store/coefficient_slabs.h"
 #include "store/level_frames.h"
 
 namespace bccsplat {
@@ -19,47 +18,24 @@ namespace bccsplat {
 // margins: planes outside the faces of its own lattice.
 [[nodiscard]] FitOptions options_of_level(FitOptions options, int level, const Int3& margins);
 
-class LevelFit {
- public:
-  // Takes the slabs as they are stored.
-  using Store = std::function<void(int32_t slab, const ChannelLevel& at, const SlabLayers& layers)>;
-
-  LevelFit(int level, const FitOptions& options, Store store, const Context& context, MaskSink masks);
-  LevelFit(const LevelFit&) = delete;
-  LevelFit& operator=(const LevelFit&) = delete;
-
-  // Called before any data where coefficients are stored, for which the fit hands out layers one by one;
-  // info, part: as of CoefficientSlabs.
-  void store_coefficients(const VolumeInfo& info, const SeriesPart* part);
-  // Ends the series with what every channel was given.
-  void shorten(uint32_t frames);
-  // Makes and stores what is left of a channel.
-  void finish_channel(int channel);
-  [[nodiscard]] Fit& fit() { return fit_; }
-  [[nodiscard]] const Fit& fit() const { return fit_; }
-
- private:
-  FitSink store_;
-  Context context_;
-  std::unique_ptr<CoefficientSlabs> coefficients_; // null: samples are stored
-  Fit fit_;
-};
-
 // The fits of all levels of a series, none before the first data. Level 0 prepares the frames of all, and
 // tells what is missing before any of them takes a frame. Coarser levels come first, so that a coarse slab is
 // one read.
 class LevelFits {
  public:
+  // Takes the slabs.
+  using Store = std::function<void(int32_t slab, const ChannelLevel& at, const SlabLayers& layers)>;
+
   // options: of all levels, level 0 first. masks: takes those of level 0.
-  void begin(const std::vector<FitOptions>& options, const LevelFit::Store& store, const MaskSink& masks,
+  void begin(const std::vector<FitOptions>& options, const Store& store, const MaskSink& masks,
              const Context& context);
   void clear() { fits_.clear(), frames_.reset(); }
   [[nodiscard]] bool begun() const { return !fits_.empty(); }
   [[nodiscard]] int coarsest() const { return static_cast<int>(fits_.size()) - 1; }
-  [[nodiscard]] LevelFit& level(int level) { return *fits_[level]; }
-  [[nodiscard]] Fit& fit() { return fits_.front()->fit(); } // of level 0
-  [[nodiscard]] const Fit& fit() const { return fits_.front()->fit(); }
-  [[nodiscard]] const Lattice4& lattice(int level = 0) const { return fits_[level]->fit().lattice(); }
+  [[nodiscard]] Fit& level(int level) { return *fits_[level]; }
+  [[nodiscard]] Fit& fit() { return *fits_.front(); } // of level 0
+  [[nodiscard]] const Fit& fit() const { return *fits_.front(); }
+  [[nodiscard]] const Lattice4& lattice(int level = 0) const { return fits_[level]->lattice(); }
 
   // The next frame of a channel; scan: what the fit of level 0 found of it. ringing: of the channel there.
   void add_frame(int channel, std::span<const FrameBox> boxes, const FrameScan& scan, float ringing);
@@ -70,7 +46,7 @@ class LevelFits {
   [[nodiscard]] FitReport report() const;
 
  private:
-  std::vector<std::unique_ptr<LevelFit>> fits_; // by level
+  std::vector<std::unique_ptr<Fit>> fits_; // by level
   std::optional<LevelFrames> frames_;
 };
 

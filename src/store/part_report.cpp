@@ -12,7 +12,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr uint32_t report_version = 4;
+constexpr uint32_t report_version = 5;
 
 void write_range(ByteWriter& out, const Range& r) { out.write(r.low), out.write(r.high); }
 Range read_range(ByteReader& in) {

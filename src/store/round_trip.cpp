@@ -28,10 +28,8 @@ LayerSpan span_of(const Lattice4& lattice, int32_t reach, uint32_t frame) {
 
 } // namespace
 
-LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel, bool coefficients,
-                            uint32_t frame) {
-  const LayerWindow stored(lattice, 0, coefficients ? make_kernel(kernel).name : std::string());
-  return span_of(lattice, layers_in_reach(stored, kernel), frame);
+LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel, uint32_t frame) {
+  return span_of(lattice, layers_in_reach(lattice, kernel), frame);
 }
 
 // What is measured of a channel with one base of its field.
@@ -71,13 +69,11 @@ struct HeldBox {
 };
 
 struct RoundTrip::Channel {
-  Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients,
-          uint64_t cache_bytes, const RoundTripScope& scope)
-      : options(o),
-        window(lattice, static_cast<float>(o.air), coefficients ? make_kernel(kernel).name : std::string(),
-               scope.first_layer, o.sample_step),
+  Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, uint64_t cache_bytes,
+          const RoundTripScope& scope)
+      : options(o), window(lattice, static_cast<float>(o.air), scope.first_layer, o.sample_step),
         kernel_name(kernel), bricks(scope.bricks), based(window),
-        cache(std::min(coefficient_cache_bytes(window, kernel), cache_bytes)),
+        cache(std::min(coefficient_cache_bytes(lattice, kernel), cache_bytes)),
         // The prune threshold of an open volume.
         above_air(window, kernel, o.threshold / 2, cache, bricks) {}
 
@@ -166,27 +162,27 @@ ComparedPart part_of(const HeldFrame& held, uint32_t frame, const Lattice4& latt
 
 // Is the field at each source sample what is stored of it?
 bool goes_through_samples(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
-                          const std::string& kernel, bool coefficients) {
+                          const std::string& kernel) {
   const bool all_kept =
       std::all_of(channels.begin(), channels.end(), [](const auto& c) { return c.threshold == 0; });
   const Int3 sites = lattice.space.dims(0);
   for (size_t a = 0; a < 3; ++a) // an axis of one sample has two sites
     if (static_cast<uint32_t>(sites[a]) != lattice.dims[a]) return false;
-  return all_kept && !coefficients && kernel == "exact" && !lattice.periodic && lattice.lead == 0 &&
+  return all_kept && kernel == "exact" && !lattice.periodic && lattice.lead == 0 &&
          lattice.sites_are_samples();
 }
 
 } // namespace
 
 RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
-                     std::string kernel, bool coefficients, std::vector<uint32_t> frames, ResidualSink sink,
+                     std::string kernel, std::vector<uint32_t> frames, ResidualSink sink,
                      const Context& context, const RoundTripScope& scope)
     : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
       context_(context), scope_(scope) {
-  scope_.at_sites = scope.at_sites && goes_through_samples(lattice, channels, kernel_, coefficients);
+  scope_.at_sites = scope.at_sites && goes_through_samples(lattice, channels, kernel_);
   for (const RoundTripChannel& c : channels)
-    channels_.push_back(std::make_unique<Channel>(lattice_, c, kernel_, coefficients,
-                                                  context.memory.limit() / 4 / channels.size(), scope));
+    channels_.push_back(
+        std::make_unique<Channel>(lattice_, c, kernel_, context.memory.limit() / 4 / channels.size(), scope));
 }
 
 RoundTrip::~RoundTrip() = default;
@@ -228,7 +224,7 @@ void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox>
 
 // What the frames need that wait for the last layers of a periodic series is kept until then.
 void RoundTrip::begin_turn(Channel& c, int32_t first) const {
-  const int32_t reach = layers_in_reach(c.window, kernel_), layers = lattice_.layers();
+  const int32_t reach = layers_in_reach(lattice_, kernel_), layers = lattice_.layers();
   c.complete = first + layers;
   int32_t kept = first;
   for (; c.start < frames_.size(); ++c.start) {
@@ -249,7 +245,7 @@ LayerSpan RoundTrip::needed_for(const Channel& c, size_t at) const {
     const auto layer = static_cast<int32_t>(frames_[at]);
     return {layer, layer + 1};
   }
-  LayerSpan needed = span_of(lattice_, layers_in_reach(c.window, kernel_), frames_[at]);
+  LayerSpan needed = span_of(lattice_, layers_in_reach(lattice_, kernel_), frames_[at]);
   if (!lattice_.periodic) return needed;
   if (c.all_wait) return {c.complete - layers, c.complete};
   if (at < c.start) needed.begin += layers, needed.end += layers; // in the second turn

@@ -17,10 +17,10 @@
 
 #include "base/context.h"
 #include "field/coefficients/coefficients.h"
-#include "fit/coefficients/layer_window.h"
 #include "formats/bcc4/coding/residuals.h"
 #include "points/slab_layers.h"
 #include "points/values.h"
+#include "store/layer_window.h"
 #include "store/sample_comparison.h"
 #include "store/sample_errors.h"
 
@@ -33,9 +33,8 @@ using ResidualSink = std::function<void(int channel, uint32_t frame, const Frame
 struct LayerSpan {
   int32_t begin = 0, end = 0;
 };
-// Stored layers that the error of a frame depends on. coefficients: they hold those of the kernel.
-[[nodiscard]] LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel,
-                                          bool coefficients, uint32_t frame);
+// Stored layers that the error of a frame depends on.
+[[nodiscard]] LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel, uint32_t frame);
 
 // What is compared of the source.
 struct RoundTripScope {
@@ -52,10 +51,9 @@ class MeasuredField;
 
 class RoundTrip {
  public:
-  // kernel: the one the error is measured with; coefficients: layers hold coefficients of it. frames: those
-  // that are measured, rising.
+  // kernel: the one the error is measured with. frames: those that are measured, rising.
   RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels, std::string kernel,
-            bool coefficients, std::vector<uint32_t> frames, ResidualSink sink, const Context& context,
+            std::vector<uint32_t> frames, ResidualSink sink, const Context& context,
             const RoundTripScope& scope = {});
   ~RoundTrip();
 

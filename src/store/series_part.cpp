@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Works out which slabs, layers and frames a part or the rest of a series takes, from the reach of
-// resampling, low-pass, prefilter and measuring, so that each slab comes out as a writer of the whole series
+// resampling, low-pass and measuring, so that each slab comes out as a writer of the whole series
 // makes it.
 #include "store/series_part.h"
 
@@ -52,41 +52,24 @@ std::array<int64_t, 2> frames_of(const LayerSpan& layers, const Lattice4& lattic
   return {std::clamp<int64_t>(first, 0, frames), std::clamp<int64_t>(end, 0, frames)};
 }
 
-// Layers of samples on either side that stored layers are made of.
-int32_t prefilter_reach(const Lattice4& lattice, const LayerUse& use) {
-  return use.coefficients ? prefilter_layers(lattice, use.kernel) + 1 : 0;
-}
-
-LayerSpan samples_of(const LayerSpan& stored, const Lattice4& lattice, const LayerUse& use,
-                     int32_t slab_layers) {
-  if (stored.begin >= stored.end) return stored;
-  const int32_t layers = lattice.layers(), reach = prefilter_reach(lattice, use);
-  return whole_slabs({std::max(0, stored.begin - reach), std::min(layers, stored.end + reach)}, slab_layers,
-                     layers);
-}
-
-// Returns the bricks of samples that coefficients of these are made of: no prefilter reaches beyond the
-// bricks beside its own.
-BrickBox with_prefilter(const BrickBox& bricks) { return bricks.empty() ? bricks : bricks.widened(); }
-
-// Sets the bricks of a part that may be a block.
-void set_bricks(const SeriesBlock& block, const Lattice4& lattice, const LayerUse& use, SeriesPart& part) {
-  part.fit.bricks = layer_bricks_of(block, lattice, use);
-  part.bricks = part.fit.bricks.counted;
-  if (use.measured.empty() || block.all_space()) return;
+// Sets the bricks of a part that may be a block. Where the field is measured, coefficients are made of those
+// beside its own as well: no prefilter reaches further.
+void set_bricks(const SeriesBlock& block, const Lattice4& lattice, bool measured, SeriesPart& part) {
+  part.fit.bricks = layer_bricks_of(block, lattice);
+  if (!measured || block.all_space()) return;
   part.measured = bricks_near(block, lattice, kernel_sites);
-  part.bricks = part.bricks.joined(part.measured);
-  part.fit.bricks.made = with_prefilter(part.bricks);
+  const BrickBox all = part.fit.bricks.counted.joined(part.measured);
+  part.fit.bricks.made = all.empty() ? all : all.widened();
 }
 
 } // namespace
 
-LayerBricks layer_bricks_of(const SeriesBlock& block, const Lattice4& lattice, const LayerUse& use) {
+LayerBricks layer_bricks_of(const SeriesBlock& block, const Lattice4& lattice) {
   const BrickBox own = bricks_of(block, lattice);
-  return {use.coefficients ? with_prefilter(own) : own, own};
+  return {own, own};
 }
 
-SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
+SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, const MeasuredFrames& measured,
                           const SeriesBlock& block) {
   const uint32_t frames = options.dims[3], first = block.first_frame(), end = block.end_frame();
   if (first >= end || end > frames)
@@ -95,10 +78,10 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
   SeriesPart part;
   part.fit.counted = block;
   part.fit.first_given = first, part.fit.end_given = end;
-  set_bricks(block, lattice, use, part);
+  set_bricks(block, lattice, !measured.frames.empty(), part);
   if (lattice.is_static()) {
     part.end_slab = (lattice.layers() + options.slab_layers - 1) / options.slab_layers;
-    part.end_layer = part.fit.end_layer = part.fit.end_own = lattice.layers();
+    part.fit.end_layer = part.fit.end_own = lattice.layers();
     return part;
   }
   const int32_t layers = lattice.layers(), slab = options.slab_layers;
@@ -114,25 +97,21 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
   };
   part.first_slab = slab_at(first), part.end_slab = slab_at(end);
   const LayerSpan own{std::min(part.first_slab * slab, layers), std::min(part.end_slab * slab, layers)};
-  LayerSpan stored = own;
-  for (const uint32_t frame : use.measured)
-    if (frame >= first && frame < end)
-      include(stored, layers_to_measure(lattice, use.kernel, use.coefficients, frame));
-  stored = whole_slabs(stored, slab, layers);
-  const LayerSpan samples = samples_of(stored, lattice, use, slab);
-  part.first_layer = stored.begin, part.end_layer = stored.end;
-  if (samples.begin < samples.end) {
-    const auto [from, to] = frames_of(samples, lattice, options);
+  LayerSpan made = own;
+  for (const uint32_t frame : measured.frames)
+    if (frame >= first && frame < end) include(made, layers_to_measure(lattice, measured.kernel, frame));
+  made = whole_slabs(made, slab, layers);
+  if (made.begin < made.end) {
+    const auto [from, to] = frames_of(made, lattice, options);
     part.fit.first_given = std::min(first, static_cast<uint32_t>(from));
     part.fit.end_given = std::max(end, static_cast<uint32_t>(to));
   }
-  part.fit.first_layer = samples.begin, part.fit.end_layer = samples.end;
+  part.fit.first_layer = made.begin, part.fit.end_layer = made.end;
   part.fit.first_own = own.begin, part.fit.end_own = own.end;
   return part;
 }
 
-int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
-                      uint32_t frames) {
+int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, uint32_t frames) {
   if (lattice.is_static() || lattice.periodic) return 0;
   const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
   // With fewer, what stands before the first frame changes as well.
@@ -140,24 +119,21 @@ int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, const 
       frames < EndFrames::used(widening) + (options.lowpass ? lowpass_time_reach(lattice) : 0))
     return 0;
   const double last = frames - 1.0 - frame_reach(lattice, options, widening);
-  int32_t samples = 0; // layers of them
-  while (lattice.layer_frame(samples) <= last) ++samples;
-  return std::max(0, samples - prefilter_reach(lattice, use)) / options.slab_layers;
+  int32_t layers = 0;
+  while (lattice.layer_frame(layers) <= last) ++layers;
+  return layers / options.slab_layers;
 }
 
-SeriesPart rest_of_series(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
-                          uint32_t done) {
+SeriesPart rest_of_series(const Lattice4& lattice, const FitOptions& options, uint32_t done) {
   const uint32_t frames = options.dims[3];
   SeriesPart part;
-  part.first_slab = lasting_slabs(lattice, options, use, done);
-  part.first_layer = part.first_slab * options.slab_layers, part.end_layer = lattice.layers();
-  part.end_slab = (part.end_layer + options.slab_layers - 1) / options.slab_layers;
-  const LayerSpan samples = samples_of({part.first_layer, part.end_layer}, lattice, use, options.slab_layers);
+  part.first_slab = lasting_slabs(lattice, options, done);
+  const LayerSpan made{part.first_slab * options.slab_layers, lattice.layers()};
+  part.end_slab = (made.end + options.slab_layers - 1) / options.slab_layers;
   part.fit.counted = SeriesBlock::of_frames(done, frames), part.fit.end_given = frames;
-  part.fit.first_layer = samples.begin, part.fit.end_layer = samples.end;
-  part.fit.first_own = part.first_layer, part.fit.end_own = part.end_layer;
-  if (samples.begin > 0)
-    part.fit.first_given = static_cast<uint32_t>(frames_of(samples, lattice, options)[0]);
+  part.fit.first_layer = part.fit.first_own = made.begin;
+  part.fit.end_layer = part.fit.end_own = made.end;
+  if (made.begin > 0) part.fit.first_given = static_cast<uint32_t>(frames_of(made, lattice, options)[0]);
   part.fit.first_given = std::min(part.fit.first_given, done);
   return part;
 }
@@ -183,7 +159,7 @@ std::vector<std::byte> lasting_counts(int32_t lasting, std::span<const FitChanne
 
 void describe_tail(int32_t lasting, std::span<const FitChannelReport> channels, VolumeInfo& info) {
   info.tail.reset(), info.counts.reset();
-  if (!info.coefficient_kernel.empty() || info.tile_edge > 1) {
+  if (info.tile_edge > 1) {
     if (lasting > 0) info.counts = {lasting, lasting_counts(lasting, channels)};
     return;
   }

@@ -29,7 +29,7 @@ void check_labels(const WriterSettings& s) {
   const bool own = std::all_of(s.scales.begin(), s.scales.end(), [](double scale) { return scale == 1; });
   for (const ChannelSettings& c : s.channels) {
     if (!c.labels.value_or(false)) continue;
-    if (s.lattice != LatticeKind::cc || !own || s.wavelets || s.coefficients)
+    if (s.lattice != LatticeKind::cc || !own || s.wavelets)
       fail(Code::unsupported, "channel ", c.name,
            ": labels come back whole from samples of lattice CC at distance 1 alone; store them so, or "
            "call them quantities");
@@ -65,12 +65,10 @@ void check_settings(const WriterSettings& s, bool to_stream) {
       fail(Code::invalid_argument, "writer: abs_error must be finite and not negative");
   if (!(s.psnr >= 0 && std::isfinite(s.psnr)))
     fail(Code::invalid_argument, "writer: psnr must be finite and not negative");
-  if ((s.must_measure() || s.coefficients || s.wavelets) && s.dims[3] == 0)
+  if ((s.must_measure() || s.wavelets) && s.dims[3] == 0)
     fail(Code::invalid_argument,
-         "writer: a bound, measuring, coefficients, or wavelets need the number of frames in dims[3]; where "
-         "it is not known yet give the most that may come, and end with finish_short");
-  if (s.wavelets && s.coefficients)
-    fail(Code::invalid_argument, "writer: wavelets are of samples, not of coefficients");
+         "writer: a bound, measuring or wavelets need the number of frames in dims[3]; where it is "
+         "not known yet give the most that may come, and end with finish_short");
   if (s.ends == Ends::periodic) check_periodic(s);
   check_labels(s);
   for (size_t a = 0; a < 3; ++a)

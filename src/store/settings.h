@@ -75,9 +75,8 @@ struct PartSettings {
 // Throws invalid_argument unless the times of a series are finite and rise.
 void require_rising(std::span<const double> times);
 
-// Layers of a slab. One that is read decodes those before it in its slab: of coefficients, where a moment
-// needs six, fewer stand together (tests/bench/notes/coefficient-codes.md).
-[[nodiscard]] constexpr int32_t slab_layers_for(bool coefficients) { return coefficients ? 4 : 8; }
+// Layers of a slab of samples. One that is read decodes those before it in its slab.
+inline constexpr int32_t slab_layers_of_samples = 8;
 
 // The same of wavelets: the more layers are transformed together the smaller they are, and the more a moment
 // decodes; large frames have fewer (tests/bench/notes/coder.md). On D4* a layer has every other site.
@@ -102,7 +101,6 @@ struct WriterSettings {
   Faces faces = Faces::automatic;
   std::array<bool, 3> faces_along{}; // axes of Faces::along
   AxisFlags turning{};               // periodic axes, behind whose last sample comes the first: no faces
-  bool coefficients = false;         // stored in place of samples
   bool wavelets = false;             // samples, in chunks of wavelet coefficients
   bool fixed_predictions = false;    // beyond faces and ends, as of FitOptions
   int levels = 0; // coarser ones, of frames; a series that is appended to keeps those it has

@@ -24,7 +24,7 @@ WriterEnding::WriterEnding(WriterOpening& opening, LevelFits& fits, Measuring& m
 
 void WriterEnding::check() const {
   if (!fits_.begun()) fail(Code::wrong_state, "writer: nothing was added");
-  for (int level = fits_.coarsest(); level >= 0; --level) fits_.level(level).fit().check_end();
+  for (int level = fits_.coarsest(); level >= 0; --level) fits_.level(level).check_end();
   check_times(opening_.frames());
   if (opening_.frames() == 0) require_no_fewer(given_.added.front());
 }
@@ -104,7 +104,7 @@ WriteReport WriterEnding::finish() {
 }
 
 FitReport WriterEnding::finish_fits() {
-  for (int level = fits_.coarsest(); level >= 0; --level) fits_.level(level).fit().end();
+  for (int level = fits_.coarsest(); level >= 0; --level) fits_.level(level).end();
   for (int c = 0; c < static_cast<int>(channels()); ++c)
     for (int level = fits_.coarsest(); level >= 0; --level) {
       fits_.level(level).finish_channel(c);

@@ -133,24 +133,13 @@ void WriterInput::add_field(uint32_t channel, const Field& field) {
 void WriterInput::begin(GivenData::Kind kind, uint32_t first_channel, SourceType first_type) {
   opening_.settle(kind == GivenData::Kind::frames, first_channel, first_type);
   given_.kind = kind;
-  const std::vector<FitOptions> options = opening_.level_options();
   const auto store = [this](int32_t slab, const ChannelLevel& at, const SlabLayers& layers) {
     output_.store_slab(slab, at, layers);
   };
   const auto take_mask = [this](int channel, uint32_t frame, std::vector<std::byte> runs) {
     output_.take_mask(channel, frame, std::move(runs));
   };
-  fits_.begin(options, store, take_mask, context_);
-  if (opening_.settings().coefficients) begin_coefficients(options);
-}
-
-void WriterInput::begin_coefficients(const std::vector<FitOptions>& options) {
-  for (int level = fits_.coarsest(); level >= 0; --level) {
-    std::optional<SeriesPart> part;
-    if (opening_.part_made()) part = *opening_.part_made();
-    if (part && level > 0) part->bricks = options[level].part->bricks.counted;
-    fits_.level(level).store_coefficients(opening_.info(), part ? &*part : nullptr);
-  }
+  fits_.begin(opening_.level_options(), store, take_mask, context_);
 }
 
 void WriterInput::require_kind(GivenData::Kind kind) const {

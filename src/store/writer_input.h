@@ -50,7 +50,6 @@ class WriterInput {
     }
   }
   void begin(GivenData::Kind kind, uint32_t first_channel, SourceType first_type);
-  void begin_coefficients(const std::vector<FitOptions>& options);
   // frames_known: the source samples of frames will be given.
   void begin_measuring(bool frames_known);
   void begin_measuring_levels();

@@ -78,8 +78,7 @@ std::vector<uint32_t> own_frames(const WriterOpening& opening, const Lattice4& l
   std::erase_if(list, [&](uint32_t f) {
     if (!part) return false;
     if (!opening.continued()) return !part->fit.counted.has_frame(f);
-    return layers_to_measure(lattice, opening.info().recommended_kernel, opening.settings().coefficients, f)
-               .begin < part->first_layer;
+    return layers_to_measure(lattice, opening.info().recommended_kernel, f).begin < part->fit.first_layer;
   });
   return list;
 }
@@ -106,9 +105,9 @@ void WriterInput::begin_measuring(bool frames_known) {
   const bool at_sites = compares_at_sites(opening_);
   measuring_.begin(0, [&] {
     return std::make_unique<RoundTrip>(
-        lattice, channels_to_measure(opening_, false), opening_.info().recommended_kernel,
-        opening_.settings().coefficients, std::move(frames), store, context_,
-        RoundTripScope{.first_layer = part ? part->first_layer : 0,
+        lattice, channels_to_measure(opening_, false), opening_.info().recommended_kernel, std::move(frames),
+        store, context_,
+        RoundTripScope{.first_layer = part ? part->fit.first_layer : 0,
                        .in_boxes = !measuring_.required() && !at_sites,
                        .at_sites = at_sites,
                        .samples = opening_.is_block() ? scope_of(opening_.fit(), lattice).counted : Region{},
@@ -129,9 +128,8 @@ void WriterInput::begin_measuring_levels() {
     const int32_t every = (1 << level) + 1;
     measuring_.begin(level, [&] {
       return std::make_unique<RoundTrip>(fits_.lattice(level), channels_to_measure(opening_, true),
-                                         opening_.info().recommended_kernel, opening_.settings().coefficients,
-                                         frames, nullptr, context_,
-                                         RoundTripScope{.first_layer = part ? part->first_layer : 0,
+                                         opening_.info().recommended_kernel, frames, nullptr, context_,
+                                         RoundTripScope{.first_layer = part ? part->fit.first_layer : 0,
                                                         .every = every,
                                                         .in_boxes = !measuring_.required()});
     });

@@ -48,7 +48,7 @@ int32_t slab_layers_of(const WriterSettings& s, const Bcc4Reader* old) {
   if (old) return old->info().slab_layers;
   if (s.wavelets)
     return slab_layers_of_wavelets(s.lattice, static_cast<double>(s.dims[0]) * s.dims[1] * s.dims[2]);
-  return slab_layers_for(s.coefficients);
+  return slab_layers_of_samples;
 }
 
 // The root mean square error that is asked for; 0: none. A bound leaves the rest to corrections, and
@@ -154,9 +154,9 @@ FitOptions fit_options_of(const WriterSettings& s, const Bcc4Reader* old) {
 // The kernel that a file recommends; empty: readers choose.
 std::string recommended_kernel(const WriterSettings& s, const Lattice4& lattice) {
   if (!s.recommended_kernel.empty()) return make_kernel(s.recommended_kernel).name;
-  if (!s.coefficients && s.scales[3] == 1 && lattice.sites_are_samples()) return make_kernel("exact").name;
+  if (s.scales[3] == 1 && lattice.sites_are_samples()) return make_kernel("exact").name;
   // What is promised must not depend on a reader's default.
-  return s.bounds_samples() || s.psnr > 0 || s.coefficients ? make_kernel("").name : std::string();
+  return s.bounds_samples() || s.psnr > 0 ? make_kernel("").name : std::string();
 }
 
 void require_wavelet_type(const ChannelInfo& c) {
@@ -209,11 +209,6 @@ void WriterOpening::begin_info() {
   check_axes(info, Code::invalid_argument);
   info.time.unit = s.time_unit;
   info.recommended_kernel = recommended_kernel(s, info.lattice);
-  if (s.coefficients) {
-    const Kernel kernel = make_kernel(info.recommended_kernel);
-    info.coefficient_parameters = kernel_parameters(kernel);
-    info.coefficient_kernel = kernel.name;
-  }
   for (size_t c = 0; c < s.channels.size(); ++c) {
     const ChannelSettings& channel = s.channels[c];
     ChannelInfo& of = info.channels.emplace_back();
@@ -242,8 +237,8 @@ void WriterOpening::require_continued_file() const {
     static_cast<Quantiser&>(now.channels[c]) = static_cast<const Quantiser&>(was.channels[c]);
     now.channels[c].air = static_cast<float>(channel.air);
     if (channel.source_type)
-      (void)code_channel(channel, *channel.source_type, s.coefficients, now.channels[c]);
-    else if (channel.value_type && !s.coefficients)
+      (void)code_channel(channel, *channel.source_type, now.channels[c]);
+    else if (channel.value_type)
       now.channels[c].type = *channel.value_type;
   }
   // The numbers of the frames are compared as a part's, where they are given as one.
@@ -256,7 +251,7 @@ void WriterOpening::begin_part(Measuring& measuring, const Context& context) {
   if (frames() == 0)
     fail(Code::invalid_argument, "a part needs the number of frames of the series in dims[3]");
   if (old_) {
-    continued_.emplace(*old_, settings_, options, layer_use());
+    continued_.emplace(*old_, settings_, options);
     lattice = continued_->lattice();
     options.part = continued_->rest().fit;
   } else {
@@ -282,9 +277,7 @@ void WriterOpening::plan_part(Measuring& measuring, const Context& context) {
   lattice = lattice_of(fit(), frames());
   if (!block.all_space()) check_block_lattice(settings_, lattice);
   const auto plan = [&](std::span<const uint32_t> measured) {
-    LayerUse use = layer_use();
-    use.measured = measured;
-    part_ = part_of_series(lattice, fit(), use, block);
+    part_ = part_of_series(lattice, fit(), {info().recommended_kernel, measured}, block);
   };
   const std::vector<uint32_t> measured = measuring.choose_frames(0, frames());
   if (!measuring.attempt([&] { plan(measured); })) plan({});
@@ -319,20 +312,18 @@ void WriterOpening::settle_beyond() {
   settled_.fit.margins = outside_planes(settings_, old_.get(), frame_planes);
 }
 
-LayerUse WriterOpening::layer_use() const { return {settings_.coefficients, info().recommended_kernel}; }
-
 std::vector<FitOptions> WriterOpening::level_options() const {
   std::vector<FitOptions> options{fit()};
   for (int level = 1; level <= levels_of(settings_, old_.get()); ++level) {
     FitOptions& o = options.emplace_back(
         options_of_level(fit(), level, outside_planes(settings_, old_.get(), frame_planes, level)));
-    if (part_) o.part->bricks = layer_bricks_of(part_->fit.counted, lattice_of(o, o.dims[3]), layer_use());
+    if (part_) o.part->bricks = layer_bricks_of(part_->fit.counted, lattice_of(o, o.dims[3]));
   }
   return options;
 }
 
 int32_t WriterOpening::lasting_slabs(const Lattice4& lattice) const {
-  return bccsplat::lasting_slabs(lattice, fit(), layer_use(), lattice.dims[3]);
+  return bccsplat::lasting_slabs(lattice, fit(), lattice.dims[3]);
 }
 
 uint32_t WriterOpening::checksum(std::optional<double> psnr) const {
@@ -354,8 +345,8 @@ void WriterOpening::settle(bool frames, uint32_t first_channel, SourceType first
          "writer: coarser levels are made of frames; layers and fields have level 0 alone");
   options.channels.clear();
   for (size_t c = 0; c < s.channels.size(); ++c)
-    options.channels.push_back(code_channel(s.channels[c], c == first_channel ? first_type : SourceType::f32,
-                                            s.coefficients, info.channels[c]));
+    options.channels.push_back(
+        code_channel(s.channels[c], c == first_channel ? first_type : SourceType::f32, info.channels[c]));
   if (s.wavelets) {
     for (const ChannelInfo& c : info.channels) require_wavelet_type(c);
     for (size_t c = 0; c < s.channels.size(); ++c) {
@@ -364,9 +355,8 @@ void WriterOpening::settle(bool frames, uint32_t first_channel, SourceType first
     }
   }
   if (frames && !continued_) settle_beyond();
-  if (frames && (s.coefficients || s.wavelets))
+  if (frames && s.wavelets)
     options.lasting_layers = options.slab_layers * lasting_slabs(lattice_of(options, s.dims[3]));
-  options.one_by_one = s.coefficients;
   info.levels.resize(levels_of(s, old_.get()));
   for (LevelInfo& level : info.levels) {
     level.slab_layers = info.slab_layers, level.tile_edge = info.tile_edge;

@@ -78,7 +78,6 @@ class WriterOpening {
   void begin_block(const Context& context);
   void begin_journal();
   void settle_beyond();
-  [[nodiscard]] LayerUse layer_use() const;
 
   WriterSettings settings_;
   std::shared_ptr<const Bcc4Reader> old_;

@@ -165,9 +165,7 @@ uint32_t WriterOutput::frames_to_show(const GivenData& given, int32_t layers) co
   if (lattice.is_static()) return 0;
   if (opening_.frames() == 0) lattice.last_layer = INT32_MAX / 2; // it has no end yet
   const auto is_whole = [&](uint32_t frame) {
-    return layers_to_measure(lattice, opening_.info().recommended_kernel, opening_.settings().coefficients,
-                             frame)
-               .end <= layers;
+    return layers_to_measure(lattice, opening_.info().recommended_kernel, frame).end <= layers;
   };
   const double last = lattice.layer_frame(layers - 1);
   auto frames = last < 0 ? 0 : static_cast<uint32_t>(last) + 1;

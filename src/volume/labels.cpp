@@ -107,8 +107,7 @@ bool is_labels(const OpenVolume& volume, uint32_t channel) {
   const Vec3 own{1, 1, 1};
   if (lattice.kind != LatticeKind::cc || lattice.space_step != own) return false;
   if (!lattice.is_static() && lattice.time_step != 1) return false;
-  // Wavelets and coefficients are near to what they store, and no labels.
-  if (volume.info().tile_edge > 1 || !volume.info().coefficient_kernel.empty()) return false;
+  if (volume.info().tile_edge > 1) return false; // wavelets are near to what they store, and no labels
   if (const auto known = volume.known_labels(channel)) return *known;
   const std::optional<bool> said = said_labels(volume.info(), name);
   const bool labels = said ? *said : survey_values(value_counts(volume, channel)).kind == ValueKind::labels;

@@ -35,12 +35,9 @@ TimeAxis time_axis(const VolumeInfo& info) {
 // bricks that are not all full.
 uint64_t cache_of_level(uint64_t bytes, uint32_t level) { return bytes >> (2 * level); }
 
-// The kernel a caller named, or the file's: stored coefficients fix it, else its recommendation, else the
-// default.
+// The kernel a caller named, or what the file recommends, or the default.
 std::string choose_kernel(const VolumeInfo& info, const char* asked) {
-  if (asked && *asked) return asked;
-  if (!info.coefficient_kernel.empty()) return info.coefficient_kernel;
-  return info.recommended_kernel;
+  return asked && *asked ? asked : info.recommended_kernel;
 }
 
 // The box around the points of the domain, index units; points outside count as the nearest inside.

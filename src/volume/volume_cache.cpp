@@ -42,13 +42,13 @@ bool is_whole(const VolumeInfo& info) {
 }
 
 // linear: of samples only the layer that coefficients are made of is held.
-LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool stored, bool linear) {
+LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool linear) {
   const auto [own, steps, in_space] = prefilter_of(lattice, kernel);
   const auto next = static_cast<uint64_t>(std::ceil(0.5 / lattice.time_step));
   LayerCounts n;
   n.coefficients =
       static_cast<uint64_t>(std::floor(2 * time_reach(own) / kernel_time_per_layer(lattice))) + 1;
-  if (stored || steps.empty()) return n;
+  if (steps.empty()) return n;
   if (linear) {
     n.samples = 1;
     return n;
@@ -72,18 +72,14 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   const double chunks = std::min(most_over_mean * mean, slots * static_cast<double>(info.channels.size())),
                bricks = std::min(most_over_mean * mean, slots),
                made = std::min(coefficients_over_samples * bricks, slots);
-  uint64_t code = 1; // bytes; i32 stands for steps, which two bytes hold as a rule
-  for (const ChannelInfo& c : info.channels)
-    code = std::max<uint64_t>(code, c.type == ValueType::i32 ? 2 : value_bytes(c.type));
+  uint64_t code = 1; // bytes
+  for (const ChannelInfo& c : info.channels) code = std::max<uint64_t>(code, value_bytes(c.type));
   const double parts = is_whole(info) ? outer_share(lattice.space) : 1;
   const auto beside = static_cast<uint64_t>(parts * static_cast<double>(part_overhead));
   const uint64_t coded = code * brick_sites + code_overhead + beside;
-  const bool stores_coefficients = !info.coefficient_kernel.empty(),
-             values = stores_coefficients || std::any_of(info.channels.begin(), info.channels.end(),
-                                                         [](const auto&c) { return is_float(c.type); });
-  const LayerCounts layers =
-      layers_of(lattice, kernel,
-                make_kernel(info.coefficient_kernel).name == kernel.name && stores_coefficients, linear);
+  const bool values =
+      std::any_of(info.channels.begin(), info.channels.end(), [](const auto& c) { return is_float(c.type); });
+  const LayerCounts layers = layers_of(lattice, kernel, linear);
   const double slot_bytes = slots * sizeof(SampleBrick);
   const auto bytes = [&](uint64_t count, double of_bricks, uint64_t each) {
     return static_cast<uint64_t>(static_cast<double>(count) *
@@ -94,7 +90,7 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   need.chunks = linear ? bytes(1, chunks, 2 * brick_sites) : bytes(info.slab_layers, chunks, coded);
   // Bytes mostly fit the steps of rounded coefficients, which Cartesian lattices have of linear samples
   // alone.
-  const bool rounded = (lattice.space.bcc || linear) && !stores_coefficients &&
+  const bool rounded = (lattice.space.bcc || linear) &&
                        std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) {
                          return c.type == ValueType::u8 && sample_step(c) > 0;
                        });

@@ -66,7 +66,6 @@ FILTER_KAISER6 = 2
 FILTER_BSPLINE3 = 3
 STORE_DEFAULT = 0
 STORE_SAMPLES = 1
-STORE_COEFFICIENTS = 2
 STORE_WAVELETS = 3
 NONFINITE_DEFAULT = 0
 NONFINITE_ERROR = 1
@@ -658,23 +657,6 @@ class VerifyReport(Struct):
         ("damages", c_uint64), ("unreadable", c_uint64), ("first_unreadable_offset", c_uint64)]
 
 
-class RecodeOptions(Struct):
-    overwrite: int
-    store: int
-    value_type: int
-    value_step: float
-    kernel: bytes | None
-    format: int
-    reserved: int
-    progress: Any
-    progress_user: int | None
-    cancel_token: int | None
-    _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("store", c_int32),
-        ("value_type", c_int32), ("value_step", c_double), ("kernel", c_char_p), ("format", c_int32),
-        ("reserved", c_int32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
-        ("cancel_token", c_void_p)]
-
-
 class Hyperplane(Struct):
     reserved: int
     a: float
@@ -1197,9 +1179,6 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_evaluate_world": (c_int32, c_void_p, c_uint32, c_uint64, c_void_p, c_void_p, c_void_p,
         c_void_p,),
     "bccsplat_volume_verify": (c_int32, c_void_p, bccsplat_progress_fn, c_void_p, POINTER(VerifyReport),),
-    "bccsplat_volume_recode": (c_int32, c_void_p, c_char_p, POINTER(RecodeOptions), POINTER(WriterReport),),
-    "bccsplat_volume_recode_stream": (c_int32, c_void_p, POINTER(WriteStream), POINTER(RecodeOptions),
-        POINTER(WriterReport),),
     "bccsplat_slice_create": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_void_p,),
     "bccsplat_volume_slice_at": (c_int32, c_void_p, c_double, POINTER(SliceOptions), c_void_p,),
     "bccsplat_volume_prefetch": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions),),

@@ -241,7 +241,7 @@ def chunk_frames(volume: Volume) -> tuple[int, ...]:
     frames = info.dims[3]
     if frames == 1:
         return (1,)
-    per_slab = 4 if info.store == _abi.STORE_COEFFICIENTS else 8
+    per_slab = 8
     distance = info.scales[3] / (np.sqrt(2) if info.lattice == _abi.LATTICE_D4STAR else 1)
     extra = info.layer_count - int(np.ceil((frames - 1) / distance - 1e-9)) - 1
     lead = extra // 4 * 2  # of those before frame 0, an even number, there are as many behind the last frame

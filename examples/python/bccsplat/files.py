@@ -110,8 +110,8 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     mask or fill values, else "error".
     labels: whether the values of all channels are labels, which nothing lies between; they need lattice="cc". None: readers
     tell by the values. abs_error: > 0: no finite sample is off by more. psnr: in dB; lattice, steps and store of the smallest file that keeps
-    it are found by a Plan, which reads the array once more. options: further ones of Writer, such as levels=2 or
-    store="coefficients", with psnr also of Plan.
+    it are found by a Plan, which reads the array once more. options: further ones of Writer, such as levels=2,
+    with psnr also of Plan.
     """
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
         {name: as_series(array)}

@@ -14,7 +14,7 @@ from .arrays import Array, bytes_of, corners_of, floats_of, points_of
 from .cancel import CancelToken, token_of
 from .device import Child, Device
 from .slices import Slice
-from .streams import Source, WriteAt, read_stream, write_stream
+from .streams import Source, read_stream
 
 if TYPE_CHECKING:
     from .field_array import FieldArray
@@ -309,22 +309,6 @@ class Volume(Child):
         except Error as error:
             error.report = report
             raise
-        return report
-
-    def recode(self, path: Union[str, "os.PathLike[str]", WriteAt], *, store: str | None = None,
-               kernel: str | None = None, value_step: float = 0, format: int = 0, overwrite: bool = False,
-               progress: Progress | None = None, cancel: CancelToken | None = None) -> _abi.WriterReport:
-        """Writes the volume anew without its source, to a path or by write_at(offset, bytes). store: "samples" or
-        "coefficients"; None: as it is."""
-        watch, report = Watch(progress), _abi.WriterReport()
-        options = _abi.RecodeOptions(overwrite=overwrite, store=choose("STORE", store), value_step=value_step,
-                                     kernel=encode(kernel), format=format,
-                                     progress=watch.function, cancel_token=token_of(cancel))
-        if callable(path):
-            stream = write_stream(path, watch)
-            call("volume_recode_stream", self.pointer, byref(stream), byref(options), byref(report), watch=watch)
-        else:
-            call("volume_recode", self.pointer, os.fsencode(path), byref(options), byref(report), watch=watch)
         return report
 
     def prefetch(self, frame: float, progress: Progress | None = None, cancel: CancelToken | None = None) -> None:

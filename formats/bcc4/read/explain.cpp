@@ -12,18 +12,10 @@ namespace {
 // Returns the file's own kernel, or the default one where this version does not know it.
 Kernel kernel_of(const VolumeInfo& info) {
   try {
-    return make_kernel(info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel);
+    return make_kernel(info.recommended_kernel);
   } catch (const Error&) {
     return make_kernel("");
   }
-}
-
-// Returns how many layers on either side of an instant show what is lost: those that the kernel reads.
-// Coefficients need no prefilter, but lose the layers beside as well (near_loss.h).
-int reach_of(const VolumeInfo& info) {
-  const Kernel kernel = kernel_of(info);
-  if (info.coefficient_kernel.empty()) return kernel.reach_layers();
-  return kernel.reach_layers() - prefilter_reach(kernel.prefilter4).time + 2;
 }
 
 struct Frames {
@@ -76,7 +68,7 @@ std::string describe_loss(const VolumeInfo& info, const Bcc4Damage& damage) {
 }
 
 std::string describe_survivors(const VolumeInfo& info, std::span<const Bcc4Damage> damage) {
-  const int reach = reach_of(info);
+  const int reach = kernel_of(info).reach_layers();
   std::vector<Frames> touched;
   bool coarser = false;
   for (const Bcc4Damage& d : damage)

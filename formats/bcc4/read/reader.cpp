@@ -321,8 +321,7 @@ float Bcc4Reader::absent(int channel) const {
   const size_t c = channel;
   if (!state_->bases.at(c).absent_is_air) return 0;
   const float air = state_->info.channels[c].air;
-  const float zero = stored_base(air, base(channel), state_->info.lattice, state_->info.coefficient_kernel);
-  return static_cast<float>(static_cast<double>(air) - zero);
+  return static_cast<float>(static_cast<double>(air) - base(channel));
 }
 
 std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const ChunkData& data,

@@ -84,7 +84,7 @@ void Bcc4Reader::State::prepare_coders() {
     for (size_t c = 0; c < bases.size(); ++c) {
       const Quantiser coding = info.coding({static_cast<int>(c), level});
       coders.emplace_back(coding);
-      const float zero = stored_base(coding.air, bases[c].value, info.lattice, info.coefficient_kernel);
+      const float zero = bases[c].value;
       from_base.push_back(zero == coding.air ? coders.back() : SampleCoder(coding, zero));
     }
   }

@@ -120,7 +120,6 @@ float Bcc4Samples::base(int channel) const {
 double Bcc4Samples::sample_step(int channel) const {
   return bccsplat::sample_step(reader_->info().channels.at(channel));
 }
-const std::string& Bcc4Samples::coefficient_kernel() const { return reader_->info().coefficient_kernel; }
 const Bcc4Reader& Bcc4Samples::reader() const { return *reader_; }
 uint64_t Bcc4Samples::chunks_decoded() const { return cache_->decoded.load(std::memory_order_relaxed); }
 uint64_t Bcc4Samples::chunk_layers_decoded() const {
@@ -251,10 +250,8 @@ std::set<int32_t> Bcc4Samples::slabs_beside(int32_t layer) const {
   return slabs;
 }
 
-// What the field is made with: the kernel of coefficients, of samples the recommended one, if it is known
-// here and this lattice takes it.
+// What the field is made with: the recommended kernel, if it is known here and this lattice takes it.
 std::string Bcc4Samples::shown_kernel() const {
-  if (!coefficient_kernel().empty()) return coefficient_kernel();
   const std::string& name = reader_->info().recommended_kernel;
   try {
     return lattice().space.bcc ? make_kernel(name).name : make_cc_kernel(name).kernel.name;

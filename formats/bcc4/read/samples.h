@@ -55,7 +55,6 @@ class Bcc4Samples final : public SampleSource {
                           const BrickBox& region) const override;
   std::vector<BrickLayer> add_layers(int channel, std::span<const LayerSum> sums, const BrickBox& region,
                                      const Context& context) const override;
-  const std::string& coefficient_kernel() const override;
 
   // Appends where the bytes are that reading a layer takes, unmerged; missing: without those of cached chunks
   // and of the index. It reads the index.

@@ -6,11 +6,10 @@
 namespace bccsplat {
 namespace {
 
-// Returns whether equal chunks of two files are the same coefficients or samples.
+// Returns whether equal chunks of two files are the same samples.
 bool same_meaning(const Bcc4Reader& a, const Bcc4Reader& b) {
   if (a.salvages() || b.salvages()) return false; // what is lost of one may be whole in the other
-  if (!same_coding(a.info(), b.info()) || a.info().coefficient_kernel != b.info().coefficient_kernel)
-    return false;
+  if (!same_coding(a.info(), b.info())) return false;
   for (int c = 0; c < static_cast<int>(a.info().channels.size()); ++c)
     if (a.base(c) != b.base(c) || a.absent(c) != b.absent(c)) return false;
   return true;

@@ -17,7 +17,6 @@ using Run = std::function<Exit()>;
 // `command_line` is what the user typed, quoted for repeating.
 [[nodiscard]] Run add_import(const Command& tool, std::string command_line);
 [[nodiscard]] Run add_concat(const Command& tool);
-[[nodiscard]] Run add_recode(const Command& tool);
 [[nodiscard]] Run add_info(const Command& tool);
 [[nodiscard]] Run add_verify(const Command& tool);
 [[nodiscard]] Run add_compare(const Command& tool);

@@ -76,9 +76,7 @@ Json axis_json(const bccsplat_axis& axis) {
 }
 
 const char* store_name(const bccsplat_volume_info& v) {
-  return v.store == BCCSPLAT_STORE_COEFFICIENTS ? "coefficients"
-         : v.store == BCCSPLAT_STORE_WAVELETS   ? "wavelets"
-                                                : "samples";
+  return v.store == BCCSPLAT_STORE_WAVELETS ? "wavelets" : "samples";
 }
 
 Json info_json(const Volume& volume, const InfoArguments& a) {
@@ -273,10 +271,7 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          v.affine[4 * r + 3], r == 0 && *v.spatial_unit ? concat(" ", v.spatial_unit) : "",
          r == 0 && has_coordinates(volume) ? ", of even positions" : "");
   print_axes(volume);
-  line("kernel", v.kernel,
-       v.store == BCCSPLAT_STORE_COEFFICIENTS ? ", coefficients stored"
-       : v.store == BCCSPLAT_STORE_WAVELETS   ? ", samples stored as wavelets"
-                                              : "");
+  line("kernel", v.kernel, v.store == BCCSPLAT_STORE_WAVELETS ? ", samples stored as wavelets" : "");
   line("bytes", v.bytes_file, ": values ", v.bytes_values, ", runs ", v.bytes_runs, ", index ",
        v.bytes_index);
   for (uint32_t c = 0; c < v.channel_count; ++c) {

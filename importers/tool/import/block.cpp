@@ -274,7 +274,7 @@ std::optional<SampleBox> parse_block_number(const std::string& text, const std::
 
 std::string needs_whole_frames(const WriterSettings& settings) {
   if (settings.store == BCCSPLAT_STORE_WAVELETS)
-    return "the step of wavelets is chosen by whole frames: choose --store samples or coefficients";
+    return "the step of wavelets is chosen by whole frames: choose --store samples";
   if (settings.lowpass) return "--lowpass holds whole frames";
   if (settings.periodic != 0) return "what follows the last sample of a --periodic axis is far away";
   return "";

@@ -118,8 +118,7 @@ void add_coding_options(const Command& import, ImportArguments& a) {
   add_choice<int32_t>(
       import, "--store", a.settings.store, kStoreChoices,
       "wavelets (default, unless options or the data ask for a lattice): the fewest bytes that keep "
-      "--psnr or --abs; samples of a lattice: a moment opens sooner; or coefficients of its "
-      "kernel: soonest, slower to import");
+      "--psnr or --abs; or samples of a lattice: a moment opens sooner");
   import
       .add_option("--levels", a.levels,
                   "Number of coarser levels to store for small pictures, each at twice the distance in "
@@ -155,8 +154,8 @@ void add_output_options(const Command& import, ImportArguments& a) {
       "--blocks", a.blocks,
       "Decide such that frames can be imported in blocks of space, and do so, one after the other, "
       "where whole ones do not fit --max-mem: nothing depends on more of a frame than what is near "
-      "(samples unless --store asks for coefficients, errors measured with --abs, --psnr or --measure all "
-      "alone, predictions outside faces of one boldness). Frames beyond 400^3 samples that do not fit are "
+      "(samples, errors measured with --abs, --psnr or --measure all alone, predictions outside faces of one "
+      "boldness). Frames beyond 400^3 samples that do not fit are "
       "imported so without it, too");
   import.add_flag("--overwrite", a.settings.overwrite, "Replace an existing output");
   add_resume_options(import, a.resume);

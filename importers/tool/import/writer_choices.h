@@ -46,7 +46,6 @@ inline const Choices<int32_t> kEndsChoices{{"predict", BCCSPLAT_ENDS_PREDICT},
                                            {"mirror", BCCSPLAT_ENDS_MIRROR},
                                            {"periodic", BCCSPLAT_ENDS_PERIODIC}};
 inline const Choices<int32_t> kStoreChoices{{"samples", BCCSPLAT_STORE_SAMPLES},
-                                            {"coefficients", BCCSPLAT_STORE_COEFFICIENTS},
                                             {"wavelets", BCCSPLAT_STORE_WAVELETS}};
 
 } // namespace bcc4

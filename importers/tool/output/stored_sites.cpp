@@ -23,7 +23,7 @@ bool on_source_grid(const bccsplat_volume_info& v) {
 // Whether the source is air wherever a site is not stored. With corrections that holds only where samples are
 // sites: samples of air then have no correction.
 bool leaves_air(const bccsplat_volume_info& v, const bccsplat_channel_info& c) {
-  return v.periodic_axes == 0 && v.store != BCCSPLAT_STORE_COEFFICIENTS && c.sites_kept < v.sites_total &&
+  return v.periodic_axes == 0 && c.sites_kept < v.sites_total &&
          (c.error_bound == 0 || (v.store == BCCSPLAT_STORE_WAVELETS && on_source_grid(v)));
 }
 

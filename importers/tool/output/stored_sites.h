@@ -16,7 +16,7 @@ namespace bcc4 {
 // is stored within 1.5 distances of the lattice (on the source's grid: at the sample) the source was next to
 // air, or sites there would have been kept; and what differs from air by less than the file can store is air,
 // too. Exports write air there. Files that promise an error keep to the field, corrections and all, and so do
-// those that go round in space and those that store coefficients.
+// those that go round in space.
 class StoredSites {
  public:
   StoredSites() = default;

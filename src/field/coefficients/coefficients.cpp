@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "field/coefficients/prefilter_steps.h"
-#include "kernel/cc_kernel.h"
 #include "points/rounded_brick.h"
 
 namespace bccsplat {
@@ -39,13 +38,7 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
   const Lattice4& lattice = source.lattice();
   PrefilterOfKernel filter = prefilter_of(lattice, std::move(kernel_));
   kernel_ = std::move(filter.kernel);
-  if (const std::string& stored = source.coefficient_kernel(); !stored.empty()) {
-    const Kernel own = lattice.space.bcc ? make_kernel(stored) : make_cc_kernel(stored).kernel;
-    sampled_ = std::make_unique<const SampledField>(source, own, prune);
-    is_stored_ = stored == kernel_.name;
-    if (is_stored_) filter.steps.clear();
-  }
-  if (!sampled_ && !lattice.space.bcc && !filter.steps.empty() && source.adds_layers(channel)) {
+  if (!lattice.space.bcc && !filter.steps.empty() && source.adds_layers(channel)) {
     const std::span<const PrefilterStep> steps = filter.steps;
     const std::vector<double> in_time = weights_in_time(steps.subspan(filter.in_space));
     in_time_.assign(in_time.begin(), in_time.end());
@@ -54,7 +47,7 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
   }
   prefilter_ = std::make_unique<const Prefilter>(lattice, std::move(filter.steps));
   // On Cartesian lattices samples that are stored as codes come back as they are, which labels need.
-  const double step = lattice.space.bcc || in_space_ ? samples().sample_step(channel) : 0;
+  const double step = lattice.space.bcc || in_space_ ? source.sample_step(channel) : 0;
   if (step > 0) coarsest_ = coarsest_step(step);
 }
 
@@ -181,7 +174,7 @@ Coefficients::Compact Coefficients::read(Kind kind, std::span<const int32_t> lay
     result[m] = insert(Key{kind, m}, std::move(layer), context);
     context.progress.advance(++done, layers.size());
   };
-  source().read_samples(channel_, missing, kind == Kind::samples ? read_region_ : region_, context, take);
+  source_.read_samples(channel_, missing, kind == Kind::samples ? read_region_ : region_, context, take);
   count_repeats(kind, missing);
   return result;
 }
@@ -247,10 +240,10 @@ void Coefficients::list_reads(std::span<const int32_t> layers, bool missing, Lay
     if (const int32_t at = source_.lattice().mirror_layer(m);
         !held(Kind::values, at) && !held(Kind::compact, at))
       made.push_back(at);
-  if (prefilter_->empty()) return source().list_reads(made, region_, out);
+  if (prefilter_->empty()) return source_.list_reads(made, region_, out);
   for (const int32_t m : prefilter_->reads(made))
     if (!held(Kind::samples, m)) read.push_back(m);
-  source().list_reads(read, read_region_, out);
+  source_.list_reads(read, read_region_, out);
 }
 
 bool Coefficients::same_as_in(const Coefficients& older, const Key& key,
@@ -264,8 +257,6 @@ bool Coefficients::same_as_in(const Coefficients& older, const Key& key,
 
 void Coefficients::take_over(const Coefficients& older,
                              const std::function<bool(int32_t layer)>& unchanged) const {
-  // Samples that are made of coefficients may reach beyond the old end, too.
-  if (sampled_ && !is_stored_) return;
   if (prune_ != older.prune_ || coarsest_ != older.coarsest_ || !(region_ == older.region_)) return;
   if (source_.lattice().periodic && !(source_.lattice() == older.source_.lattice())) return;
   const std::scoped_lock lock(mutex_, older.mutex_);

@@ -29,7 +29,6 @@
 #include "base/context.h"
 #include "field/coefficients/coefficient_layer.h"
 #include "field/coefficients/prefilter.h"
-#include "field/coefficients/sampled_field.h"
 #include "kernel/kernel.h"
 #include "points/sample_source.h"
 
@@ -43,18 +42,12 @@ class Coefficients {
   // prune: coefficients up to this magnitude (value units) are dropped; 0 keeps all that are not zero.
   // region: only its bricks are made, as they are without one, of samples up to a brick around it. The source
   // must outlive the object. On a Cartesian lattice the kernel's form for it takes its place
-  // (kernel/cc_kernel.h). Where the source stores coefficients of another kernel, the samples they give are
-  // prefiltered.
+  // (kernel/cc_kernel.h).
   Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes,
                const BrickBox& region = {});
 
-  // Returns what coefficients are made of: samples, or stored coefficients of this kernel.
-  [[nodiscard]] const SampleSource& source() const { return is_stored_ ? source_ : samples(); }
-  // The samples, also where the source stores coefficients.
-  [[nodiscard]] const SampleSource& samples() const {
-    if (sampled_) return *sampled_;
-    return source_;
-  }
+  // Returns the samples.
+  [[nodiscard]] const SampleSource& source() const { return source_; }
   [[nodiscard]] int channel() const { return channel_; }
   [[nodiscard]] const Kernel& kernel() const { return kernel_; }
   [[nodiscard]] float prune() const { return prune_; }
@@ -119,7 +112,7 @@ class Coefficients {
   Layers make_by_stretches(std::span<const int32_t> layers, int rows, const Context& context) const;
   // Has the source add layers, and prefilters them in space alone.
   Layers make_of_sums(std::span<const int32_t> layers, const Context& context) const;
-  // Samples, or stored coefficients.
+  // Samples, under a kernel without a prefilter as coefficients.
   Compact read(Kind kind, std::span<const int32_t> layers, const Context& context) const;
   // Makes a layer of values of one that is compact, and keeps it in place of that.
   std::shared_ptr<const BrickLayer> as_values(int32_t layer, const SampleLayer& compact,
@@ -154,11 +147,9 @@ class Coefficients {
   Reservation reserve(uint64_t bytes, std::string_view what, const Context& context) const;
 
   const SampleSource& source_;
-  std::unique_ptr<const SampledField> sampled_; // of stored coefficients
-  bool is_stored_ = false;                      // the source stores this kernel's coefficients
   int channel_;
   Kernel kernel_;
-  std::unique_ptr<const Prefilter> prefilter_; // empty when the source stores this kernel's coefficients
+  std::unique_ptr<const Prefilter> prefilter_;
   // The prefilter's part in space, and the weights of its part in time, where the source adds layers.
   std::unique_ptr<const Prefilter> in_space_;
   std::vector<float> in_time_;

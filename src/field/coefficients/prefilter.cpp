@@ -76,8 +76,6 @@ BrickBox inside(BrickBox box, std::span<const SampleLayer> layers) {
   return box;
 }
 
-uint64_t bricks_in(const Int3& tile) { return static_cast<uint64_t>(tile[0]) * tile[1] * tile[2]; }
-
 // Lends each task planes to work in.
 class PlaneStore {
  public:
@@ -171,18 +169,8 @@ std::vector<SampleLayer> Prefilter::invert(std::span<const int32_t> layers,
 std::vector<SampleLayer> Prefilter::apply(std::span<const int32_t> layers,
                                           const std::map<int32_t, const SampleLayer*>& samples,
                                           const CoefficientForm& form, const BrickBox& region,
-                                          const Context& context, const TakeBricks& take) const {
-  if (steps_.front().filter.pole != 0) {
-    std::vector<SampleLayer> made = invert(layers, samples, form, region, context);
-    const BrickBox box = inside(region, made);
-    context.tasks.parallel_for(take ? static_cast<uint64_t>(std::max(0, box.end[2] - box.begin[2])) : 0,
-                               [&](uint64_t z) {
-                                 BrickBox row = box;
-                                 row.begin[2] += static_cast<int32_t>(z), row.end[2] = row.begin[2] + 1;
-                                 take(made, row);
-                               });
-    return made;
-  }
+                                          const Context& context) const {
+  if (steps_.front().filter.pole != 0) return invert(layers, samples, form, region, context);
   std::vector<SampleLayer> made;
   std::vector<TileLayer> outputs;
   for (const int32_t m : layers) made.emplace_back(lattice_.space, lattice_.coset(m));
@@ -194,9 +182,6 @@ std::vector<SampleLayer> Prefilter::apply(std::span<const int32_t> layers,
   const TileSize size(plan, bricks);
   const uint64_t at_once = tiles_at_once(box, bricks, context.tasks.threads());
   const Reservation planes_held(context.memory, size.bytes() * at_once, "planes of the prefilter");
-  const Reservation bricks_held(context.memory,
-                                take ? bricks_in(bricks) * layers.size() * at_once * sizeof(Brick) : 0,
-                                "coefficients of a tile");
   PlaneStore store(size.floats());
   std::atomic<uint64_t> done{0};
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
@@ -205,7 +190,6 @@ std::vector<SampleLayer> Prefilter::apply(std::span<const int32_t> layers,
     TilePlanes(plan, size, lattice_.space, tiles[i], planes->data())
         .make(samples, outputs, form, context.progress);
     store.give(std::move(planes));
-    if (take) take(made, tiles[i]);
   });
   return made;
 }

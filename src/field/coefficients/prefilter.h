@@ -7,7 +7,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <set>
 #include <span>
@@ -33,10 +32,6 @@ struct CoefficientForm {
   float prune = 0, coarsest = 0;
 };
 
-// Takes the bricks of a box that have been made, of all layers, and may put others in their place. Called by
-// several threads, of boxes without a brick in common.
-using TakeBricks = std::function<void(std::span<SampleLayer> made, const BrickBox& box)>;
-
 class InversePrefilter; // inverse.h
 
 class Prefilter {
@@ -53,12 +48,11 @@ class Prefilter {
   [[nodiscard]] int32_t reach() const;
 
   // The bricks in `region` of coefficients of `layers`, holes included. samples: all that they read; their
-  // bricks outside the region, as far as one beside it, count, and those that are absent are air. take: gets
-  // all bricks that there are, some at a time.
+  // bricks outside the region, as far as one beside it, count, and those that are absent are air.
   [[nodiscard]] std::vector<SampleLayer> apply(std::span<const int32_t> layers,
                                                const std::map<int32_t, const SampleLayer*>& samples,
                                                const CoefficientForm& form, const BrickBox& region,
-                                               const Context& context, const TakeBricks& take = {}) const;
+                                               const Context& context) const;
   // The same of one layer, where stages are in space alone. Bricks that nobody else has may be written over.
   [[nodiscard]] SampleLayer apply_to(int32_t layer, BrickLayer samples, const CoefficientForm& form,
                                      const BrickBox& region, const Context& context) const;

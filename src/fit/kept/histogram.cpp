@@ -26,8 +26,8 @@ float value_of_key(uint32_t key) {
 
 } // namespace
 
-SampleHistogram::SampleHistogram(const Quantiser& quantiser, double step)
-    : quantiser_(quantiser), step_(step), code_shift_(quantiser.offset - quantiser.air),
+SampleHistogram::SampleHistogram(const Quantiser& quantiser)
+    : quantiser_(quantiser), code_shift_(quantiser.offset - quantiser.air),
       codes_per_unit_(1 / quantiser.scale) {
   if (largest_code(quantiser.type) > 0)
     codes_.resize(size_t{largest_code(quantiser.type)} + 1);
@@ -52,47 +52,20 @@ inline void SampleHistogram::count_value(float relative, uint32_t key) {
   ++octave(key >> 23)[key >> drop_bits & (octave_bins - 1)];
 }
 
-inline float SampleHistogram::counted(float relative) const {
-  if (step_ == 0) return relative;
-  return static_cast<float>(std::floor(relative / step_ + 0.5) * step_);
-}
-
-// counted() of a row; false where whole steps are too many for an int.
-inline bool SampleHistogram::count_row(const float* row, float* to) const {
-  constexpr double most = 1 << 30;
-  if (step_ == 0) {
-    std::copy_n(row, brick_edge, to);
-    return true;
-  }
-  double steps[brick_edge];
-  bool fit = true;
-  for (size_t x = 0; x < brick_edge; ++x) {
-    steps[x] = row[x] / step_ + 0.5;
-    fit &= std::fabs(steps[x]) < most;
-  }
-  if (!fit) return false;
-  for (size_t x = 0; x < brick_edge; ++x) {
-    const auto whole = static_cast<double>(static_cast<int32_t>(steps[x]));
-    to[x] = static_cast<float>((whole - (whole > steps[x] ? 1.0 : 0.0)) * step_);
-  }
-  return true;
-}
-
 void SampleHistogram::add(const Brick& brick) {
-  float values[brick_edge];
   uint32_t keys[brick_edge];
   for (size_t r = 0; r < brick_rows; ++r) {
     const float* row = brick.value.data() + r * brick_edge;
     uint32_t bits = brick.kept[r];
     if (brick.hole) bits &= ~uint32_t{(*brick.hole)[r]};
-    if (bits == 0xffff && count_row(row, values)) {
-      for (size_t x = 0; x < brick_edge; ++x) keys[x] = ordered_key(values[x]);
-      for (size_t x = 0; x < brick_edge; ++x) count_value(values[x], keys[x]);
+    if (bits == 0xffff) {
+      for (size_t x = 0; x < brick_edge; ++x) keys[x] = ordered_key(row[x]);
+      for (size_t x = 0; x < brick_edge; ++x) count_value(row[x], keys[x]);
       count_ += brick_edge;
       continue;
     }
     for (; bits; bits &= bits - 1, ++count_) {
-      const float v = counted(row[std::countr_zero(bits)]);
+      const float v = row[std::countr_zero(bits)];
       count_value(v, ordered_key(v));
     }
   }
@@ -130,11 +103,11 @@ void SampleHistogram::merge(const SampleHistogram& other) {
   }
 }
 
-// The quantiser, the step, the ends, and the bins that are not empty: (distance from the one before, count)
+// The quantiser, the ends, and the bins that are not empty: (distance from the one before, count)
 // as varints.
 void SampleHistogram::write(ByteWriter& out) const {
   out.write(static_cast<uint32_t>(quantiser_.type));
-  out.write(quantiser_.air), out.write(quantiser_.scale), out.write(quantiser_.offset), out.write(step_);
+  out.write(quantiser_.air), out.write(quantiser_.scale), out.write(quantiser_.offset);
   out.write(low_), out.write(high_);
   std::vector<std::pair<uint64_t, uint64_t>> bins;
   for (size_t c = 0; c < codes_.size(); ++c)
@@ -156,10 +129,8 @@ SampleHistogram SampleHistogram::read(ByteReader& in) {
   const auto type = in.read<uint32_t>();
   quantiser.type = static_cast<ValueType>(type);
   quantiser.air = in.read<float>(), quantiser.scale = in.read<double>(), quantiser.offset = in.read<double>();
-  const auto step = in.read<double>();
-  if (type < 1 || type > 4 || !(quantiser.scale > 0) || !(step >= 0))
-    fail(Code::corrupt, "histogram: value type ", type);
-  SampleHistogram out(quantiser, step);
+  if (type < 1 || type > 4 || !(quantiser.scale > 0)) fail(Code::corrupt, "histogram: value type ", type);
+  SampleHistogram out(quantiser);
   out.low_ = in.read<uint32_t>(), out.high_ = in.read<uint32_t>();
   const uint64_t all = out.codes_.empty() ? out.octaves_.size() * octave_bins : out.codes_.size();
   uint64_t bin = 0;

@@ -15,18 +15,17 @@
 namespace bccsplat {
 
 // Exact for u8 and u16: one bin per code. Floats: 2048 bins for each sign and power of two of the value
-// relative to air, so a bin is at most 2^-11 of its values wide; with a step, of the nearest whole step.
+// relative to air, so a bin is at most 2^-11 of its values wide.
 class SampleHistogram {
  public:
   SampleHistogram() = default;
-  // step: of floats, 0: none.
-  explicit SampleHistogram(const Quantiser& quantiser, double step = 0);
+  explicit SampleHistogram(const Quantiser& quantiser);
 
   // The sites of a brick that are kept and no holes; their values are representable in the stored type.
   void add(const Brick& brick);
   // The same of all sites of a brick by their codes, which have one or two bytes.
   void add_codes(std::span<const uint32_t> codes);
-  void merge(const SampleHistogram& other); // of an equal quantiser and step
+  void merge(const SampleHistogram& other); // of an equal quantiser
 
   void write(ByteWriter& out) const;
   [[nodiscard]] static SampleHistogram read(ByteReader& in); // throws corrupt, truncated
@@ -50,11 +49,8 @@ class SampleHistogram {
   template<class Body> void for_bins(const Body& body) const; // rising
   [[nodiscard]] std::vector<uint64_t>& octave(size_t o);
   void count_value(float relative, uint32_t key);
-  [[nodiscard]] float counted(float relative) const;
-  [[nodiscard]] bool count_row(const float* row, float* to) const;
 
   Quantiser quantiser_;
-  double step_ = 0;
   double code_shift_ = 0, codes_per_unit_ = 1;
   uint64_t count_ = 0;
   // Keys, which rise with the value, of the smallest and the largest sample.

@@ -189,11 +189,6 @@ SiteEvidence LayerMaker::evidence_of(const Frames& frames, size_t slot, BrickMas
   return evidence;
 }
 
-std::shared_ptr<const PackedBrick> LayerMaker::pack_unstored(const Brick& brick) const {
-  if (!is_float(quantiser_.type) || unit_ == 0) return nullptr;
-  return PackedBrick::pack(brick, unit_, coarsest_unit(unit_));
-}
-
 SampleBrick LayerMaker::make_brick(const Frames& frames, size_t slot, const Int3& size, bool beyond,
                                    Room& room, CodingError& coding) const {
   frames.find_taps(slot, room.taps);
@@ -216,7 +211,6 @@ SampleBrick LayerMaker::make_brick(const Frames& frames, size_t slot, const Int3
     count_samples(*brick, codes.get(), frames.masked() ? frames.holes(slot) : nullptr, room.counts->samples,
                   room.values.codes);
   if (codes) return {nullptr, std::move(codes)};
-  if (auto packed = pack_unstored(*brick)) return {nullptr, std::move(packed)};
   return {std::move(brick), nullptr};
 }
 
@@ -232,7 +226,7 @@ MadeLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const L
   context.tasks.parallel_for((slots.size() + group - 1) / group, [&](uint64_t g) {
     context.progress.check();
     auto counts = counts_.take([&] {
-      return std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_, step_)});
+      return std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_)});
     });
     Room room{{}, {}};
     uint64_t bytes = 0;
@@ -263,7 +257,7 @@ uint64_t LayerMaker::clamped() const {
 }
 
 SiteCounts LayerMaker::counts() const {
-  SiteCounts all{{}, SampleHistogram(quantiser_, step_)};
+  SiteCounts all{{}, SampleHistogram(quantiser_)};
   for (const auto& part : counts_.idle()) {
     all.sites.kept += part->sites.kept;
     all.sites.holes += part->sites.holes;

@@ -13,7 +13,6 @@
 #include "fit/kept/relevance.h"
 #include "fit/kept/site_block.h"
 #include "formats/bcc4/coding/codes.h"
-#include "points/packed_brick.h"
 #include "points/sample_layer.h"
 #include "points/sample_source.h"
 
@@ -47,19 +46,17 @@ struct MadeLayer {
 
 class LayerMaker {
  public:
-  // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach. unit: of
-  // packing_unit, for what is made of floats. step: of the histogram.
-  LayerMaker(const Quantiser& quantiser, float threshold, float ringing, float unit, double step)
-      : LayerMaker(quantiser, Relevance(quantiser, threshold), ringing, unit, step) {}
+  // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach.
+  LayerMaker(const Quantiser& quantiser, float threshold, float ringing)
+      : LayerMaker(quantiser, Relevance(quantiser, threshold), ringing) {}
 
   // One that makes the same layers and has counted nothing.
-  [[nodiscard]] LayerMaker again() const { return {quantiser_, relevance_, ringing_, unit_, step_}; }
+  [[nodiscard]] LayerMaker again() const { return {quantiser_, relevance_, ringing_}; }
 
   // Values are those of taps[nearest] plus the weighted differences of the others from it, so that what does
   // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1. beyond: a layer that no
   // reader shows, before the first frame or after the last one; its clamped sites and coding errors are not
-  // counted. Bricks of integers of one or two bytes are codes, those of floats that have a unit whole
-  // numbers where they fit.
+  // counted. Bricks of integers are codes.
   [[nodiscard]] MadeLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
                                size_t nearest, bool beyond, const Context& context,
                                const LayerBricks& bricks = {});
@@ -69,25 +66,21 @@ class LayerMaker {
   [[nodiscard]] const CodingError& coding_error() const { return coding_; }
 
  private:
-  LayerMaker(const Quantiser& quantiser, const Relevance& relevance, float ringing, float unit, double step)
-      : quantiser_(quantiser), coder_(quantiser), relevance_(relevance), ringing_(ringing), unit_(unit),
-        step_(step) {}
+  LayerMaker(const Quantiser& quantiser, const Relevance& relevance, float ringing)
+      : quantiser_(quantiser), coder_(quantiser), relevance_(relevance), ringing_(ringing) {}
 
   struct Frames; // those of a layer
   struct Room;   // of a task, for one brick after the other
   // Makes one brick, of `size` sites inside the domain; empty: all of it is air.
   [[nodiscard]] SampleBrick make_brick(const Frames& frames, size_t slot, const Int3& size, bool beyond,
                                        Room& room, CodingError& coding) const;
-  // Floats as whole numbers, where coefficients are made of them whose source comes in steps; else null.
-  [[nodiscard]] std::shared_ptr<const PackedBrick> pack_unstored(const Brick& brick) const;
   // Returns which sites of a brick are holes, near the source's samples, or within reach of ringing.
   [[nodiscard]] SiteEvidence evidence_of(const Frames& frames, size_t slot, BrickMask& near) const;
 
   Quantiser quantiser_;
   SampleCoder coder_;
   Relevance relevance_;
-  float ringing_, unit_;
-  double step_;
+  float ringing_;
   CodingError coding_;
   Pool<SiteCounts> counts_;
 };

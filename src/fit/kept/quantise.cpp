@@ -42,9 +42,4 @@ Quantiser quantiser_of_range(ValueType type, const Range& range, float air) {
   return q;
 }
 
-Quantiser quantiser_of_coefficients(const Quantiser& samples) {
-  if (is_float(samples.type)) return {samples.type, 1, samples.air, samples.air};
-  return {ValueType::i32, samples.scale, samples.air, samples.air};
-}
-
 } // namespace bccsplat

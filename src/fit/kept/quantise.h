@@ -23,8 +23,5 @@ namespace bccsplat {
 [[nodiscard]] Quantiser quantiser_of_source(SourceType source, float air);
 // Spreads [low, high] over the codes of u8 or u16; f16 and f32 hold values relative to air.
 [[nodiscard]] Quantiser quantiser_of_range(ValueType type, const Range& range, float air);
-// Coefficients of samples that are stored like this: floats stay floats, relative to air; integers become
-// steps from air, as coefficients swing further than samples.
-[[nodiscard]] Quantiser quantiser_of_coefficients(const Quantiser& samples);
 
 } // namespace bccsplat

@@ -17,11 +17,9 @@ namespace bccsplat {
 
 class LayerWindow final : public SampleSource {
  public:
-  // kernel: of the coefficients that are given; empty for samples. first: number of the first layer.
-  // sample_step: of the samples; 0: any values.
-  LayerWindow(const Lattice4& lattice, float air, std::string kernel = {}, int32_t first = 0,
-              double sample_step = 0)
-      : lattice_(lattice), air_(air), sample_step_(sample_step), kernel_(std::move(kernel)), first_(first) {}
+  // first: number of the first layer. sample_step: of the samples; 0: any values.
+  LayerWindow(const Lattice4& lattice, float air, int32_t first = 0, double sample_step = 0)
+      : lattice_(lattice), air_(air), sample_step_(sample_step), first_(first) {}
 
   // The next layer.
   void push(SampleLayer layer) { layers_.push_back(std::move(layer)); }
@@ -55,13 +53,11 @@ class LayerWindow final : public SampleSource {
   void read_samples(int, std::span<const int32_t> layers, const BrickBox&, const Context&,
                     const TakeLayer<SampleLayer>& take) const override;
   [[nodiscard]] const SampleLayer& layer(int32_t number) const;
-  const std::string& coefficient_kernel() const override { return kernel_; }
 
  private:
   Lattice4 lattice_;
   float air_;
   double sample_step_;
-  std::string kernel_;
   [[nodiscard]] const SampleLayer* find(int32_t number) const;
 
   std::deque<SampleLayer> layers_;
@@ -70,12 +66,10 @@ class LayerWindow final : public SampleSource {
   std::map<int32_t, SampleLayer> kept_; // by number
 };
 
-// Returns how many layers on either side of an instant matter when `kernel` reads `source`.
-[[nodiscard]] int32_t layers_in_reach(const SampleSource& source, const std::string& kernel);
-// Returns how many layers of samples on either side of a layer its coefficients depend on.
-[[nodiscard]] int32_t prefilter_layers(const Lattice4& lattice, const std::string& kernel);
+// Returns how many layers on either side of an instant matter under `kernel`.
+[[nodiscard]] int32_t layers_in_reach(const Lattice4& lattice, const std::string& kernel);
 // Returns how many bytes the coefficients of the layers in reach, and their samples, take when nothing is
 // air: a cache of this size never makes them twice.
-[[nodiscard]] uint64_t coefficient_cache_bytes(const SampleSource& source, const std::string& kernel);
+[[nodiscard]] uint64_t coefficient_cache_bytes(const Lattice4& lattice, const std::string& kernel);
 
 } // namespace bccsplat

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fit/coefficients/layer_window.h"
+#include "store/layer_window.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,21 +57,14 @@ const SampleLayer* LayerWindow::find(int32_t number) const {
   return kept == kept_.end() ? nullptr : &kept->second;
 }
 
-int32_t prefilter_layers(const Lattice4& lattice, const std::string& kernel) {
-  return prefilter_size(lattice, make_kernel(kernel)).layers;
-}
-
-int32_t layers_in_reach(const SampleSource& source, const std::string& kernel) {
+int32_t layers_in_reach(const Lattice4& lattice, const std::string& kernel) {
   const Kernel k = make_kernel(kernel);
-  const int32_t support = support_layers(source.lattice(), k);
-  return source.coefficient_kernel().empty() ? support + prefilter_size(source.lattice(), k).layers : support;
+  return support_layers(lattice, k) + prefilter_size(lattice, k).layers;
 }
 
-uint64_t coefficient_cache_bytes(const SampleSource& source, const std::string& kernel) {
-  const Lattice4& lattice = source.lattice();
-  const bool filtered =
-      source.coefficient_kernel().empty() && prefilter_size(lattice, make_kernel(kernel)).stages > 0;
-  const uint64_t layers = 2 * layers_in_reach(source, kernel) + 3;
+uint64_t coefficient_cache_bytes(const Lattice4& lattice, const std::string& kernel) {
+  const bool filtered = prefilter_size(lattice, make_kernel(kernel)).stages > 0;
+  const uint64_t layers = 2 * layers_in_reach(lattice, kernel) + 3;
   return BrickLayer(lattice.space, 0).brick_slots() * sizeof(Brick) * layers * (filtered ? 2 : 1);
 }
 
