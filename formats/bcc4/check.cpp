@@ -106,13 +106,6 @@ void check_level(const VolumeInfo& info, int number, Code code) {
          finer.time_step);
   if (level.channels.size() != info.channels.size())
     fail(code, name, ": ", level.channels.size(), " channels of ", info.channels.size());
-  for (size_t c = 0; c < level.channels.size(); ++c) {
-    const ChannelInfo& channel = info.channels[c];
-    const double scale = level.channels[c].scale;
-    const bool steps = channel.type == ValueType::i32 && positive(scale) && scale * 0x1p31 < 0x1p127;
-    if (!steps && scale != channel.scale)
-      fail(code, name, ": scale ", scale, " of channel ", channel.name, ", which has ", channel.scale);
-  }
 }
 
 // Refuses counts of a level that cannot be.
@@ -127,7 +120,7 @@ void check_level_counts(const VolumeInfo& info, int number, Code code) {
 
 void check_channel(const ChannelInfo& c, Code code) {
   const auto bad = [&](const auto&... why) { fail(code, "channel ", c.name, ": ", why...); };
-  if (c.type < ValueType::u8 || c.type > ValueType::i32) bad("unknown value type ", static_cast<int>(c.type));
+  if (c.type < ValueType::u8 || c.type > ValueType::f32) bad("unknown value type ", static_cast<int>(c.type));
   if (c.source_type > SourceType::u32) bad("unknown source type ", static_cast<int>(c.source_type));
   if (!std::isfinite(c.air) || !(c.threshold >= 0) || !std::isfinite(c.threshold)) bad("air or threshold");
   const double bias = c.offset - c.air;
@@ -135,9 +128,6 @@ void check_channel(const ChannelInfo& c, Code code) {
     if (!positive(c.scale) || !std::isfinite(c.offset)) bad("scale ", c.scale, ", offset ", c.offset);
     if (std::fabs(bias) > 0x1p22 * c.scale) bad("air is more than 2^22 steps from the offset");
     if (!(c.scale * 65535 + std::fabs(bias) < 0x1p127)) bad("values beyond the range of floats");
-  } else if (c.type == ValueType::i32) {
-    if (!positive(c.scale) || bias != 0) bad("steps of ", c.scale, ", offset ", c.offset);
-    if (!(c.scale * 0x1p31 < 0x1p127)) bad("values beyond the range of floats");
   } else if (c.scale != 1 || !(bias == 0 || (c.type == ValueType::f16 && c.offset == 0))) {
     bad("floats need scale 1 and offset = air");
   }

@@ -149,7 +149,6 @@ inline constexpr int most_levels = 15; // beside level 0
 
 // What is said of a channel at a level. The writer counts all but what was clamped before it.
 struct LevelChannel {
-  double scale = 1; // of i32 that of the level, else that of the channel
   uint64_t sites_kept = 0, holes = 0, clamped = 0;
   Range kept_range; // of the stored samples, absolute; 0..0 when none are kept
   bool operator==(const LevelChannel&) const = default;
@@ -202,13 +201,6 @@ struct VolumeInfo : StoredLattice {
     return levels.at(static_cast<size_t>(l) - 1);
   }
   [[nodiscard]] int level_count() const { return static_cast<int>(levels.size()) + 1; } // with level 0
-  // How the samples of a channel are coded at a level.
-  [[nodiscard]] Quantiser coding(const ChannelLevel& at) const {
-    Quantiser q = channels.at(at.channel);
-    if (at.level > 0) q.scale = levels.at(static_cast<size_t>(at.level) - 1).channels.at(at.channel).scale;
-    return q;
-  }
-
   [[nodiscard]] bool has_uneven_axes() const {
     return std::any_of(axes.begin(), axes.end(), [](const AxisInfo& a) { return !a.coordinates.empty(); });
   }

@@ -295,8 +295,6 @@ uint16_t lowest_reader(const VolumeInfo& info) {
   if (!info.levels.empty() || info.lattice.has_domain() || any_masks(info) || any_local(info) ||
       !info.errors.empty())
     return 3;
-  for (const ChannelInfo& c : info.channels)
-    if (c.type == ValueType::i32) return 3;
   return info.lattice.lead > 0 ? 2 : 1;
 }
 
@@ -315,7 +313,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
   record(sources, [&](ByteWriter& p) { write_sources(p, info.sources); });
   record(attributes, [&](ByteWriter& p) { write_attributes(p, info); });
   if (info.lattice.has_domain()) record(domain, [&](ByteWriter& p) { write_domain(p, info); });
-  if (!info.levels.empty()) record(levels, [&](ByteWriter& p) { write_levels(p, info.levels); });
+  if (!info.levels.empty()) record(levels, [&](ByteWriter& p) { write_levels(p, info); });
   if (any_masks(info))
     record(masks, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_blocks(p, c.masks);

@@ -86,12 +86,13 @@ void read_lattice(ByteReader& in, VolumeInfo& info) {
   info.time_scale = in.read<double>();
 }
 
-void write_levels(ByteWriter& out, const std::vector<LevelInfo>& list) {
-  out.write(static_cast<uint32_t>(list.size()));
-  for (const LevelInfo& level : list) write_level(out, level);
-  for (const LevelInfo& level : list)
-    for (const LevelChannel& c : level.channels) {
-      out.write(c.scale);
+void write_levels(ByteWriter& out, const VolumeInfo& info) {
+  out.write(static_cast<uint32_t>(info.levels.size()));
+  for (const LevelInfo& level : info.levels) write_level(out, level);
+  for (const LevelInfo& level : info.levels)
+    for (size_t i = 0; i < level.channels.size(); ++i) {
+      const LevelChannel& c = level.channels[i];
+      out.write(info.channels.at(i).scale);
       for (const uint64_t n : {c.sites_kept, c.holes, c.clamped}) out.write(n);
       write_range(out, c.kept_range);
     }
@@ -104,8 +105,12 @@ void read_levels(ByteReader& in, VolumeInfo& info) {
   for (uint32_t l = 0; l < count; ++l) info.levels.push_back(read_level(in, info.lattice));
   for (LevelInfo& level : info.levels) {
     level.channels.resize(info.channels.size());
-    for (LevelChannel& c : level.channels) {
-      c.scale = in.read<double>();
+    for (size_t i = 0; i < level.channels.size(); ++i) {
+      LevelChannel& c = level.channels[i];
+      const ChannelInfo& channel = info.channels[i];
+      if (const auto scale = in.read<double>(); scale != channel.scale)
+        fail(Code::corrupt, "metadata: a level with scale ", scale, " of channel ", channel.name,
+             ", which has ", channel.scale);
       for (uint64_t* n : {&c.sites_kept, &c.holes, &c.clamped}) *n = in.read<uint64_t>();
       c.kept_range = read_range(in);
     }

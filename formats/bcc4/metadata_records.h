@@ -32,7 +32,7 @@ inline void write_range(ByteWriter& out, const Range& r) {
 // Writes where the field is: metadata_lattice.cpp.
 void write_lattice(ByteWriter& out, const VolumeInfo& info);
 void read_lattice(ByteReader& in, VolumeInfo& info);
-void write_levels(ByteWriter& out, const std::vector<LevelInfo>& list);
+void write_levels(ByteWriter& out, const VolumeInfo& info);
 void read_levels(ByteReader& in, VolumeInfo& info); // after the lattice and the channels
 void write_domain(ByteWriter& out, const VolumeInfo& info);
 void read_domain(ByteReader& in, Lattice4& l);

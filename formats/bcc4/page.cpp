@@ -131,14 +131,9 @@ void check_chunk(const Bcc4Chunk& c, const StoredLattice& info, const Int3& slot
   const int values = c.coding & 15, runs = c.coding >> 4;
   const bool wavelets = info.tile_edge > 1;
   if (runs > 1 || (wavelets ? values != wavelet_part : values > 1)) bad("unknown coding ", c.coding);
-  const int predictor = c.predictor & 15;
-  if (predictor >= predictor_count || (values != deflated_part && predictor != 0))
-    bad("unknown predictor ", predictor);
-  const uint32_t units = (1u << c.shift()) - 1;
-  if (c.shift() > 0 && (coder.codes().type != ValueType::i32 || ((c.min_code | c.max_code) & units) != 0))
-    bad("steps that do not come in units of 2^", c.shift());
-  const uint64_t raw_values =
-      uint64_t{c.kept} * codes_of_chunk(coder.codes(), c.min_code, c.max_code, c.shift()).bytes();
+  if (c.predictor >= predictor_count || (values != deflated_part && c.predictor != 0))
+    bad("unknown predictor ", static_cast<int>(c.predictor));
+  const uint64_t raw_values = uint64_t{c.kept} * coder.codes().bytes();
   if (!wavelets && (values == 0 ? c.values_bytes != raw_values : !can_inflate(c.values_bytes, raw_values)))
     bad(c.values_bytes, " bytes of values for ", c.kept, " sites");
   if (c.runs_decoded > most_run_bytes(sites, c.kept, c.holes))
@@ -237,7 +232,7 @@ std::vector<Bcc4Chunk> read_page(std::span<const std::byte> decoded, const PageR
   if (known != columns.size()) bad("columns are missing");
   in.expect_end();
 
-  const SampleCoder coder(info.coding(ref.at()));
+  const SampleCoder coder(info.channels.at(ref.at().channel));
   const StoredLattice& level = info.level(ref.at().level);
   const Int3 slots = slot_dims(level);
   const uint64_t count = slot_count(level);

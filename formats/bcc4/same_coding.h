@@ -2,6 +2,8 @@
 // Whether two files hold layers of the same places in the same code.
 #pragma once
 
+#include <algorithm>
+
 #include "formats/bcc4/info.h"
 
 namespace bccsplat {
@@ -15,15 +17,13 @@ namespace bccsplat {
 // Returns whether two infos agree in what may not change once samples are written.
 [[nodiscard]] inline bool same_coding(const VolumeInfo& a, const VolumeInfo& b) {
   if (a.channels.size() != b.channels.size() || a.levels.size() != b.levels.size()) return false;
-  for (int l = 0; l < a.level_count(); ++l) {
+  for (int l = 0; l < a.level_count(); ++l)
     if (!same_layers(a.level(l), b.level(l))) return false;
-    for (int c = 0; c < static_cast<int>(a.channels.size()); ++c)
-      if (a.coding({c, l}) != b.coding({c, l}) ||
-          a.channels[c].wavelet_error != b.channels[c].wavelet_error ||
-          a.channels[c].linear != b.channels[c].linear)
-        return false;
-  }
-  return true;
+  return std::equal(a.channels.begin(), a.channels.end(), b.channels.begin(),
+                    [](const ChannelInfo& x, const ChannelInfo& y) {
+                      return static_cast<const Quantiser&>(x) == static_cast<const Quantiser&>(y) &&
+                             x.wavelet_error == y.wavelet_error && x.linear == y.linear;
+                    });
 }
 
 } // namespace bccsplat

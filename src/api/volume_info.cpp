@@ -146,8 +146,7 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
     require(volume, "volume");
     const ChannelInfo& c = volume->file.channel(channel);
     bccsplat_channel_info out{};
-    // The numbers of the header and of files differ for what only coefficients have.
-    out.value_type = c.type == ValueType::i32 ? BCCSPLAT_TYPE_I32 : static_cast<int32_t>(c.type);
+    out.value_type = static_cast<int32_t>(c.type);
     out.source_type = static_cast<int32_t>(c.source_type);
     out.labels = is_labels(volume->file, channel) ? 1 : 0;
     out.name = c.name.c_str(), out.unit = c.unit.c_str();

@@ -7,8 +7,7 @@
 namespace bccsplat {
 
 // How samples are stored: as integers or as bit patterns of floats. The numbers are those of a .bcc4 file.
-// i32 counts steps from air; a chunk of it takes as many bytes a sample as its own values need.
-enum class ValueType : uint8_t { u8 = 1, u16 = 2, f16 = 3, f32 = 4, i32 = 5 };
+enum class ValueType : uint8_t { u8 = 1, u16 = 2, f16 = 3, f32 = 4 };
 // Precision of the source, numbered as in a .bcc4 file.
 enum class SourceType : uint8_t {
   unknown = 0,
@@ -24,7 +23,7 @@ enum class SourceType : uint8_t {
 };
 
 [[nodiscard]] constexpr uint32_t value_bytes(ValueType type) {
-  return type == ValueType::u8 ? 1 : type == ValueType::f32 || type == ValueType::i32 ? 4 : 2;
+  return type == ValueType::u8 ? 1 : type == ValueType::f32 ? 4 : 2;
 }
 
 [[nodiscard]] constexpr bool is_float(ValueType type) {
@@ -37,7 +36,7 @@ struct Range {
 };
 
 // How values become what is stored: value = stored * scale + offset. Integers have scale > 0, and
-// |air - offset| <= 2^22 scale (i32: offset = air), so that samples relative to air survive as floats. Floats
+// |air - offset| <= 2^22 scale, so that samples relative to air survive as floats. Floats
 // have scale 1, and offset = air where samples are stored relative to air, as bricks hold them (f32: always,
 // exact); f16 may have offset 0 to store the values themselves (exact for f16 sources).
 struct Quantiser {

@@ -71,7 +71,7 @@ double distance_of_look(const OpenVolume& volume, const Slice& slice) {
 }
 
 GradientNoise noise_of(const OpenVolume& volume, const OpenSlice& slice, const std::optional<double>& asked) {
-  return per_length(asked ? GradientNoise{*asked, 0} : channel_noise(volume, slice.channel, slice.level),
+  return per_length(asked ? GradientNoise{*asked, 0} : channel_noise(volume, slice.channel),
                     mean_voxel(slice.slice));
 }
 

@@ -63,7 +63,7 @@ uint32_t series_checksum(VolumeInfo info, uint32_t options) {
     c = std::move(fixed);
   }
   for (LevelInfo& level : info.levels)
-    for (LevelChannel& c : level.channels) c = {.scale = c.scale, .kept_range = {}};
+    for (LevelChannel& c : level.channels) c = {};
   tidy(info);
   const std::array<uint32_t, 2> sums{crc32_of(write_metadata(info)), options};
   return crc32_of(std::as_bytes(std::span(sums)));

@@ -80,7 +80,7 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
   for (size_t l = 0; l < info.levels.size(); ++l)
     for (size_t c = 0; c < info.channels.size(); ++c) {
       LevelChannel& channel = info.levels[l].channels[c];
-      channel = {.scale = channel.scale, .kept_range = {}};
+      channel = {};
       for (const auto& part : parts) channel.clamped += part->info().levels[l].channels[c].clamped;
       const PartChannelReport& r = sum.channels.at((l + 1) * info.channels.size() + c);
       SampleErrors errors;

@@ -360,7 +360,7 @@ void WriterOpening::settle(bool frames, uint32_t first_channel, SourceType first
   info.levels.resize(levels_of(s, old_.get()));
   for (LevelInfo& level : info.levels) {
     level.slab_layers = info.slab_layers, level.tile_edge = info.tile_edge;
-    for (const ChannelInfo& c : info.channels) level.channels.push_back({.scale = c.scale, .kept_range = {}});
+    level.channels.resize(info.channels.size());
   }
 }
 

@@ -28,10 +28,9 @@ ValueCounts value_counts(const OpenVolume& volume, uint32_t channel) {
   const SourceType t = c.source_type;
   counts.integers = t == SourceType::u8 || t == SourceType::i8 || t == SourceType::u16 ||
                     t == SourceType::i16 || t == SourceType::u32 || t == SourceType::i32;
-  const Quantiser coding = v.coding({static_cast<int>(channel), 0});
   // Steps of half a number to a whole one do not tell which number a sample is of.
-  counts.exact = is_float(coding.type) || coding.scale == 1 || coding.scale < 0.5;
-  if (!is_float(coding.type) && coding.scale < 0.5) counts.rounding = 0.5 * coding.scale;
+  counts.exact = is_float(c.type) || c.scale == 1 || c.scale < 0.5;
+  if (!is_float(c.type) && c.scale < 0.5) counts.rounding = 0.5 * c.scale;
   counts.voxels = 1;
   for (size_t a = 0; a < 3; ++a) counts.voxels *= v.lattice.dims[a];
   for (const auto& [key, value] : v.attributes)
@@ -40,11 +39,10 @@ ValueCounts value_counts(const OpenVolume& volume, uint32_t channel) {
   return counts;
 }
 
-GradientNoise channel_noise(const OpenVolume& volume, uint32_t channel, uint32_t level) {
+GradientNoise channel_noise(const OpenVolume& volume, uint32_t channel) {
   const ValueCounts counts = value_counts(volume, channel);
   const ChannelInfo& info = volume.channel(channel);
-  const Quantiser coding = volume.info().coding({static_cast<int>(channel), static_cast<int>(level)});
-  double step = is_float(coding.type) ? 0 : coding.scale;
+  double step = is_float(info.type) ? 0 : info.scale;
   if (counts.integers) step = std::max(step, 1.0);
   return gradient_noise(survey_values(counts), step, info.threshold);
 }

@@ -11,7 +11,7 @@ namespace bccsplat {
 // Returns the histogram and what is known beside it, for the transfer function that is made of them.
 [[nodiscard]] ValueCounts value_counts(const OpenVolume& volume, uint32_t channel);
 
-// Returns the noise of a channel's gradients per mean voxel, by what is stored at a level.
-[[nodiscard]] GradientNoise channel_noise(const OpenVolume& volume, uint32_t channel, uint32_t level);
+// Returns the noise of a channel's gradients per mean voxel.
+[[nodiscard]] GradientNoise channel_noise(const OpenVolume& volume, uint32_t channel);
 
 } // namespace bccsplat

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sites of a chunk, and its codes.
+// The sites of a chunk.
 #include "formats/bcc4/coding/chunk.h"
 
 #include <algorithm>
@@ -36,17 +36,6 @@ uint32_t ChunkSites::holes() const {
   int n = 0;
   for (const auto& mask : hole) n += count_bits(mask);
   return n;
-}
-
-ChunkCodes codes_of_chunk(const ChunkCodes& channel, uint32_t smallest, uint32_t largest, int shift) {
-  if (channel.type != ValueType::i32) return channel;
-  const ChunkCodes units{ValueType::i32, i32_air, 0, shift};
-  const uint32_t low = units.of_ordered(smallest), high = units.of_ordered(largest);
-  const uint32_t base = std::min(low, i32_air), span = std::max(high, i32_air) - base;
-  const ValueType type = span <= UINT8_MAX    ? ValueType::u8
-                         : span <= UINT16_MAX ? ValueType::u16
-                                              : ValueType::i32;
-  return {type, i32_air - base, base, shift};
 }
 
 } // namespace bccsplat

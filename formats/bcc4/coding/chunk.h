@@ -49,32 +49,13 @@ struct ChunkSites {
   [[nodiscard]] uint32_t holes() const;
 };
 
-inline constexpr uint32_t i32_air = uint32_t{1} << 31; // the ordered code of 0 steps from air
-inline constexpr int max_shift = 15;
-
-// How samples of one channel, or of one chunk of it, become codes.
+// How samples of one channel become codes.
 struct ChunkCodes {
   ValueType type = ValueType::f32;
   uint32_t air = 0; // sites that are not kept count as this code when neighbours are predicted
-  // A chunk of i32 counts from `base` and in units of 2^shift steps; all others have 0.
-  uint32_t base = 0;
-  int shift = 0;
-  // The ordered code of the channel that a code of the chunk stands for, and the reverse.
-  [[nodiscard]] uint32_t ordered(uint32_t code) const { return i32_air + ((code + base - i32_air) << shift); }
-  [[nodiscard]] uint32_t of_ordered(uint32_t code) const {
-    return i32_air + static_cast<uint32_t>(static_cast<int32_t>(code - i32_air) >> shift) - base;
-  }
   [[nodiscard]] uint32_t bytes() const { return value_bytes(type); }
   [[nodiscard]] uint32_t mask() const { return bytes() == 4 ? UINT32_MAX : (1u << (8 * bytes())) - 1; }
 };
-
-// The codes of a channel of i32.
-inline constexpr ChunkCodes i32_codes{ValueType::i32, i32_air};
-
-// The codes of a chunk whose smallest and largest ordered code are these. Those of i32 are counted from the
-// smallest, or from air where that is smaller, in one or two bytes where that is enough.
-[[nodiscard]] ChunkCodes codes_of_chunk(const ChunkCodes& channel, uint32_t smallest, uint32_t largest,
-                                        int shift);
 
 struct EncodedChunk {
   Bcc4Chunk entry;              // all but slab, slot and offset

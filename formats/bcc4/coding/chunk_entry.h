@@ -15,8 +15,7 @@ struct Bcc4Chunk {
   uint32_t kept = 0, holes = 0;        // sites; holes are kept too
   uint32_t min_code = 0, max_code = 0; // of the samples, ordered codes
   uint32_t crc = 0;
-  uint8_t coding = 0, predictor = 0; // predictor: low four bits; high ones: shift
-  [[nodiscard]] int shift() const { return predictor >> 4; }
+  uint8_t coding = 0, predictor = 0;
   [[nodiscard]] uint64_t stored() const { return (uint64_t{values_bytes} + runs_bytes + 7) / 8 * 8; }
   bool operator==(const Bcc4Chunk&) const = default;
 };

@@ -69,7 +69,7 @@ std::shared_ptr<const Brick> brick_of_chunk(const SampleCoder& coder, const Chun
   brick->kept = data.kept[layer];
   if (!data.hole.empty() && data.hole[layer] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[layer]);
-  spread_codes(coder, data.coded, brick->kept, data.codes, first, brick->value);
+  spread_codes(coder, brick->kept, data.codes, first, brick->value);
   return brick;
 }
 

@@ -14,7 +14,7 @@ SampleCoder::SampleCoder(const Quantiser& q, float zero)
   codes_.type = q.type;
   uint64_t clamped = 0;
   codes_.air = encode(0, clamped);
-  if (is_float(codes_.type) || codes_.bytes() > 2) return;
+  if (is_float(codes_.type)) return;
   const auto scale = static_cast<float>(scale_), bias = static_cast<float>(bias_);
   is_single_ = true;
   for (uint32_t code = 0; code <= codes_.mask() && is_single_; ++code) {
@@ -40,12 +40,6 @@ uint32_t SampleCoder::encode(float relative, uint64_t& clamped) const {
     }
     return code_of(half, codes_);
   }
-  case ValueType::i32: {
-    const double steps = std::floor((relative - bias_) / scale_ + 0.5);
-    const double kept = std::clamp<double>(steps, INT32_MIN, INT32_MAX);
-    if (steps != kept) ++clamped;
-    return static_cast<uint32_t>(static_cast<int64_t>(kept) + i32_air);
-  }
   case ValueType::f32:
     break;
   }
@@ -62,8 +56,6 @@ float SampleCoder::decode(uint32_t code) const {
     const float half = half_to_float(static_cast<uint16_t>(pattern_of(code, codes_)));
     return bias_ == 0 ? half : static_cast<float>(half + bias_);
   }
-  case ValueType::i32:
-    return static_cast<float>((static_cast<double>(code) - i32_air) * scale_ + bias_);
   case ValueType::f32:
     break;
   }

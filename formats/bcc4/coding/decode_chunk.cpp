@@ -60,7 +60,7 @@ void read_runs(ChunkData& data, const Bcc4Chunk& parts, std::span<const std::byt
 
 [[nodiscard]] uint8_t values_coding(const Bcc4Chunk& entry) { return entry.coding & 15; }
 [[nodiscard]] Predictor predictor_of(const Bcc4Chunk& entry) {
-  return static_cast<Predictor>(entry.predictor & 15);
+  return static_cast<Predictor>(entry.predictor);
 }
 
 void copy_raw(std::span<const std::byte> bytes, const ChunkCodes& codes, std::byte* packed) {
@@ -105,9 +105,8 @@ void read_values(ChunkData& data, const Bcc4Chunk& entry, std::span<const std::b
 }
 
 // Refuses codes outside the range that the index tells, and of a whole chunk another range than that.
-void check_range(const CodeRange& range, const ChunkCodes& codes, const Bcc4Chunk& entry, bool whole) {
-  // The codes are the chunk's own: what they stand for would wrap where a unit is more than a step.
-  const uint32_t smallest = codes.of_ordered(entry.min_code), largest = codes.of_ordered(entry.max_code);
+void check_range(const CodeRange& range, const Bcc4Chunk& entry, bool whole) {
+  const uint32_t smallest = entry.min_code, largest = entry.max_code;
   const auto [low, high] = range;
   if (whole ? low != smallest || high != largest : low < smallest || high > largest)
     fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",
@@ -119,7 +118,7 @@ void check_range(const CodeRange& range, const ChunkCodes& codes, const Bcc4Chun
 [[nodiscard]] int layers_to_decode(const ChunkData& data, const Bcc4Chunk& entry, int asked) {
   const int all = data.shape.layers;
   const bool predicted = values_coding(entry) == deflated_part && predictor_of(entry) != Predictor::none;
-  if (!predicted || is_float(data.coded.type) || data.coded.bytes() > 2 || asked >= all) return all;
+  if (!predicted || is_float(data.coded.type) || asked >= all) return all;
   return data.first[asked] == data.first.back() ? all : asked;
 }
 
@@ -130,7 +129,7 @@ ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel, const
   check_stored(entry, bytes);
   ChunkData data;
   data.shape = shape;
-  data.coded = codes_of_chunk(channel, entry.min_code, entry.max_code, entry.shift());
+  data.coded = channel;
   const uint64_t runs_offset = entry.offset + entry.values_bytes;
   read_runs(data, entry, open_runs(entry, bytes, scratch), "runs of the chunk", runs_offset);
   find_layers(data);
@@ -138,7 +137,7 @@ ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel, const
   const int end = layers_to_decode(data, entry, layers);
   read_values(data, entry, values, {0, end, 0}, scratch);
   const CodeRange range = packed_range(data.codes, data.coded.bytes());
-  check_range(range, data.coded, entry, end == shape.layers);
+  check_range(range, entry, end == shape.layers);
   if (end < shape.layers)
     data.rest = std::make_shared<const ChunkRest>(ChunkRest{shape,
                                                             data.coded,
@@ -166,23 +165,23 @@ ChunkData finish_chunk(const ChunkRest& rest, const std::optional<LayersBefore>&
   for (uint32_t& first : data.first) // layers that are not here have no codes
     first -= std::min(first, static_cast<uint32_t>(layers.codes_before));
   auto [low, high] = packed_range(data.codes, data.coded.bytes());
-  check_range({std::min(low, rest.range[0]), std::max(high, rest.range[1])}, data.coded, rest.entry, true);
+  check_range({std::min(low, rest.range[0]), std::max(high, rest.range[1])}, rest.entry, true);
   return data;
 }
 
 ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& channel) {
   ChunkData data;
   data.shape = shape;
-  const ChunkCodes codes = data.coded = codes_of_chunk(channel, channel.air, channel.air, 0);
+  data.coded = channel;
   data.kept.assign(shape.layers, BrickMask{});
   for_rows(shape, [&](size_t m, size_t r, int width) {
     data.kept[m][r] = static_cast<uint16_t>((1u << width) - 1);
   });
   data.hole = data.kept;
   find_layers(data);
-  data.codes.resize(size_t{data.first.back()} * codes.bytes());
-  for (size_t i = 0; i < data.codes.size(); i += codes.bytes())
-    std::memcpy(data.codes.data() + i, &codes.air, codes.bytes());
+  data.codes.resize(size_t{data.first.back()} * channel.bytes());
+  for (size_t i = 0; i < data.codes.size(); i += channel.bytes())
+    std::memcpy(data.codes.data() + i, &channel.air, channel.bytes());
   return data;
 }
 

@@ -40,7 +40,7 @@ template<class Code> void append(const std::byte* from, size_t count, std::vecto
 } // namespace
 
 std::byte* LayerCodes::begin(const ChunkData& data, size_t layer) {
-  const size_t bytes = coded_.bytes(), count = data.first[layer + 1] - data.first[layer];
+  const size_t bytes = coder_.codes().bytes(), count = data.first[layer + 1] - data.first[layer];
   codes_.resize((count + 2 * BrickCodes::beside) * bytes);
   const BrickMask& sites = data.kept[layer];
   if (count < brick_sites) kept_ = std::make_unique<const Kept>(Kept{sites, row_index(sites)});
@@ -49,21 +49,21 @@ std::byte* LayerCodes::begin(const ChunkData& data, size_t layer) {
   return codes_.data() + BrickCodes::beside * bytes;
 }
 
-LayerCodes::LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer)
-    : coder_(coder), coded_(data.coded) {
-  const size_t bytes = coded_.bytes(), first = data.first[layer], count = data.first[layer + 1] - first;
+LayerCodes::LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer) : coder_(coder) {
+  const size_t bytes = coder_.codes().bytes(), first = data.first[layer],
+               count = data.first[layer + 1] - first;
   std::copy_n(data.codes.begin() + first * bytes, count * bytes, begin(data, layer));
 }
 
 LayerCodes::LayerCodes(const SampleCoder& coder, const OpenTile& tile, int brick, size_t layer)
-    : coder_(coder), coded_(tile.bricks()[brick].coded) {
+    : coder_(coder) {
   static_assert(beyond_sums <= BrickCodes::beside);
   tile.make_codes(brick, static_cast<int>(layer), begin(tile.bricks()[brick], layer));
 }
 
 LayerCodes::LayerCodes(const SampleCoder& coder, const Brick& brick, std::span<const uint16_t> codes)
-    : coder_(coder), coded_(coder.codes()) {
-  const size_t bytes = coded_.bytes();
+    : coder_(coder) {
+  const size_t bytes = coder_.codes().bytes();
   codes_.resize((codes.size() + 2 * BrickCodes::beside) * bytes);
   std::byte* const first = codes_.data() + BrickCodes::beside * bytes;
   if (bytes == 1)
@@ -76,7 +76,7 @@ LayerCodes::LayerCodes(const SampleCoder& coder, const Brick& brick, std::span<c
 }
 
 std::shared_ptr<const LayerCodes> LayerCodes::of(const SampleCoder& coder, const Brick& brick) {
-  if (is_float(coder.codes().type) || coder.codes().bytes() > 2) return nullptr;
+  if (is_float(coder.codes().type)) return nullptr;
   for (size_t row = 0; row < brick_rows && brick.hole; ++row)
     if ((*brick.hole)[row] & ~brick.kept[row]) return nullptr;
   std::array<uint16_t, brick_sites> codes;
@@ -86,19 +86,16 @@ std::shared_ptr<const LayerCodes> LayerCodes::of(const SampleCoder& coder, const
 }
 
 void LayerCodes::append_codes(std::vector<uint32_t>& to) const {
-  const size_t bytes = coded_.bytes(), count = codes_.size() / bytes - 2 * BrickCodes::beside,
-               first = to.size();
+  const size_t bytes = coder_.codes().bytes(), count = codes_.size() / bytes - 2 * BrickCodes::beside;
   const std::byte* const from = codes_.data() + BrickCodes::beside * bytes;
   if (bytes == 1)
     append<uint8_t>(from, count, to);
   else
     append<uint16_t>(from, count, to);
-  if (coder_.codes().type != ValueType::i32) return;
-  for (size_t i = first; i < to.size(); ++i) to[i] = coded_.ordered(to[i]);
 }
 
 void LayerCodes::read(const PlanePart& part, float* to, std::ptrdiff_t stride) const {
-  const size_t bytes = coded_.bytes();
+  const size_t bytes = coder_.codes().bytes();
   const BrickCodes brick{codes_.data() + BrickCodes::beside * bytes, kept_ ? &kept_->sites : nullptr,
                          kept_ ? &kept_->first : nullptr};
   // Planes are read one after the other, each from many bricks.
@@ -106,7 +103,7 @@ void LayerCodes::read(const PlanePart& part, float* to, std::ptrdiff_t stride) c
   const std::byte* ahead = brick.codes + (brick.first ? (*brick.first)[next] : next * brick_edge) * bytes;
   for (size_t i = 0; i < static_cast<size_t>(part.height) * brick_edge * bytes; i += cache_line)
     hwy::Prefetch(ahead + i);
-  spread_part(coder_, coded_, brick, part, to, stride);
+  spread_part(coder_, brick, part, to, stride);
 }
 
 uint64_t LayerCodes::bytes() const {

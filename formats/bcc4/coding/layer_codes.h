@@ -22,8 +22,8 @@ class LayerCodes final : public CodedBrick {
   LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer);
   // The same of a brick of a tile.
   LayerCodes(const SampleCoder& coder, const OpenTile& tile, int brick, size_t layer);
-  // The codes of a brick that has kept sites; null where the type has more than two bytes or codes do not
-  // give back every value.
+  // The codes of a brick that has kept sites; null of floats and where codes do not give back every
+  // value.
   [[nodiscard]] static std::shared_ptr<const LayerCodes> of(const SampleCoder& coder, const Brick& brick);
 
   void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const override;
@@ -37,7 +37,7 @@ class LayerCodes final : public CodedBrick {
   }
   // The codes of the kept sites, as the chunk has them.
   [[nodiscard]] std::span<const std::byte> packed() const {
-    const size_t beside = BrickCodes::beside * coded_.bytes();
+    const size_t beside = BrickCodes::beside * coder_.codes().bytes();
     return std::span(codes_).subspan(beside, codes_.size() - 2 * beside);
   }
   // Appends the ordered codes of the kept sites.
@@ -52,7 +52,6 @@ class LayerCodes final : public CodedBrick {
     RowIndex first; // codes of rows
   };
   SampleCoder coder_;
-  ChunkCodes coded_;
   std::vector<std::byte> codes_;
   std::unique_ptr<const Kept> kept_; // null: all sites
   std::unique_ptr<const BrickMask> hole_;

@@ -22,13 +22,12 @@ namespace {
 // Returns the values of as many codes of integers as a vector of doubles has lanes, by the operations of
 // SampleCoder::decode, each rounded.
 template<class Stored> struct Values {
-  double shift, scale, bias; // value = (code + shift) * scale + bias
+  double scale, bias; // value = code * scale + bias
 
   template<class D> HWY_INLINE hn::Vec<D> operator()(D d, const Stored* from) const {
     const hn::Rebind<double, D> wide;
     const auto code = hn::PromoteTo(hn::Rebind<int32_t, D>(), hn::LoadU(hn::Rebind<Stored, D>(), from));
-    const auto steps = hn::Add(hn::PromoteTo(wide, code), hn::Set(wide, shift)); // exact
-    const auto scaled = hn::Mul(steps, hn::Set(wide, scale));
+    const auto scaled = hn::Mul(hn::PromoteTo(wide, code), hn::Set(wide, scale));
     return hn::DemoteTo(d, hn::Add(scaled, hn::Set(wide, bias)));
   }
 };
@@ -67,16 +66,10 @@ alignas(64) constexpr int32_t site_bit[2 * brick_edge] = {
     1,   2,   4,    8,    16,   32,   64,    128,
     256, 512, 1024, 2048, 4096, 8192, 16384, 32768}; // those behind a row have none
 
-template<class Stored> Values<Stored> ValuesOf(const SampleCoder& coder, const ChunkCodes& coded) {
-  const bool steps = coder.codes().type == ValueType::i32;
-  const double shift = steps ? static_cast<double>(coded.base) - i32_air : 0;
-  return {shift, coder.scale() * (1 << coded.shift), coder.bias()};
-}
-
 // values(d, from): those of as many codes as `d` has lanes.
 template<class Stored, class MakeValues>
-void Spread(const MakeValues& values, const SampleCoder& coder, const ChunkCodes& coded,
-            const BrickMask& kept, std::span<const std::byte> codes, size_t first, float* brick) {
+void Spread(const MakeValues& values, const SampleCoder& coder, const BrickMask& kept,
+            std::span<const std::byte> codes, size_t first, float* brick) {
   constexpr size_t bytes = sizeof(Stored);
   const hn::Rebind<float, hn::CappedTag<double, brick_edge>> d;
   const hn::RebindToSigned<decltype(d)> di;
@@ -100,7 +93,7 @@ void Spread(const MakeValues& values, const SampleCoder& coder, const ChunkCodes
       for (unsigned bits = row; bits; bits &= bits - 1) {
         Stored code;
         std::memcpy(&code, codes.data() + next++ * bytes, bytes);
-        brick[std::countr_zero(bits)] = coder.decode(coded.ordered(code));
+        brick[std::countr_zero(bits)] = coder.decode(code);
       }
     }
     brick += brick_edge;
@@ -109,8 +102,8 @@ void Spread(const MakeValues& values, const SampleCoder& coder, const ChunkCodes
 
 // Makes all that is wanted of rows that are one run, and clears what is not kept.
 template<class Stored, class D, class MakeValues>
-void SpreadPart(D d, const MakeValues& values, const SampleCoder& coder, const ChunkCodes& coded,
-                const BrickCodes& brick, const PlanePart& part, float* to, std::ptrdiff_t stride) {
+void SpreadPart(D d, const MakeValues& values, const SampleCoder& coder, const BrickCodes& brick,
+                const PlanePart& part, float* to, std::ptrdiff_t stride) {
   const hn::RebindToSigned<D> di;
   const size_t width = part.width, first = part.x;
   const unsigned wanted = (1u << width) - 1;
@@ -134,47 +127,46 @@ void SpreadPart(D d, const MakeValues& values, const SampleCoder& coder, const C
     } else {
       std::fill_n(to, width, 0.0f);
       next += std::popcount(kept & ((1u << first) - 1));
-      for (unsigned bits = here; bits; bits &= bits - 1)
-        to[std::countr_zero(bits)] = coder.decode(coded.ordered(*next++));
+      for (unsigned bits = here; bits; bits &= bits - 1) to[std::countr_zero(bits)] = coder.decode(*next++);
     }
   }
 }
 
 template<class Stored>
-void SpreadPart(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
-                const PlanePart& part, float* to, std::ptrdiff_t stride) {
+void SpreadPart(const SampleCoder& coder, const BrickCodes& brick, const PlanePart& part, float* to,
+                std::ptrdiff_t stride) {
   if (coder.is_single()) {
     const SingleValues<Stored> values{static_cast<float>(coder.scale()), static_cast<float>(coder.bias())};
-    SpreadPart<Stored>(hn::CappedTag<float, brick_edge>(), values, coder, coded, brick, part, to, stride);
+    SpreadPart<Stored>(hn::CappedTag<float, brick_edge>(), values, coder, brick, part, to, stride);
   } else {
-    SpreadPart<Stored>(hn::Rebind<float, hn::CappedTag<double, brick_edge>>(), ValuesOf<Stored>(coder, coded),
-                       coder, coded, brick, part, to, stride);
+    SpreadPart<Stored>(hn::Rebind<float, hn::CappedTag<double, brick_edge>>(),
+                       Values<Stored>{coder.scale(), coder.bias()}, coder, brick, part, to, stride);
   }
 }
 
-void SpreadPart8(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
-                 const PlanePart& part, float* to, std::ptrdiff_t stride) {
-  SpreadPart<uint8_t>(coder, coded, brick, part, to, stride);
+void SpreadPart8(const SampleCoder& coder, const BrickCodes& brick, const PlanePart& part, float* to,
+                 std::ptrdiff_t stride) {
+  SpreadPart<uint8_t>(coder, brick, part, to, stride);
 }
-void SpreadPart16(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
-                  const PlanePart& part, float* to, std::ptrdiff_t stride) {
-  SpreadPart<uint16_t>(coder, coded, brick, part, to, stride);
+void SpreadPart16(const SampleCoder& coder, const BrickCodes& brick, const PlanePart& part, float* to,
+                  std::ptrdiff_t stride) {
+  SpreadPart<uint16_t>(coder, brick, part, to, stride);
 }
 
-void Spread8(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k, std::span<const std::byte> codes,
-             size_t first, float* brick) {
-  Spread<uint8_t>(ValuesOf<uint8_t>(c, as), c, as, k, codes, first, brick);
+void Spread8(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
+             float* brick) {
+  Spread<uint8_t>(Values<uint8_t>{c.scale(), c.bias()}, c, k, codes, first, brick);
 }
-void Spread16(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
-              std::span<const std::byte> codes, size_t first, float* brick) {
-  Spread<uint16_t>(ValuesOf<uint16_t>(c, as), c, as, k, codes, first, brick);
+void Spread16(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
+              float* brick) {
+  Spread<uint16_t>(Values<uint16_t>{c.scale(), c.bias()}, c, k, codes, first, brick);
 }
-void Spread32(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
-              std::span<const std::byte> codes, size_t first, float* brick) {
+void Spread32(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
+              float* brick) {
   if (c.bias() == 0)
-    Spread<uint32_t>(StoredFloats(), c, as, k, codes, first, brick);
+    Spread<uint32_t>(StoredFloats(), c, k, codes, first, brick);
   else
-    Spread<uint32_t>(MovedFloats{c.bias()}, c, as, k, codes, first, brick);
+    Spread<uint32_t>(MovedFloats{c.bias()}, c, k, codes, first, brick);
 }
 
 } // namespace
@@ -193,16 +185,15 @@ HWY_EXPORT(SpreadPart16);
 
 namespace {
 
-// Spreads types that vectors do not turn into values.
-template<class Stored>
-void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
-                   std::span<const std::byte> codes, size_t first, float* brick) {
+// Spreads halves, which vectors do not turn into values.
+void spread_halves(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
+                   size_t first, float* brick) {
   for (const unsigned row : kept) {
     std::fill_n(brick, brick_edge, 0.0f);
     for (unsigned bits = row; bits; bits &= bits - 1) {
-      Stored code;
+      uint16_t code;
       std::memcpy(&code, codes.data() + first++ * sizeof code, sizeof code);
-      brick[std::countr_zero(bits)] = coder.decode(coded.ordered(code));
+      brick[std::countr_zero(bits)] = coder.decode(code);
     }
     brick += brick_edge;
   }
@@ -210,28 +201,26 @@ void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, const Bric
 
 } // namespace
 
-void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
-                  std::span<const std::byte> codes, size_t first, std::span<float, brick_sites> brick) {
-  switch (coded.type) {
+void spread_codes(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
+                  size_t first, std::span<float, brick_sites> brick) {
+  switch (coder.codes().type) {
   case ValueType::u8:
-    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, coded, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, kept, codes, first, brick.data());
   case ValueType::u16:
-    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, coded, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, kept, codes, first, brick.data());
   case ValueType::f16:
-    return spread_singly<uint16_t>(coder, coded, kept, codes, first, brick.data());
-  case ValueType::i32:
-    return spread_singly<uint32_t>(coder, coded, kept, codes, first, brick.data());
+    return spread_halves(coder, kept, codes, first, brick.data());
   case ValueType::f32:
-    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, coded, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, kept, codes, first, brick.data());
   }
 }
 
-void spread_part(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
-                 const PlanePart& part, float* to, std::ptrdiff_t stride) {
-  if (coded.bytes() == 1)
-    HWY_DYNAMIC_DISPATCH(SpreadPart8)(coder, coded, brick, part, to, stride);
+void spread_part(const SampleCoder& coder, const BrickCodes& brick, const PlanePart& part, float* to,
+                 std::ptrdiff_t stride) {
+  if (coder.codes().bytes() == 1)
+    HWY_DYNAMIC_DISPATCH(SpreadPart8)(coder, brick, part, to, stride);
   else
-    HWY_DYNAMIC_DISPATCH(SpreadPart16)(coder, coded, brick, part, to, stride);
+    HWY_DYNAMIC_DISPATCH(SpreadPart16)(coder, brick, part, to, stride);
 }
 
 } // namespace bccsplat

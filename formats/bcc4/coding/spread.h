@@ -12,12 +12,12 @@
 
 namespace bccsplat {
 
-// `codes` are the packed codes of a chunk, coded as `coded`, of which those of this brick's kept sites start
-// at index `first`. All of `brick` is written, 0 where no site is kept.
-void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
-                  std::span<const std::byte> codes, size_t first, std::span<float, brick_sites> brick);
+// `codes` are the packed codes of a chunk, of which those of this brick's kept sites start at index `first`.
+// All of `brick` is written, 0 where no site is kept.
+void spread_codes(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
+                  size_t first, std::span<float, brick_sites> brick);
 
-// The codes of a brick of integers of one or two bytes.
+// The codes of a brick of integers.
 struct BrickCodes {
   static constexpr size_t beside = 2 * brick_edge; // codes of any value before the first and behind the last
   const std::byte* codes;                          // the first
@@ -25,7 +25,7 @@ struct BrickCodes {
   const RowIndex* first;                           // code of each row; null where all sites are kept
 };
 // Writes some of its sites as CodedBrick::read does.
-void spread_part(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
-                 const PlanePart& part, float* to, std::ptrdiff_t stride);
+void spread_part(const SampleCoder& coder, const BrickCodes& brick, const PlanePart& part, float* to,
+                 std::ptrdiff_t stride);
 
 } // namespace bccsplat

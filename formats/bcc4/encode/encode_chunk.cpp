@@ -54,14 +54,6 @@ void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t by
   return {low, high};
 }
 
-// The largest power of two, as a shift, that divides all steps of a chunk of i32.
-[[nodiscard]] int common_shift(const ChunkSites& sites, const ChunkCodes& channel) {
-  if (channel.type != ValueType::i32) return 0;
-  uint32_t all = 1u << max_shift;
-  for (const uint32_t code : sites.codes) all |= code - i32_air;
-  return std::countr_zero(all);
-}
-
 struct CodedValues {
   uint8_t coding = raw_part, predictor = 0;
   std::vector<std::byte> bytes;
@@ -144,7 +136,7 @@ void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes) {
   sites.codes = std::move(filled);
 }
 
-EncodedChunk encode_chunk(ChunkSites sites, const ChunkCodes& channel, int level) {
+EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level) {
   EncodedChunk chunk;
   Bcc4Chunk& entry = chunk.entry;
   entry.kept = static_cast<uint32_t>(sites.codes.size());
@@ -152,12 +144,9 @@ EncodedChunk encode_chunk(ChunkSites sites, const ChunkCodes& channel, int level
   const auto [low, high] = range_of(sites.codes);
   entry.min_code = low;
   entry.max_code = high;
-  const ChunkCodes codes = codes_of_chunk(channel, low, high, common_shift(sites, channel));
-  for (uint32_t& code : sites.codes) code = codes.of_ordered(code);
-
   CodedValues values = write_values(sites, codes, level);
   entry.values_bytes = static_cast<uint32_t>(values.bytes.size());
-  entry.predictor = static_cast<uint8_t>(values.predictor | codes.shift << 4);
+  entry.predictor = values.predictor;
   chunk.bytes = std::move(values.bytes);
   finish_entry(pack_runs(write_runs(sites), level), values.coding, chunk);
   return chunk;

@@ -11,6 +11,6 @@ namespace bccsplat {
 void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes);
 
 // `level` is that of Bcc4WriterOptions.
-[[nodiscard]] EncodedChunk encode_chunk(ChunkSites sites, const ChunkCodes& channel, int level);
+[[nodiscard]] EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level);
 
 } // namespace bccsplat

@@ -109,8 +109,8 @@ class Choose {
   uint32_t most_, per_, hash_ = 0;
 };
 
-template<class Samples>
-FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes, uint32_t sample) {
+template<class Samples> FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
+  constexpr uint32_t sample = 6144; // sites that are looked at, more or less; more made no chunks smaller
   Choose choose(std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample));
   using D = typename Samples::Cell;
   std::array<std::unique_ptr<Samples>, classes> samples;
@@ -149,9 +149,9 @@ FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes, u
 
 } // namespace
 
-FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes, uint32_t sample) {
-  if (codes.bytes() <= 2) return fit_weights_of<NarrowSamples>(sites, codes, sample);
-  return fit_weights_of<WideSamples>(sites, codes, sample);
+FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes) {
+  if (codes.bytes() <= 2) return fit_weights_of<NarrowSamples>(sites, codes);
+  return fit_weights_of<WideSamples>(sites, codes);
 }
 
 } // namespace bccsplat

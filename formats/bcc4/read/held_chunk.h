@@ -115,7 +115,7 @@ class Bcc4Samples::HeldChunk {
   HeldChunk(Single /*no tile*/, std::shared_ptr<const ChunkData> data, const MakeBrick& make)
       : rest_(data->rest), layers_(filled_layers(rest_ ? rest_->first : data->first)), lost_(data->lost),
         decoded_(rest_ ? rest_->layers : data->shape.layers) {
-    if (is_float(data->coded.type) || data->coded.bytes() > 2) {
+    if (is_float(data->coded.type)) {
       data_ = std::move(data);
       return;
     }

@@ -347,7 +347,7 @@ SampleBrick Bcc4Reader::samples(const ChannelLevel& at, const ChunkData& data, i
                                 RelativeTo to) const {
   const size_t m = layer_of_slab;
   if (data.first.at(m + 1) == data.first.at(m)) return {};
-  if (is_float(data.coded.type) || data.coded.bytes() > 2) return {brick(at, data, layer_of_slab, to), {}};
+  if (is_float(data.coded.type)) return {brick(at, data, layer_of_slab, to), {}};
   return {nullptr, std::make_shared<const LayerCodes>(state_->coder(at, to), data, m)};
 }
 

@@ -78,16 +78,12 @@ void Bcc4Reader::State::read_description(uint16_t lowest_version) {
 }
 
 void Bcc4Reader::State::prepare_coders() {
-  for (const ChannelInfo& c : info.channels) bases.push_back(field_base(info, c));
-  for (int level = 0; level < info.level_count(); ++level) {
-    slots.push_back(slot_dims(info.level(level)));
-    for (size_t c = 0; c < bases.size(); ++c) {
-      const Quantiser coding = info.coding({static_cast<int>(c), level});
-      coders.emplace_back(coding);
-      const float zero = bases[c].value;
-      from_base.push_back(zero == coding.air ? coders.back() : SampleCoder(coding, zero));
-    }
+  for (const ChannelInfo& c : info.channels) {
+    const float zero = bases.emplace_back(field_base(info, c)).value;
+    coders.emplace_back(c);
+    from_base.push_back(zero == c.air ? coders.back() : SampleCoder(c, zero));
   }
+  for (int level = 0; level < info.level_count(); ++level) slots.push_back(slot_dims(info.level(level)));
 }
 
 std::shared_ptr<Bcc4Reader> Bcc4Reader::open(std::unique_ptr<ByteSource> source, const Bcc4Limits& limits) {

@@ -38,7 +38,7 @@ struct Bcc4Reader::State {
   std::optional<VolumeInfo> shown; // of an unfinished series: of the frames that can be looked at
   Bcc4Bytes bytes;
   std::vector<Int3> slots;            // by level: brick dims of coset 0
-  std::vector<SampleCoder> coders;    // by level and channel, relative to air
+  std::vector<SampleCoder> coders;    // by channel, relative to air
   std::vector<SampleCoder> from_base; // relative to the base of the field
   std::vector<FieldBase> bases;       // by channel
   std::vector<PageRef> pages;         // the directory
@@ -53,7 +53,7 @@ struct Bcc4Reader::State {
   // Throws unless there are such a channel and level.
   void require(const ChannelLevel& at) const;
   [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at, RelativeTo to = RelativeTo::air) const {
-    return (to == RelativeTo::base ? from_base : coders).at(at.level * info.channels.size() + at.channel);
+    return (to == RelativeTo::base ? from_base : coders).at(at.channel);
   }
   [[nodiscard]] Int3 brick_of(uint32_t slot, int level) const {
     return slot_brick(slots.at(level), slot, info.tile_edge);

@@ -44,7 +44,7 @@ uint32_t layer_bit(const StoredLattice& info, int32_t layer) {
 // The bytes that a brick takes at most when it is read.
 uint64_t brick_bytes(const ChannelInfo& channel, bool as_codes) {
   constexpr uint64_t overhead = 1400; // which sites are kept, where rows start, allocations
-  if (!as_codes || is_float(channel.type) || channel.type == ValueType::i32) return sizeof(Brick);
+  if (!as_codes || is_float(channel.type)) return sizeof(Brick);
   return value_bytes(channel.type) * brick_sites + overhead;
 }
 

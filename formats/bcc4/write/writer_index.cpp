@@ -12,7 +12,7 @@ namespace bccsplat {
 WriterIndex::WriterIndex(const VolumeInfo& info, AppendBlock append)
     : append_(std::move(append)), levels_(info.level_count()) {
   for (int c = 0; c < static_cast<int>(info.channels.size()); ++c)
-    for (int l = 0; l < levels_; ++l) streams_.emplace_back(ChannelLevel{c, l}, info.coding({c, l}));
+    for (int l = 0; l < levels_; ++l) streams_.emplace_back(ChannelLevel{c, l}, info.channels.at(c));
 }
 
 void WriterIndex::check_slab(int32_t slab, const ChannelLevel& at, const VolumeInfo& info) const {

@@ -59,7 +59,7 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
     CodedChunk coded;
     ChunkSites sites = collect_sites(shape, layers, brick, coder, coded.clamped);
     if (air_has_code) keep_scattered_air(sites, coder.codes());
-    if (!sites.codes.empty()) coded.chunk = encode_chunk(std::move(sites), coder.codes(), options.level);
+    if (!sites.codes.empty()) coded.chunk = encode_chunk(sites, coder.codes(), options.level);
     return coded;
   };
   WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
