@@ -25,8 +25,8 @@ struct Percentile {
   bool operator==(const Percentile&) const = default;
 };
 
-// Corrections at source samples (residuals.h, correction_table.h); they are right for the kernel of the
-// stored coefficients, else the recommended one, alone.
+// Corrections at source samples (residuals.h, correction_table.h); they are right for the recommended
+// kernel alone.
 struct ResidualInfo {
   double step = 0;  // value of one step; 0: no corrections
   double bound = 0; // with them, no finite source sample is wrong by more; 0: nothing is promised
@@ -122,8 +122,8 @@ struct TailInfo {
   bool operator==(const TailInfo&) const = default;
 };
 
-// What a writer that continues a series of coefficients, or of wavelets, cannot see in the file: counts of
-// the samples they were made of.
+// What a writer that continues a series of wavelets cannot see in the file: counts of the samples they were
+// made of.
 struct CountsInfo {
   int32_t slabs = 0;             // as in TailInfo
   std::vector<std::byte> counts; // of the layers in them; private to one version of the library

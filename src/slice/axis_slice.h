@@ -15,8 +15,7 @@
 
 namespace bccsplat {
 
-// Returns whether the volume can be turned: it has time, samples rather than coefficients, and an extent
-// along the axis.
+// Returns whether the volume can be turned: it has time, and an extent along the axis.
 [[nodiscard]] bool can_turn(const Coefficients& coefficients, size_t axis);
 
 // `position` is along the axis, in index units, inside the domain. Slice space is that of plane_axes; the

@@ -130,7 +130,7 @@ LayerCounts count_slabs(const Bcc4Reader& file, int channel, int32_t end, const 
   return report;
 }
 
-// Returns what the file tells of the samples that its first `slabs` slabs of coefficients were made of; none
+// Returns what the file tells of the samples that its first `slabs` slabs of wavelets were made of; none
 // where it does not, or in words of another version.
 std::optional<std::vector<LayerCounts>> told_counts(const VolumeInfo& info, int32_t slabs) {
   if (!info.counts || info.counts->slabs != slabs) return std::nullopt;
@@ -315,7 +315,7 @@ Continuation::Continuation(const Bcc4Reader& old, const WriterSettings& settings
   if (!wavelets && any_clamped(was) && !(was.tail && was.tail->slabs == slabs()))
     refuse("it does not tell where samples were clamped, as newer files do");
   if (wavelets && slabs() > 0 && !(told_ = told_counts(was, slabs())))
-    refuse("it does not tell of the samples that its coefficients were made of, as files of this version do");
+    refuse("it does not tell of the samples that its wavelets were made of, as files of this version do");
   begin_earlier(part.early_frames, rest_.fit);
   find_places();
 }

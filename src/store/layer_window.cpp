@@ -12,12 +12,12 @@ namespace bccsplat {
 namespace {
 
 // Stages of samples -> coefficients and the layers they reach.
-struct Prefilter {
+struct PrefilterSize {
   int32_t layers = 0;
   size_t stages = 0;
 };
 
-Prefilter prefilter_size(const Lattice4& lattice, const Kernel& kernel) {
+PrefilterSize prefilter_size(const Lattice4& lattice, const Kernel& kernel) {
   if (lattice.space.bcc) {
     const auto& stages = lattice.is_static() ? kernel.prefilter3 : kernel.prefilter4;
     return {prefilter_reach(stages).time, stages.size()};

@@ -41,8 +41,6 @@ class LayerWindow final : public SampleSource {
   }
   // The series ends elsewhere than was said; what has been made of its layers must be made anew.
   void set_lattice(const Lattice4& lattice) { lattice_ = lattice; }
-  // Returns whether a layer, by its number as it came, has come and is needed.
-  [[nodiscard]] bool holds(int32_t number) const { return find(number) != nullptr; }
   [[nodiscard]] int32_t end() const { return first_ + static_cast<int32_t>(layers_.size()); }
 
   const Lattice4& lattice() const override { return lattice_; }

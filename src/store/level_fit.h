@@ -10,6 +10,7 @@
 
 #include "base/context.h"
 #include "fit/fit.h"
+#include "formats/bcc4/info.h"
 #include "store/level_frames.h"
 
 namespace bccsplat {

@@ -3,7 +3,7 @@
 //
 //   WriterOpening   what is made, from which options: a file, a part, or what continues a file
 //   WriterInput     frames, or layers, or a field
-//     -> LevelFits     at each level slabs of lattice samples, or of coefficients, where those are stored
+//     -> LevelFits     at each level slabs of lattice samples
 //     -> WriterOutput  the file, with a journal, as a part, or behind the slabs of an older one
 //     -> Measuring     what a reader will get, against the frames; corrections back into the file
 //   WriterEnding    what is said about the series when it ends

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds the chunks of a slab in the cache or has them decoded, in batches that the budget has room for, and
 // takes from each the bricks of all layers that are asked for together. Near the lost chunks of a damaged
-// file it makes holes of coefficients.
+// file it makes holes.
 #include <algorithm>
 #include <atomic>
 #include <memory>
