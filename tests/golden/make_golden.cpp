@@ -7,7 +7,6 @@
 #include <limits>
 #include <string>
 
-#include "fit/coefficients/coefficient_layers.h"
 #include "tests/unit/formats/rebuild.h"
 #include "tests/unit/formats/test_data.h"
 
@@ -70,7 +69,7 @@ Sample in_turn(int, double x, double y, double z, double t) {
 Bytes tile_levels() {
   VolumeInfo info = levels_info();
   info.tile_edge = 2;
-  for (LevelInfo& level : info.levels) level.tile_edge = 2, level.channels[1].scale = info.channels[1].scale;
+  for (LevelInfo& level : info.levels) level.tile_edge = 2;
   for (ChannelInfo& c : info.channels) c.type = ValueType::u8, c.wavelet_error = 1;
   Bytes bytes;
   Bench bench;
@@ -114,6 +113,17 @@ void make_bad_tiles() {
   });
 }
 
+// What a writer that goes on cannot see in a file of tiles.
+void make_counts() {
+  VolumeInfo info = tiles(LatticeKind::d4star, {12, 11, 10, 6}, channel("value", ValueType::u8), 2);
+  info.counts = CountsInfo{1, {std::byte{1}, std::byte{2}, std::byte{3}}};
+  const Bytes good = write_file(info, dense);
+  save("v4_tiles_counts", good);
+  save("bad_counts", rebuild(good, with_info([](VolumeInfo& v) {
+                               v.counts = CountsInfo{v.slabs() + 1, {}};
+                             })));
+}
+
 void make_tiles() {
   save("v4_tiles_matrix",
        write_file(tiles(LatticeKind::cc, {36, 34, 17, 8}, channel("value", ValueType::u8), 2), in_turn));
@@ -121,6 +131,7 @@ void make_tiles() {
        write_file(tiles(LatticeKind::d4star, {70, 20, 18, 7}, channel("value", ValueType::u16, 2), 8), ball));
   save("v4_tiles_levels", tile_levels());
   make_bad_tiles();
+  make_counts();
   ChannelInfo linear = channel("value", ValueType::u16, 5);
   linear.linear = true;
   save("v4_tiles_linear", write_file(tiles(LatticeKind::cc, {40, 35, 20, 8}, std::move(linear), 2), ball));
@@ -178,12 +189,6 @@ void make_version_2() {
   save("v2_ends", write_file(ends, ball));
 }
 
-ChannelInfo steps(double step, float air = 0) {
-  ChannelInfo c = channel("value", ValueType::i32, air);
-  c.scale = step;
-  return c;
-}
-
 // On both sides of air, with holes.
 Sample both_sides(int c, double x, double y, double z, double t) {
   Sample s = ball(c, x, y, z, t);
@@ -191,37 +196,12 @@ Sample both_sides(int c, double x, double y, double z, double t) {
   return s;
 }
 
-// Whole numbers that need more bytes, or come in larger units, from brick to brick along x.
-Formula wider_from(double brick) {
-  return [brick](int c, double x, double y, double z, double t) {
-    constexpr std::array<double, 5> largest{100, 120, 2e4, 1e6, 3e7}, unit{1, 8, 1, 1, 64};
-    const double wave = std::sin(0.4 * x + 0.7 * y - z + t);
-    const auto b = std::min(static_cast<size_t>((x + 1e-6) / brick), largest.size() - 1);
-    const double value = c > 0 ? 60 + 50 * wave : unit[b] * std::floor(largest[b] * wave);
-    return Sample{static_cast<float>(value), y + z < 6, false};
-  };
-}
-
-// What version 3 brought.
-void make_version_3() {
-  const std::array<uint32_t, 4> dims{22, 20, 18, 6};
-  save("v3_steps_narrow", write_file(volume(LatticeKind::d4star, dims, {steps(0.5, 5)}), both_sides));
-  VolumeInfo wide =
-      volume(LatticeKind::d4star, {100, 5, 6, 2}, {steps(1), channel("samples", ValueType::u8)});
-  save("v3_steps_wide", write_file(wide, wider_from(32 * wide.lattice.space_step[0])));
-  save("v3_steps_bcc",
-       write_file(volume(LatticeKind::bcc, {26, 24, 25, 1}, {steps(1.0 / 64, -2)}), both_sides));
-  save("v3_steps_raw",
-       write_file(volume(LatticeKind::cc, {9, 10, 8, 3}, {steps(1.0 / 64)}), both_sides, 1, {.level = 0}));
-  VolumeInfo coefficients = volume(LatticeKind::d4star, dims, {steps(0.25)});
-  const Kernel kernel = make_kernel("radial20+b3");
-  coefficients.slab_layers = 4;
-  coefficients.coefficient_kernel = coefficients.recommended_kernel = kernel.name;
-  coefficients.coefficient_parameters = kernel_parameters(kernel);
-  save("v3_coefficients", write_file(coefficients, both_sides));
-  coefficients.lattice = Lattice4::fit(LatticeKind::d4star, {12, 11, 10, 6});
-  coefficients.counts = CountsInfo{1, {std::byte{1}, std::byte{2}, std::byte{3}}};
-  save("v3_counts", write_file(coefficients, both_sides));
+// The appendix of formats/bcc4.md shows it.
+void make_raw() {
+  ChannelInfo value = channel("value", ValueType::u16);
+  value.scale = 1.0 / 64, value.offset = -18.375;
+  save("v3_raw",
+       write_file(volume(LatticeKind::cc, {9, 10, 8, 3}, {std::move(value)}), both_sides, 1, {.level = 0}));
 }
 
 void make_corrections() {
@@ -390,6 +370,10 @@ void make_levels() {
                                    }}));
   save("bad_level_of_page",
        rebuild(levels_file(), {.pages = [](std::vector<PageRef>& p) { p.back().level = 3; }}));
+  constexpr size_t lattices = 4 + 2 * 64; // what is said of channels follows
+  save("bad_level_scale", rebuild(levels_file(), {.metadata = [](Bytes& m) {
+                                    poke<double>(m, payload_of(m, 9) + lattices, 0.75);
+                                  }}));
 }
 
 void make_unfinished() {
@@ -442,6 +426,11 @@ void make_bad() {
   bad = good;
   bad[5000] = std::byte{1};
   save("bad_padding", bad);
+  save("bad_kernel_numbers",
+       rebuild(good, {.metadata = [](Bytes& m) { poke<uint32_t>(m, payload_of(m, 4) + 8, 1); }}));
+  save("bad_value_type",
+       rebuild(good, {.metadata = [](Bytes& m) { poke<uint8_t>(m, payload_of(m, 5), 5); }}));
+  save("bad_predictor", rebuild(good, {.entries = [](std::vector<Bcc4Chunk>& e) { e[0].predictor |= 16; }}));
   save("bad_run_list", rebuild(good, {.chunk = [](Bcc4Chunk& c, Bytes& b) {
                                  // One pair that sets more sites than there are.
                                  b.resize(c.values_bytes);
@@ -450,35 +439,6 @@ void make_bad() {
                                  c.runs_bytes = c.runs_decoded = 4;
                                  c.coding &= 15;
                                }}));
-}
-
-void make_bad_steps() {
-  const Bytes good = write_file(volume(LatticeKind::d4star, {12, 12, 10, 3}, {steps(1)}),
-                                [](int c, double x, double y, double z, double t) {
-                                  Sample s = both_sides(c, x, y, z, t);
-                                  s.value = 4 * std::floor(s.value);
-                                  return s;
-                                });
-  Bytes bad = good;
-  bad[14] = std::byte{2}; // lowest reader
-  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
-  save("bad_steps_of_version_2", bad);
-  save("bad_steps_offset", rebuild(good, {.metadata = [](Bytes& m) {
-                                     VolumeInfo v = read_metadata(m, 0, {});
-                                     v.channels[0].offset = 1;
-                                     m = write_metadata(v);
-                                   }}));
-  const auto entry = [&](const std::string& name, const std::function<void(Bcc4Chunk&)>& change) {
-    save(name, rebuild(good, {.entries = [&](std::vector<Bcc4Chunk>& e) { change(e[0]); }}));
-  };
-  save("bad_counts", rebuild(good, {.metadata = [](Bytes& m) {
-                               VolumeInfo v = read_metadata(m, 0, {});
-                               v.counts = CountsInfo{v.slabs() + 1, {}};
-                               m = write_metadata(v);
-                             }}));
-  entry("bad_steps_units", [](Bcc4Chunk& c) { c.max_code += 2; });
-  entry("bad_steps_range", [](Bcc4Chunk& c) { c.max_code -= 4; });
-  entry("bad_steps_predictor", [](Bcc4Chunk& c) { c.predictor |= 6; });
 }
 
 } // namespace
@@ -493,7 +453,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_good();
   bccsplat::test::make_optional();
   bccsplat::test::make_version_2();
-  bccsplat::test::make_version_3();
+  bccsplat::test::make_raw();
   bccsplat::test::make_corrections();
   bccsplat::test::make_masks();
   bccsplat::test::make_domain();
@@ -504,6 +464,5 @@ int main(int argc, char** argv) {
   bccsplat::test::make_unfinished();
   bccsplat::test::make_tiles();
   bccsplat::test::make_bad();
-  bccsplat::test::make_bad_steps();
   return 0;
 }

@@ -179,10 +179,8 @@ struct Volume {
   std::vector<double> times;
   std::string spatial_unit;
   std::vector<Axis> axes; // none: without the record
-  std::string kernel, recommended;
-  std::vector<double> kernel_numbers;
-  bool divided = false; // by the sum of the kernel
-  int tile = 0;         // bricks along a tile; 0: chunks are bricks
+  std::string recommended;
+  int tile = 0; // bricks along a tile; 0: chunks are bricks
   std::vector<Channel> channels;
   std::vector<std::pair<std::string, std::string>> attributes;
   std::vector<Volume> levels; // coarser ones: what they share is copied
@@ -195,25 +193,20 @@ struct Volume {
   int layers() const { return last_layer + 1; }
 };
 
-void check_steps(const Channel& c, int lowest) {
+void check_steps(const Channel& c) {
   const double bias = std::fabs(c.offset - c.air);
   must(std::isfinite(c.air) && std::isfinite(c.scale) && std::isfinite(c.offset), "channel: not finite");
   if (c.type <= 2) {
     must(c.scale > 0 && bias <= 0x1p22 * c.scale && 65535 * c.scale + bias < 0x1p127, "channel: scale");
-  } else if (c.type == 5) {
-    must(lowest >= 3, "channel: i32 needs version 3");
-    must(c.scale > 0 && 0x1p31 * c.scale < 0x1p127, "channel: scale");
-    must(bias == 0, "channel: i32 counts from air");
-    must(c.air_code == 0x80000000u, "channel: code of air");
   } else {
     must(c.scale == 1 && (bias == 0 || (c.type == 3 && c.offset == 0)), "channel: floats have no scale");
   }
 }
 
-Channel read_channel(Cursor& c, const Volume& v, int lowest) {
+Channel read_channel(Cursor& c, const Volume& v) {
   Channel ch;
   ch.type = c.u8();
-  must(ch.type >= 1 && ch.type <= 5, "channel: value type");
+  must(ch.type >= 1 && ch.type <= 4, "channel: value type");
   must(c.u8() <= 9, "channel: source type");
   const int flags = c.u16();
   must(flags <= 1, "channel: flags");
@@ -223,7 +216,7 @@ Channel read_channel(Cursor& c, const Volume& v, int lowest) {
   ch.offset = c.f64();
   ch.air = c.f32();
   must(c.f32() >= 0, "channel: threshold");
-  check_steps(ch, lowest);
+  check_steps(ch);
   ch.kept = c.u64();
   ch.holes = c.u64();
   c.u64(), c.u64(); // clamped, relevant source samples
@@ -243,17 +236,10 @@ Channel read_channel(Cursor& c, const Volume& v, int lowest) {
   return ch;
 }
 
-void read_store(Cursor& r, Volume& v, int lowest) {
-  v.kernel = r.text();
+void read_store(Cursor& r, Volume& v) {
+  must(r.text().empty(), "store: not empty");
   v.recommended = r.text();
-  for (uint32_t i = r.u32(); i > 0; --i) {
-    v.kernel_numbers.push_back(r.f64());
-    must(std::isfinite(v.kernel_numbers.back()), "store: kernel");
-  }
-  must(!v.kernel.empty() || v.kernel_numbers.empty(), "store: numbers of no kernel");
-  if (r.left() == 0) return;
-  must(lowest >= 3 && r.u32() == 1, "store: flags");
-  v.divided = true;
+  must(r.u32() == 0, "store: not 0");
 }
 
 // The steps and blocks that both records of corrections have.
@@ -422,9 +408,7 @@ void read_levels(Cursor& r, Volume& v, int lowest) {
   }
   for (Volume& level : v.levels)
     for (Channel& c : level.channels) {
-      const double scale = r.f64();
-      must(scale == c.scale || (c.type == 5 && scale > 0 && 0x1p31 * scale < 0x1p127), "levels: scale");
-      c.scale = scale;
+      must(r.f64() == c.scale, "levels: scale");
       c.kept = r.u64(), c.holes = r.u64();
       r.u64(); // clamped
       const double low = r.f64(), high = r.f64();
@@ -537,9 +521,9 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       must(count == 0 || count == v.dims[3], "time: count");
       for (uint32_t i = 0; i < count; ++i) v.times.push_back(r.f64());
     } else if (type == 4) {
-      read_store(r, v, lowest);
+      read_store(r, v);
     } else if (type == 5) {
-      v.channels.push_back(read_channel(r, v, lowest));
+      v.channels.push_back(read_channel(r, v));
     } else if (type == 6) {
       for (uint32_t i = r.u32(); i > 0; --i) r.text(), r.u64(), r.u32();
     } else {
@@ -561,7 +545,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
 struct Chunk {
   uint32_t slab, slot, values, runs, runs_decoded, kept, holes, smallest, largest, check;
   uint64_t offset;
-  int coding, predictor, shift;
+  int coding, predictor;
   uint64_t end() const { return offset + padded(uint64_t{values} + runs); }
 };
 
@@ -599,8 +583,7 @@ std::vector<Chunk> read_page(const Bytes& bytes) {
     e.offset = before.end() + column[5][i];
     e.runs_decoded = get(6), e.kept = get(7), e.holes = get(8);
     e.smallest = get(9), e.largest = get(10), e.check = get(11);
-    e.coding = get(12), e.predictor = static_cast<int>(get(13) & 15);
-    e.shift = static_cast<int>(get(13) >> 4);
+    e.coding = get(12), e.predictor = get(13);
     must(e.smallest <= e.largest, "page: smallest and largest sample");
     before = e;
   }
@@ -671,36 +654,17 @@ Weights fixed_weights(int predictor, bool has_cross, bool has_previous) {
   return w;
 }
 
-// How the samples of a chunk are coded, section 6.
+// How the samples of a channel are coded, section 6.
 struct Coding {
   size_t width = 0;
   bool floats = false;
-  int64_t air = 0;             // code of air
-  int64_t base = 0, steps = 1; // of i32: the first unit, the integers of a unit
+  int64_t air = 0; // code of air
   uint64_t top() const { return (uint64_t{1} << (8 * width)) - 1; }
 };
 
-Coding coding_of(const Channel& ch, const Chunk& e) {
+Coding coding_of(const Channel& ch) {
   const size_t widths[4] = {1, 2, 2, 4};
-  if (ch.type != 5) {
-    must(e.shift == 0, "chunk: a shift, but no i32");
-    return {widths[ch.type - 1], ch.type >= 3, ch.air_code};
-  }
-  Coding c;
-  c.steps = int64_t{1} << e.shift;
-  const int64_t smallest = int64_t{e.smallest} - 0x80000000ll, largest = int64_t{e.largest} - 0x80000000ll;
-  must(smallest % c.steps == 0 && largest % c.steps == 0, "chunk: not in whole units");
-  c.base = std::min<int64_t>(0, smallest / c.steps);
-  const int64_t range = std::max<int64_t>(0, largest / c.steps) - c.base;
-  c.width = range < 0x100 ? 1 : range < 0x10000 ? 2 : 4;
-  c.air = -c.base;
-  return c;
-}
-
-// The ordered code of the channel that a code of the chunk stands for.
-uint64_t ordered(const Channel& ch, const Coding& c, uint64_t code) {
-  if (ch.type != 5) return code;
-  return (static_cast<int64_t>(code) + c.base) * c.steps + 0x80000000ll;
+  return {widths[ch.type - 1], ch.type >= 3, ch.air_code};
 }
 
 struct Decoded {
@@ -780,7 +744,7 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
     if (present[k] && e.predictor == 5) weight_count += 10u + (k & 1 ? 8u : 0u) + (k & 2 ? 7u : 0u);
 
   // Section 7.
-  const Coding coding = coding_of(ch, e);
+  const Coding coding = coding_of(ch);
   const size_t width = coding.width;
   const uint64_t top = coding.top();
   must(values_coding == 0 ? e.values == e.kept * width && e.predictor == 0 : e.values < e.kept * width,
@@ -868,9 +832,8 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
             const uint64_t d = code % 2 == 0 ? code / 2 : top - (code - 1) / 2;
             code = (prediction + d) % (top + 1);
           }
-          const uint64_t sample = ordered(ch, coding, code);
-          out.code.back()[index] = static_cast<uint32_t>(sample);
-          smallest = std::min(smallest, sample), largest = std::max(largest, sample);
+          out.code.back()[index] = static_cast<uint32_t>(code);
+          smallest = std::min(smallest, code), largest = std::max(largest, code);
           own.at(x, y, z) = static_cast<int64_t>(code) - coding.air;
         }
         own.at(nx, y, z) = own.get(nx - 1, y, z);
@@ -1306,7 +1269,7 @@ std::vector<Brick> bricks_of_tile(const Volume& v, const Chunk& e, const int at[
 // The bricks of a tile, by slot.
 std::map<uint32_t, Decoded> decode_tile(const File& f, const Volume& v, const Channel& ch, const Chunk& e) {
   const uint8_t* p = chunk_bytes(f, e);
-  must((e.coding & 15) == 2 && e.predictor == 0 && e.shift == 0, "tile: coding");
+  must((e.coding & 15) == 2 && e.predictor == 0, "tile: coding");
   int at[3];
   find_tile(v, e, at);
   const std::vector<Brick> bricks = bricks_of_tile(v, e, at);
@@ -1367,7 +1330,6 @@ double half(uint32_t bits) {
 float relative(const Channel& ch, uint32_t code) {
   const double bias = ch.offset - ch.air;
   if (ch.type <= 2) return static_cast<float>(code * ch.scale + bias);
-  if (ch.type == 5) return static_cast<float>((code - 0x1p31) * ch.scale);
   const uint32_t sign = ch.type == 3 ? 0x8000u : 0x80000000u, mask = ch.type == 3 ? 0xffffu : 0xffffffffu;
   const uint32_t pattern = code & sign ? code - sign : ~code & mask;
   if (ch.type == 3) return static_cast<float>(bias == 0 ? half(pattern) : half(pattern) + bias);
@@ -1607,10 +1569,7 @@ void dump(const std::string& path) {
   }
   if (v.times.empty()) std::printf("times %.17g step %.17g\n", v.first, v.step);
   for (const double t : v.times) std::printf("time %.17g\n", t);
-  std::printf("store %s recommended %s\n", v.kernel.empty() ? "samples" : v.kernel.c_str(),
-              v.recommended.c_str());
-  for (const double n : v.kernel_numbers) std::printf("kernel number %.17g\n", n);
-  if (v.divided) std::printf("divided by the sum of the kernel\n");
+  std::printf("store samples recommended %s\n", v.recommended.c_str());
   for (const auto& [key, value] : v.attributes)
     std::printf("attribute %s = %s\n", key.c_str(), value.c_str());
 
