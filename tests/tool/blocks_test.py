@@ -62,7 +62,7 @@ class Blocks(ToolTest):
             os.remove(self.path(name))
 
     def test_blocks_are_the_bytes_of_one_import(self):
-        for more in ([], ['--store', 'coefficients'], ['--lattice', 'd4star', '--scale', 1.3], ['--levels', 2]):
+        for more in ([], ['--lattice', 'd4star', '--scale', 1.3], ['--levels', 2]):
             self.joined_equals_one(self.args, *more)
         self.assertTrue(self.json('verify', 'joined.bcc4')['ok'])
 
@@ -166,7 +166,7 @@ class Blocks(ToolTest):
 
     def test_errors_are_measured_and_bounds_kept(self):
         lattice = ['--lattice', 'd4star', '--scale', 1.1]
-        for more in some([['--abs', 1], ['--abs', 2, '--store', 'coefficients'], ['--psnr', 30], ['--measure', 'all']], 2):
+        for more in some([['--abs', 1], ['--psnr', 30], ['--measure', 'all']], 2):
             self.joined_equals_one(self.args, *lattice, *more)
 
     def test_a_bound_without_memory_for_frames(self):

@@ -8,7 +8,7 @@ import subprocess
 from harness import BCC4, ToolTest, field, main
 
 DIMS = (64, 64, 64, 4)
-NEEDED = ('import', 'info', 'probe', 'verify', 'export', 'slice', 'render', 'recode', 'concat', 'compare', 'help')  # in an order in which they can follow each other
+NEEDED = ('import', 'info', 'probe', 'verify', 'export', 'slice', 'render', 'concat', 'compare', 'help')  # in an order in which they can follow each other
 WIDTH = 100
 
 

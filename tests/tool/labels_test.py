@@ -88,13 +88,11 @@ class Labels(ToolTest):
         self.refused(2, "channel 'value' has labels, and coarser levels are means, which labels have none of: ask for no levels",
                      'import', *source, '--levels', 1, '-o', 'x.bcc4', output='x.bcc4')
 
-    def test_appended_and_recoded_they_stay(self):
+    def test_appended_they_stay(self):
         short = (*DIMS[:3], 3)
         self.bcc4('import', *self.raw('a.raw', short, wide, 'i32'), '-o', 'v.bcc4', '--quiet')
         self.bcc4('import', *self.raw('a.raw', DIMS, wide, 'i32'), '--append', '-o', 'v.bcc4', '--quiet')
         self.check_kept(field(DIMS, wide, 'i'))
-        self.refused(2, 'it has labels, and such codes are near to them at most', 'recode', 'v.bcc4', '--quantize', 'u8', '-o', 'r.bcc4')
-        self.refused(2, 'it has labels, and coefficients blend them', 'recode', 'v.bcc4', '--store', 'coefficients', '-o', 'r.bcc4')
 
     def test_gaps_are_not_filled_by_means(self):
         for f in 0, 1, 3:

@@ -154,13 +154,6 @@ class LevelsTest(ToolTest):
         self.json('import', *whole, '-o', 'v.bcc4', '--overwrite', *more)
         self.assertEqual(*(self.without_sources(n) for n in ('grown.bcc4', 'v.bcc4')))
 
-    def test_recoding_says_that_it_leaves_them_out(self):
-        args = self.raw('a.raw', (26, 24, 22, 4), waves)
-        self.json('import', *args, '-o', 'v.bcc4', '--levels', 1, *FIXED)
-        _, said = self.bcc4('recode', 'v.bcc4', '-o', 'r.bcc4')
-        self.assertIn('its coarser levels are not recoded', said)
-        self.assertEqual(self.json('info', 'r.bcc4')['levels'], [])
-
 
 if __name__ == '__main__':
     main()

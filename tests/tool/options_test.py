@@ -15,7 +15,7 @@ class Options(ToolTest):
     def test_every_command_leaves_what_is_there(self):
         one = ('--time', 1, '--quiet')
         for out, args in (('x.png', ('render', 'v.bcc4', *one)), ('x.nrrd', ('slice', 'v.bcc4', *one)), ('y.nrrd', ('export', 'v.bcc4', *one)),
-                          ('x.bcc4', ('recode', 'v.bcc4', '--store', 'coefficients', '--quiet'))):
+                          ('x.bcc4', ('import', *self.raw('a.raw', DIMS, lambda *p: sum(p)), '--quiet'))):
             self.write(out, b'before')
             _, said = self.bcc4(*args, '-o', out, expect=2, overwrite=False)
             self.assertIn('--overwrite replaces it', said)

@@ -37,8 +37,7 @@ OPTIONS = {
     'units': {'none': choice(), 'spacing': choice('--spacing', '2,1,.5', spacing=True), 'mm': choice(units=True)},
     'channels': {'1': choice(), '2': choice(channels=2)},
     # The file.
-    'store': {'samples': choice('--store', 'samples'), 'coefficients': choice('--store', 'coefficients'), 'wavelets': choice('--store', 'wavelets'),
-              'chosen': choice()},
+    'store': {'samples': choice('--store', 'samples'), 'wavelets': choice('--store', 'wavelets'), 'chosen': choice()},
     'lattice': {'d4star': choice(lattice='d4star'), 'cc': choice(lattice='cc'), 'chosen': choice(lattice='auto'),
                 'density': choice('--density', .7, lattice='auto')},
     'scale': {'1': choice(), '1.2': choice('--scale', 1.2)},
@@ -50,7 +49,7 @@ OPTIONS = {
     'lowpass': {'no': choice(), 'yes': choice('--lowpass')},
     'measure': {'own': choice(), 'all': choice('--measure', 'all')},
     'written': {'whole': choice(), 'parts': choice(way='parts'), 'blocks': choice('--blocks', way='blocks'), 'appended': choice('--exact', way='appended'),
-                'resumed': choice(way='resumed'), 'live': choice('--live', 1), 'recoded': choice(way='recoded')},
+                'resumed': choice(way='resumed'), 'live': choice('--live', 1)},
     # What is made of it.
     'export': {'nrrd': choice(), **{name: choice(export=name) for name in ('raw', 'nii', 'nc', 'tif', *(['vdb'] if has_openvdb() else []))}},
     'look': {'usual': choice(), 'iso': choice(render=['--mode', 'iso', '--smooth-edges', 'off']), 'xray': choice(render=['--mode', 'xray']),
@@ -243,7 +242,7 @@ class Case:
     def bcc4(self, *args, limit=None):
         def less():
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-        if args[0] in ('import', 'export', 'render', 'recode', 'verify'):
+        if args[0] in ('import', 'export', 'render', 'verify'):
             args = (*args, '--threads', 1)  # so small a file is read sooner than they begin
         run = subprocess.run([BCC4, *map(str, args)], capture_output=True, text=True, cwd=self.folder, timeout=120, preexec_fn=less if limit else None)
         if run.returncode:
@@ -280,10 +279,8 @@ class Case:
                 raise Wrong('an import that cannot write ended well')
             except Ended:
                 self.bcc4(*go, '-o', 'v.bcc4', '--resume', '--quiet')
-        if self.way == 'recoded':
-            self.bcc4('recode', 'whole.bcc4', '-o', 'v.bcc4', '--store', 'samples' if 'coefficients' in self.args else 'coefficients', '--quiet')
-        if self.way in ('whole', 'recoded'):
-            return {'whole': 'whole.bcc4', 'recoded': 'v.bcc4'}[self.way], source
+        if self.way == 'whole':
+            return 'whole.bcc4', source
         # What is chosen for a shorter series may be another lattice, and errors of levels stay those that it had.
         same = self.way != 'appended' or not ({'--levels', 1} <= set(self.args) or self.lattice == 'auto' or '--store' not in self.args)
         demand(not same or self.read('v.bcc4') == self.read('whole.bcc4'), self.way, 'is not byte for byte what one import writes')
@@ -312,10 +309,10 @@ class Case:
         demand(info['dims'] == list(self.dims), info['dims'])
         if not clamped and self.missing:
             demand(info['channels'][0]['missing'] == len(source) - finite, info['channels'][0]['missing'], 'missing')
-        if self.way != 'recoded' and self.abs:
+        if self.abs:
             demand(verified['bound'] == {'abs': self.abs, 'held': True}, verified.get('bound'))
             demand(self.worst <= self.abs, 'off by', self.worst)
-        if self.way != 'recoded' and self.psnr and self.channels == 1:
+        if self.psnr and self.channels == 1:
             demand(verified['psnr'] is None or verified['psnr'] >= self.psnr, 'PSNR', verified['psnr'])  # null: no difference
         # 2 % of the range is what is kept unless something else is asked for.
         if self.data != 'labels' and not clamped:

@@ -54,8 +54,7 @@ class Parts(ToolTest):
 
     def test_planes_outside_the_faces(self):
         args = self.raw('a.raw', DIMS, blob)
-        for more in (('--faces', 'predict'), ('--faces', 'predict', '--store', 'coefficients')):
-            self.assert_equal(self.cut(args, ['0-14', '15-46'], *more), more)
+        self.assert_equal(self.cut(args, ['0-14', '15-46'], '--faces', 'predict'))
         self.assertNotEqual(self.json('info', 'one.bcc4')['planes_outside']['before'], [0, 0, 0])
         # A series that goes on keeps the planes it has.
         fixed = ('--lattice', 'd4star', '--exact')
@@ -90,17 +89,17 @@ class Parts(ToolTest):
     def test_every_option_that_looks_beyond_a_frame(self):
         args = self.raw('a.raw', DIMS, blob)
         spans = ['0-11', '12-12', '13-30', '31-46']
-        cases = [['--lowpass'], ['--store', 'coefficients'], ['--time-scale', 2.7], ['--scale', 1.4, '--time-scale', .3],
+        cases = [['--lowpass'], ['--time-scale', 2.7], ['--scale', 1.4, '--time-scale', .3],
                  ['--quantize', 'u8'], ['--measure', 'all'], ['--measure', 'none'], ['--filter', 'bspline3'],
                  ['--lattice', 'cc'], ['--air-threshold', 1, '--kernel', 'fine'],
                  ['--times', ','.join(str(t * t) for t in range(47))], ['--scale', '.7,.85,1.1,1.6', '--lowpass'],
-                 ['--lowpass', '--store', 'coefficients', '--quantize', 'u16', '--time-scale', 1.5]]
+                 ['--lowpass', '--quantize', 'u16', '--time-scale', 1.5]]
         for more in some(cases, 4):
             self.assert_equal(self.cut(args, spans, *more), more)
 
     def test_bounds_and_their_corrections(self):
         args = self.raw('a.raw', DIMS, blob)
-        cases = [['--psnr', 40], ['--abs', .5, '--store', 'coefficients'], ['--abs', .2], ['--abs', .3, '--lattice', 'cc']]
+        cases = [['--psnr', 40], ['--abs', .2], ['--abs', .3, '--lattice', 'cc']]
         for more in some(cases, 2):
             self.assert_equal(self.cut(args, ['0-5', '6-25', '26-27', '28-46'], *more), more)
             if more[0] == '--abs':

@@ -74,7 +74,7 @@ class PeriodicAxisTest(ToolTest):
 
     def test_the_seam(self):
         args = self.raw('a.raw', ROUND, longitude)
-        for more in ((), ('--store', 'coefficients'), ('--levels', '1')):
+        for more in ((), ('--levels', '1')):
             self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--periodic', 'x', *FIXED, *more)
             info = self.json('info', 'v.bcc4')
             self.assertEqual(info['periodic_axes'], 'x')
@@ -171,7 +171,7 @@ class PeriodicTest(ToolTest):
 
     def test_between_last_and_first(self):
         args = self.raw('a.raw', DIMS, wave)
-        for more in ((), ('--store', 'coefficients'), ('--lattice', 'cc')):
+        for more in ((), ('--lattice', 'cc')):
             fixed = [o for o in FIXED if more[:1] != ('--lattice',) or o not in ('--lattice', 'd4star')]
             self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--ends', 'periodic', *fixed, *more)
             info = self.json('info', 'v.bcc4')

@@ -105,10 +105,6 @@ class Resume(ToolTest):
     def test_killed_at_any_moment(self):
         self.killed_at_any_moment()
 
-    def test_coefficients_killed_at_any_moment(self):
-        self.killed_at_any_moment('--store', 'coefficients')
-        self.assertEqual(self.json('info', 'whole.bcc4')['value_type'], 'i32')
-
     def test_levels_killed_at_any_moment(self):
         self.killed_at_any_moment('--levels', '1')
         level, = self.json('info', 'whole.bcc4')['levels']
@@ -229,27 +225,6 @@ class Resume(ToolTest):
         self.assertEqual(self.read('x.bcc4'), whole)
         self.assertEqual(self.json('info', 'x.bcc4')['dims'], [N, N, N, FRAMES])
 
-    def test_append_of_coefficients_reads_new_frames_and_the_last_ones_before(self):
-        whole = self.undisturbed('--store', 'coefficients')
-        first = 34
-        self.write('first.raw', self.data[:N * N * N * first])
-        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *FIXED, '--store', 'coefficients',
-                  '-o', 'x.bcc4', '--quiet')
-        old = self.read('x.bcc4')
-        append = ('import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--store', 'coefficients', '--append')
-        begin, last = self.json(*append)['appended']['read']
-        self.assertEqual(last, FRAMES - 1)
-        self.assertTrue(2 <= begin < first, begin)
-        self.assertEqual(self.read('x.bcc4'), whole)
-        # A file that does not tell what its samples were takes all frames.
-        self.write('x.bcc4', without_record(old, 0x8007))
-        self.assertIn('reading all frames', self.bcc4(*append)[0])
-        self.assertEqual(self.read('x.bcc4'), whole)
-        # Samples are not appended to coefficients.
-        self.write('x.bcc4', old)
-        self.refused(2, 'it stores coefficients of', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--append')
-        self.assertEqual(self.read('x.bcc4'), old)
-
     def test_append_reads_new_frames_and_the_last_ones_before(self):
         frames = [self.data[i:i + N * N * N] for i in range(0, len(self.data), N * N * N)]
         for i, frame in enumerate(frames):
@@ -295,20 +270,15 @@ class Resume(ToolTest):
         self.assertEqual(self.read('x.bcc4'), whole)
 
     def test_interrupted_append_leaves_the_old_file(self):
-        self.interrupted_append(29)
-
-    def test_interrupted_append_of_coefficients_leaves_the_old_file(self):
-        self.interrupted_append(34, '--store', 'coefficients')
-
-    def interrupted_append(self, first, *options):
+        first = 29
         self.write('first.raw', self.data[:N * N * N * first])
-        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *FIXED, *options, '-o', 'x.bcc4', '--quiet')
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *FIXED, '-o', 'x.bcc4', '--quiet')
         old = self.read('x.bcc4')
-        whole = self.undisturbed(*options)
+        whole = self.undisturbed()
         moments, early = random.Random(3), 0
         kills = max(6, int(os.environ.get('BCCSPLAT_KILLS', 8)) // 2 * 2)
         for stop in [signal.SIGKILL, signal.SIGINT] * (kills // 2):
-            p = self.started('--append', *options)
+            p = self.started('--append')
             time.sleep(moments.uniform(0, .6 * self.seconds))
             p.send_signal(stop)
             p.communicate()
@@ -316,7 +286,7 @@ class Resume(ToolTest):
             self.assertIn(self.read('x.bcc4'), (old, whole))
             self.write('x.bcc4', old)
         self.assertGreater(early, 0)
-        self.run_import('--append', '--quiet', *options)
+        self.run_import('--append', '--quiet')
         self.assertEqual(self.read('x.bcc4'), whole)
         self.assertEqual([n for n in os.listdir(self.folder) if n.startswith('x.')], ['x.bcc4'])
 

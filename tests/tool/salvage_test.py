@@ -52,31 +52,6 @@ class Salvage(ToolTest):
                 self.assertGreater(lost, 0, f'frame {f}')
                 self.assertLess(lost, len(new) // 2, f'frame {f}')
 
-    def test_a_chunk_of_coefficients(self):
-        # What is shown beside it is what the whole file shows: no value that misses a coefficient.
-        frames = range(8, 56, 4)
-        for more in (['--quantize', 'u8'], [], ['--lattice', 'cc'], ['--kernel', 'fine']):
-            self.bcc4('import', *self.args, '--store', 'coefficients', *more, '-o', 'v.bcc4', '--overwrite', '--quiet')
-            with open(self.path('v.bcc4'), 'rb') as f:
-                self.whole = f.read()
-            before = {f: self.frame(f) for f in frames}
-            self.damage(len(self.whole) // 2)
-            _, err = self.bcc4('verify', 'v.bcc4', expect=1)
-            self.assertEqual(err.count('bad checksum'), 1, err)
-            spans = re.search(r'whole are frames (.*) of 0 to 59', err).group(1)
-            whole = [range(int(a), int(b) + 1) for a, b in re.findall(r'(\d+) to (\d+)', spans)]
-            touched = 0
-            for f, old in before.items():
-                new = self.frame(f, '--salvage')
-                lost = sum(v != v for v in new)
-                self.assertEqual([v for v, o in zip(new, old) if v == v and v != o], [], (more, f))
-                self.assertLess(lost, len(new) // 2, (more, f))
-                touched += lost > 0
-                if any(f in span for span in whole):
-                    self.assertEqual(lost, 0, (more, f))
-            self.assertGreater(touched, 0, more)
-            self.assertLess(touched, len(frames), more)
-
     def test_a_page_of_the_index(self):
         # The only page: the directory says where. Root A: reference of the directory at 48.
         offset, stored, decoded, _, coding = struct.unpack_from('<QIIII', self.whole, 4096 + 48)

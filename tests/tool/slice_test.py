@@ -7,7 +7,7 @@ import statistics
 import subprocess
 import unittest
 
-from harness import BCC4, Nrrd, ToolTest, field, has_openvdb, main
+from harness import BCC4, TOP, Nrrd, ToolTest, field, has_openvdb, main
 
 DIMS = (14, 12, 13, 16)
 
@@ -151,6 +151,13 @@ class Slice(ToolTest):
         self.refused(3, 'none.bcc4', 'slice', 'none.bcc4', '--time', 1, '-o', 'x.nrrd', output='x.nrrd')
         self.write('no.bcc4', b'something else altogether')
         self.refused(3, 'not a .bcc4', 'slice', 'no.bcc4', '--time', 1, '-o', 'x.nrrd', output='x.nrrd')
+
+    def test_what_was_stored_before_is_refused_by_name(self):
+        with open(os.path.join(TOP, 'tests', 'golden', 'bad_coefficients.bcc4'), 'rb') as f:
+            self.write('c.bcc4', f.read())
+        said = 'it holds stored coefficients of kernel radial20+b3, of a build before 0.1.0: import the source again'
+        self.refused(3, said, 'info', 'c.bcc4')
+        self.refused(3, said, 'slice', 'c.bcc4', '--time', 1, '-o', 'x.nrrd', output='x.nrrd')
 
     def test_info_has_the_keys_promised(self):
         j = self.json('info', 'v.bcc4', '--histogram')

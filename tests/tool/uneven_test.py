@@ -230,12 +230,6 @@ class Uneven(ToolTest):
         j = self.json('info', 'a.bcc4')
         self.assertEqual((j['dims'][3], j['axes'][2]['coordinates']), (8, PRESSURES))
 
-    def test_recoded_files_keep_them(self):
-        self.write('a.nc', weather()[0])
-        self.bcc4('import', 'a.nc', '-o', 'a.bcc4')
-        self.bcc4('recode', 'a.bcc4', '-o', 'b.bcc4', '--store', 'coefficients')
-        self.assertEqual(self.json('info', 'b.bcc4')['axes'], self.json('info', 'a.bcc4')['axes'])
-
     def test_pictures_are_laid_out_by_the_coordinates(self):
         # Values below 9, of deep water where samples are far apart, are transparent: what lies between those nobody knows.
         self.bcc4('import', self.case(), '-o', 'uneven.bcc4', '--exact', '--air', 9)

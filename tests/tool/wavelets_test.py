@@ -162,20 +162,6 @@ class Wavelets(ToolTest):
         report = self.json('verify', 'bad.bcc4', expect=1)
         self.assertFalse(report['ok'])
 
-    def test_coded_anew_as_samples(self):
-        args = self.source()
-        self.bcc4('import', *args, '--store', 'wavelets', '-o', 'w.bcc4', '--quiet', '--overwrite')
-        self.bcc4('recode', 'w.bcc4', '--store', 'samples', '-o', 's.bcc4', '--quiet')
-        self.assertEqual(self.json('info', 's.bcc4')['store'], 'samples')
-        # Samples are whole codes, as the source's are.
-        self.assertAlmostEqual(self.psnr('s.bcc4', args), self.psnr('w.bcc4', args), delta=.15)
-
-    def test_none_are_made_without_a_source(self):
-        args = self.source()
-        self.bcc4('import', *args, '-o', 's.bcc4', '--quiet')
-        self.refused(2, 'bcc4 import --store wavelets', 'recode', 's.bcc4', '--store', 'wavelets', '-o', 'w2.bcc4',
-                     output='w2.bcc4')
-
     def test_a_real_series(self):
         source = os.path.join(DATA, SERIES)
         if not os.path.exists(source):
