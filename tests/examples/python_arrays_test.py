@@ -368,8 +368,6 @@ class Arrays(unittest.TestCase):
         name = path("cc.bcc4")
         bccsplat.save(name, waves(20, 6, 6, 6), lattice="cc", overwrite=True)
         self.assertEqual(chunk_frames(bccsplat.open(name)), (8, 8, 4))
-        bccsplat.save(name, waves(20, 6, 6, 6), lattice="cc", store="coefficients", overwrite=True)
-        self.assertEqual(chunk_frames(bccsplat.open(name)), (4,) * 5)
         bccsplat.save(name, waves(1, 6, 6, 6), overwrite=True)
         self.assertEqual(chunk_frames(bccsplat.open(name)), (1,))
         # D4*: layers stand 1 / sqrt2 frames apart; slab s begins with layer 8 s, of which two lie before frame 0.

@@ -560,7 +560,7 @@ def cancelling(device, folder):
     assert token.cancelled
     points = np.zeros((1, 4))
     for function, *arguments in ((Volume, device, path), (Slice.at, volume, 2.5), (Volume.prefetch, volume, 3.0),
-                                 (Volume.recode, volume, path + ".never"), (write, device, path + ".never"),
+                                 (write, device, path + ".never"),
                                  (join_parts, device, [path], path + ".never")):
         raises(Cancelled, Status.CANCELLED, function, *arguments, cancel=token)
     for method in (cut.sample_grid, cut.points, volume.verify):
@@ -648,8 +648,7 @@ def goes_on(device, folder):
 
     with made(12, abi.PARTIAL_DEFAULT) as writer:
         add(writer, 12)
-    for others, text in (({"lattice": "CC"}, "lattice"), ({"channels": [Channel(air=3)]}, "air"),
-                         ({"store": "COEFFICIENTS"}, "stores samples")):
+    for others, text in (({"lattice": "CC"}, "lattice"), ({"channels": [Channel(air=3)]}, "air")):
         raises(Error, Status.WRONG_STATE, made, 15, abi.PARTIAL_APPEND, text=text, **others)
     with made(15, abi.PARTIAL_APPEND) as writer:
         add(writer, 15)
@@ -776,18 +775,6 @@ def parts(device, scratch):
     stream, write_at = memory_file()
     sources = [(len(part), reader_of(part)) for part in (open(name, "rb").read() for name in names[1:3])]
     assert join_streams(device, sources, write_at).bytes_file == len(stream) and bytes(stream) == whole
-    with Volume(device, names[0]) as volume:
-        again = names[0] + ".again"
-        report = volume.recode(again, store="coefficients", kernel="fast", overwrite=True, progress=fractions.append)
-        assert report.frames == 30
-        raises(Error, Status.FILE_EXISTS, volume.recode, again)
-        stream, write_at = memory_file()
-        volume.recode(write_at, store="coefficients", kernel="fast")
-        assert bytes(stream) == open(again, "rb").read()
-        with Volume(device, again) as other:
-            assert other.info().store == abi.STORE_COEFFICIENTS
-            points = [[5, 6, 5, t] for t in range(30)]
-            assert abs(other.evaluate(points) - volume.evaluate(points)).max() < 0.05
     raises(Error, Status.INVALID_ARGUMENT, join_parts, device, names[1:2], names[3], overwrite=True, text="0 to 11")
     raises(ValueError, None, Writer, device, names[3], (13, 12, 11, 30), part=(0, 12), text="all 30 frames")
 
