@@ -24,7 +24,7 @@ BEGIN {
   ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "wavelet < coding < . / encode < read < write")
   ladder("field", "footprint < coefficients < .")
-  ladder("fit", "frame / axis / kept < beyond < resample / coefficients < .")
+  ladder("fit", "frame / axis / kept < beyond < resample < .")
   ladder("splat", "raise | points | loop < sheet < plan < tile < trail < .")
 }
 function ladder(place, rungs, levels, rooms, i, j) {
