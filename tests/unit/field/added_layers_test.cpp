@@ -28,7 +28,6 @@ class AddingSamples final : public SampleSource {
     ++read;
     return samples_.read_layer(channel, layer, box, c);
   }
-  const std::string& coefficient_kernel() const override { return samples_.coefficient_kernel(); }
   double sample_step(int) const override { return step_; }
   bool adds_layers(int) const override { return true; }
   uint64_t bricks_at_most(int channel, std::span<const int32_t> layers, const BrickBox&) const override {

@@ -6,8 +6,8 @@
 
 #include <atomic>
 
+#include "formats/bcc4/coding/layer_codes.h"
 #include "kernel/cc_kernel.h"
-#include "points/packed_brick.h"
 #include "slice/time_slice.h"
 #include "tests/support/emulated.h"
 #include "tests/support/fields.h"
@@ -227,25 +227,25 @@ TEST(Coefficients, AreTheSameForAnyTilesThreadsAndCompany) {
   }
 }
 
-// Hands over samples as whole numbers, as integers of a file are held.
+// Hands over samples as codes, as integers of a file are held.
 struct Packing final : SampleSource {
   const MemorySamples& inner;
   explicit Packing(const MemorySamples& s) : inner(s) {}
   const Lattice4& lattice() const override { return inner.lattice(); }
   int channels() const override { return 1; }
   float air(int c) const override { return inner.air(c); }
-  const std::string& coefficient_kernel() const override { return inner.coefficient_kernel(); }
   BrickLayer read_layer(int c, int32_t m, const BrickBox& region, const Context& context) const override {
     return inner.read_layer(c, m, region, context);
   }
   void read_samples(int c, std::span<const int32_t> layers, const BrickBox& region, const Context& context,
                     const TakeLayer<SampleLayer>& take) const override {
+    const SampleCoder coder(Quantiser{ValueType::u8, 1, 0, 0});
     for (const int32_t m : layers) {
       const BrickLayer values = read_layer(c, m, region, context);
       SampleLayer packed(values);
       for (size_t slot = 0; slot < values.brick_slots(); ++slot)
         if (const Brick* brick = values.brick(slot)) {
-          auto codes = PackedBrick::pack(*brick, 1.0f / 64, 1.0f / 64);
+          auto codes = LayerCodes::of(coder, *brick);
           ASSERT_TRUE(codes);
           packed.set(slot, {nullptr, std::move(codes)});
         }
@@ -352,7 +352,6 @@ struct Counting final : SampleSource {
   const Lattice4& lattice() const override { return inner.lattice(); }
   int channels() const override { return 1; }
   float air(int c) const override { return inner.air(c); }
-  const std::string& coefficient_kernel() const override { return inner.coefficient_kernel(); }
   BrickLayer read_layer(int c, int32_t m, const BrickBox& region, const Context& context) const override {
     const BrickLayer whole = inner.read_layer(c, m, region, context);
     BrickLayer part(whole.lattice(), whole.coset());

@@ -93,20 +93,6 @@ TEST(FieldBase, IsAmongValuesWhereOthersAreMissing) {
   EXPECT_EQ(base_of(info, c), 0);
 }
 
-// Of Cartesian coefficients a constant is not quite itself.
-TEST(FieldBase, CoefficientsOfAConstantAreNear) {
-  const Lattice4 d4 = Lattice4::fit(LatticeKind::d4star, {20, 20, 20, 8}),
-                 cc = Lattice4::fit(LatticeKind::cc, {20, 20, 20, 8});
-  EXPECT_EQ(stored_base(10, 1010, d4, "default"), 1010);
-  EXPECT_EQ(stored_base(10, 1010, cc, ""), 1010);
-  for (const char* kernel : {"exact", "default"}) {
-    EXPECT_EQ(stored_base(10, 10, cc, kernel), 10);
-    const float moved = stored_base(10, 1010, cc, kernel);
-    EXPECT_GT(std::fabs(moved - 1010), 0.5f) << kernel;
-    EXPECT_LT(std::fabs(moved - 1010), 10.0f) << kernel;
-  }
-}
-
 // Sites that are not stored are air beside a base among the others.
 TEST(FieldBase, AbsentSitesAreReadAsAir) {
   const auto nearly_dense = [](int, double x, double y, double z, double t) {

@@ -43,7 +43,6 @@ TEST(Bcc4Levels, EachIsAsAVolumeOfItsOwn) {
     EXPECT_EQ(reader->level_bytes(l), other->level_bytes(0));
     EXPECT_GT(reader->level_bytes(l), 100u);
   }
-  EXPECT_EQ(info.coding({1, 2}).scale, 0.5);
   EXPECT_EQ(lowest_reader(info), 3);
   const auto found = reader->verify_all(bench.context);
   EXPECT_EQ(found.chunks, reader->chunk_count());
@@ -79,8 +78,8 @@ TEST(Bcc4Levels, TheWriterKeepsThemApart) {
   EXPECT_THROW(writer.write_slab(0, {0, 1}, slab, bench.context), Error) << "the lattice of another level";
   EXPECT_THROW(writer.write_slab(0, {0, 3}, slab, bench.context), Error) << "no such level";
   writer.write_slab(0, {0, 0}, slab, bench.context);
-  writer.info().levels[0].channels[1].scale = 0.125;
-  EXPECT_THROW(writer.write_slab(1, {0, 0}, slab, bench.context), Error) << "the coding of a level changed";
+  writer.info().levels[0].slab_layers = 4;
+  EXPECT_THROW(writer.write_slab(1, {0, 0}, slab, bench.context), Error) << "the layers of a level changed";
 }
 
 TEST(Bcc4Levels, DamageSaysItsLevel) {
@@ -198,9 +197,10 @@ TEST(Bcc4Levels, HostileOnesAreRefusedByName) {
          Lattice4& l = v.levels[0].lattice;
          l.time_step /= 2, l.last_layer *= 2;
        })},
-      {"level 1: scale", with_info([](VolumeInfo& v) { v.levels[0].channels[0].scale = 2; })},
-      {"level 1: scale", with_info([](VolumeInfo& v) { v.levels[0].channels[1].scale = -1; })},
-      {"level 1: scale", with_info([](VolumeInfo& v) { v.levels[0].channels[1].scale = INFINITY; })},
+      {"a level with scale 0.75 of channel value, which has 0.5",
+       with_record([](Bytes& m, size_t at) { poke<double>(m, at + 4 + 2 * 64, 0.75); })},
+      {"a level with scale nan of channel other",
+       with_record([](Bytes& m, size_t at) { poke<double>(m, at + 4 + 2 * 64 + 3 * 48, NAN); })},
       {"level 1: 1000000000 kept sites",
        with_info([](VolumeInfo& v) { v.levels[0].channels[0].sites_kept = 1000000000; })},
       {"kept sites of", with_info([](VolumeInfo& v) {

@@ -193,17 +193,15 @@ inline std::vector<std::byte> masked_file() {
 inline VolumeInfo volume_of_level(const VolumeInfo& info, int level) {
   VolumeInfo one = info;
   static_cast<StoredLattice&>(one) = info.level(level);
-  for (size_t c = 0; c < one.channels.size(); ++c)
-    one.channels[c].scale = info.coding({static_cast<int>(c), level}).scale;
   one.levels.clear();
   return one;
 }
 
-// A series of two channels at two coarser levels, of which the last has steps of its own.
+// A series of two channels at two coarser levels.
 inline VolumeInfo levels_info() {
   constexpr std::array<uint32_t, 4> dims{40, 26, 22, 7};
   VolumeInfo info =
-      volume(LatticeKind::d4star, dims, {channel("value", ValueType::u8), channel("steps", ValueType::i32)});
+      volume(LatticeKind::d4star, dims, {channel("value", ValueType::u8), channel("other", ValueType::u16)});
   info.channels[1].scale = 0.25;
   for (const int l : {1, 2}) {
     LevelInfo& level = info.levels.emplace_back();
@@ -211,9 +209,8 @@ inline VolumeInfo levels_info() {
     level.lattice = Lattice4::fit(LatticeKind::d4star, dims, {scale, scale, scale, 1}, l == 2 ? 2 : 0,
                                   {l == 1 ? 2 : 0, 0, l == 2 ? 2 : 0});
     level.slab_layers = l == 1 ? 8 : 4;
-    for (const ChannelInfo& c : info.channels) level.channels.push_back({.scale = c.scale, .kept_range = {}});
+    level.channels.resize(info.channels.size());
   }
-  info.levels[1].channels[1].scale = 0.5;
   return info;
 }
 

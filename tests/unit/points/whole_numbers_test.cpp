@@ -7,7 +7,6 @@
 #include <random>
 #include <vector>
 
-#include "points/packed_brick.h"
 #include "tests/support/targets.h"
 
 namespace bccsplat {
@@ -91,29 +90,6 @@ TEST(WholeNumbers, EveryTargetRoundsAlikeAndReadsAnyPart) {
         }
     });
   }
-}
-
-TEST(PackedBrick, AirHolesAndSitesThatAreKeptGoWithIt) {
-  Brick brick = noise(-50, 50);
-  brick.keep_above(10);
-  BrickMask hole{};
-  hole[7] = 0x0180;
-  brick.hole = std::make_unique<BrickMask>(hole);
-  const SampleBrick held{nullptr, PackedBrick::pack(brick, unit, 4 * unit)};
-  ASSERT_TRUE(held.codes);
-  EXPECT_LT(held.bytes(), 7500u); // of 16384, with two masks of 512
-  const auto again = held.as_values();
-  EXPECT_EQ(again->kept, brick.kept);
-  ASSERT_TRUE(again->hole);
-  EXPECT_EQ(*again->hole, hole);
-  for (size_t i = 0; i < brick_sites; ++i) {
-    ASSERT_NEAR(again->value[i], brick.value[i], unit);
-    if (brick.value[i] == 0) {
-      ASSERT_EQ(again->value[i], 0);
-    }
-  }
-  EXPECT_FALSE(PackedBrick::pack(noise(-1e6f, 1e6f), unit, 4 * unit));
-  EXPECT_FALSE(SampleBrick(nullptr, PackedBrick::pack(noise(1, 2), unit, unit)).hole());
 }
 
 } // namespace

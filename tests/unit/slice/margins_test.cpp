@@ -146,23 +146,6 @@ TEST(MarginLattice, EndsOnTheSamples) {
   EXPECT_EQ(l.behind, (Int3{2, 0, 0}));
   EXPECT_DOUBLE_EQ(l.plane_position(0, 2), 0);
   EXPECT_DOUBLE_EQ(l.plane_position(0, l.space.last[0] - 2), 39);
-  EXPECT_EQ(l.without_margins(), Lattice4::fit(LatticeKind::d4star, {40, 12, 1, 30}));
-}
-
-TEST(MarginLattice, CropLeavesWhatIsInside) {
-  const PlaneWaves waves(5, 0.5, 1);
-  const Lattice4 wide = Lattice4::fit(LatticeKind::d4star, {40, 26, 50, 9}, {1, 1, 1, 1}, 0, {4, 4, 4});
-  const Lattice4 inner = wide.without_margins();
-  const MemorySamples from = sample_field(wide, waves), wanted = sample_field(inner, waves);
-  TestContext context;
-  for (int32_t m = 0; m < wide.layers(); ++m) {
-    const BrickLayer cropped =
-        crop_layer(from.read_layer(0, m, {}, context.get()), inner.space, wide.first_inside());
-    const auto got = layer_to_dense(cropped),
-               want = layer_to_dense(wanted.read_layer(0, m, {}, context.get()));
-    ASSERT_EQ(got.size(), want.size());
-    for (size_t i = 0; i < got.size(); ++i) ASSERT_NEAR(got[i], want[i], 1e-5f);
-  }
 }
 
 } // namespace

@@ -477,7 +477,6 @@ struct Watching final : SampleSource {
   const Lattice4& lattice() const override { return inner.lattice(); }
   int channels() const override { return 1; }
   float air(int c) const override { return inner.air(c); }
-  const std::string& coefficient_kernel() const override { return inner.coefficient_kernel(); }
   BrickLayer read_layer(int c, int32_t layer, const BrickBox& region, const Context& ctx) const override {
     const BrickLayer whole = inner.read_layer(c, layer, region, ctx);
     BrickLayer part(whole.lattice(), whole.coset());

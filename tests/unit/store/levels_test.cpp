@@ -14,7 +14,6 @@
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
 #include "store/join.h"
-#include "store/recode.h"
 #include "store/volume_writer.h"
 #include "tests/unit/fit/fit_series.h"
 
@@ -33,9 +32,9 @@ class Levels : public testing::Test {
   Levels() { fs::create_directories(folder_); }
   ~Levels() override { fs::remove_all(folder_); }
 
-  static WriterSettings settings_of(bool coefficients) {
+  static WriterSettings some_levels() {
     WriterSettings settings;
-    settings.dims = dims, settings.levels = 2, settings.coefficients = coefficients;
+    settings.dims = dims, settings.levels = 2;
     settings.channels[0].range = Range{-0.3, 0.3}, settings.channels[0].value_type = ValueType::u8;
     return settings;
   }
@@ -76,26 +75,22 @@ class Levels : public testing::Test {
 };
 
 TEST_F(Levels, AreTheSeriesAtTwiceTheDistance) {
-  for (const bool coefficients : {false, true}) {
-    SCOPED_TRACE(coefficients);
-    write(settings_of(coefficients), "x");
-    const auto reader = open("x");
-    const VolumeInfo& info = reader->info();
-    ASSERT_EQ(info.level_count(), 3);
-    for (int l = 1; l < 3; ++l) {
-      const Lattice4 &own = info.level(l).lattice, &finer = info.level(l - 1).lattice;
-      EXPECT_EQ(own.dims, info.lattice.dims);
-      EXPECT_EQ(own.last_layer, info.lattice.last_layer);
-      EXPECT_EQ(own.lead, info.lattice.lead);
-      for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(own.space_step[a] / finer.space_step[a], 2, 0.3);
-      const LevelChannel& counts = info.levels[static_cast<size_t>(l) - 1].channels[0];
-      EXPECT_GT(static_cast<double>(counts.sites_kept), 0.98 * static_cast<double>(own.sites())) << "dense";
-      EXPECT_EQ(counts.scale, info.channels[0].scale);
-    }
-    EXPECT_LT(reader->level_bytes(1) * 3, reader->level_bytes(0));
-    Bench bench(2);
-    for (const Bcc4Damage& d : reader->verify_all(bench.context).damage) ADD_FAILURE() << d.message;
+  write(some_levels(), "x");
+  const auto reader = open("x");
+  const VolumeInfo& info = reader->info();
+  ASSERT_EQ(info.level_count(), 3);
+  for (int l = 1; l < 3; ++l) {
+    const Lattice4 &own = info.level(l).lattice, &finer = info.level(l - 1).lattice;
+    EXPECT_EQ(own.dims, info.lattice.dims);
+    EXPECT_EQ(own.last_layer, info.lattice.last_layer);
+    EXPECT_EQ(own.lead, info.lattice.lead);
+    for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(own.space_step[a] / finer.space_step[a], 2, 0.3);
+    const LevelChannel& counts = info.levels[static_cast<size_t>(l) - 1].channels[0];
+    EXPECT_GT(static_cast<double>(counts.sites_kept), 0.98 * static_cast<double>(own.sites())) << "dense";
   }
+  EXPECT_LT(reader->level_bytes(1) * 3, reader->level_bytes(0));
+  Bench bench(2);
+  for (const Bcc4Damage& d : reader->verify_all(bench.context).damage) ADD_FAILURE() << d.message;
 }
 
 // A wave of 24 samples is there at every level of 1, 2 and 4 samples, a constant exactly.
@@ -139,12 +134,12 @@ TEST_F(Levels, HoldWhatTheirLatticeCan) {
 }
 
 TEST_F(Levels, NoneLeaveTheFileAsItWas) {
-  WriterSettings settings = settings_of(true);
+  WriterSettings settings = some_levels();
   settings.levels = 0;
   write(settings, "none");
   const auto none = open("none");
   EXPECT_EQ(none->info().level_count(), 1);
-  write(settings_of(true), "some");
+  write(some_levels(), "some");
   Bench bench(1);
   const Bcc4Samples a(none, bench.memory), b(open("some"), bench.memory);
   for (int32_t m = 0; m < a.lattice().layers(); m += 7) {
@@ -154,98 +149,90 @@ TEST_F(Levels, NoneLeaveTheFileAsItWas) {
 }
 
 TEST_F(Levels, ResumedPartsAndAppendedTheBytesAreTheSame) {
-  for (const bool coefficients : {false, true}) {
-    SCOPED_TRACE(coefficients);
-    WriterSettings settings = settings_of(coefficients);
-    settings.channels.push_back(settings.channels[0]);
-    settings.channels[1].name = "other";
-    write(settings, "whole");
-    const auto whole = bytes("whole");
-    const bool clamped = open("whole")->info().levels[0].channels[0].clamped > 0;
-    EXPECT_EQ(clamped, !coefficients) << "what the tail has to tell of";
-    write(settings, "one", UINT64_MAX, 1);
-    EXPECT_EQ(bytes("one"), whole) << "one thread";
+  WriterSettings settings = some_levels();
+  settings.channels.push_back(settings.channels[0]);
+  settings.channels[1].name = "other";
+  write(settings, "whole");
+  const auto whole = bytes("whole");
+  EXPECT_GT(open("whole")->info().levels[0].channels[0].clamped, 0u) << "what the tail has to tell of";
+  write(settings, "one", UINT64_MAX, 1);
+  EXPECT_EQ(bytes("one"), whole) << "one thread";
 
-    WriterSettings again = settings;
-    again.continuity = Continuity::journal;
-    write(again, "resumed", 18);
-    again.continuity = Continuity::resume;
-    write(again, "resumed");
-    EXPECT_EQ(bytes("resumed"), whole) << "resumed";
+  WriterSettings again = settings;
+  again.continuity = Continuity::journal;
+  write(again, "resumed", 18);
+  again.continuity = Continuity::resume;
+  write(again, "resumed");
+  EXPECT_EQ(bytes("resumed"), whole) << "resumed";
 
-    std::vector<std::string> names;
-    for (const uint32_t first : {0u, 9u, 18u}) {
-      WriterSettings one = settings;
-      one.part = part(first, first == 0 ? 9 : first == 9 ? 18 : dims[3]);
-      names.push_back("part" + std::to_string(first));
-      write(one, names.back());
-    }
-    Bench bench(1);
-    for (std::string& name : names) name = file(name);
-    (void)join_parts(open_parts(names), file("joined"), true, false, bench.context);
-    EXPECT_EQ(bytes("joined"), whole) << "joined";
-
-    WriterSettings shorter = settings;
-    shorter.dims[3] = 22;
-    write(shorter, "series");
-    write(shorter, "series2");
-    WriterSettings longer = settings;
-    longer.levels = 0; // those of the file
-    longer.continuity = Continuity::append;
-    write(longer, "series2");
-    EXPECT_EQ(bytes("series2"), whole) << "appended, all frames again";
-    longer.part = part(22, dims[3]);
-    write(longer, "series");
-    EXPECT_EQ(bytes("series"), whole) << "appended, new frames alone";
+  std::vector<std::string> names;
+  for (const uint32_t first : {0u, 9u, 18u}) {
+    WriterSettings one = settings;
+    one.part = part(first, first == 0 ? 9 : first == 9 ? 18 : dims[3]);
+    names.push_back("part" + std::to_string(first));
+    write(one, names.back());
   }
+  Bench bench(1);
+  for (std::string& name : names) name = file(name);
+  (void)join_parts(open_parts(names), file("joined"), true, false, bench.context);
+  EXPECT_EQ(bytes("joined"), whole) << "joined";
+
+  WriterSettings shorter = settings;
+  shorter.dims[3] = 22;
+  write(shorter, "series");
+  write(shorter, "series2");
+  WriterSettings longer = settings;
+  longer.levels = 0; // those of the file
+  longer.continuity = Continuity::append;
+  write(longer, "series2");
+  EXPECT_EQ(bytes("series2"), whole) << "appended, all frames again";
+  longer.part = part(22, dims[3]);
+  write(longer, "series");
+  EXPECT_EQ(bytes("series"), whole) << "appended, new frames alone";
 }
 
 // What the file says a level is off by is what a reader finds there.
 TEST_F(Levels, ErrorsAreThoseOfTheLevel) {
-  for (const bool coefficients : {false, true}) {
-    SCOPED_TRACE(coefficients);
-    WriterSettings settings = settings_of(coefficients);
-    settings.measure = Measure::some;
-    write(settings, "x");
-    const auto reader = open("x");
-    const VolumeInfo& info = reader->info();
-    ASSERT_EQ(info.errors.size(), 3u);
-    Bench bench(2);
-    for (const MeasuredError& e : info.errors) {
-      const int level = e.level;
-      SCOPED_TRACE(level);
-      EXPECT_EQ(e.level, static_cast<uint32_t>(&e - info.errors.data()));
-      EXPECT_EQ(e.kind, MeasuredError::stored);
-      EXPECT_EQ(e.frames, 3u);
-      const uint32_t every = level == 0 ? 1 : (1u << level) + 1;
-      const Bcc4Samples samples(reader, bench.memory, 64 << 20, RelativeTo::base, level);
-      const Coefficients field(samples, 0, make_kernel(info.recommended_kernel), 0, 64 << 20);
-      std::vector<Vec4> points;
-      std::vector<double> source;
-      for (const uint32_t t : {4u, 14u, 23u})
-        for (uint32_t z = 0; z < dims[2]; z += every)
-          for (uint32_t y = 0; y < dims[1]; y += every)
-            for (uint32_t x = 0; x < dims[0]; x += every) {
-              points.push_back({static_cast<double>(x), static_cast<double>(y), static_cast<double>(z),
-                                static_cast<double>(t)});
-              const FrameBox frame = box(t);
-              source.push_back(
-                  static_cast<const float*>(frame.data)[(size_t{z} * dims[1] + y) * dims[0] + x]);
-            }
-      std::vector<float> values(points.size());
-      (void)evaluate4(field, points, values, {}, bench.context);
-      ErrorSum sum;
-      for (size_t i = 0; i < values.size(); ++i) sum.add(values[i] - source[i]);
-      EXPECT_EQ(e.samples, sum.count);
-      EXPECT_NEAR(e.rmse, sum.rms(), 2e-3 * sum.rms());
-      EXPECT_NEAR(e.largest, sum.largest, 2e-3 * sum.largest);
-    }
-    EXPECT_GT(info.errors[1].rmse, 0.02) << "noise, which levels do not hold";
+  WriterSettings settings = some_levels();
+  settings.measure = Measure::some;
+  write(settings, "x");
+  const auto reader = open("x");
+  const VolumeInfo& info = reader->info();
+  ASSERT_EQ(info.errors.size(), 3u);
+  Bench bench(2);
+  for (const MeasuredError& e : info.errors) {
+    const int level = e.level;
+    SCOPED_TRACE(level);
+    EXPECT_EQ(e.level, static_cast<uint32_t>(&e - info.errors.data()));
+    EXPECT_EQ(e.kind, MeasuredError::stored);
+    EXPECT_EQ(e.frames, 3u);
+    const uint32_t every = level == 0 ? 1 : (1u << level) + 1;
+    const Bcc4Samples samples(reader, bench.memory, 64 << 20, RelativeTo::base, level);
+    const Coefficients field(samples, 0, make_kernel(info.recommended_kernel), 0, 64 << 20);
+    std::vector<Vec4> points;
+    std::vector<double> source;
+    for (const uint32_t t : {4u, 14u, 23u})
+      for (uint32_t z = 0; z < dims[2]; z += every)
+        for (uint32_t y = 0; y < dims[1]; y += every)
+          for (uint32_t x = 0; x < dims[0]; x += every) {
+            points.push_back({static_cast<double>(x), static_cast<double>(y), static_cast<double>(z),
+                              static_cast<double>(t)});
+            const FrameBox frame = box(t);
+            source.push_back(static_cast<const float*>(frame.data)[(size_t{z} * dims[1] + y) * dims[0] + x]);
+          }
+    std::vector<float> values(points.size());
+    (void)evaluate4(field, points, values, {}, bench.context);
+    ErrorSum sum;
+    for (size_t i = 0; i < values.size(); ++i) sum.add(values[i] - source[i]);
+    EXPECT_EQ(e.samples, sum.count);
+    EXPECT_NEAR(e.rmse, sum.rms(), 2e-3 * sum.rms());
+    EXPECT_NEAR(e.largest, sum.largest, 2e-3 * sum.largest);
   }
+  EXPECT_GT(info.errors[1].rmse, 0.02) << "noise, which levels do not hold";
 }
 
 TEST_F(Levels, PartsTellTheErrorsOfTheSeries) {
-  WriterSettings settings = settings_of(false);
+  WriterSettings settings = some_levels();
   settings.measure = Measure::some;
   write(settings, "whole");
   std::vector<std::string> names;
@@ -262,7 +249,7 @@ TEST_F(Levels, PartsTellTheErrorsOfTheSeries) {
 }
 
 TEST_F(Levels, WhatWasMeasuredStaysWhenFramesComeBehind) {
-  WriterSettings settings = settings_of(false);
+  WriterSettings settings = some_levels();
   settings.measure = Measure::some, settings.dims[3] = 22;
   write(settings, "series");
   const auto before = open("series")->info().errors;
@@ -274,7 +261,7 @@ TEST_F(Levels, WhatWasMeasuredStaysWhenFramesComeBehind) {
 }
 
 TEST_F(Levels, PartsOfAnotherNumberOfLevelsAreNotJoined) {
-  WriterSettings settings = settings_of(false);
+  WriterSettings settings = some_levels();
   settings.part = part(0, 20);
   write(settings, "a");
   settings.levels = 1, settings.part = part(20, dims[3]);
@@ -321,17 +308,6 @@ TEST_F(Levels, WhatHasNoFramesIsRefused) {
   refused(settings, "coarser levels are made of frames", true);
   settings.levels = 16;
   refused(settings, "16 coarser levels, not 0 to 15", false);
-}
-
-TEST_F(Levels, RecodingLeavesThemOut) {
-  write(settings_of(false), "x");
-  Bench bench(2);
-  const Bcc4Samples samples(open("x"), bench.memory);
-  RecodeSettings settings;
-  settings.path = file("y");
-  (void)recode(samples, settings, bench.context);
-  EXPECT_EQ(open("y")->info().level_count(), 1);
-  EXPECT_EQ(open("y")->info().channels[0].sites_kept, open("x")->info().channels[0].sites_kept);
 }
 
 } // namespace

@@ -14,7 +14,6 @@
 #include "slice/hyperslice.h"
 #include "slice/time_slice.h"
 #include "splat/points/points.h"
-#include "store/recode.h"
 #include "tests/unit/store/written_series.h"
 
 namespace bccsplat {
@@ -158,7 +157,6 @@ INSTANTIATE_TEST_SUITE_P(
                             },
                             0.5},
                     AxisWay{"lowpass", [](WriterSettings& s) { s.lowpass = true; }},
-                    AxisWay{"coefficients", [](WriterSettings& s) { s.coefficients = true; }, 0.05},
                     AxisWay{"planesOutside", [](WriterSettings& s) { s.faces = Faces::predict; }},
                     AxisWay{"goesRoundInTime", [](WriterSettings& s) { s.ends = Ends::periodic; }},
                     AxisWay{"bounded", [](WriterSettings& s) { s.channels[0].abs_error = 0.02; }, 0.05}),
@@ -185,26 +183,22 @@ TEST(PeriodicAxis, TheSeamIsAsGoodAsTheRest) {
 }
 
 TEST(PeriodicAxis, TheEndIsTheBeginning) {
-  for (const bool coefficients : {false, true}) {
-    WriterSettings settings = round_settings();
-    settings.coefficients = coefficients;
-    std::vector<std::byte> bytes;
-    write(settings, turned_clouds(0), bytes);
-    Opened file(bytes);
-    std::vector<Vec4> begin, end;
-    for (const Vec4& p : points_across(0, 1, 500))
-      begin.push_back({0, p[1], p[2], p[3]}), end.push_back({axis_dims[0], p[1], p[2], p[3]});
-    std::vector<float> x(begin.size()), y(end.size());
-    std::vector<std::array<float, 4>> u(begin.size()), v(end.size());
-    (void)evaluate4(*file.coefficients, begin, x, u, file.bench.context);
-    (void)evaluate4(*file.coefficients, end, y, v, file.bench.context);
-    for (size_t i = 0; i < x.size(); ++i) {
-      ASSERT_NEAR(x[i], y[i], 2e-4);
-      for (size_t a = 0; a < 4; ++a) ASSERT_NEAR(u[i][a], v[i][a], 1e-3);
-    }
-    const std::array<Vec4, 1> beyond{{{axis_dims[0] + 0.01, 9, 9, 2}}};
-    EXPECT_TRUE(std::isnan(file.at(beyond)[0]));
+  std::vector<std::byte> bytes;
+  write(round_settings(), turned_clouds(0), bytes);
+  Opened file(bytes);
+  std::vector<Vec4> begin, end;
+  for (const Vec4& p : points_across(0, 1, 500))
+    begin.push_back({0, p[1], p[2], p[3]}), end.push_back({axis_dims[0], p[1], p[2], p[3]});
+  std::vector<float> x(begin.size()), y(end.size());
+  std::vector<std::array<float, 4>> u(begin.size()), v(end.size());
+  (void)evaluate4(*file.coefficients, begin, x, u, file.bench.context);
+  (void)evaluate4(*file.coefficients, end, y, v, file.bench.context);
+  for (size_t i = 0; i < x.size(); ++i) {
+    ASSERT_NEAR(x[i], y[i], 2e-4);
+    for (size_t a = 0; a < 4; ++a) ASSERT_NEAR(u[i][a], v[i][a], 1e-3);
   }
+  const std::array<Vec4, 1> beyond{{{axis_dims[0] + 0.01, 9, 9, 2}}};
+  EXPECT_TRUE(std::isnan(file.at(beyond)[0]));
 }
 
 // Slices of all kinds against the field of the volume, beside the seam.
@@ -417,28 +411,6 @@ TEST(PeriodicAxis, MayBeShortAndManifold) {
         ASSERT_NEAR(file.at({&p, 1})[0], value(p[0], p[1], p[2], p[3]), 2.5) << i;
       }
     }
-}
-
-TEST(PeriodicAxis, RecodingKeepsIt) {
-  std::vector<std::byte> bytes;
-  write(round_settings(), turned_clouds(0), bytes);
-  Opened was(bytes);
-  RecodeSettings settings;
-  settings.path = testing::TempDir() + "periodic_axis.bcc4", settings.overwrite = true;
-  settings.coefficients = true, settings.kernel = "default";
-  (void)recode(was.samples, settings, was.bench.context);
-  const auto reader = Bcc4Reader::open(open_file_source(settings.path));
-  EXPECT_EQ(reader->info().lattice, was.lattice());
-  const Bcc4Samples samples(reader, was.bench.memory, 64 << 20, RelativeTo::base);
-  const Coefficients coefficients(samples, 0, make_kernel("default"), 0, 64 << 20);
-  const std::vector<Vec4> points = points_across(-2, 2, 500);
-  std::vector<float> got(points.size());
-  (void)evaluate4(coefficients, points, got, {}, was.bench.context);
-  const auto expected = was.at(points);
-  for (size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(got[i], expected[i], 0.3);
-  settings.coefficients = false, settings.format = 2;
-  EXPECT_THROW((void)recode(was.samples, settings, was.bench.context), Error);
-  std::remove(settings.path.c_str());
 }
 
 TEST(PeriodicAxis, WhatCannotBeIsRefused) {

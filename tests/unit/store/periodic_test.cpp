@@ -15,7 +15,6 @@
 #include "slice/extraction.h"
 #include "slice/hyperslice.h"
 #include "slice/time_slice.h"
-#include "store/recode.h"
 #include "tests/unit/store/written_series.h"
 
 namespace bccsplat {
@@ -134,13 +133,6 @@ INSTANTIATE_TEST_SUITE_P(
                           s.scales = {1.2, 1.1, 1.3, 1.6};
                         }},
                     Way{"lowpass", [](WriterSettings& s) { s.lowpass = true; }},
-                    Way{"coefficients", [](WriterSettings& s) { s.coefficients = true; }, 0.05},
-                    Way{"coefficientsCartesian",
-                        [](WriterSettings& s) {
-                          s.coefficients = true, s.lattice = LatticeKind::cc,
-                          s.recommended_kernel = "default";
-                        },
-                        0.05},
                     Way{"bounded",
                         [](WriterSettings& s) {
                           s.channels[0].abs_error = 0.02, s.scales = {1.5, 1.5, 1.5, 1};
@@ -216,34 +208,32 @@ TEST(PeriodicSeries, EndsAreAsGoodAsTheRest) {
 
 // What a writer measures is what a reader sees, whichever frame waited for the end.
 TEST(PeriodicSeries, ErrorsAreMeasuredOfAllFrames) {
-  for (const bool coefficients : {false, true}) {
-    WriterSettings settings = periodic_settings();
-    settings.coefficients = coefficients, settings.measure = Measure::all;
-    const Series s = turned_blob(0);
-    std::vector<std::byte> bytes;
-    Bench bench(2);
-    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
-    for (uint32_t t = 0; t < dims[3]; ++t) {
-      const FrameBox box = s.box(t);
-      writer.add_frame(0, t, {&box, 1});
-    }
-    (void)writer.finish();
-    Opened file(bytes);
-    for (uint32_t t = 0; t < dims[3]; ++t) {
-      const MeasuredErrors measured = writer.measured(0, t);
-      EXPECT_EQ(measured.frame, t);
-      std::vector<Vec4> points;
-      for (uint32_t z = 0; z < dims[2]; ++z)
-        for (uint32_t y = 0; y < dims[1]; ++y)
-          for (uint32_t x = 0; x < dims[0]; ++x) points.push_back({1.0 * x, 1.0 * y, 1.0 * z, 1.0 * t});
-      const auto got = file.at(points);
-      double squares = 0;
-      for (size_t i = 0; i < points.size(); ++i)
-        squares += std::pow(static_cast<double>(got[i]) - s.frame(t)[i], 2);
-      EXPECT_NEAR(std::sqrt(squares / static_cast<double>(points.size())), measured.errors.all.rms(),
-                  2e-3 * measured.errors.all.rms() + 1e-5)
-          << t;
-    }
+  WriterSettings settings = periodic_settings();
+  settings.measure = Measure::all;
+  const Series s = turned_blob(0);
+  std::vector<std::byte> bytes;
+  Bench bench(2);
+  VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
+  for (uint32_t t = 0; t < dims[3]; ++t) {
+    const FrameBox box = s.box(t);
+    writer.add_frame(0, t, {&box, 1});
+  }
+  (void)writer.finish();
+  Opened file(bytes);
+  for (uint32_t t = 0; t < dims[3]; ++t) {
+    const MeasuredErrors measured = writer.measured(0, t);
+    EXPECT_EQ(measured.frame, t);
+    std::vector<Vec4> points;
+    for (uint32_t z = 0; z < dims[2]; ++z)
+      for (uint32_t y = 0; y < dims[1]; ++y)
+        for (uint32_t x = 0; x < dims[0]; ++x) points.push_back({1.0 * x, 1.0 * y, 1.0 * z, 1.0 * t});
+    const auto got = file.at(points);
+    double squares = 0;
+    for (size_t i = 0; i < points.size(); ++i)
+      squares += std::pow(static_cast<double>(got[i]) - s.frame(t)[i], 2);
+    EXPECT_NEAR(std::sqrt(squares / static_cast<double>(points.size())), measured.errors.all.rms(),
+                2e-3 * measured.errors.all.rms() + 1e-5)
+        << t;
   }
 }
 
@@ -342,47 +332,21 @@ TEST(PeriodicSeries, MasksAndBoundsGoRound) {
 TEST(PeriodicSeries, LayersAndFieldsGoRound) {
   WriterSettings settings = periodic_settings();
   settings.channels[0].value_type = ValueType::f32;
-  for (const bool coefficients : {false, true}) {
-    settings.coefficients = coefficients;
-    std::vector<std::byte> bytes;
-    Bench bench(2);
-    VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
-    writer.add_field(0, [](std::span<const double> points, std::span<float> values) {
-      for (size_t i = 0; i < values.size(); ++i)
-        values[i] =
-            static_cast<float>(blob(points[4 * i], points[4 * i + 1], points[4 * i + 2], points[4 * i + 3]));
-      return true;
-    });
-    (void)writer.finish();
-    Opened file(bytes);
-    expect_sound(file);
-    const double inside = snr(file, 7, 9);
-    EXPECT_NEAR(snr(file, 15, 16), inside, 0.5);
-    EXPECT_NEAR(snr(file, 0, 1), inside, 0.5);
-  }
-}
-
-TEST(PeriodicSeries, RecodingKeepsTheTurn) {
-  const std::string path =
-      (std::filesystem::temp_directory_path() / ("bccsplat-periodic-" + std::to_string(getpid()))).string();
   std::vector<std::byte> bytes;
-  write(periodic_settings(), turned_blob(0), bytes);
-  Opened was(bytes);
-  RecodeSettings settings;
-  settings.path = path, settings.overwrite = true, settings.coefficients = true, settings.kernel = "default";
-  (void)recode(was.samples, settings, was.bench.context);
-  const auto reader = Bcc4Reader::open(open_file_source(path));
-  EXPECT_EQ(reader->info().lattice, was.lattice());
-  const Bcc4Samples samples(reader, was.bench.memory, 64 << 20, RelativeTo::base);
-  const Coefficients coefficients(samples, 0, make_kernel("default"), 0, 64 << 20);
-  const std::vector<Vec4> points = points_in(14, 16, 500);
-  std::vector<float> got(points.size());
-  (void)evaluate4(coefficients, points, got, {}, was.bench.context);
-  const auto expected = was.at(points);
-  for (size_t i = 0; i < points.size(); ++i) EXPECT_NEAR(got[i], expected[i], 0.3);
-  settings.coefficients = false, settings.format = 2;
-  EXPECT_THROW((void)recode(was.samples, settings, was.bench.context), Error);
-  std::filesystem::remove(path);
+  Bench bench(2);
+  VolumeWriter writer(settings, create_memory_sink(bytes), bench.context);
+  writer.add_field(0, [](std::span<const double> points, std::span<float> values) {
+    for (size_t i = 0; i < values.size(); ++i)
+      values[i] =
+          static_cast<float>(blob(points[4 * i], points[4 * i + 1], points[4 * i + 2], points[4 * i + 3]));
+    return true;
+  });
+  (void)writer.finish();
+  Opened file(bytes);
+  expect_sound(file);
+  const double inside = snr(file, 7, 9);
+  EXPECT_NEAR(snr(file, 15, 16), inside, 0.5);
+  EXPECT_NEAR(snr(file, 0, 1), inside, 0.5);
 }
 
 // A journal tells of slabs in the order in which they are written.

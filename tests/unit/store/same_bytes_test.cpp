@@ -42,9 +42,10 @@ TEST(SameBytes, OnEveryTargetAndForAnyThreads) {
   const std::vector<Case> cases{
       {"samples", [](WriterSettings&) {}},
       {"bytes", [](WriterSettings& s) { s.channels[0].value_type = ValueType::u8; }},
-      {"coefficients", [](WriterSettings& s) { s.coefficients = true; }},
-      {"coefficients in steps",
-       [](WriterSettings& s) { s.coefficients = true, s.channels[0].value_type = ValueType::u16; }},
+      {"wavelets",
+       [](WriterSettings& s) {
+         s.wavelets = true, s.channels[0].wavelet_error = 0.01, s.channels[0].value_type = ValueType::u16;
+       }},
       {"predicted, coarse, low-pass",
        [](WriterSettings& s) {
          s.ends = Ends::predict, s.scales = {1.3, 1.3, 1.3, 1}, s.lowpass = true;
@@ -53,10 +54,8 @@ TEST(SameBytes, OnEveryTargetAndForAnyThreads) {
        [](WriterSettings& s) {
          s.ends = Ends::predict, s.scales = {1.3, 0.8, 1, 2.1}, s.lowpass = true;
        }},
-      {"Cartesian steps",
-       [](WriterSettings& s) {
-         s.lattice = LatticeKind::cc, s.coefficients = true, s.channels[0].value_type = ValueType::u8;
-       }},
+      {"Cartesian bytes",
+       [](WriterSettings& s) { s.lattice = LatticeKind::cc, s.channels[0].value_type = ValueType::u8; }},
       {"bounded",
        [](WriterSettings& s) { s.channels[0].abs_error = 0.2, s.channels[0].value_type = ValueType::u16; }}};
   for (const Case& c : cases) {
@@ -72,22 +71,22 @@ TEST(SameBytes, OnEveryTargetAndForAnyThreads) {
   }
 }
 
-// Coefficients of parts, each made on an instruction set of its own, and of a series that goes on on another.
-class CoefficientsOfSeveralTargets : public testing::Test {
+// Parts, each made on an instruction set of its own, and a series that goes on on another.
+class SeveralTargets : public testing::Test {
  protected:
   static constexpr std::array<uint32_t, 4> dims{23, 19, 18, 41};
 
-  CoefficientsOfSeveralTargets() {
+  SeveralTargets() {
     std::filesystem::create_directories(folder_);
     test::for_targets([&] { ++targets_; });
   }
-  ~CoefficientsOfSeveralTargets() override { std::filesystem::remove_all(folder_); }
+  ~SeveralTargets() override { std::filesystem::remove_all(folder_); }
 
-  static WriterSettings settings_of(bool steps) {
+  static WriterSettings settings_of(bool wavelets) {
     WriterSettings settings;
-    settings.dims = dims, settings.coefficients = true;
-    settings.channels[0].range = Range{-8, 8};
-    if (steps) settings.channels[0].value_type = ValueType::u16;
+    settings.dims = dims, settings.wavelets = wavelets;
+    ChannelSettings& c = settings.channels[0];
+    c.range = Range{-8, 8}, c.value_type = ValueType::u16, c.wavelet_error = wavelets ? 0.01 : 0;
     return settings;
   }
   [[nodiscard]] std::string file(const std::string& name) const { return (folder_ / name).string(); }
@@ -125,14 +124,14 @@ class CoefficientsOfSeveralTargets : public testing::Test {
       std::filesystem::temp_directory_path() / ("bccsplat-targets-" + std::to_string(getpid()));
 };
 
-TEST_F(CoefficientsOfSeveralTargets, PartsJoined) {
-  for (const bool steps : {false, true}) {
-    SCOPED_TRACE(steps);
-    write(settings_of(steps), "whole", 0);
+TEST_F(SeveralTargets, PartsJoined) {
+  for (const bool wavelets : {false, true}) {
+    SCOPED_TRACE(wavelets);
+    write(settings_of(wavelets), "whole", 0);
     for (const size_t turn : {0, 2}) {
       std::vector<std::string> names;
       for (const uint32_t first : {0u, 7u, 8u, 24u}) {
-        WriterSettings settings = settings_of(steps);
+        WriterSettings settings = settings_of(wavelets);
         settings.part = part(first, first == 0 ? 7 : first == 7 ? 8 : first == 8 ? 24 : dims[3]);
         names.push_back("part" + std::to_string(first));
         write(settings, names.back(), turn + names.size());
@@ -145,12 +144,12 @@ TEST_F(CoefficientsOfSeveralTargets, PartsJoined) {
   }
 }
 
-TEST_F(CoefficientsOfSeveralTargets, ASeriesThatGoesOn) {
-  for (const bool steps : {false, true}) {
-    SCOPED_TRACE(steps);
-    write(settings_of(steps), "whole", 0);
+TEST_F(SeveralTargets, ASeriesThatGoesOn) {
+  for (const bool wavelets : {false, true}) {
+    SCOPED_TRACE(wavelets);
+    write(settings_of(wavelets), "whole", 0);
     for (const size_t turn : {0, 2}) {
-      WriterSettings settings = settings_of(steps);
+      WriterSettings settings = settings_of(wavelets);
       settings.dims[3] = 34;
       write(settings, "series", turn);
       settings.dims = dims, settings.continuity = Continuity::append;

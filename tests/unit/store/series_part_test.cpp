@@ -103,7 +103,7 @@ TEST(SeriesPart, PartsTileTheSeries) {
   const Lattice4 still = Lattice4::fit(LatticeKind::d4star, {9, 9, 9, 1});
   options.dims = {9, 9, 9, 1};
   const SeriesPart all = part_of_series(still, options, {}, SeriesBlock::of_frames(0, 1)); // of one frame
-  EXPECT_EQ(all.end_layer, still.layers());
+  EXPECT_EQ(all.fit.end_layer, still.layers());
   EXPECT_THROW(static_cast<void>(part_of_series(still, options, {}, SeriesBlock::of_frames(0, 2))), Error);
 }
 

@@ -202,7 +202,7 @@ TEST_F(VolumeWriterOrder, SettingsThatContradict) {
   EXPECT_TRUE(refused([](WriterSettings& s) { s.channels[0].abs_error = -1; }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.psnr = std::nan(""); }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.dims[3] = 0, s.psnr = 40; }));
-  EXPECT_TRUE(refused([](WriterSettings& s) { s.dims[3] = 0, s.coefficients = true; }));
+  EXPECT_TRUE(refused([](WriterSettings& s) { s.dims[3] = 0, s.wavelets = true; }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.channels.resize(2); })); // of one name
   EXPECT_TRUE(refused([](WriterSettings& s) { s.channels[0].name.clear(); }));
   EXPECT_TRUE(refused([](WriterSettings& s) { s.channels[0].threshold = -1; }));

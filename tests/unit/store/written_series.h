@@ -39,9 +39,8 @@ struct Opened {
       : bytes(std::move(file)), reader(Bcc4Reader::open(open_memory_source(bytes))),
         samples(reader, bench.memory, 64 << 20, RelativeTo::base, level) {
     const VolumeInfo& info = reader->info();
-    const std::string& own =
-        info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel;
-    coefficients = std::make_unique<Coefficients>(samples, 0, make_kernel(own), 0.0f, 256 << 20);
+    coefficients =
+        std::make_unique<Coefficients>(samples, 0, make_kernel(info.recommended_kernel), 0.0f, 256 << 20);
     if (info.channels[0].residuals.any())
       corrections =
           std::make_unique<Corrections>(std::make_unique<Bcc4Corrections>(reader, 0), bench.memory, 16 << 20);
