@@ -23,16 +23,8 @@ struct Variant {
 
 constexpr uint32_t nx = 21, ny = 19, nz = 17;
 
-void store_coefficients(bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; }
-
 void store_wavelets(bccsplat_writer_options& o) {
   o.store = BCCSPLAT_STORE_WAVELETS, o.lattice = BCCSPLAT_LATTICE_CC;
-}
-
-bool stores_as(const Variant& v, bccsplat_store store) {
-  auto o = sized<bccsplat_writer_options>();
-  v.change(o);
-  return o.store == store;
 }
 
 double field(uint32_t channel, uint32_t x, uint32_t y, uint32_t z, uint32_t t) {
@@ -79,13 +71,13 @@ class Append : public testing::Test {
     static const char* const names[] = {"density", "heat"};
     std::vector<bccsplat_channel_options> channels(v.channels, sized<bccsplat_channel_options>());
     for (uint32_t c = 0; c < v.channels; ++c) channels[c].name = names[c], channels[c].source_type = v.source;
-    const double errors[] = {v.wavelet_error, v.wavelet_error};
-    if (stores_as(v, BCCSPLAT_STORE_WAVELETS) && v.wavelet_error > 0) o.wavelet_errors = errors;
     o.dims[0] = nx, o.dims[1] = ny, o.dims[2] = nz;
     o.channel_count = v.channels, o.channels = channels.data();
     if (v.holes) o.nonfinite = BCCSPLAT_NONFINITE_HOLE;
     if (o.ends == BCCSPLAT_ENDS_DEFAULT) o.ends = BCCSPLAT_ENDS_PREDICT;
     v.change(o);
+    const double errors[] = {v.wavelet_error, v.wavelet_error};
+    if (o.store == BCCSPLAT_STORE_WAVELETS && v.wavelet_error > 0) o.wavelet_errors = errors;
     bccsplat_writer* created = nullptr;
     bccsplat_status status = bccsplat_writer_create(device.get(), file.c_str(), &o, &created);
     const Writer writer(created);
@@ -167,19 +159,6 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
       {"short filter, one more frame", BCCSPLAT_TYPE_U8, 1, false, false,
        [](bccsplat_writer_options& o) { o.filter = BCCSPLAT_FILTER_KAISER6; }, 43},
       {"few frames", BCCSPLAT_TYPE_U8, 1, false, false, [](bccsplat_writer_options&) {}, 4, 9},
-      {"coefficients in steps", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients},
-      {"coefficients as floats", BCCSPLAT_TYPE_F32, 1, false, true, store_coefficients},
-      {"coefficients of two channels with holes", BCCSPLAT_TYPE_F32, 2, true, false, store_coefficients},
-      {"mirrored coefficients of fine", BCCSPLAT_TYPE_U8, 1, false, false,
-       [](bccsplat_writer_options& o) {
-         store_coefficients(o), o.ends = BCCSPLAT_ENDS_MIRROR, o.recommended_kernel = "fine";
-       },
-       40, 47},
-      {"coefficients, coarse in time", BCCSPLAT_TYPE_U8, 1, false, false,
-       [](bccsplat_writer_options& o) { store_coefficients(o), o.time_scale = 1.5; }, 40, 49},
-      {"Cartesian coefficients", BCCSPLAT_TYPE_U8, 1, false, false,
-       [](bccsplat_writer_options& o) { store_coefficients(o), o.lattice = BCCSPLAT_LATTICE_CC; }},
-      {"coefficients of few frames", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients, 4, 9},
       {"wavelets", BCCSPLAT_TYPE_U8, 1, false, false, store_wavelets, 40, 55},
       {"wavelets of two channels", BCCSPLAT_TYPE_U8, 2, false, true, store_wavelets, 31, 64},
       {"wavelets of few frames", BCCSPLAT_TYPE_U8, 1, false, false, store_wavelets, 4, 9},
@@ -195,7 +174,7 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
     ASSERT_OK(write(v, whole, first_of(v.frames), &report_whole));
     EXPECT_EQ(bytes_of(path), bytes_of(whole));
     if (v.from >= 30) {
-      EXPECT_LT(given, v.frames - v.from + (stores_as(v, BCCSPLAT_STORE_COEFFICIENTS) ? 41 : 26));
+      EXPECT_LT(given, v.frames - v.from + 26);
       EXPECT_GT(report.slabs_reused, 0u);
     }
     EXPECT_EQ(report.frames, v.frames);
@@ -239,7 +218,7 @@ TEST_F(Append, KeepsWhatWasMeasuredOfLevels) {
 
 TEST_F(Append, OfPartsOfPartsIsTheSame) {
   for (const Variant& v : {Variant{"bytes", BCCSPLAT_TYPE_U8},
-                           Variant{"coefficients", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients}}) {
+                           Variant{"wavelets", BCCSPLAT_TYPE_U8, 1, false, false, store_wavelets}}) {
     SCOPED_TRACE(v.name);
     ASSERT_OK(write(v, path, first_of(30)));
     for (const uint32_t n : {31u, 33u, 43u, 44u}) {
@@ -271,8 +250,8 @@ TEST_F(Append, RefusesWhatItCannotContinue) {
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "channel 0 (density): its type");
   other = v, other.change = [](bccsplat_writer_options& o) { o.abs_error = 1; };
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "give all frames");
-  other.change = store_coefficients;
-  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "it stores samples");
+  other.change = [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_WAVELETS; };
+  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the lattices of its series");
   other.change = [](bccsplat_writer_options& o) { o.scale = 1.5; };
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "planes along x");
   other.change = [](bccsplat_writer_options& o) { o.scales[1] = 1.5; };
@@ -302,20 +281,6 @@ TEST_F(Append, RefusesOtherUnitsAndPlaces) {
           "its places are in m");
   refused([](bccsplat_writer_options& o) { twice_as_large(o), o.time_unit = "h"; }, "its times are in s");
   ASSERT_OK(continue_file(v, path, 30, 44));
-}
-
-// What its coefficients were made of are stored samples, not those of its source.
-TEST_F(Append, TakesAllFramesOfAFileThatWasRecoded) {
-  const Variant v{"bytes", BCCSPLAT_TYPE_U8, 1, false, false, store_coefficients},
-      samples{"", BCCSPLAT_TYPE_U8};
-  ASSERT_OK(write(samples, whole, first_of(30)));
-  const Volume volume = open(device, whole);
-  auto options = sized<bccsplat_recode_options>();
-  options.store = BCCSPLAT_STORE_COEFFICIENTS, options.overwrite = 1;
-  ASSERT_OK(bccsplat_volume_recode(volume.get(), path.c_str(), &options, nullptr));
-  EXPECT_EQ(continue_file(v, path, 30, 44), BCCSPLAT_ERROR_WRONG_STATE);
-  EXPECT_NE(std::string(bccsplat_last_error()).find("it does not tell of the samples"), std::string::npos)
-      << bccsplat_last_error();
 }
 
 } // namespace

@@ -40,21 +40,9 @@ TEST(BlocksWithBound, GiveTheBytesOfOneWriter) {
          a.options.lattice = BCCSPLAT_LATTICE_CC, a.options.recommended_kernel = "exact";
          a.options.scale = 1.2;
        }},
-      {"coefficients", [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS; }},
-      {"coefficients of floats",
-       [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS, a.type = BCCSPLAT_TYPE_F32; }},
-      {"coefficients of one frame",
-       [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS, a.dims[3] = 1; }},
-      {"coefficients on a coarse Cartesian lattice",
-       [](Asked& a) {
-         a.options.store = BCCSPLAT_STORE_COEFFICIENTS;
-         a.options.lattice = BCCSPLAT_LATTICE_CC, a.options.scale = 1.3;
-       }},
       {"a blob over a threshold", [](Asked& a) { a.waves = false, a.channel.air_threshold = 9; }},
       {"one frame", [](Asked& a) { a.dims[3] = 1; }},
       {"levels", [](Asked& a) { a.options.levels = 2; }},
-      {"levels of coefficients",
-       [](Asked& a) { a.options.levels = 1, a.options.store = BCCSPLAT_STORE_COEFFICIENTS; }},
       {"far from air", [](Asked& a) { a.channel.air = -5000, a.type = BCCSPLAT_TYPE_F32; }},
       {"another kernel", [](Asked& a) { a.options.recommended_kernel = "fine"; }},
       {"a bound and all else",
@@ -90,10 +78,7 @@ TEST(BlocksThatMeasure, GiveTheBytesOfOneWriter) {
       {"all", [](Asked& a) { a.options.measure = BCCSPLAT_MEASURE_ALL; }},
       {"all, with levels", [](Asked& a) { a.options.measure = BCCSPLAT_MEASURE_ALL, a.options.levels = 2; }},
       {"decibels", [](Asked& a) { a.options.psnr = 25; }},
-      {"decibels of coefficients, with levels",
-       [](Asked& a) {
-         a.options.psnr = 25, a.options.levels = 1, a.options.store = BCCSPLAT_STORE_COEFFICIENTS;
-       }},
+      {"decibels, with levels", [](Asked& a) { a.options.psnr = 25, a.options.levels = 1; }},
       {"far from air", [](Asked& a) {
          a.options.measure = BCCSPLAT_MEASURE_ALL, a.type = BCCSPLAT_TYPE_F32, a.channel.air = -5000;
        }}};
@@ -149,8 +134,6 @@ TEST(BlocksWithBound, TakeTheSamplesThatTheirFieldIsMadeOf) {
   const uint64_t with_bound = end(asked);
   EXPECT_GE(with_bound, without + 16) << "bricks of 16 sites beside those of the block";
   EXPECT_LE(with_bound, 44u + 3 * 23 + 16);
-  asked.options.store = BCCSPLAT_STORE_COEFFICIENTS;
-  EXPECT_GE(end(asked), with_bound);
 }
 
 TEST(BlocksThatMeasure, TellTheErrorsOfTheirSamples) {

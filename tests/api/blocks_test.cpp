@@ -34,20 +34,15 @@ TEST(Blocks, GiveTheBytesOfOneWriter) {
        [](Asked& a) { a.options.ends = BCCSPLAT_ENDS_PREDICT, a.options.faces = BCCSPLAT_FACES_PREDICT_X; }},
       {"Cartesian", [](Asked& a) { a.options.lattice = BCCSPLAT_LATTICE_CC; }},
       {"coarse Cartesian", [](Asked& a) { a.options.lattice = BCCSPLAT_LATTICE_CC, a.options.scale = 1.3; }},
-      {"coefficients", [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS; }},
-      {"coefficients of floats",
-       [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS, a.type = BCCSPLAT_TYPE_F32; }},
-      {"coefficients of one frame",
-       [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS, a.dims[3] = 1; }},
       {"a threshold", [](Asked& a) { a.channel.air_threshold = 9; }},
       {"one frame", [](Asked& a) { a.dims[3] = 1; }},
       {"levels",
        [](Asked& a) {
          a.dims = {150, 100, 96, 3}, a.options.levels = 2;
        }},
-      {"levels of coefficients with mirrors",
+      {"levels with mirrors",
        [](Asked& a) {
-         a.dims = {90, 100, 96, 5}, a.options.levels = 3, a.options.store = BCCSPLAT_STORE_COEFFICIENTS;
+         a.dims = {90, 100, 96, 5}, a.options.levels = 3;
          a.options.faces = BCCSPLAT_FACES_MIRROR;
        }},
       {"levels of floats far from air, on a finer Cartesian lattice",
@@ -87,25 +82,19 @@ Asked with_missing_data() {
 
 TEST(Blocks, WithMissingDataGiveTheBytesOfOneWriter) {
   const Device device = make_device();
-  const std::vector<Case> cases{
-      {"samples", [](Asked&) {}},
-      {"far from air", [](Asked& a) { a.channel.air = -150; }},
-      {"codes",
-       [](Asked& a) {
-         a.channel.value_type = BCCSPLAT_TYPE_U8;
-         a.channel.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE, a.channel.range[1] = 210;
-       }},
-      {"coefficients on a coarse lattice",
-       [](Asked& a) { a.options.store = BCCSPLAT_STORE_COEFFICIENTS, a.options.scale = 1.4; }},
-      {"Cartesian", [](Asked& a) { a.options.lattice = BCCSPLAT_LATTICE_CC; }},
-      {"one frame", [](Asked& a) { a.dims[3] = 1; }},
-      {"levels",
-       [](Asked& a) {
-         a.dims = {140, 80, 72, 3}, a.options.levels = 2;
-       }},
-      {"levels of coefficients", [](Asked& a) {
-         a.dims = {120, 64, 72, 3}, a.options.levels = 1, a.options.store = BCCSPLAT_STORE_COEFFICIENTS;
-       }}};
+  const std::vector<Case> cases{{"samples", [](Asked&) {}},
+                                {"far from air", [](Asked& a) { a.channel.air = -150; }},
+                                {"codes",
+                                 [](Asked& a) {
+                                   a.channel.value_type = BCCSPLAT_TYPE_U8;
+                                   a.channel.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE, a.channel.range[1] = 210;
+                                 }},
+                                {"a coarse lattice", [](Asked& a) { a.options.scale = 1.4; }},
+                                {"Cartesian", [](Asked& a) { a.options.lattice = BCCSPLAT_LATTICE_CC; }},
+                                {"one frame", [](Asked& a) { a.dims[3] = 1; }},
+                                {"levels", [](Asked& a) {
+                                   a.dims = {140, 80, 72, 3}, a.options.levels = 2;
+                                 }}};
   for (const Case& c : cases) {
     SCOPED_TRACE(c.name);
     const Folder folder;

@@ -135,7 +135,7 @@ TEST_F(Cancel, WritersEndSoonAndLeaveNoFile) {
   const std::string other = folder.file("other.bcc4");
   expect_prompt(token, [&] {
     auto o = options_of(series);
-    o.cancel_token = token.get(), o.overwrite = 1, o.store = BCCSPLAT_STORE_COEFFICIENTS;
+    o.cancel_token = token.get(), o.overwrite = 1;
     bccsplat_writer* w = nullptr;
     std::filesystem::remove(other);
     bccsplat_status status = bccsplat_writer_create(device.get(), other.c_str(), &o, &w);

@@ -42,8 +42,6 @@ struct CoastFiles {
     add("default", [](bccsplat_writer_options&) {});
     add("scale 1.3", [](bccsplat_writer_options& o) { o.scale = 1.3; });
     add("time scale", [](bccsplat_writer_options& o) { o.scale = 1.3, o.time_scale = 1.7; });
-    add("coefficients",
-        [](bccsplat_writer_options& o) { o.scale = 1.3, o.store = BCCSPLAT_STORE_COEFFICIENTS; });
     add("corrected", [](bccsplat_writer_options& o) { o.scale = 1.3, o.abs_error = 0.05; });
     add("cc", [](bccsplat_writer_options& o) { o.scale = 1.3, o.lattice = BCCSPLAT_LATTICE_CC; });
   }
@@ -560,7 +558,6 @@ TEST(Coast, MomentsBesideMissingFramesAreThoseOfTheField) {
     return largest;
   };
   EXPECT_LT(worst([](bccsplat_writer_options&) {}), 0.9);
-  EXPECT_LT(worst([](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; }), 0.9);
   EXPECT_LT(worst([](bccsplat_writer_options& o) { o.ends = BCCSPLAT_ENDS_PERIODIC; }), 0.9);
   EXPECT_LT(worst([](bccsplat_writer_options& o) { o.lattice = BCCSPLAT_LATTICE_CC, o.time_scale = 1.3; }),
             0.9);

@@ -192,7 +192,7 @@ double slice_rms(const OpenVolume& volume, const std::array<double, 5>& h, doubl
   return std::sqrt(squares / n);
 }
 
-// As good as with an air among the values, whatever is stored.
+// As good as with an air among the values, whatever the type.
 TEST(Constants, WavesAroundThemFarFromAir) {
   const TestDevice device;
   const auto check = [&](double constant, double air, int32_t type, const bccsplat_writer_options& options,
@@ -214,10 +214,6 @@ TEST(Constants, WavesAroundThemFarFromAir) {
   check(pressure, 2e5, BCCSPLAT_TYPE_F32, options, 30, "air above the values");
   check(40000, 0, BCCSPLAT_TYPE_U16, options, 25, "u16, whose steps are the rest of the error");
   check(pressure, 0, BCCSPLAT_TYPE_I32, options, 28, "i32");
-  auto store = options;
-  store.store = BCCSPLAT_STORE_COEFFICIENTS;
-  check(pressure, 0, BCCSPLAT_TYPE_F32, store, 30, "coefficients of floats");
-  check(40000, 0, BCCSPLAT_TYPE_U16, store, 25, "coefficients in steps");
   auto lattice = options;
   lattice.lattice = BCCSPLAT_LATTICE_CC;
   check(pressure, 0, BCCSPLAT_TYPE_F32, lattice, 20, "Cartesian");
@@ -314,22 +310,20 @@ TEST(Constants, WhatIsMeasuredComesBack) {
   Source part = whole;
   for (size_t i = 20 * whole.frame_samples(); i < part.values.size(); ++i)
     if (i % 22 < 8) part.values[i] = 0;
-  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS})
-    for (const Source* s : {&whole, static_cast<const Source*>(&part)}) {
-      auto options = sized<bccsplat_writer_options>();
-      options.store = store;
-      options.measure = BCCSPLAT_MEASURE_ALL;
-      if (s == &whole) options.psnr = 50; // the ripple alone would leave 0
-      const Written w = write_frames(device, *s, options);
-      ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
-      const double rms = rms_of_samples(OpenVolume(device, w.bytes), *s);
-      EXPECT_NEAR(w.error.rmse, rms, 0.01 * rms);
-      if (s == &whole) {
-        EXPECT_LT(rms, 0.5);
-      } else {
-        EXPECT_GT(rms, 50);
-      }
+  for (const Source* s : {&whole, static_cast<const Source*>(&part)}) {
+    auto options = sized<bccsplat_writer_options>();
+    options.measure = BCCSPLAT_MEASURE_ALL;
+    if (s == &whole) options.psnr = 50; // the ripple alone would leave 0
+    const Written w = write_frames(device, *s, options);
+    ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+    const double rms = rms_of_samples(OpenVolume(device, w.bytes), *s);
+    EXPECT_NEAR(w.error.rmse, rms, 0.01 * rms);
+    if (s == &whole) {
+      EXPECT_LT(rms, 0.5);
+    } else {
+      EXPECT_GT(rms, 50);
     }
+  }
 }
 
 // The frames of a series, of one of them fewer planes or none at all: what no box covers is air.
@@ -384,23 +378,21 @@ TEST(Constants, AFewThatAreAirLeaveTheOthersAlone) {
   expect_as_dense(device, write_frames(device, missing, hole), "one NaN that is missing");
   expect_as_dense(device, with_gap(device, around(pressure, 50), 0, 19, options),
                   "a plane that no box covers");
-  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS})
-    for (auto how : {hole, clamp}) {
-      how.store = store;
-      bool with_hole = true;
-      const Written w =
-          write_with(device, zero, how, sized<bccsplat_channel_options>(), [&](bccsplat_writer* writer) {
-            return bccsplat_writer_add_field(writer, 0, ask_pressure, &with_hole);
-          });
-      expect_as_dense(device, w, "a field with a site left out");
-      const OpenVolume volume(device, w.bytes);
-      const float there = volume.at({{0, 0, 0, 0}})[0];
-      if (how.nonfinite == BCCSPLAT_NONFINITE_HOLE) {
-        EXPECT_TRUE(std::isnan(there));
-      } else {
-        EXPECT_LT(std::fabs(there), 0.3 * pressure);
-      }
+  for (auto how : {hole, clamp}) {
+    bool with_hole = true;
+    const Written w =
+        write_with(device, zero, how, sized<bccsplat_channel_options>(), [&](bccsplat_writer* writer) {
+          return bccsplat_writer_add_field(writer, 0, ask_pressure, &with_hole);
+        });
+    expect_as_dense(device, w, "a field with a site left out");
+    const OpenVolume volume(device, w.bytes);
+    const float there = volume.at({{0, 0, 0, 0}})[0];
+    if (how.nonfinite == BCCSPLAT_NONFINITE_HOLE) {
+      EXPECT_TRUE(std::isnan(there));
+    } else {
+      EXPECT_LT(std::fabs(there), 0.3 * pressure);
     }
+  }
 }
 
 // A frame that nobody gave is air, and no base for the others either.
@@ -440,13 +432,12 @@ TEST(Constants, BoundsHoldFarFromAir) {
     EXPECT_EQ(stored(TestDevice(1), s, options), w.bytes) << what; // whatever comes at once
   };
   const auto options = sized<bccsplat_writer_options>();
-  auto coefficients = options, cartesian = options, levels = options;
-  coefficients.store = BCCSPLAT_STORE_COEFFICIENTS, cartesian.lattice = BCCSPLAT_LATTICE_CC;
+  auto cartesian = options, levels = options;
+  cartesian.lattice = BCCSPLAT_LATTICE_CC;
   levels.levels = 1;
   check(around(pressure, 50), 2, pressure, 50, options, 30, "floats");
   check(around(pressure, 50, BCCSPLAT_TYPE_I32), 2, pressure, 50, options, 27, "i32");
   check(around(40000, 50, BCCSPLAT_TYPE_U16), 2, 40000, 50, options, 25, "u16");
-  check(around(pressure, 50), 2, pressure, 50, coefficients, 30, "coefficients");
   check(around(pressure, 50), 2, pressure, 50, cartesian, 20, "Cartesian");
   check(around(pressure, 50), 2, pressure, 50, levels, 30, "levels");
   check(around(2e9, 5e4, BCCSPLAT_TYPE_I32), 3000, 2e9, 5e4, options, 30, "2e9");
@@ -480,39 +471,37 @@ TEST(Constants, BoundsHoldBesideHolesAndInFields) {
 // Layers that a host samples itself, of pressures with air 0: the constant comes back, and waves about it.
 TEST(Constants, LayersOfHostsComeBackFarFromAir) {
   const TestDevice device;
-  for (const double signal : {0.0, 50.0})
-    for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS}) {
-      auto options = sized<bccsplat_writer_options>();
-      options.store = store;
-      const auto feed = [&](bccsplat_writer* writer) {
-        auto g = sized<bccsplat_layer_geometry>();
-        for (int64_t m = 0; m == 0 || m < g.layer_count; ++m) {
-          EXPECT_EQ(bccsplat_writer_get_layer_geometry(writer, m, &g), BCCSPLAT_OK);
-          std::vector<float> samples;
-          for (int64_t k = 0; k < g.dims[2]; ++k)
-            for (int64_t j = 0; j < g.dims[1]; ++j)
-              for (int64_t i = 0; i < g.dims[0]; ++i)
-                samples.push_back(static_cast<float>(
-                    pressure + signal * wave(g.origin[0] + g.step[0] * double(i),
-                                             g.origin[1] + g.step[1] * double(j),
-                                             g.origin[2] + g.step[2] * double(k), g.frame)));
-          const bccsplat_status status =
-              bccsplat_writer_add_layer(writer, 0, m, samples.data(), samples.size());
-          if (status != BCCSPLAT_OK) return status;
-        }
-        return bccsplat_status{BCCSPLAT_OK};
-      };
-      const Source s = around(pressure, signal);
-      const Written w = write_with(device, s, options, sized<bccsplat_channel_options>(), feed);
-      ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
-      const OpenVolume volume(device, w.bytes);
-      const double ripple = 0.0024 * pressure;
-      EXPECT_LT(errors_of(volume, pressure, signal).rms, signal > 0 ? 1 : 1e-5 * pressure) << store;
-      EXPECT_LT(slice_rms(volume, in_time, pressure, signal), 0.01 * ripple) << store;
-      const Cut cut(volume, in_time);
-      const std::vector<float> values = picture(device, cut, BCCSPLAT_MODE_MAXIMUM, BCCSPLAT_FRAME_VALUE);
-      EXPECT_LT(largest_difference(values, pressure), signal + 0.1 * ripple) << store;
-    }
+  for (const double signal : {0.0, 50.0}) {
+    const auto options = sized<bccsplat_writer_options>();
+    const auto feed = [&](bccsplat_writer* writer) {
+      auto g = sized<bccsplat_layer_geometry>();
+      for (int64_t m = 0; m == 0 || m < g.layer_count; ++m) {
+        EXPECT_EQ(bccsplat_writer_get_layer_geometry(writer, m, &g), BCCSPLAT_OK);
+        std::vector<float> samples;
+        for (int64_t k = 0; k < g.dims[2]; ++k)
+          for (int64_t j = 0; j < g.dims[1]; ++j)
+            for (int64_t i = 0; i < g.dims[0]; ++i)
+              samples.push_back(
+                  static_cast<float>(pressure + signal * wave(g.origin[0] + g.step[0] * double(i),
+                                                              g.origin[1] + g.step[1] * double(j),
+                                                              g.origin[2] + g.step[2] * double(k), g.frame)));
+        const bccsplat_status status =
+            bccsplat_writer_add_layer(writer, 0, m, samples.data(), samples.size());
+        if (status != BCCSPLAT_OK) return status;
+      }
+      return bccsplat_status{BCCSPLAT_OK};
+    };
+    const Source s = around(pressure, signal);
+    const Written w = write_with(device, s, options, sized<bccsplat_channel_options>(), feed);
+    ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+    const OpenVolume volume(device, w.bytes);
+    const double ripple = 0.0024 * pressure;
+    EXPECT_LT(errors_of(volume, pressure, signal).rms, signal > 0 ? 1 : 1e-5 * pressure) << signal;
+    EXPECT_LT(slice_rms(volume, in_time, pressure, signal), 0.01 * ripple) << signal;
+    const Cut cut(volume, in_time);
+    const std::vector<float> values = picture(device, cut, BCCSPLAT_MODE_MAXIMUM, BCCSPLAT_FRAME_VALUE);
+    EXPECT_LT(largest_difference(values, pressure), signal + 0.1 * ripple) << signal;
+  }
 }
 
 // A series that is taken up again has the base of one written undisturbed.
@@ -523,61 +512,40 @@ TEST(Constants, ResumedFarFromAir) {
                 [&](double x, double y, double z, double t) { return pressure + 50 * wave(x, y, z, t); });
   const std::string path =
       (std::filesystem::temp_directory_path() / ("bccsplat-far-" + std::to_string(::getpid()))).string();
-  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS}) {
-    auto options = sized<bccsplat_writer_options>();
-    options.store = store, options.partial = BCCSPLAT_PARTIAL_RESUME, options.overwrite = 1;
-    std::copy(s.dims.begin(), s.dims.end(), options.dims);
-    auto report = sized<bccsplat_writer_report>();
-    const auto write = [&](uint32_t frames) {
-      bccsplat_writer* writer = nullptr;
-      ASSERT_EQ(bccsplat_writer_create(device.device, path.c_str(), &options, &writer), BCCSPLAT_OK)
-          << bccsplat_last_error();
-      for (uint32_t t = 0; t < frames; ++t) {
-        const Bytes data = frame_bytes(s, t);
-        auto box = sized<bccsplat_box>();
-        box.type = s.type, box.data = data.data();
-        for (size_t a = 0; a < 3; ++a) box.dims[a] = s.dims[a];
-        // What is written is recorded once a second.
-        if (frames < s.dims[3] && t == 26) std::this_thread::sleep_for(std::chrono::milliseconds(1100));
-        EXPECT_EQ(bccsplat_writer_add_frame(writer, 0, t, &box, 1), BCCSPLAT_OK) << bccsplat_last_error();
-      }
-      if (frames == s.dims[3]) {
-        EXPECT_EQ(bccsplat_writer_finish(writer, &report), BCCSPLAT_OK) << bccsplat_last_error();
-      }
-      bccsplat_writer_release(writer);
-    };
-    write(36);
-    write(50);
-    EXPECT_GT(report.slabs_reused, 0u);
-    std::ifstream in(path, std::ios::binary);
-    const Bytes resumed{std::istreambuf_iterator<char>(in), {}};
-    in.close();
-    std::filesystem::remove(path);
-    options.partial = 0;
-    EXPECT_EQ(resumed, stored(device, s, options)) << store;
-    const ConstantErrors e = errors_of(OpenVolume(device, resumed), pressure, 50);
-    EXPECT_LT(e.rms, 1) << store;
-    EXPECT_GT(e.gradient_db, 30) << store;
-  }
-}
-
-// What Cartesian prefilters make of a constant is not quite itself.
-TEST(Constants, CartesianCoefficientsComeBack) {
-  const TestDevice device;
   auto options = sized<bccsplat_writer_options>();
-  options.lattice = BCCSPLAT_LATTICE_CC, options.store = BCCSPLAT_STORE_COEFFICIENTS;
-  for (const char* stored_kernel : {"default", "fast"}) {
-    options.recommended_kernel = stored_kernel;
-    const Bytes bytes = stored(device, around(pressure, 0), options);
-    for (const char* kernel : {"exact", "default", "fast"}) {
-      const OpenVolume volume(device, bytes, kernel);
-      EXPECT_LT(largest_difference(volume.at({{10.3, 9.1, 8.7, 11.2}, {3.5, 4.5, 5.5, 6.5}}), pressure),
-                1e-5 * pressure)
-          << stored_kernel << " as " << kernel;
-      EXPECT_LT(largest_difference(Cut(volume, in_time).samples(), pressure), 1e-5 * pressure)
-          << stored_kernel << " as " << kernel;
+  options.partial = BCCSPLAT_PARTIAL_RESUME, options.overwrite = 1;
+  std::copy(s.dims.begin(), s.dims.end(), options.dims);
+  auto report = sized<bccsplat_writer_report>();
+  const auto write = [&](uint32_t frames) {
+    bccsplat_writer* writer = nullptr;
+    ASSERT_EQ(bccsplat_writer_create(device.device, path.c_str(), &options, &writer), BCCSPLAT_OK)
+        << bccsplat_last_error();
+    for (uint32_t t = 0; t < frames; ++t) {
+      const Bytes data = frame_bytes(s, t);
+      auto box = sized<bccsplat_box>();
+      box.type = s.type, box.data = data.data();
+      for (size_t a = 0; a < 3; ++a) box.dims[a] = s.dims[a];
+      // What is written is recorded once a second.
+      if (frames < s.dims[3] && t == 26) std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+      EXPECT_EQ(bccsplat_writer_add_frame(writer, 0, t, &box, 1), BCCSPLAT_OK) << bccsplat_last_error();
     }
-  }
+    if (frames == s.dims[3]) {
+      EXPECT_EQ(bccsplat_writer_finish(writer, &report), BCCSPLAT_OK) << bccsplat_last_error();
+    }
+    bccsplat_writer_release(writer);
+  };
+  write(36);
+  write(50);
+  EXPECT_GT(report.slabs_reused, 0u);
+  std::ifstream in(path, std::ios::binary);
+  const Bytes resumed{std::istreambuf_iterator<char>(in), {}};
+  in.close();
+  std::filesystem::remove(path);
+  options.partial = 0;
+  EXPECT_EQ(resumed, stored(device, s, options));
+  const ConstantErrors e = errors_of(OpenVolume(device, resumed), pressure, 50);
+  EXPECT_LT(e.rms, 1);
+  EXPECT_GT(e.gradient_db, 30);
 }
 
 } // namespace

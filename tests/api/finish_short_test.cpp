@@ -109,10 +109,6 @@ std::vector<ShortVariant> short_variants() {
       [](bccsplat_writer_options& o) { o.lattice = BCCSPLAT_LATTICE_CC; });
   add("wide in time", BCCSPLAT_TYPE_F32, true,
       [](bccsplat_writer_options& o) { o.time_scale = 1.3, o.ends = BCCSPLAT_ENDS_PREDICT; });
-  add("coefficients", BCCSPLAT_TYPE_F32, false,
-      [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; });
-  add("steps, bound", BCCSPLAT_TYPE_U8, false,
-      [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS, o.abs_error = 0.6; });
   return list;
 }
 
@@ -145,7 +141,6 @@ TEST(FinishShort, BoundsHoldWhereASlabEndsWithTheSeries) {
     int32_t store, type;
     double bound;
   } ways[] = {{BCCSPLAT_STORE_SAMPLES, BCCSPLAT_TYPE_F32, 0.05},
-              {BCCSPLAT_STORE_COEFFICIENTS, BCCSPLAT_TYPE_F32, 0.05},
               {BCCSPLAT_STORE_WAVELETS, BCCSPLAT_TYPE_U8, 1}};
   for (const auto& way : ways)
     for (const uint32_t frames : {8u, 16u, 32u}) {
@@ -190,16 +185,15 @@ TEST(FinishShort, OfFewFramesIsAsAccurate) {
 
 TEST(FinishShort, OneFrameIsAFileOfOne) {
   const TestDevice device;
-  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS})
-    for (const double bound : {0.0, 0.01}) {
-      auto o = sized<bccsplat_writer_options>();
-      o.store = store, o.abs_error = bound;
-      const Source s = series(1);
-      const Written knew = write_frames(device, s, o), ended = write_short(device, s, told, o);
-      ASSERT_EQ(knew.status, BCCSPLAT_OK) << knew.text;
-      ASSERT_EQ(ended.status, BCCSPLAT_OK) << ended.text;
-      EXPECT_EQ(ended.bytes, knew.bytes);
-    }
+  for (const double bound : {0.0, 0.01}) {
+    auto o = sized<bccsplat_writer_options>();
+    o.abs_error = bound;
+    const Source s = series(1);
+    const Written knew = write_frames(device, s, o), ended = write_short(device, s, told, o);
+    ASSERT_EQ(knew.status, BCCSPLAT_OK) << knew.text;
+    ASSERT_EQ(ended.status, BCCSPLAT_OK) << ended.text;
+    EXPECT_EQ(ended.bytes, knew.bytes);
+  }
 }
 
 // A writer of layers; gives so many of them.

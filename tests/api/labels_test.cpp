@@ -131,7 +131,6 @@ TEST_F(SaidLabels, WhatWouldBlendThemIsRefused) {
   refused([&] { options.lattice = BCCSPLAT_LATTICE_D4STAR; }, whole);
   refused([&] { options.scale = 1.5; }, whole);
   refused([&] { options.store = BCCSPLAT_STORE_WAVELETS, options.abs_error = 1; }, whole);
-  refused([&] { options.store = BCCSPLAT_STORE_COEFFICIENTS; }, whole);
   refused([&] { options.levels = 1; },
           "labels have no means, of which coarser levels are made; store none of these");
   EXPECT_EQ(created(), BCCSPLAT_OK);

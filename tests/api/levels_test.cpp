@@ -16,12 +16,12 @@ double smooth(double x, double y, double z, double t) {
 class Levels : public testing::Test {
  protected:
   // Writes the series with coarser levels and opens what was written.
-  [[nodiscard]] Volume stored(uint32_t levels, int32_t store, double abs_error = 0) const {
-    return stored(series, levels, store, abs_error);
+  [[nodiscard]] Volume stored(uint32_t levels, double abs_error = 0) const {
+    return stored(series, levels, abs_error);
   }
-  [[nodiscard]] Volume stored(const Series& s, uint32_t levels, int32_t store, double abs_error = 0) const {
+  [[nodiscard]] Volume stored(const Series& s, uint32_t levels, double abs_error = 0) const {
     auto o = options_of(s);
-    o.levels = levels, o.store = store, o.overwrite = 1, o.abs_error = abs_error;
+    o.levels = levels, o.overwrite = 1, o.abs_error = abs_error;
     o.measure = BCCSPLAT_MEASURE_SOME;
     const std::string path = folder.file("v");
     const Writer w = make_writer(device, path, o);
@@ -82,36 +82,33 @@ class Levels : public testing::Test {
 };
 
 TEST_F(Levels, SlicesAreOfAnEighthOfThePointsAndOfTheSameField) {
-  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS}) {
-    SCOPED_TRACE(store);
-    const Volume volume = stored(2, store);
-    auto info = sized<bccsplat_volume_info>();
-    EXPECT_OK(bccsplat_volume_get_info(volume.get(), &info));
-    ASSERT_EQ(info.level_count, 2u);
-    uint64_t points = UINT64_MAX, bytes = UINT64_MAX, sites = UINT64_MAX;
-    for (uint32_t l = 0; l <= 2; ++l) {
-      SCOPED_TRACE(l);
-      auto level = sized<bccsplat_level_info>();
-      EXPECT_OK(bccsplat_volume_get_level_info(volume.get(), l, &level));
-      EXPECT_EQ(level.layer_count, info.layer_count);
-      EXPECT_NEAR(level.scales[0], 1u << l, 0.2 * (1u << l));
-      EXPECT_LT(4 * level.sites_total, sites);
-      EXPECT_LT(2 * level.bytes, bytes);
-      sites = level.sites_total, bytes = level.bytes;
-      const Slice slice = cut_level(volume, l);
-      const auto cut = info_of(slice);
-      EXPECT_EQ(cut.level, l);
-      EXPECT_EQ(cut.dims[0], 44u);
-      EXPECT_LT(4 * cut.points, points);
-      points = cut.points;
-      EXPECT_LT(error(slice), l == 2 ? 6 : 1);
-      EXPECT_NEAR(cut.extent[2][1], 45, 1e-9);
-    }
+  const Volume volume = stored(2);
+  auto info = sized<bccsplat_volume_info>();
+  EXPECT_OK(bccsplat_volume_get_info(volume.get(), &info));
+  ASSERT_EQ(info.level_count, 2u);
+  uint64_t points = UINT64_MAX, bytes = UINT64_MAX, sites = UINT64_MAX;
+  for (uint32_t l = 0; l <= 2; ++l) {
+    SCOPED_TRACE(l);
+    auto level = sized<bccsplat_level_info>();
+    EXPECT_OK(bccsplat_volume_get_level_info(volume.get(), l, &level));
+    EXPECT_EQ(level.layer_count, info.layer_count);
+    EXPECT_NEAR(level.scales[0], 1u << l, 0.2 * (1u << l));
+    EXPECT_LT(4 * level.sites_total, sites);
+    EXPECT_LT(2 * level.bytes, bytes);
+    sites = level.sites_total, bytes = level.bytes;
+    const Slice slice = cut_level(volume, l);
+    const auto cut = info_of(slice);
+    EXPECT_EQ(cut.level, l);
+    EXPECT_EQ(cut.dims[0], 44u);
+    EXPECT_LT(4 * cut.points, points);
+    points = cut.points;
+    EXPECT_LT(error(slice), l == 2 ? 6 : 1);
+    EXPECT_NEAR(cut.extent[2][1], 45, 1e-9);
   }
 }
 
 TEST_F(Levels, ThePictureIsNearThatOfTheWholeField) {
-  const Volume volume = stored(1, BCCSPLAT_STORE_SAMPLES);
+  const Volume volume = stored(1);
   const auto defaults = sized<bccsplat_render_options>();
   const std::vector<float> whole = draw(cut_level(volume, 0), defaults);
   const double difference = rms_difference(whole, draw(cut_level(volume, 1), defaults));
@@ -121,7 +118,7 @@ TEST_F(Levels, ThePictureIsNearThatOfTheWholeField) {
 }
 
 TEST_F(Levels, BoundsAndCorrectionsAreThoseOfLevelZero) {
-  const Volume volume = stored(1, BCCSPLAT_STORE_SAMPLES, 0.001);
+  const Volume volume = stored(1, 0.001);
   auto channel = sized<bccsplat_channel_info>();
   EXPECT_OK(bccsplat_volume_get_channel_info(volume.get(), 0, &channel));
   ASSERT_GT(channel.corrections, 0u);
@@ -139,7 +136,7 @@ TEST_F(Levels, PicturesNeedWhatTheirPixelsShow) {
     const auto wave = [](double at, double last) { return std::cos(2 * std::numbers::pi * at / last); };
     return 100 + 40 * wave(x, 43) * wave(y, 44) + 20 * wave(z, 45);
   };
-  const Volume volume = stored({44, 45, 46, 6, 0, 1, waves}, 2, BCCSPLAT_STORE_SAMPLES);
+  const Volume volume = stored({44, 45, 46, 6, 0, 1, waves}, 2);
   const Slice coarse = cut_level(volume, 2);
   auto camera = sized<bccsplat_camera>();
   const auto needs_of = [&](uint32_t size, int32_t quality, double height) {
@@ -206,7 +203,7 @@ TEST_F(Levels, PicturesNeedWhatTheirPixelsShow) {
 }
 
 TEST_F(Levels, OtherSlicesThanThoseInTimeAreNotAsked) {
-  const Volume volume = stored(1, BCCSPLAT_STORE_SAMPLES);
+  const Volume volume = stored(1);
   auto plane = sized<bccsplat_hyperplane>();
   plane.a = 1, plane.e = -20;
   bccsplat_slice* made = nullptr;

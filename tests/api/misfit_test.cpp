@@ -91,13 +91,18 @@ struct Place {
   }
 };
 
+void store_wavelets(Asked& a) {
+  static constexpr double errors[]{3, 3};
+  a.o.store = BCCSPLAT_STORE_WAVELETS, a.o.wavelet_errors = errors;
+}
+
 const std::vector<Misfit> other_series{
     {"lattice is D4*", [](Asked& a) { a.o.lattice = BCCSPLAT_LATTICE_CC; }},
     {"samples along y", [](Asked& a) { a.o.dims[1] = 21; }},
     {"planes along x", [](Asked& a) { a.o.scale = 1.5; }},
     {"frames apart", [](Asked& a) { a.o.time_scale = 1.5; }},
     {"periodic along z", [](Asked& a) { a.o.periodic_axes = BCCSPLAT_PERIODIC_Z; }},
-    {"coefficients", [](Asked& a) { a.o.store = BCCSPLAT_STORE_COEFFICIENTS; }},
+    {"the lattices of its series", store_wavelets},
     {"2 channels", [](Asked& a) { a.channels.pop_back(); }},
     {"channel 1 (heat)", [](Asked& a) { a.channels[1].name = "warmth"; }},
     {"air is 0", [](Asked& a) { a.channels[0].set_mask = BCCSPLAT_CHANNEL_SET_AIR, a.channels[0].air = 3; }},
@@ -163,14 +168,15 @@ TEST(Misfit, NoFewerFramesAreAppended) {
   EXPECT_EQ(info.dims[3], Asked::frames + 2u);
 }
 
-TEST(Misfit, OfCoefficientsIsNotAppended) {
+TEST(Misfit, OfWaveletsIsNotAppended) {
   const Place place;
   Asked fitting;
-  fitting.o.store = BCCSPLAT_STORE_COEFFICIENTS;
+  store_wavelets(fitting);
   place.write(fitting);
   fitting.o.partial = BCCSPLAT_PARTIAL_APPEND, fitting.o.dims[3] = Asked::frames + 10;
-  place.expect_refused(fitting, {{"coefficients of", [](Asked& a) { a.o.recommended_kernel = "fine"; }},
-                                 {"samples", [](Asked& a) { a.o.store = BCCSPLAT_STORE_SAMPLES; }}});
+  place.expect_refused(fitting, {{"the lattices of its series", [](Asked& a) {
+                                    a.o.store = BCCSPLAT_STORE_SAMPLES, a.o.wavelet_errors = nullptr;
+                                  }}});
 }
 
 TEST(Misfit, NoSeriesIsNotAppended) {
@@ -220,7 +226,7 @@ TEST(Misfit, IsNotResumed) {
           {"ends", [](Asked& a) { a.o.ends = BCCSPLAT_ENDS_PERIODIC; }},
           {"faces", [](Asked& a) { a.o.faces = BCCSPLAT_FACES_PREDICT_Y; }},
           {"periodic_axes: none, not x", [](Asked& a) { a.o.periodic_axes = BCCSPLAT_PERIODIC_X; }},
-          {"store", [](Asked& a) { a.o.store = BCCSPLAT_STORE_COEFFICIENTS; }},
+          {"store: samples, not wavelets", store_wavelets},
           {"recommended_kernel", [](Asked& a) { a.o.recommended_kernel = "fine"; }},
           {"levels", [](Asked& a) { a.o.levels = 1; }},
           {"recommended_kernel", [](Asked& a) { a.o.psnr = 20; }}, // which a bound says

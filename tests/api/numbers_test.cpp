@@ -289,16 +289,6 @@ TEST(Numbers, OfPictures) {
   expect_ranges(fields, [&] { return save(BCCSPLAT_IMAGE_PNG); });
 }
 
-TEST(Numbers, OfRecoding) {
-  const Scene scene;
-  auto o = sized<bccsplat_recode_options>();
-  expect_ranges({{".value_step", &o.value_step, wrong({-1, 4e38}), {}}}, [&] {
-    Sink sink;
-    const bccsplat_write_stream stream = sink.stream();
-    return bccsplat_volume_recode_stream(scene.volume.get(), &stream, &o, nullptr);
-  });
-}
-
 // The largest voxels and the smallest look as others do.
 TEST(Numbers, VoxelsOfAnySizeAreDrawn) {
   const Device device = make_device();

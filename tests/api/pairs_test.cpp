@@ -47,7 +47,6 @@ const std::vector<Option> options{
     // The file.
     {"store",
      {{"samples", [](Asked& a) { a.file.store = BCCSPLAT_STORE_SAMPLES; }},
-      {"coefficients", [](Asked& a) { a.file.store = BCCSPLAT_STORE_COEFFICIENTS; }},
       {"wavelets",
        [](Asked& a) {
          a.file.store = BCCSPLAT_STORE_WAVELETS;
@@ -88,8 +87,7 @@ const std::vector<Option> options{
       {"resumed", [](Asked& a) { a.way = Way::resumed; }},
       {"live", [](Asked& a) { a.way = Way::live; }},
       {"layers", [](Asked& a) { a.way = Way::layers; }},
-      {"field", [](Asked& a) { a.way = Way::field; }},
-      {"recoded", [](Asked& a) { a.way = Way::recoded; }}}},
+      {"field", [](Asked& a) { a.way = Way::field; }}}},
     // The slice.
     {"kernel", {{"own", nothing}, {"fine", [](Asked& a) { a.slice.kernel = "fine"; }}}},
     {"cut",
@@ -155,7 +153,6 @@ const std::vector<Refused> refused{
     {{"lattice=cc", "kernel=fine"},
      BCCSPLAT_ERROR_UNSUPPORTED,
      "on a Cartesian lattice take one that reaches no"},
-    {{"level", "written=recoded"}, BCCSPLAT_ERROR_NOT_FOUND, "level 1 of a file whose last one is 0"},
     {{"axes=uneven", "faces=periodic"}, BCCSPLAT_ERROR_UNSUPPORTED, "a periodic axis takes none"},
     {{"levels", "written=layers|field"}, BCCSPLAT_ERROR_UNSUPPORTED, "coarser levels are made of frames"},
     {{"level", "written=layers|field"}, BCCSPLAT_ERROR_UNSUPPORTED, "coarser levels are made of frames"},
@@ -196,9 +193,6 @@ const std::vector<Refused> refused{
     {{"mode=xray|maximum", "drawn by=two"},
      BCCSPLAT_ERROR_UNSUPPORTED,
      "several instances are drawn in modes"},
-    {{"lattice=cc", "written=recoded"},
-     BCCSPLAT_ERROR_UNSUPPORTED,
-     "coefficients of kernel exact cannot be stored"},
     {{"drawn by=two", "frame=deep", "mode=isosurface|surfaces"},
      BCCSPLAT_ERROR_UNSUPPORTED,
      "is of mode composite"},
@@ -228,9 +222,6 @@ const std::vector<Together> no_sense{
 const char* const base_of_blocks =
     "errors are measured about air, as of blocks, where readers of the file take the median for its base";
 const std::vector<Known> known{
-    {{"data=far", "missing=clamp", "store=coefficients", "lattice=cc", "measure"},
-     "the writer measured",
-     base_of_blocks},
     {{"data=far", "predictions=fixed", "measure"}, "the writer measured", base_of_blocks},
     {{"data=far", "predictions=fixed", "bound=psnr"}, "the writer measured", base_of_blocks},
     {{"data=far", "written=blocks", "measure"}, "the writer measured", base_of_blocks},

@@ -25,7 +25,6 @@ class Probes : public testing::Test {
       return 50 + 20 * std::sin(0.11 * x + 0.07 * y) + 0.2 * z + 3 * std::cos(0.5 * t);
     };
     auto o = options_of(series_);
-    o.store = BCCSPLAT_STORE_COEFFICIENTS;
     const double c = 0.8, s = 0.6, pitch = 0.7; // turned about z
     const double rows[16] = {c * pitch, -s * pitch, 0,   -31.4, s * pitch, c * pitch, 0, 12.7,
                              0,         0,          2.5, 3.3,   0,         0,         0, 1};

@@ -25,8 +25,7 @@ struct Kind {
     list.push_back(k);
   };
   add("samples", [](Kind&) {});
-  add("coefficients and levels",
-      [](Kind& k) { k.options.store = BCCSPLAT_STORE_COEFFICIENTS, k.options.levels = 2; });
+  add("levels", [](Kind& k) { k.options.levels = 2; });
   add("corrections", [](Kind& k) { k.options.abs_error = 3; });
   add("masks", [](Kind& k) {
     k.series.holes = true;
@@ -206,35 +205,6 @@ TEST(JoinStreams, GiveTheBytesOfJoinedFiles) {
   EXPECT_EQ(status, BCCSPLAT_OK) << bccsplat_last_error();
   EXPECT_GT(waits, 2);
   EXPECT_EQ(late.bytes, sink.bytes);
-}
-
-TEST(RecodeStreams, GiveTheBytesOfFiles) {
-  const Folder folder;
-  const Device device = make_device();
-  NoiseSeries series;
-  series.nx = 36, series.ny = 20, series.nz = 18;
-  const std::vector<char> bytes = written(device, series, series.options());
-  bccsplat_volume* v = nullptr;
-  ASSERT_OK(bccsplat_volume_open_memory(device.get(), bytes.data(), bytes.size(), nullptr, &v));
-  const Volume volume(v);
-  auto o = sized<bccsplat_recode_options>();
-  o.store = BCCSPLAT_STORE_COEFFICIENTS;
-  ASSERT_OK(bccsplat_volume_recode(v, folder.file("named").c_str(), &o, nullptr));
-  Sink sink;
-  const auto stream = sink.stream();
-  ASSERT_OK(bccsplat_volume_recode_stream(v, &stream, &o, nullptr));
-  EXPECT_EQ(sink.bytes, file_bytes(folder.file("named")));
-  const uint64_t calls = sink.calls;
-  for (uint64_t n = 0; n < calls; ++n) {
-    Sink failing{.fail_at = n};
-    const auto to = failing.stream();
-    EXPECT_EQ(bccsplat_volume_recode_stream(v, &to, &o, nullptr), BCCSPLAT_ERROR_IO);
-  }
-  Sink refused;
-  const auto to = refused.stream();
-  o.kernel = "paper";
-  EXPECT_EQ(bccsplat_volume_recode_stream(v, &to, &o, nullptr), BCCSPLAT_ERROR_UNSUPPORTED);
-  EXPECT_EQ(refused.calls, 0u);
 }
 
 } // namespace

@@ -84,11 +84,6 @@ struct Scene {
     const Slice made(s);
     return status;
   }
-  template<class Set> bccsplat_status recode_with(const Set& set) const {
-    auto o = sized<bccsplat_recode_options>();
-    set(o);
-    return bccsplat_volume_recode(volume.get(), folder.file("anew.bcc4").c_str(), &o, nullptr);
-  }
   template<class Set> bccsplat_status render_with(const Set& set, const Slice* of = nullptr) const {
     EXPECT_OK(bccsplat_renderer_set_slice(renderer.get(), (of ? *of : slice).get()));
     auto o = sized<bccsplat_render_options>();

@@ -338,21 +338,6 @@ TEST(Statuses, OfVolumes) {
          const double at[4] = {0, 0, 0, 2};
          return bccsplat_volume_evaluate(v, 1, at, &value, nullptr);
        }},
-      {"recoding for no kernel", BCCSPLAT_ERROR_NOT_FOUND,
-       [](Scene& s) { return s.recode_with([](auto& o) { o.kernel = "none such"; }); }},
-      {"recoding to a kernel without coefficients", BCCSPLAT_ERROR_UNSUPPORTED,
-       [](Scene& s) {
-         return s.recode_with([](auto& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS, o.kernel = "paper"; });
-       }},
-      {"recoding onto a file", BCCSPLAT_ERROR_FILE_EXISTS,
-       [](Scene& s) { return bccsplat_volume_recode(s.volume.get(), s.path.c_str(), nullptr, nullptr); }},
-      {"recoding into a stream that fails", BCCSPLAT_ERROR_IO,
-       [](Scene& s) {
-         Sink sink;
-         sink.fail_at = 0;
-         const auto stream = sink.stream();
-         return bccsplat_volume_recode_stream(s.volume.get(), &stream, nullptr, nullptr);
-       }},
   });
 }
 } // namespace

@@ -228,18 +228,6 @@ TEST(UnevenAxes, WhatPutsNoSampleAnywhereIsRefused) {
   expect_refused(device, text, BCCSPLAT_ERROR_INVALID_ARGUMENT, "axes[0].unit is not UTF-8");
 }
 
-TEST(UnevenAxes, RecodedFilesKeepThem) {
-  const Device device = make_device();
-  const Folder folder;
-  const Ocean ocean;
-  ASSERT_OK(ocean.write(device, folder.file("a.bcc4")));
-  const Volume volume = open(device, folder.file("a.bcc4"));
-  auto options = sized<bccsplat_recode_options>();
-  options.store = BCCSPLAT_STORE_COEFFICIENTS;
-  ASSERT_OK(bccsplat_volume_recode(volume.get(), folder.file("b.bcc4").c_str(), &options, nullptr));
-  expect_ocean(open(device, folder.file("b.bcc4")));
-}
-
 TEST(UnevenAxes, SeriesThatGoOnKeepThemAndTakeNoOthers) {
   const Device device = make_device();
   const Folder folder;

@@ -296,20 +296,5 @@ TEST(Wavelets, WhatTheyCannotHoldIsRefused) {
   refused(negative, "wavelet_error");
 }
 
-TEST(Wavelets, AreNotMadeWithoutASource) {
-  const TestDevice device;
-  const Source s = waves_in_time();
-  Asked a;
-  a.options.store = BCCSPLAT_STORE_SAMPLES;
-  const Written w = write_frames(device, s, a.options, a.channel);
-  ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
-  const OpenVolume volume(device, w.bytes);
-  auto options = sized<bccsplat_recode_options>();
-  options.store = BCCSPLAT_STORE_WAVELETS;
-  EXPECT_EQ(bccsplat_volume_recode(volume.volume, "never.bcc4", &options, nullptr),
-            BCCSPLAT_ERROR_UNSUPPORTED);
-  EXPECT_NE(std::string(bccsplat_last_error()).find("--store wavelets"), std::string::npos);
-}
-
 } // namespace
 } // namespace bccsplat::test

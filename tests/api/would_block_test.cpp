@@ -138,9 +138,10 @@ void expect_same(FarFile&& file) {
 TEST(WouldBlock, SamplesAreTheSameLater) {
   expect_same(noise_file([](auto&) {}, false));
 }
-TEST(WouldBlock, CoefficientsAndLevelsAreTheSameLater) {
+TEST(WouldBlock, WaveletsAndLevelsAreTheSameLater) {
   expect_same(noise_file(
-      [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS, o.levels = 1; }, false));
+      [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_WAVELETS, o.abs_error = 3, o.levels = 1; },
+      false));
 }
 TEST(WouldBlock, MasksAndCorrectionsAreTheSameLater) {
   expect_same(noise_file([](bccsplat_writer_options& o) { o.abs_error = 3; }, true));

@@ -80,7 +80,6 @@ IMPORTS = {
     'samples of u16, low-pass': [*raw('u16.raw', 'u16'), '--lowpass', '--measure', 'all'],
     'samples of f32, exact': [*raw('f32.raw', 'f32'), '--exact', '--lattice', 'd4star', '--faces', 'mirror'],
     'samples of f32 as f16': [*raw('noise.raw', 'f32'), '--quantize', 'f16', '--lattice', 'd4star', '--ends', 'predict'],
-    'coefficients of u16': [*raw('u16.raw', 'u16'), '--store', 'coefficients', '--lattice', 'd4star'],
     'a bound on every sample': [*raw('f32.raw', 'f32'), '--abs', '.02'],
     'a bound on doubles': [*raw('f64.raw', 'f64'), '--psnr', '55'],
     'wavelets': [*raw('noise.raw', 'f32'), '--store', 'wavelets', '--psnr', '40'],

@@ -82,7 +82,11 @@ struct Host {
     o.lattice = in.below(5);
     o.filter = in.below(5);
     const uint32_t store = in.below(12);
-    o.store = store % 3, o.ends = store / 3;
+    static constexpr int32_t stores[] = {BCCSPLAT_STORE_DEFAULT, BCCSPLAT_STORE_SAMPLES,
+                                         BCCSPLAT_STORE_WAVELETS};
+    static constexpr double error = 1;
+    o.store = stores[store % 3], o.ends = store / 3;
+    if (o.store == BCCSPLAT_STORE_WAVELETS) o.wavelet_errors = &error;
     o.nonfinite = in.below(5);
     if (in.below(4) == 0) {
       o.scale = number(in), o.time_scale = number(in);

@@ -101,7 +101,7 @@ TEST(StabilityRandomSeries, AreNearTheirSourceAndTheSameForAnyThreads) {
     auto o = sized<bccsplat_writer_options>();
     const bool still = s.dims[3] == 1;
     if (random() % 2) o.lattice = still || random() % 2 ? BCCSPLAT_LATTICE_DEFAULT : BCCSPLAT_LATTICE_CC;
-    if (random() % 3 == 0) o.store = BCCSPLAT_STORE_COEFFICIENTS;
+    if (random() % 3 == 0) o.measure = BCCSPLAT_MEASURE_ALL;
     if (random() % 3 == 0) o.levels = 1 + random() % 2;
     if (random() % 3 == 0) o.abs_error = std::fabs(s.most) / 500;
     const std::vector<unsigned char> bytes = written(one, s, o);

@@ -64,7 +64,6 @@ static void calls(bccsplat_cancel_token* token, bccsplat_device* device) {
   SIZED(bccsplat_volume_options, opening);
   SIZED(bccsplat_slice_options, cutting);
   SIZED(bccsplat_render_options, drawing);
-  SIZED(bccsplat_recode_options, recoding);
   SIZED(bccsplat_join_options, joining);
   SIZED(bccsplat_verify_report, report);
   bccsplat_writer_options writing = series_options();
@@ -74,7 +73,7 @@ static void calls(bccsplat_cancel_token* token, bccsplat_device* device) {
   bccsplat_frame* frame = NULL;
   bccsplat_writer* writer = NULL;
   opening.cancel_token = cutting.cancel_token = drawing.cancel_token = token;
-  recoding.cancel_token = joining.cancel_token = writing.cancel_token = token;
+  joining.cancel_token = writing.cancel_token = token;
   OK(bccsplat_volume_open_file(device, path, &opening, &volume));
   OK(bccsplat_slice_create(volume, &plane, &cutting, &slice));
   OK(bccsplat_renderer_create(device, &renderer));
@@ -92,7 +91,6 @@ static void calls(bccsplat_cancel_token* token, bccsplat_device* device) {
   CANCELLED_CALL(bccsplat_slice_sample_grid(slice, NULL, values));
   CANCELLED_CALL(bccsplat_slice_get_points(slice, 0, NULL, NULL, NULL));
   CANCELLED_CALL(bccsplat_renderer_render(renderer, frame));
-  CANCELLED_CALL(bccsplat_volume_recode(volume, other, &recoding, NULL));
   CANCELLED_CALL(bccsplat_join_parts(device, 1, &path, other, &joining, NULL));
   CANCELLED_CALL(bccsplat_writer_create(device, other, &writing, &writer));
   EXPECT(none == NULL && no_slice == NULL && writer == NULL);

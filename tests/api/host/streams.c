@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Streams: bytes that are late and are asked for in advance, joined and recoded files and images in memory.
+/* Streams: bytes that are late and are asked for in advance, joined files and images in memory.
  */
 #include "host.h"
 
@@ -96,26 +96,18 @@ static void late(bccsplat_device* device, struct late_file* file, bccsplat_read_
   bccsplat_volume_release(volume);
 }
 
-static void files(bccsplat_device* device, const struct late_file* file, const bccsplat_read_stream* whole) {
+static void files(bccsplat_device* device, const bccsplat_read_stream* whole) {
   static struct output out;
   bccsplat_write_stream stream = stream_to(&out);
   const bccsplat_write_stream nowhere = {.struct_size = sizeof nowhere};
   SIZED(bccsplat_join_options, join);
-  SIZED(bccsplat_recode_options, recode);
   SIZED(bccsplat_writer_report, report);
-  bccsplat_volume* volume = NULL;
   REFUSED(INVALID_ARGUMENT, "not a part", bccsplat_join_streams(device, 1, whole, &stream, &join, &report));
   REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_join_streams(NULL, 1, whole, &stream, &join, NULL));
   REFUSED(INVALID_ARGUMENT, "parts is NULL", bccsplat_join_streams(device, 1, NULL, &stream, &join, NULL));
   REFUSED(INVALID_ARGUMENT, "stream is NULL", bccsplat_join_streams(device, 1, whole, NULL, &join, NULL));
   REFUSED(INVALID_ARGUMENT, "no parts", bccsplat_join_streams(device, 0, NULL, &stream, NULL, NULL));
-  OK(bccsplat_volume_open_memory(device, file->bytes, file->size, NULL, &volume));
-  OK(bccsplat_volume_recode_stream(volume, &stream, &recode, &report));
-  EXPECT(report.bytes_file == out.size && out.flushes >= 1);
-  REFUSED(INVALID_ARGUMENT, "stream is NULL", bccsplat_volume_recode_stream(volume, NULL, &recode, NULL));
-  REFUSED(INVALID_ARGUMENT, "write_at", bccsplat_volume_recode_stream(volume, &nowhere, &recode, NULL));
-  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_recode_stream(NULL, &stream, &recode, NULL));
-  bccsplat_volume_release(volume);
+  REFUSED(INVALID_ARGUMENT, "write_at", bccsplat_join_streams(device, 1, whole, &nowhere, &join, NULL));
 }
 
 static void images(bccsplat_device* device) {
@@ -164,7 +156,7 @@ void test_streams(void) {
   stream.user = &file;
   stream.merge_gap = 1 << 16;
   late(device, &file, stream);
-  files(device, &file, &stream);
+  files(device, &stream);
   images(device);
   bccsplat_device_release(device);
 }

@@ -35,7 +35,7 @@ template<class... T> void demand(bool holds, const T&... text) {
 }
 
 enum class Data { blob, far_from_air, labels };
-enum class Way { whole, parts, blocks, appended, resumed, live, layers, field, recoded };
+enum class Way { whole, parts, blocks, appended, resumed, live, layers, field };
 enum class Cut { time, mean, box, oblique, axis };
 enum class Drawn { renderer, scene, budget, two, masked, painted };
 

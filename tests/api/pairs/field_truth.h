@@ -225,7 +225,7 @@ class FieldTruth {
       return " (channel " + std::to_string(channel) + ", sample " + std::to_string(where) + ": " +
              std::to_string(got[where]) + " for " + std::to_string(source[where]) + ")";
     };
-    const bool own_kernel = !a.slice.kernel && a.way != Way::recoded;
+    const bool own_kernel = !a.slice.kernel;
     if (own_kernel && a.file.abs_error > 0)
       demand(most <= a.file.abs_error * (1 + 1e-6), "off by ", most, ", promised ", a.file.abs_error, at());
     if (own_kernel && a.file.psnr > 0) {

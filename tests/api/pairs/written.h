@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the file of a case in the way that it asks for; all ways but live, layers, fields and coding anew
-// give the bytes of the whole in one go.
+// Writes the file of a case in the way that it asks for; all ways but live, layers and fields give
+// the bytes of the whole in one go.
 #pragma once
 
 #include <algorithm>
@@ -36,8 +36,6 @@ class Writing {
       return by_layers();
     case Way::field:
       return by_field();
-    case Way::recoded:
-      return recoded();
     }
     return {};
   }
@@ -278,16 +276,6 @@ class Writing {
     }
     finish(w.get());
     return file("field");
-  }
-  std::string recoded() {
-    const Volume volume = open(device_, whole("whole"));
-    auto o = sized<bccsplat_recode_options>();
-    o.overwrite = 1;
-    o.store = asked_.file.store == BCCSPLAT_STORE_COEFFICIENTS ? BCCSPLAT_STORE_SAMPLES
-                                                               : BCCSPLAT_STORE_COEFFICIENTS;
-    check(bccsplat_volume_recode(volume.get(), file("recoded").c_str(), &o, nullptr));
-    errors_.clear();
-    return file("recoded");
   }
 
   const Device& device_;

@@ -6,7 +6,6 @@
 #include "field/evaluate.h"
 #include "field/sample_grid.h"
 #include "kernel/cc_kernel.h"
-#include "points/crop.h"
 #include "slice/coarsen.h"
 #include "slice/extraction.h"
 #include "slice/hyperslice.h"
