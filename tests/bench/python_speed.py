@@ -148,7 +148,7 @@ def main():
     files = []
     for scale, kernel in itertools.product(SCALES, KERNELS):
         name = os.path.join(given.folder, "waves-%g-%s.bcc4" % (scale, kernel))
-        bccsplat.save(name, data, scale=scale, time_scale=scale, kernel=kernel, store="coefficients", overwrite=True)
+        bccsplat.save(name, data, scale=scale, time_scale=scale, kernel=kernel, overwrite=True)
         files.append((measure(File(name), tasks, peak), "%.1f (%g, %s)" % (os.path.getsize(name) / 1e6, scale, kernel)))
     print("%d^3 x %d samples of f32, %d waves of %g to %g samples; %.1f MB deflated as netCDF4\n" %
           (size, frames, WAVES, *given.waves, os.path.getsize(grid) / 1e6))

@@ -222,9 +222,7 @@ void LongCalls::add_writers() {
   writer("write", options);
   options.levels = 2;
   writer("write with levels", options);
-  options.levels = 0, options.store = BCCSPLAT_STORE_COEFFICIENTS;
-  writer("write coefficients", options);
-  options.store = 0, options.abs_error = 3;
+  options.levels = 0, options.abs_error = 3;
   writer("write with a bound", options);
   calls_.push_back({"join parts", nullptr, [this](bccsplat_cancel_token* token) {
                       auto join = sized<bccsplat_join_options>();
@@ -233,13 +231,6 @@ void LongCalls::add_writers() {
                       const char* const parts[] = {a.c_str(), b.c_str()};
                       return bccsplat_join_parts(device_.get(), 2, parts, (folder_ + "/joined.bcc4").c_str(),
                                                  &join, nullptr);
-                    }});
-  calls_.push_back({"recode", nullptr, [this](bccsplat_cancel_token* token) {
-                      auto recode = sized<bccsplat_recode_options>();
-                      recode.overwrite = 1, recode.cancel_token = token;
-                      recode.store = BCCSPLAT_STORE_COEFFICIENTS;
-                      return bccsplat_volume_recode(volume_.get(), (folder_ + "/recoded.bcc4").c_str(),
-                                                    &recode, nullptr);
                     }});
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Has the tool store every real series as wavelets, to three errors and to a bound, reads the files back and
-// compares; its files of samples or coefficients for the same are made and read beside them, and zfp's.
+// compares; its files of samples for the same are made and read beside them, and zfp's.
 #include "tests/bench/coder/coder.h"
 
 #include <algorithm>

@@ -77,7 +77,7 @@ RatePoint through_lattice(const FitSource& source, LatticeKind kind, double scal
   std::vector<uint32_t> frames;
   for (uint32_t t = 0; t < source.dims[3]; ++t) frames.push_back(t);
   bccsplat::RoundTrip back(
-      info.lattice, {{"value", 0, 0, bound}}, "default", false, frames,
+      info.lattice, {{"value", 0, 0, bound}}, "default", frames,
       [&](int c, uint32_t frame, const FrameResiduals& r) { writer.write_residuals(c, frame, r, context); },
       context);
   Fit fit(

@@ -233,8 +233,6 @@ MomentOptions read_options(std::span<const std::string> args, bool quick) {
       o.cache = uint64_t{number()} << 20;
     else if (a == "--dense" || a == "--sparse")
       o.sparse = {a == "--sparse"};
-    else if (a == "--samples" || a == "--coefficients")
-      o.coefficients = {a == "--coefficients"};
     else if (a == "--cuts")
       o.cuts = true;
     else if (a == "--pictures")
@@ -280,34 +278,26 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
   for (const bool sparse : o.sparse) {
     MomentSeries series{.edge = o.edge, .frames = o.frames, .sparse = sparse};
     const double blend = blend_seconds(series), gzip = gzip_seconds(series);
-    if (has_tool() && !o.pictures)
-      tools.push_back(tool_row(
-          {word("series", concat(o.edge, "^3 x ", o.frames, " u8, ", sparse ? "an eighth filled" : "dense"))},
-          series, gzip));
-    for (const bool coefficients : o.coefficients) {
-      series.coefficients = coefficients;
-      const Row head{
-          word("series", concat(o.edge, "^3 x ", o.frames, " u8, ", sparse ? "an eighth filled" : "dense")),
-          word("stores", coefficients ? "coefficients" : "samples")};
-      const auto levelled = [&](int level, const char* name) {
-        Row row = head;
-        if (o.levels > 0) row.push_back(figure(name, level, 0));
-        return row;
-      };
-      series.levels = 0;
-      if (o.levels > 0 && !o.pictures)
-        imports.push_back(import_row(levelled(0, "levels"), series, write_series(series), gzip));
-      series.levels = o.levels;
-      const WrittenSeries w = write_series(series);
-      if (o.levels > 0) picture_rows(head, series, w, o, pictures);
-      if (o.pictures) continue;
-      imports.push_back(import_row(levelled(o.levels, "levels"), series, w, gzip));
-      for (int l = 0; l <= o.levels; ++l) moments.push_back(random_row(levelled(l, "level"), w, o, blend, l));
-      for (int l = 1; l <= o.levels; ++l) levels.push_back(level_row(levelled(l, "level"), w, o, l));
-      playing.push_back(playing_row(head, w, o));
-      box_rows(head, w, o, boxes);
-      if (o.cuts) cut_rows(head, w, o, cuts);
-    }
+    const Row head{
+        word("series", concat(o.edge, "^3 x ", o.frames, " u8, ", sparse ? "an eighth filled" : "dense"))};
+    if (has_tool() && !o.pictures) tools.push_back(tool_row(head, series, gzip));
+    const auto levelled = [&](int level, const char* name) {
+      Row row = head;
+      if (o.levels > 0) row.push_back(figure(name, level, 0));
+      return row;
+    };
+    if (o.levels > 0 && !o.pictures)
+      imports.push_back(import_row(levelled(0, "levels"), series, write_series(series), gzip));
+    series.levels = o.levels;
+    const WrittenSeries w = write_series(series);
+    if (o.levels > 0) picture_rows(head, series, w, o, pictures);
+    if (o.pictures) continue;
+    imports.push_back(import_row(levelled(o.levels, "levels"), series, w, gzip));
+    for (int l = 0; l <= o.levels; ++l) moments.push_back(random_row(levelled(l, "level"), w, o, blend, l));
+    for (int l = 1; l <= o.levels; ++l) levels.push_back(level_row(levelled(l, "level"), w, o, l));
+    playing.push_back(playing_row(head, w, o));
+    box_rows(head, w, o, boxes);
+    if (o.cuts) cut_rows(head, w, o, cuts);
   }
   report.table("import, one thread", imports);
   report.table("import by the tool, one thread", tools);

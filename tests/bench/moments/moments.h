@@ -8,11 +8,11 @@
 
 namespace bccsplat::bench {
 
-// What an import, a random moment and playing cost: processor time, memory, bytes read, layers decoded; from
-// files of samples and of coefficients, beside raw frames in memory and gzip.
-// --edge N: voxels along each axis, 256 by default; --frames N: 16. --dense, --sparse, --samples,
-// --coefficients: only these series and files. --count N: random moments. --cache MIB: in place of a volume's
-// default. --levels N: what so many coarser levels cost, and give; --pictures: nothing but pictures of them,
+// What an import, a random moment and playing cost: processor time, memory, bytes read, layers decoded;
+// beside raw frames in memory and gzip.
+// --edge N: voxels along each axis, 256 by default; --frames N: 16. --dense, --sparse: only these series.
+// --count N: random moments. --cache MIB: in place of a volume's default. --levels N: what so many coarser
+// levels cost, and give; --pictures: nothing but pictures of them,
 // --contents: of series that differ in what fills them. --cuts: x slices and oblique ones, too.
 int run_moments_suite(std::span<const std::string> args, const Report& report);
 

@@ -40,7 +40,7 @@ WrittenSeries write_series(const MomentSeries& series) {
   WrittenSeries out;
   WriterSettings settings;
   settings.dims = {series.edge, series.edge, series.edge, series.frames};
-  settings.coefficients = series.coefficients, settings.levels = series.levels;
+  settings.levels = series.levels;
   if (series.measured) settings.measure = Measure::some;
   VolumeWriter writer(settings, create_memory_sink(out.file), context.get());
   for (uint32_t t = 0; t < series.frames; ++t) {

@@ -13,8 +13,7 @@ namespace bccsplat::bench {
 struct MomentSeries {
   uint32_t edge = 256, frames = 16; // voxels along each axis of space
   bool sparse = false;              // only a ball that moves and fills an eighth of the box
-  bool coefficients = false;        // what the file stores
-  int levels = 0;                   // coarser ones, likewise
+  int levels = 0;                   // coarser ones
   bool measured = false;            // what it is off by is told, of some frames
   Content fill = Content::waves;
   bool exact = false; // f32 frames, nothing rounded

@@ -24,7 +24,7 @@ inline constexpr double mebibyte = 1 << 20;
 struct MomentOptions {
   uint32_t edge = 256, frames = 16;
   int count = 6; // random moments
-  std::vector<bool> sparse{false, true}, coefficients{false, true};
+  std::vector<bool> sparse{false, true};
   int levels = 0;     // coarser ones, of series that are written without them first
   uint64_t cache = 0; // bytes; 0: a volume's default
   bool cuts = false;

@@ -27,7 +27,6 @@ class Counting final : public SampleSource {
   const Lattice4& lattice() const override { return source_.lattice(); }
   int channels() const override { return source_.channels(); }
   float air(int channel) const override { return source_.air(channel); }
-  const std::string& coefficient_kernel() const override { return source_.coefficient_kernel(); }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override {
     const BrickLayer whole = source_.read_layer(channel, layer, region, context);

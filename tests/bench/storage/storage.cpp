@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes the tables of sizes, of levels of deflate, of parts of a file and of rate against distortion on D4*
-// and CC; storage_coefficients.h makes those of coefficients.
+// and CC.
 #include "tests/bench/storage/storage.h"
 
 #include <algorithm>
@@ -17,7 +17,6 @@
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/read/samples.h"
 #include "kernel/kernel.h"
-#include "tests/bench/storage/storage_coefficients.h"
 #include "tests/bench/storage/storage_series.h"
 
 namespace bccsplat::bench {
@@ -296,14 +295,8 @@ void access_rows(const char* name, const FitSeries& series, const Quantiser& qua
 
 int run_storage_suite(std::span<const std::string> args, const Report& report) {
   std::vector<std::string> tables;
-  std::string data = ".";
-  for (size_t i = 0; i < args.size(); ++i) {
-    const std::string& a = args[i];
-    if (a == "--data" && i + 1 < args.size()) {
-      data = args[++i];
-      continue;
-    }
-    if (a != "--sizes" && a != "--levels" && a != "--rate" && a != "--access" && a != "--coefficients")
+  for (const std::string& a : args) {
+    if (a != "--sizes" && a != "--levels" && a != "--rate" && a != "--access")
       fail(Code::invalid_argument, "storage: unknown option ", a);
     tables.push_back(a);
   }
@@ -334,7 +327,6 @@ int run_storage_suite(std::span<const std::string> args, const Report& report) {
     report.table("parts of a file", rows);
   }
   if (wanted("--rate")) rate_tables(report);
-  if (wanted("--coefficients")) coefficient_tables(data, report);
   return 0;
 }
 

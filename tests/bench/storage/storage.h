@@ -8,9 +8,8 @@
 
 namespace bccsplat::bench {
 
-// Size, reading time and random access of .bcc4 files, and coefficients as integer codes.
-// --sizes, --levels, --access, --rate, --coefficients: only these tables. --data DIR: the folder of the real
-// series that --coefficients reads.
+// Size, reading time and random access of .bcc4 files. --sizes, --levels, --access, --rate: only these
+// tables.
 int run_storage_suite(std::span<const std::string> args, const Report& report);
 
 } // namespace bccsplat::bench

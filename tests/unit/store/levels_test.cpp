@@ -13,6 +13,7 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
+#include "formats/bcc4/read/samples.h"
 #include "store/join.h"
 #include "store/volume_writer.h"
 #include "tests/unit/fit/fit_series.h"
