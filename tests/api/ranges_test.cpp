@@ -81,7 +81,7 @@ void expect_missing(const Device& device, FarFile& file, const Cut& cut, const C
 
 constexpr double box[6] = {4, 4, 4, 16, 20, 20};
 
-std::vector<Cut> cuts(bool samples, bool corrections) {
+std::vector<Cut> cuts(bool extracted, bool corrections) {
   std::vector<Cut> list{{"instant", plane_of(0, 0, 0, 1, -6.3)},
                         {"frame", plane_of(0, 0, 0, 2, -8)},
                         {"interval", plane_of(0, 0, 0, 1, -6)},
@@ -99,7 +99,7 @@ std::vector<Cut> cuts(bool samples, bool corrections) {
   list[6].options.kernel = "fine";
   list[7].options.method = BCCSPLAT_METHOD_RESAMPLED;
   for (size_t i = 7; i < list.size(); ++i) list[i].tight = !corrections; // whole frames of them are told
-  if (!samples) return list;
+  if (!extracted) return list;
   list.push_back({"extracted", plane_of(0.3, 0.2, -0.1, 1, -8)});
   list.back().options.method = BCCSPLAT_METHOD_EXTRACTED;
   return list;

@@ -12,7 +12,7 @@ struct BadFile {
   FarFile file;
   std::vector<Range> chunks; // read for the moment, behind all tables
 
-  explicit BadFile(const std::function<void(bccsplat_writer_options&)>& set) : file(make(device, set)) {
+  explicit BadFile(double abs_error = 0) : file(make(device, abs_error)) {
     const Volume volume = open(0);
     const auto plane = plane_of(0, 0, 0, 1, -4.4);
     uint64_t count = 0;
@@ -22,12 +22,11 @@ struct BadFile {
     chunks = file.reads;
     file.forget();
   }
-  static std::vector<char> make(const Device& device,
-                                const std::function<void(bccsplat_writer_options&)>& set) {
+  static std::vector<char> make(const Device& device, double abs_error) {
     NoiseSeries series;
     series.nx = 36, series.ny = 20, series.nz = 18;
     auto o = series.options();
-    set(o);
+    o.abs_error = abs_error;
     return written(device, series, o);
   }
   [[nodiscard]] Volume open(int32_t salvage) {
@@ -63,10 +62,8 @@ struct BadFile {
   return report;
 }
 
-const auto samples = [](bccsplat_writer_options&) {};
-
 TEST(Unreadable, VerifyTellsItFromDamage) {
-  BadFile bad(samples);
+  BadFile bad;
   const Volume volume = bad.open(0);
   const bccsplat_verify_report sound = verified(volume, BCCSPLAT_OK);
   EXPECT_EQ(sound.unreadable, 0u);
@@ -99,7 +96,7 @@ TEST(Unreadable, VerifyTellsItFromDamage) {
 TEST(Unreadable, VerifyFailsWhereverItIs) {
   for (const double bound : {0.0, 3.0}) { // with corrections, whose tables the root counts
     SCOPED_TRACE(bound);
-    BadFile bad([&](bccsplat_writer_options& o) { o.abs_error = bound; });
+    BadFile bad(bound);
     const Volume volume = bad.open(0);
     int failed = 0;
     for (uint64_t at = 0; at < bad.file.bytes.size(); at += 97) {
@@ -116,7 +113,7 @@ TEST(Unreadable, VerifyFailsWhereverItIs) {
 }
 
 TEST(Unreadable, SalvagesWhatIsDamagedAndAsksAgainForTheRest) {
-  BadFile bad(samples);
+  BadFile bad;
   bool holes = false;
   {
     const Volume volume = bad.open(1);
@@ -158,7 +155,7 @@ struct Shortened {
 // Cut before it is opened a file has no tables any more; cut later it has lost what is gone, and its host
 // hears that as of other damage.
 TEST(Unreadable, BytesThatAreGoneAreDamage) {
-  BadFile bad(samples);
+  BadFile bad;
   for (const int32_t salvage : {0, 1, 2}) {
     Shortened s{bad.file, bad.file.bytes.size()};
     auto stream = bad.file.stream();
@@ -183,7 +180,7 @@ TEST(Unreadable, BytesThatAreGoneAreDamage) {
 
 // The number of corrections is not that of those which could be read.
 TEST(Unreadable, CorrectionsAreNotCountedInPart) {
-  BadFile bad([](bccsplat_writer_options& o) { o.abs_error = 3; });
+  BadFile bad(3);
   auto whole = sized<bccsplat_channel_info>();
   ASSERT_OK(bccsplat_volume_get_channel_info(bad.open(0).get(), 0, &whole));
   ASSERT_GT(whole.corrections, 0u);
