@@ -927,7 +927,7 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* devi
 /* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from
  * frame to frame; every channel of a frame gets the same time. count = 0: the whole frame is air.
  * Memory held does not depend on the number of frames. Also: NOT_FOUND (channel), NONFINITE_VALUE,
- * LIMIT_EXCEEDED (values further than 1e36 from air, labels beyond 2^24 of types of 32 and 64 bits,
+ * LIMIT_EXCEEDED (values further than 1e36 from air, labels of I32, U32 or F64 beyond 2^24,
  * more than 2^31 - 1 frames), BOUND_NOT_MET, WRONG_STATE, writing. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel,
     double time, const bccsplat_box* boxes, uint64_t count);
