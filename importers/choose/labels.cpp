@@ -133,11 +133,13 @@ void require_exact_labels(const SeriesDescription& series, const std::vector<Cha
     if (ranges[c].empty() || !has_wide_integers(series.channels[c])) continue;
     const auto reach = [&](double v) { return std::max(std::abs(v), std::abs(v - air[c])); };
     if (std::max(reach(ranges[c].min), reach(ranges[c].max)) > exact)
-      fail_input(
-          series.files.front().path, ": channel '", series.channels[c].name, "' has labels, ", ranges[c].min,
-          " to ", ranges[c].max,
-          ", and whole numbers come back exactly up to 16777216: number the labels anew, such as 0, 1, "
-          "2 ..., or store them as values that may be off, on a Cartesian lattice (cc)");
+      throw Error(
+          Code::limit_exceeded,
+          concat(
+              series.files.front().path, ": channel '", series.channels[c].name, "' has labels, ",
+              ranges[c].min, " to ", ranges[c].max,
+              ", and whole numbers come back exactly up to 16777216: number the labels anew, such as 0, 1, "
+              "2 ..., or store them as values that may be off, on a Cartesian lattice (cc)"));
   }
 }
 

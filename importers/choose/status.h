@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The objects of the C API as values that release themselves, and its status codes as exceptions.
+// The objects of the C API as values that release themselves, and its statuses as errors.
 #pragma once
 
 #include "bccsplat.hpp"
@@ -13,19 +13,7 @@ using bccsplat::client::Slice;
 using bccsplat::client::Volume;
 using bccsplat::client::Writer;
 
-// A failed call of the library.
-class StatusError : public Error {
- public:
-  StatusError(bccsplat_status status, Exit exit, const std::string& text)
-      : Error(exit, text), status_(status) {}
-  [[nodiscard]] bccsplat_status status() const { return status_; }
-
- private:
-  bccsplat_status status_;
-};
-
-[[nodiscard]] Exit exit_of(bccsplat_status status);
-// Throws a StatusError of the library's text, with `what` before it, unless status is OK.
+// Throws an Error of the library's text, with `what` before it, unless status is OK.
 void check(bccsplat_status status, const std::string& what);
 
 [[nodiscard]] const char* lattice_name(int32_t lattice);

@@ -29,7 +29,7 @@ class Watch {
   [[nodiscard]] virtual bccsplat_cancel_token* token() { return nullptr; }
 
   void go_on() {
-    if (ends()) fail(Exit::interrupted, "interrupted");
+    if (ends()) throw Error(Code::cancelled, "interrupted");
   }
 };
 

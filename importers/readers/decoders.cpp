@@ -16,8 +16,7 @@ class GzipStream : public ByteStream {
  public:
   GzipStream(std::unique_ptr<InputFile> file, uint64_t offset)
       : file_(std::move(file)), offset_(offset), in_(1 << 16) {
-    if (inflateInit2(&z_, 15 + 32) != Z_OK)
-      fail(Exit::no_resources, file_->path(), ": no memory to decompress it");
+    if (inflateInit2(&z_, 15 + 32) != Z_OK) fail_resources(file_->path(), ": no memory to decompress it");
   }
   GzipStream(const GzipStream&) = delete;
   GzipStream& operator=(const GzipStream&) = delete;
@@ -39,7 +38,7 @@ class GzipStream : public ByteStream {
       if (result == Z_STREAM_END)
         next_member();
       else if (result == Z_MEM_ERROR)
-        fail(Exit::no_resources, file_->path(), ": no memory to decompress it");
+        fail_resources(file_->path(), ": no memory to decompress it");
       else if (result != Z_OK && result != Z_BUF_ERROR)
         fail_input(file_->path(), ": damaged compressed data near offset ", offset_ - z_.avail_in, " (",
                    z_.msg ? z_.msg : "not gzip", ")");

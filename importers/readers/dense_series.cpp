@@ -106,7 +106,7 @@ void check_segments(std::vector<Segment>& segments, const DenseLayout& layout, c
       if (size > begin) held += std::min(s.bytes, size - begin);
       const bool cut = s.encoding == Encoding::raw && size < begin + s.bytes;
       const std::string whole = cut ? whole_frames(layout, held) : "";
-      fail(e.exit(), e.what(), whole.empty() ? "" : "; ", whole);
+      throw Error(e.code(), concat(e.what(), whole.empty() ? "" : "; ", whole));
     }
     held += s.bytes;
   }
@@ -131,9 +131,9 @@ DenseSeries::DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint
 }
 
 void DenseSeries::refuse_frame() const {
-  fail(Exit::no_resources, bytes_.path_at(0), ": one frame takes ",
-       byte_text(static_cast<double>(frame_held_)), ", more than the ",
-       byte_text(static_cast<double>(memory_limit_)), " allowed: raise --max-mem");
+  fail_resources(bytes_.path_at(0), ": one frame takes ", byte_text(static_cast<double>(frame_held_)),
+                 ", more than the ", byte_text(static_cast<double>(memory_limit_)),
+                 " allowed: raise --max-mem");
 }
 
 bool DenseSeries::has_planes() const {

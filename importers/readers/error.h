@@ -1,40 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one exception of the readers and the tool: what failed, where, what to try, and the exit code it means.
+// Errors of the readers and the tool are those of the core: what failed, where, what to try, and a code.
 #pragma once
 
-#include <stdexcept>
-#include <string>
-
+#include "base/error.h"
 #include "readers/text.h"
 
 namespace bcc4 {
 
-enum class Exit : int {
-  ok = 0,
-  check_failed = 1,
-  usage = 2,
-  bad_input = 3,
-  no_resources = 4, // disk or memory
-  interrupted = 130
-};
+using bccsplat::Code;
+using bccsplat::Error;
 
-class Error : public std::runtime_error {
- public:
-  Error(Exit exit, const std::string& text) : std::runtime_error(text), exit_(exit) {}
-  [[nodiscard]] Exit exit() const { return exit_; }
-
- private:
-  Exit exit_;
-};
-
-template<class... Parts> [[noreturn]] void fail(Exit exit, const Parts&... parts) {
-  throw Error(exit, concat(parts...));
-}
 // The file or its content is at fault.
 template<class... Parts> [[noreturn]] void fail_input(const Parts&... parts) {
-  fail(Exit::bad_input, parts...);
+  throw Error(Code::corrupt, concat(parts...));
 }
 // The command line is at fault.
-template<class... Parts> [[noreturn]] void fail_usage(const Parts&... parts) { fail(Exit::usage, parts...); }
+template<class... Parts> [[noreturn]] void fail_usage(const Parts&... parts) {
+  throw Error(Code::invalid_argument, concat(parts...));
+}
+// Memory or disk do not do.
+template<class... Parts> [[noreturn]] void fail_resources(const Parts&... parts) {
+  throw Error(Code::out_of_memory, concat(parts...));
+}
 
 } // namespace bcc4

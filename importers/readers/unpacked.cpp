@@ -18,8 +18,7 @@ namespace {
 class TemporaryFolder {
  public:
   TemporaryFolder() : path_(make_temporary_folder()) {
-    if (path_.empty())
-      fail(Exit::no_resources, "no folder for temporary files: set TMPDIR to one that can be written");
+    if (path_.empty()) fail_resources("no folder for temporary files: set TMPDIR to one that can be written");
   }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
@@ -57,8 +56,8 @@ void unpack(const std::string& from, const std::string& to) {
   }
   out.close();
   if (!out)
-    fail(Exit::no_resources, from, ": cannot be unpacked to ", to,
-         " (is the disk full?): set TMPDIR to a folder with more room, or unpack it yourself");
+    fail_resources(from, ": cannot be unpacked to ", to,
+                   " (is the disk full?): set TMPDIR to a folder with more room, or unpack it yourself");
 }
 
 class UnpackedReader : public FrameReader {
@@ -74,7 +73,7 @@ class UnpackedReader : public FrameReader {
     try {
       return work();
     } catch (const Error& e) {
-      throw Error(e.exit(), packed_name(e.what()));
+      throw Error(e.code(), packed_name(e.what()));
     }
   }
 

@@ -13,21 +13,21 @@
 
 namespace bcc4 {
 
-const char* advice_on(bccsplat_status status) {
-  switch (status) {
-  case BCCSPLAT_ERROR_FILE_EXISTS:
+const char* advice_on(Code code) {
+  switch (code) {
+  case Code::file_exists:
     return "; --overwrite replaces it";
-  case BCCSPLAT_ERROR_MEMORY_BUDGET:
+  case Code::memory_budget:
     return "; raise --max-mem";
-  case BCCSPLAT_ERROR_NONFINITE_VALUE:
+  case Code::nonfinite_value:
     return "; --on-nonfinite hole or clamp accepts such values";
   default:
     return "";
   }
 }
 
-void refuse_kernel(bccsplat_status status, const std::string& kernel) {
-  if (status != BCCSPLAT_ERROR_NOT_FOUND || kernel.empty()) return;
+void refuse_kernel(Code code, const std::string& kernel) {
+  if (code != Code::not_found || kernel.empty()) return;
   std::vector<std::string> names;
   while (const char* name = bccsplat_kernel_name(static_cast<uint32_t>(names.size())))
     names.emplace_back(name);
@@ -43,7 +43,7 @@ void refuse_kernel(bccsplat_status status, const std::string& kernel) {
 }
 
 void check_kernel(bccsplat_status status, const std::string& what, const std::string& kernel) {
-  refuse_kernel(status, kernel);
+  refuse_kernel(static_cast<Code>(status), kernel);
   check(status, what);
 }
 

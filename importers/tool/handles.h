@@ -13,10 +13,10 @@ using bccsplat::client::Renderer;
 using Image = bccsplat::client::Frame;
 
 // Returns what to try after a call has failed so, as the end of a sentence; "" where nothing is known.
-[[nodiscard]] const char* advice_on(bccsplat_status status);
+[[nodiscard]] const char* advice_on(Code code);
 // INVALID_ARGUMENT and the like about a kernel name get the nearest one.
-// Throws it if status says that there is no such kernel.
-void refuse_kernel(bccsplat_status status, const std::string& kernel);
+// Throws it if the code says that there is no such kernel.
+void refuse_kernel(Code code, const std::string& kernel);
 void check_kernel(bccsplat_status status, const std::string& what, const std::string& kernel);
 
 [[nodiscard]] Device create_device(int threads, uint64_t memory_budget);

@@ -12,7 +12,7 @@ void catch_interrupts();
 [[nodiscard]] bccsplat_cancel_token* interrupt_token();
 [[nodiscard]] bool interrupted();
 inline void stop_if_interrupted() {
-  if (interrupted()) fail(Exit::interrupted, "interrupted");
+  if (interrupted()) throw Error(Code::cancelled, "interrupted");
 }
 
 } // namespace bcc4

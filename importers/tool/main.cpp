@@ -90,10 +90,8 @@ int main(int argc, char** argv) {
     if (std::fflush(stdout) != 0)
       return bcc4::report(Exit::no_resources, "standard output cannot be written");
     return static_cast<int>(exit);
-  } catch (const bcc4::StatusError& e) {
-    return bcc4::report(e.exit(), (std::string(e.what()) + bcc4::advice_on(e.status())).c_str());
   } catch (const bcc4::Error& e) {
-    return bcc4::report(e.exit(), e.what());
+    return bcc4::report(bcc4::exit_of(e.code()), (e.message() + bcc4::advice_on(e.code())).c_str());
   } catch (const std::bad_alloc&) {
     return bcc4::report(Exit::no_resources, "out of memory; lower --max-mem or take fewer frames");
   } catch (const std::exception& e) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan functions of the C API: importers/choose behind a handle. Its errors become those of the core.
+// The plan functions of the C API: importers/choose behind a handle.
 #include <cmath>
 #include <cstring>
 
@@ -45,30 +45,6 @@ class HostWatch : public bcc4::Watch {
   bccsplat_cancel_token* token_;
 };
 
-Code code_of(const bcc4::Error& e) {
-  switch (e.exit()) {
-  case bcc4::Exit::interrupted:
-    return Code::cancelled;
-  case bcc4::Exit::bad_input:
-    return Code::limit_exceeded; // labels too large: all that frames can be refused for here
-  case bcc4::Exit::no_resources:
-    return Code::out_of_memory;
-  default:
-    return Code::invalid_argument;
-  }
-}
-
-// Runs the body and throws what importers/choose throws as errors of the core.
-template<class Body> void choosing(const Body& body) {
-  try {
-    body();
-  } catch (const bcc4::StatusError& e) {
-    fail(static_cast<Code>(e.status()), e.what());
-  } catch (const bcc4::Error& e) {
-    fail(code_of(e), e.what());
-  }
-}
-
 bcc4::Device reference_to(bccsplat_device* device) {
   bccsplat_device_retain(device);
   return bcc4::Device(device);
@@ -93,14 +69,12 @@ bccsplat_status bccsplat_plan_create(bccsplat_device* device, const bccsplat_pla
     watch(progress, token);
     progress.begin_call();
     HostWatch watching(progress, wish.cancel_token);
-    choosing([&] {
-      plan::Request request = plan::read_request(o, wish);
-      plan::HostFrames frames(request.series, o.frame, o.frame_user);
-      auto plan =
-          std::make_unique<bccsplat_plan>(frames, reference_to(device), std::move(request), watching, wish);
-      progress.report(1);
-      *made = plan.release();
-    });
+    plan::Request request = plan::read_request(o, wish);
+    plan::HostFrames frames(request.series, o.frame, o.frame_user);
+    auto plan =
+        std::make_unique<bccsplat_plan>(frames, reference_to(device), std::move(request), watching, wish);
+    progress.report(1);
+    *made = plan.release();
   });
 }
 
@@ -125,11 +99,9 @@ bccsplat_status bccsplat_plan_get_text(const bccsplat_plan* plan, const char** t
 bccsplat_status bccsplat_plan_refine(bccsplat_plan* plan) {
   return guard([&] {
     const Alone use(plan, "plan");
-    choosing([&] {
-      if (!plan->chosen.refine())
-        fail(Code::not_found,
-             "plan: nothing is left that would bring the file nearer to its psnr; ask for less");
-    });
+    if (!plan->chosen.refine())
+      fail(Code::not_found,
+           "plan: nothing is left that would bring the file nearer to its psnr; ask for less");
   });
 }
 

@@ -30,8 +30,8 @@ uint64_t check_sizes(const NetcdfFile& file, const NetcdfVariable& v, const std:
     (roles[a] == AxisRole::t ? frames : bytes) *= size;
   }
   if (const uint64_t held = std::max(bytes, file.chunk_bytes(v)); held > limit)
-    fail(Exit::no_resources, file.path(), ": one frame takes ", byte_text(static_cast<double>(held)),
-         ", more than the ", byte_text(static_cast<double>(limit)), " allowed: raise --max-mem");
+    fail_resources(file.path(), ": one frame takes ", byte_text(static_cast<double>(held)),
+                   ", more than the ", byte_text(static_cast<double>(limit)), " allowed: raise --max-mem");
   return frames;
 }
 

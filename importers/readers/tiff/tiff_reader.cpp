@@ -188,9 +188,8 @@ void check_memory(const TiffFile& file, uint64_t planes, const ReaderOptions& op
   const double frame = static_cast<double>(file.kind().page_bytes()) * static_cast<double>(planes),
                bytes = std::max(frame, static_cast<double>(file.tile_bytes()));
   if (const uint64_t most = memory_limit(options); bytes > static_cast<double>(most))
-    fail(Exit::no_resources, file.path(), bytes > frame ? ": one tile takes " : ": one frame takes ",
-         byte_text(bytes), ", more than the ", byte_text(static_cast<double>(most)),
-         " allowed: raise --max-mem");
+    fail_resources(file.path(), bytes > frame ? ": one tile takes " : ": one frame takes ", byte_text(bytes),
+                   ", more than the ", byte_text(static_cast<double>(most)), " allowed: raise --max-mem");
 }
 
 // Opens the other files of a series to see that they are like the first one.

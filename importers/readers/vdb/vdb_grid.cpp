@@ -63,8 +63,7 @@ class VdbFile::Archive {
     } catch (const openvdb::Exception& e) {
       fail_input(path_, ": OpenVDB cannot read it: ", e.what());
     } catch (const std::bad_alloc&) {
-      fail(Exit::no_resources, path_,
-           ": out of memory while OpenVDB reads it; a damaged file may ask for any amount");
+      fail_resources(path_, ": out of memory while OpenVDB reads it; a damaged file may ask for any amount");
     }
   }
   std::vector<std::string> names() {
@@ -250,8 +249,8 @@ Frame frame_of(const GridT& grid, const std::string& path, const std::array<int3
     }
     bytes += stride;
     if (bytes > memory_limit)
-      fail(Exit::no_resources, path, ": its active voxels take more than the ",
-           byte_text(static_cast<double>(memory_limit)), " allowed: raise --max-mem");
+      fail_resources(path, ": its active voxels take more than the ",
+                     byte_text(static_cast<double>(memory_limit)), " allowed: raise --max-mem");
     auto storage = std::make_shared<Bytes>(stride);
     visit_type(type, [&](auto zero) {
       using Out = decltype(zero);

@@ -65,8 +65,8 @@ class VtiReader : public FrameReader {
                  type_name(description_.channels[channel].precision));
     const uint64_t bytes = d[0] * d[1] * d[2] * array.components * type_size(array.type);
     if (bytes > memory_limit_)
-      fail(Exit::no_resources, path, ": array ", name, " takes ", byte_text(static_cast<double>(bytes)),
-           ", more than allowed: raise --max-mem");
+      fail_resources(path, ": array ", name, " takes ", byte_text(static_cast<double>(bytes)),
+                     ", more than allowed: raise --max-mem");
     Bytes values = file.values(array);
     widen_values(values, array.type);
     values_ = std::make_shared<const Bytes>(std::move(values));

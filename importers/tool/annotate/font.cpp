@@ -40,7 +40,7 @@ namespace {
 const stbtt_fontinfo& font() {
   static const stbtt_fontinfo loaded = [] {
     stbtt_fontinfo f;
-    if (!stbtt_InitFont(&f, bcc4_font, 0)) fail(Exit::no_resources, "the program's font cannot be read");
+    if (!stbtt_InitFont(&f, bcc4_font, 0)) fail_resources("the program's font cannot be read");
     return f;
   }();
   return loaded;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "readers/error.h"
+#include "tool/exit.h"
 
 namespace bcc4 {
 

@@ -39,7 +39,7 @@ std::unique_ptr<FrameReader> open_given_or_recalled(const Volume& first, const R
   try {
     return open_series(given.options);
   } catch (const Error& e) {
-    if (e.exit() != Exit::usage) throw;
+    if (exit_of(e.code()) != Exit::usage) throw;
   }
   ReaderArguments recalled = given;
   recall_reader_options(first, recalled);
@@ -132,10 +132,10 @@ Exit run_compare(CompareArguments& a) {
     print_compared(channels, volume_info(first).time_unit, a.frames);
   if (!worst) return Exit::ok;
   if (worst->all.max <= tolerance)
-    fail(Exit::check_failed, a.files[0], " and ", other.series->name, ": values of ", worst->name,
-         " are missing in one of them only");
-  fail(Exit::check_failed, a.files[0], " and ", other.series->name, ": ", worst->name, " differs by up to ",
-       short_number(worst->all.max), a.tolerance ? concat(", more than --tolerance ", tolerance) : "");
+    fail_check(a.files[0], " and ", other.series->name, ": values of ", worst->name,
+               " are missing in one of them only");
+  fail_check(a.files[0], " and ", other.series->name, ": ", worst->name, " differs by up to ",
+             short_number(worst->all.max), a.tolerance ? concat(", more than --tolerance ", tolerance) : "");
 }
 
 } // namespace

@@ -42,12 +42,14 @@ Exit run_concat(const ConcatArguments& a) {
       bccsplat_join_parts(device.get(), paths.size(), paths.data(), a.output.c_str(), &options, &report);
   progress.clear();
   if (status == BCCSPLAT_ERROR_BOUND_NOT_MET)
-    fail(Exit::check_failed, bccsplat_last_error(),
-         "; one process would write the series again with corrections, parts cannot: make the plan with "
-         "--abs");
+    fail_check(
+        bccsplat_last_error(),
+        "; one process would write the series again with corrections, parts cannot: make the plan with "
+        "--abs");
   const std::string said = status == BCCSPLAT_OK ? "" : bccsplat_last_error();
   if (said.find("a whole file") != std::string::npos)
-    fail(exit_of(status), said, "; bcc4 import --append adds the frames of other files to it");
+    throw Error(static_cast<Code>(status),
+                concat(said, "; bcc4 import --append adds the frames of other files to it"));
   check(status, "");
   if (a.common.json) {
     print_json({{"parts", a.parts.size()},

@@ -122,8 +122,8 @@ void refuse_other_choices(const ImportArguments& a) {
   for (const OptionText& option : import.options())
     for (const char* const name : options)
       if (option.given && option.names.back() == name) given.emplace_back(name);
-  fail(e.exit(), e.what(), given.empty() ? "" : ", or leave out ", join(given),
-       given.empty() ? "" : ": --append goes on as the file was made");
+  throw Error(e.code(), concat(e.what(), given.empty() ? "" : ", or leave out ", join(given),
+                               given.empty() ? "" : ": --append goes on as the file was made"));
 }
 
 // Returns what remains to be decided about a series, after what the file has that it is appended to.
@@ -169,14 +169,14 @@ uint64_t memory_of_import(const ImportArguments& a) {
 }
 
 // Says how to go on where memory does not do, if blocks of space would.
-[[noreturn]] void refuse_memory(const ImportArguments& a, const WriterSettings& typed, const StatusError& e) {
+[[noreturn]] void refuse_memory(const ImportArguments& a, const WriterSettings& typed, const Error& e) {
   const bool open =
       a.block.empty() && a.part.empty() && a.plan.empty() && !a.resume.append && a.resume.live == 0;
   const std::string why = needs_whole_frames(typed);
-  fail(e.exit(), e.what(), advice_on(e.status()),
-       !open || a.blocks ? ""
-       : why.empty()     ? ", or give --blocks, which takes less at a time"
-                         : concat("; --blocks would take less at a time, but ", why));
+  fail_resources(e.what(), advice_on(e.code()),
+                 !open || a.blocks ? ""
+                 : why.empty()     ? ", or give --blocks, which takes less at a time"
+                                   : concat("; --blocks would take less at a time, but ", why));
 }
 
 // Frames are imported in blocks of space where that is asked for, where they do not fit the memory for
@@ -193,8 +193,8 @@ void settle_blocks(const ImportArguments& a, const FrameReader& reader, const Er
   if (why.empty() && !open && !a.blocks) why = "a series that goes on takes whole frames";
   if (a.blocks && !why.empty()) fail_usage("--blocks: ", why, "; divide the series by --part instead");
   if (!reader.frames_fit() && !why.empty())
-    fail(Exit::no_resources, reader.frame_name(0), ": a frame is more than a quarter of the memory allowed, ",
-         "and blocks of it do not do, as ", why, ": raise --max-mem");
+    fail_resources(reader.frame_name(0), ": a frame is more than a quarter of the memory allowed, ",
+                   "and blocks of it do not do, as ", why, ": raise --max-mem");
   if (why.empty()) settle_for_blocks(settings);
 }
 
@@ -362,9 +362,9 @@ Run add_import(const Command& tool, std::string command_line) {
     const WriterSettings typed = a->settings;
     try {
       return run_import(*a, command_line);
-    } catch (const StatusError& e) {
-      if (e.status() == BCCSPLAT_ERROR_MEMORY_BUDGET) refuse_memory(*a, typed, e);
-      if (!a->settings.kernel.empty()) refuse_kernel(e.status(), a->settings.kernel);
+    } catch (const Error& e) {
+      if (e.code() == Code::memory_budget) refuse_memory(*a, typed, e);
+      if (!a->settings.kernel.empty()) refuse_kernel(e.code(), a->settings.kernel);
       if (appends_to_file(*a) && std::string_view(e.what()).ends_with("import all anew"))
         refuse_unlike_file(import, e);
       throw;

@@ -33,7 +33,7 @@ std::unique_ptr<FrameReader> open_as_imported(const Volume& volume, const Reader
   try {
     return open_series(o);
   } catch (const Error& e) {
-    if (e.exit() != Exit::usage) throw;
+    if (exit_of(e.code()) != Exit::usage) throw;
   }
   return open_series(given.options);
 }
@@ -61,12 +61,11 @@ std::unique_ptr<FrameReader> open_source(const Volume& volume, VerifyArguments& 
 Volume open_checked(const Device& device, const VerifyArguments& a) {
   try {
     return open_volume(device, a.file, a.kernel);
-  } catch (const StatusError& e) {
-    if (e.status() != BCCSPLAT_ERROR_CORRUPT && e.status() != BCCSPLAT_ERROR_TRUNCATED &&
-        e.status() != BCCSPLAT_ERROR_CHECKSUM_MISMATCH)
+  } catch (const Error& e) {
+    if (e.code() != Code::corrupt && e.code() != Code::truncated && e.code() != Code::checksum_mismatch)
       throw;
     if (a.common.json) print_json({{"ok", false}, {"error", e.what()}});
-    fail(Exit::check_failed, e.what());
+    fail_check(e.what());
   }
 }
 
@@ -108,14 +107,14 @@ void print_verified(const Volume& volume, const VerifyArguments& a, const bccspl
 void refuse_failed(const Volume& volume, const VerifyArguments& a, const bccsplat_verify_report& report,
                    const std::vector<Comparison>& comparisons) {
   if (report.damages > 0)
-    fail(Exit::check_failed, a.file, ": ", report.damages, " damages (", report.chunks_damaged, " of ",
-         report.chunks, " chunks), the first at offset ", report.first_damaged_offset,
-         ": make the file again from its source");
+    fail_check(a.file, ": ", report.damages, " damages (", report.chunks_damaged, " of ", report.chunks,
+               " chunks), the first at offset ", report.first_damaged_offset,
+               ": make the file again from its source");
   for (uint32_t c = 0; c < comparisons.size() && a.kernel.empty(); ++c) {
     const bccsplat_channel_info info = channel_info(volume, c);
     if (info.error_bound > 0 && comparisons[c].all.max > info.error_bound)
-      fail(Exit::check_failed, a.file, ": channel ", info.name, " promises an error of at most ",
-           info.error_bound, ", but differs by ", comparisons[c].all.max, " from this source");
+      fail_check(a.file, ": channel ", info.name, " promises an error of at most ", info.error_bound,
+                 ", but differs by ", comparisons[c].all.max, " from this source");
   }
 }
 

@@ -345,8 +345,8 @@ ImportResult write_blocks_once(FrameReader& reader, const Device& device, const 
   all.given = {0, reader.description().dims[3]};
   try {
     join_blocks(device, names, scope, settings.overwrite, all.report);
-  } catch (const StatusError& e) {
-    if (e.status() == BCCSPLAT_ERROR_BOUND_NOT_MET) names.clear(), remove_all_blocks(scope.output);
+  } catch (const Error& e) {
+    if (e.code() == Code::bound_not_met) names.clear(), remove_all_blocks(scope.output);
     throw;
   }
   names.clear();

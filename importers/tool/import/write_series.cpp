@@ -113,9 +113,9 @@ ImportResult write_once(FrameReader& reader, const Device& device, const WriterS
     ImportResult result = write_file(reader, device, settings, scans, scope, common, unfinished);
     unfinished.finished();
     return result;
-  } catch (const StatusError& e) {
-    if (e.status() == BCCSPLAT_ERROR_BOUND_NOT_MET) unfinished.missed_its_bound();
-    if (e.status() == BCCSPLAT_ERROR_WRONG_STATE) unfinished.finished(); // what is there stays as it is
+  } catch (const Error& e) {
+    if (e.code() == Code::bound_not_met) unfinished.missed_its_bound();
+    if (e.code() == Code::wrong_state) unfinished.finished(); // what is there stays as it is
     throw;
   }
 }
@@ -133,9 +133,9 @@ ImportResult with_finer_steps(FrameReader& reader, const std::vector<ChannelScan
   std::exception_ptr first_refusal; // of what is resumed
   for (size_t missed = 0;; ++missed) try {
       return write();
-    } catch (const StatusError& e) {
-      const bool unlike = resumes && e.status() == BCCSPLAT_ERROR_WRONG_STATE;
-      if (!unlike && e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET) throw;
+    } catch (const Error& e) {
+      const bool unlike = resumes && e.code() == Code::wrong_state;
+      if (!unlike && e.code() != Code::bound_not_met) throw;
       if (unlike && !first_refusal) first_refusal = std::current_exception();
       const char* const remedy = make_finer(reader.description(), scans, missed, settings);
       if (!remedy && unlike) std::rethrow_exception(first_refusal);
@@ -156,8 +156,8 @@ ImportResult append_series(FrameReader& reader, const Device& device, const Writ
                            const CommonOptions& common) {
   try {
     return write_once(reader, device, settings, scans, scope, common);
-  } catch (const StatusError& e) {
-    if (e.status() != BCCSPLAT_ERROR_WRONG_STATE) throw;
+  } catch (const Error& e) {
+    if (e.code() != Code::wrong_state) throw;
     if (common.prints_text()) std::printf("  %s\n  reading all frames\n", e.what());
   }
   ImportScope whole = scope;

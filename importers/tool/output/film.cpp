@@ -113,8 +113,7 @@ Film::Film(std::string path, const FilmFormat& format)
       former_sigpipe_(std::signal(SIGPIPE, SIG_IGN)) { // an encoder that dies is an error of a write
   try {
     require_writable_folder(path_);
-    if (!words_)
-      fail(Exit::no_resources, path_, ": no temporary file for ffmpeg's words (", std::strerror(errno), ")");
+    if (!words_) fail_resources(path_, ": no temporary file for ffmpeg's words (", std::strerror(errno), ")");
     start(ffmpeg_arguments(path_, partial_, format));
   } catch (...) {
     std::signal(SIGPIPE, former_sigpipe_);
@@ -124,8 +123,7 @@ Film::Film(std::string path, const FilmFormat& format)
 
 void Film::start(const std::vector<std::string>& arguments) {
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0)
-    fail(Exit::no_resources, path_, ": no pipe (", std::strerror(errno), ")");
+  if (::pipe2(ends, O_CLOEXEC) != 0) fail_resources(path_, ": no pipe (", std::strerror(errno), ")");
   std::vector<char*> words;
   for (const std::string& a : arguments) words.push_back(const_cast<char*>(a.c_str()));
   words.push_back(nullptr);
@@ -171,8 +169,8 @@ std::string Film::its_words() {
 void Film::fail_with_its_words() {
   const std::string said = its_words();
   const bool full = mentions(said, {std::strerror(ENOSPC), std::strerror(EFBIG), std::strerror(EDQUOT)});
-  fail(full ? Exit::no_resources : Exit::bad_input, path_, ": ffmpeg failed",
-       said.empty() ? std::string(" without a word") : ":\n" + said);
+  throw Error(full ? Code::no_space : Code::io_error,
+              concat(path_, ": ffmpeg failed", said.empty() ? std::string(" without a word") : ":\n" + said));
 }
 
 void Film::add(std::span<const unsigned char> rgb) {
@@ -187,7 +185,7 @@ void Film::add(std::span<const unsigned char> rgb) {
       (void)ends_well(); // its words are whole when it is gone
       fail_with_its_words();
     } else if (errno != EAGAIN && errno != EINTR) {
-      fail(Exit::no_resources, path_, ": ffmpeg cannot be written to (", std::strerror(errno), ")");
+      fail_resources(path_, ": ffmpeg cannot be written to (", std::strerror(errno), ")");
     }
   }
 }

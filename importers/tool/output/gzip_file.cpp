@@ -17,7 +17,7 @@ class GzipFile : public ByteSink {
   GzipFile(const std::string& path, bool overwrite) : file_(path, overwrite), packed_(kPiece) {
     constexpr int gzip = 16, window = 15, memory = 8, level = 4; // level 4: a third of the time of zlib's own
     if (deflateInit2(&z_, level, Z_DEFLATED, window + gzip, memory, Z_DEFAULT_STRATEGY) != Z_OK)
-      fail(Exit::no_resources, path, ": no memory to compress it");
+      fail_resources(path, ": no memory to compress it");
   }
   GzipFile(const GzipFile&) = delete;
   GzipFile& operator=(const GzipFile&) = delete;

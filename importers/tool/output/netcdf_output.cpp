@@ -15,6 +15,7 @@
 #include "readers/error.h"
 #include "readers/records.h"
 #include "readers/text.h"
+#include "tool/exit.h"
 
 namespace bcc4 {
 namespace {
@@ -158,7 +159,7 @@ class NetcdfOutputFile : public VolumeFile {
       fail_input(name_, ": ", doing, ": ", nc_strerror(status));
     open_ = false;
     std::atexit(end_without_hdf5);
-    fail(Exit::no_resources, name_, ": ", doing, ": ", nc_strerror(status), " (is the disk full?)");
+    fail_resources(name_, ": ", doing, ": ", nc_strerror(status), " (is the disk full?)");
   }
   // Some names NetCDF keeps for itself, others are too long for it.
   void check_attribute(int status) {

@@ -65,8 +65,8 @@ OutputFile::~OutputFile() {
 
 void OutputFile::fail_writing() const {
   const int reason = errno;
-  fail(is_disk_full(reason) ? Exit::no_resources : Exit::bad_input, path_, ": cannot be written (",
-       reason ? std::strerror(reason) : "unknown reason", ")");
+  throw Error(is_disk_full(reason) ? Code::no_space : Code::io_error,
+              concat(path_, ": cannot be written (", reason ? std::strerror(reason) : "unknown reason", ")"));
 }
 
 void OutputFile::write(std::span<const std::byte> bytes) {

@@ -58,7 +58,7 @@ class TiffOutputFile : public VolumeFile {
 
  private:
   [[noreturn]] void fail_writing() const {
-    fail(Exit::no_resources, name_, ": libtiff cannot write it: is the disk full?");
+    fail_resources(name_, ": libtiff cannot write it: is the disk full?");
   }
 
   void write_page(std::span<const std::byte> plane) {

@@ -156,7 +156,7 @@ void serve_files(const Serving& serving) {
   serving.listens(server.port);
   while (!serving.ends()) {
     if (MHD_run_wait(daemon.get(), milliseconds_between_looks) != MHD_YES)
-      fail(Exit::no_resources, "the server cannot go on waiting for browsers");
+      fail_resources("the server cannot go on waiting for browsers");
     hang_up_on_the_slow(server);
   }
 }

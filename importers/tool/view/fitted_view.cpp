@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tool/exit.h"
 #include "tool/view/render_function.h"
 #include "tool/view/time_slice.h"
 
@@ -71,7 +72,7 @@ std::optional<FittedView::Bounds> FittedView::seen_of_series(const Cut& shape) c
       const Bounds now = seen(cut_slice(volume_, cut, channel_));
       bounds = bounds ? united(*bounds, now) : now;
     } catch (const Error& e) { // a damaged moment is no reason not to draw another one
-      if (e.exit() != Exit::bad_input) throw;
+      if (exit_of(e.code()) != Exit::bad_input) throw;
     }
   }
   return bounds;

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "readers/error.h"
 #include "readers/frame_reader.h"
 #include "readers/open_series.h"
+#include "tool/exit.h"
 
 namespace bcc4::test {
 
@@ -88,7 +88,7 @@ inline Refusal refusal(const std::function<void()>& f) {
   try {
     f();
   } catch (const Error& e) {
-    return {e.exit(), e.what()};
+    return {exit_of(e.code()), e.what()};
   }
   return {Exit::ok, "nothing was refused"};
 }
