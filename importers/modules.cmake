@@ -3,7 +3,8 @@
 file(RELATIVE_PATH folder ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/bccsplat)
 # Modules of another build are refused: the name of what they export holds the version and a digest of the types that they
 # share with the tool.
-set(shared_types readers/frame_reader.h readers/name_numbers.h readers/reader_options.h readers/sequence.h readers/value_type.h ../src/base/error.h
+set(shared_types readers/frame_reader.h ../src/series/frame_reader.h ../src/series/value_type.h
+  readers/name_numbers.h readers/reader_options.h readers/sequence.h readers/value_type.h ../src/base/error.h
   tool/output/vdb_output.h tool/output/volume_file.h tool/serve/http_server.h tool/modules/module.h)
 set(digests)
 foreach(header IN LISTS shared_types)

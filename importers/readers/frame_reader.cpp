@@ -1,25 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "readers/frame_reader.h"
 
-#include <algorithm>
-
 namespace bcc4 {
-
-void gather_plane(const Frame& frame, const std::array<uint64_t, 4>& dims, uint64_t z, double air,
-                  double* plane) {
-  std::fill(plane, plane + dims[0] * dims[1], air);
-  for (const Box& box : frame.boxes) {
-    if (z < box.begin[2] || z - box.begin[2] >= box.dims[2]) continue;
-    visit_type(box.type, [&](auto zero) {
-      for (uint64_t j = 0; j < box.dims[1]; ++j) {
-        const std::byte* from = box.data + j * box.stride_bytes[1] + (z - box.begin[2]) * box.stride_bytes[2];
-        double* to = plane + (box.begin[1] + j) * dims[0] + box.begin[0];
-        for (uint64_t i = 0; i < box.dims[0]; ++i)
-          to[i] = load_as<decltype(zero)>(from + i * box.stride_bytes[0]);
-      }
-    });
-  }
-}
 
 Frame dense_frame(Type type, std::shared_ptr<const Bytes> bytes, const std::vector<FileAxis>& axes,
                   uint64_t component) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "readers/text.h"
-#include "readers/utf8.h"
 
 namespace bcc4 {
 namespace {

@@ -31,10 +31,6 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 
 } // namespace
 
-bool written_out(double value, std::string_view text) {
-  return text.find("e+") != std::string_view::npos && std::abs(value) < 1e15;
-}
-
 std::string_view trim(std::string_view text) {
   const size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string_view::npos) return {};
@@ -117,14 +113,6 @@ std::string byte_text(double bytes) {
 int digits_apart(double magnitude, double difference, int least) {
   const double digits = std::ceil(std::log10(std::abs(magnitude / difference))) + 2;
   return std::isfinite(digits) && digits > least ? static_cast<int>(std::min(digits, 17.0)) : least;
-}
-
-std::string short_number(double value, int digits) {
-  char buffer[64];
-  std::string text(
-      buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits).ptr);
-  if (!written_out(value, text)) return text;
-  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, 0).ptr};
 }
 
 } // namespace bcc4

@@ -1,39 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds text, and reads numbers from it, without the locale.
+// Takes text apart and puts it together, and reads numbers from it, without the locale.
 #pragma once
 
 #include <charconv>
-#include <concepts>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/utf8.h"
+#include "series/text.h"
+
 namespace bcc4 {
 
-inline void append_text(std::string& out, std::string_view s) { out += s; }
-inline void append_text(std::string& out, char c) { out += c; }
-template<std::integral I>
-requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std::string& out, I value) {
-  char buffer[24];
-  out.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
-}
-// Returns whether people write a number out that came as `text`: 100000, not 1e+05.
-[[nodiscard]] bool written_out(double value, std::string_view text);
-// Appends the shortest form that reads back as the same number, without an exponent where people use none.
-template<std::floating_point F> void append_text(std::string& out, F value) {
-  char buffer[64];
-  std::string_view text(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
-  if (written_out(value, text))
-    text = {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed).ptr};
-  out += text;
-}
-template<class... Parts> [[nodiscard]] std::string concat(const Parts&... parts) {
-  std::string out;
-  (append_text(out, parts), ...);
-  return out;
-}
+using bccsplat::utf8_of;
+using namespace bccsplat::series;
 
 // Returns the whole of `text` as a number (a leading + is allowed), or nothing.
 template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::string_view text) {
@@ -64,8 +46,6 @@ template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::str
 
 // Returns text such as "1.5 GiB".
 [[nodiscard]] std::string byte_text(double bytes);
-// Returns `value` with `digits` significant digits, and all digits before the point.
-[[nodiscard]] std::string short_number(double value, int digits = 4);
 // Returns the significant digits, `least` to 17, that tell values of this magnitude apart which differ by so
 // much; `least` where they do not differ.
 [[nodiscard]] int digits_apart(double magnitude, double difference, int least);

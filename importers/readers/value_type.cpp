@@ -83,22 +83,6 @@ template<size_t N> void swap_elements(std::span<std::byte> bytes) {
 
 } // namespace
 
-float to_float(Half half) {
-  const uint32_t sign = static_cast<uint32_t>(half.bits & 0x8000u) << 16;
-  const uint32_t exponent = (half.bits >> 10) & 31u;
-  const uint32_t mantissa = half.bits & 1023u;
-  if (exponent == 31) return std::bit_cast<float>(sign | 0x7f800000u | (mantissa << 13));
-  if (exponent == 0) {
-    const float magnitude = static_cast<float>(mantissa) * 0x1p-24f;
-    return sign ? -magnitude : magnitude;
-  }
-  return std::bit_cast<float>(sign | ((exponent + 112) << 23) | (mantissa << 13));
-}
-
-size_t type_size(Type type) {
-  return visit_type(type, [](auto zero) { return sizeof zero; });
-}
-
 const char* type_name(Type type) {
   return std::find_if(std::begin(kNames), std::end(kNames), [&](const TypeName& n) { return n.type == type; })
       ->name;

@@ -6,6 +6,7 @@
 
 #include "choose/status.h"
 #include "readers/clock.h"
+#include "readers/error.h"
 
 namespace bcc4 {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks the options of a plan by the writer's own rules and a few of its own, and describes the series to
-// importers/choose as a reader of files would. Frames are copied once, into the memory that a reader keeps.
+// src/choose as a reader of files would. Frames are copied once, into the memory that a reader keeps.
 #include "plan/host_series.h"
 
 #include <algorithm>
@@ -19,26 +19,26 @@ using namespace bccsplat::api;
 
 constexpr double most_density = 4; // sites per source sample
 
-bcc4::Type type_of(int32_t type) {
+series::Type type_of(int32_t type) {
   switch (type) {
   case BCCSPLAT_TYPE_U8:
-    return bcc4::Type::u8;
+    return series::Type::u8;
   case BCCSPLAT_TYPE_U16:
-    return bcc4::Type::u16;
+    return series::Type::u16;
   case BCCSPLAT_TYPE_F16:
-    return bcc4::Type::f16;
+    return series::Type::f16;
   case BCCSPLAT_TYPE_I16:
-    return bcc4::Type::i16;
+    return series::Type::i16;
   case BCCSPLAT_TYPE_I32:
-    return bcc4::Type::i32;
+    return series::Type::i32;
   case BCCSPLAT_TYPE_F64:
-    return bcc4::Type::f64;
+    return series::Type::f64;
   case BCCSPLAT_TYPE_I8:
-    return bcc4::Type::i8;
+    return series::Type::i8;
   case BCCSPLAT_TYPE_U32:
-    return bcc4::Type::u32;
+    return series::Type::u32;
   default:
-    return bcc4::Type::f32;
+    return series::Type::f32;
   }
 }
 
@@ -60,7 +60,8 @@ bccsplat_channel_options channel_of(const bccsplat_writer_options& w, uint32_t c
   return read_struct(w.channel_count > 0 ? element(w.channels, c) : nullptr, "bccsplat_channel_options");
 }
 
-bcc4::Channel read_channel(const bccsplat_channel_options& own, const bccsplat_plan_channel& in, uint32_t c) {
+series::Channel read_channel(const bccsplat_channel_options& own, const bccsplat_plan_channel& in,
+                             uint32_t c) {
   const std::string name = concat("bccsplat_plan_options.channels[", c, "]");
   require_choice(in.type, BCCSPLAT_TYPE_U32, (name + ".type").c_str());
   require_zero(in.reserved, (name + ".reserved").c_str());
@@ -68,7 +69,7 @@ bcc4::Channel read_channel(const bccsplat_channel_options& own, const bccsplat_p
   require_number(in.offset, (name + ".offset").c_str());
   if ((own.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) != 0 || own.value_step != 0)
     refuse("channels", "the plan finds range and value_step; leave them out");
-  bcc4::Channel channel;
+  series::Channel channel;
   if (own.name) channel.name = own.name;
   if (own.unit) channel.unit = own.unit;
   channel.type = type_of(in.type);
@@ -98,7 +99,7 @@ void read_channels(const bccsplat_plan_options& o, const bccsplat_writer_options
   if (one_air) out.settings.air = first.air;
 }
 
-void read_places(const bccsplat_writer_options& w, bcc4::SeriesDescription& s) {
+void read_places(const bccsplat_writer_options& w, series::SeriesDescription& s) {
   for (size_t a = 0; w.axes && a < s.places.size(); ++a) {
     const auto axis = read_struct(element(w.axes, a), "bccsplat_axis");
     if (axis.unit) s.places[a].unit = axis.unit;
@@ -107,7 +108,7 @@ void read_places(const bccsplat_writer_options& w, bcc4::SeriesDescription& s) {
   }
 }
 
-void read_times(const double* times, uint32_t frames, bcc4::SeriesTimes& out) {
+void read_times(const double* times, uint32_t frames, series::SeriesTimes& out) {
   for (uint32_t f = 0; f < frames; ++f) out.values.push_back(times ? times[f] : f);
   for (size_t f = 0; f < out.values.size(); ++f) {
     require_number(out.values[f], "bccsplat_plan_options.times");
@@ -118,7 +119,7 @@ void read_times(const double* times, uint32_t frames, bcc4::SeriesTimes& out) {
 }
 
 void read_series(const bccsplat_plan_options& o, const bccsplat_writer_options& w,
-                 bcc4::SeriesDescription& s) {
+                 series::SeriesDescription& s) {
   std::copy(std::begin(w.dims), std::end(w.dims), s.dims.begin());
   for (const uint64_t n : s.dims)
     if (n == 0)
@@ -132,7 +133,7 @@ void read_series(const bccsplat_plan_options& o, const bccsplat_writer_options& 
   s.files.push_back({"the series", 0}); // as errors name it
 }
 
-void read_settings(const bccsplat_writer_options& w, bcc4::WriterSettings& s) {
+void read_settings(const bccsplat_writer_options& w, series::WriterSettings& s) {
   s.lattice = w.lattice, s.filter = w.filter, s.lowpass = w.lowpass != 0;
   s.ends = w.ends, s.faces = w.faces, s.periodic = static_cast<int32_t>(w.periodic_axes);
   s.store = w.store, s.nonfinite = w.nonfinite;
@@ -149,12 +150,12 @@ void read_wish(const bccsplat_plan_options& o, const bccsplat_writer_options& w,
   if (w.abs_error > 0 && w.psnr > 0)
     fail(Code::invalid_argument, "bccsplat_plan_options.wish: abs_error and psnr; a plan keeps one of them");
   require_zero_or(o.density, smallest_length, most_density, "bccsplat_plan_options.density");
-  if (o.density > 0 && bcc4::has_distances(out.settings))
+  if (o.density > 0 && series::has_distances(out.settings))
     fail(
         Code::invalid_argument,
         "bccsplat_plan_options.density chooses the distances that wish.scale, time_scale or scales give; one "
         "or the other");
-  out.wish.bound = bcc4::usual_bound({w.abs_error, w.psnr}, w.store);
+  out.wish.bound = series::usual_bound({w.abs_error, w.psnr}, w.store);
   if (o.set_mask & BCCSPLAT_PLAN_SET_LEVELS) out.wish.levels = w.levels;
   out.wish.density = o.density, out.wish.exact = o.exact != 0;
   out.wish.memory = machine_memory() / 2;
@@ -177,14 +178,16 @@ Request read_request(const bccsplat_plan_options& o, const bccsplat_writer_optio
   return out;
 }
 
-bcc4::Frame HostFrames::read(uint64_t frame, size_t channel) {
+series::Frame HostFrames::read(uint64_t frame, size_t channel) {
   const auto& n = series_.dims;
-  const bcc4::Type type = series_.channels[channel].type;
-  auto bytes = std::make_shared<bcc4::Bytes>(n[0] * n[1] * n[2] * bcc4::type_size(type));
+  const series::Type type = series_.channels[channel].type;
+  series::Box box{{{}, {n[0], n[1], n[2]}}, type, nullptr, {}};
+  const uint64_t size = series::type_size(type);
+  auto bytes = std::make_shared<series::Bytes>(box.samples() * size);
   if (frame_(user_, frame, static_cast<uint32_t>(channel), bytes->data()) != 0)
     fail(Code::cancelled, "the host gave no frame ", frame, " of channel ", channel);
-  return bcc4::dense_frame(type, std::move(bytes),
-                           {{bcc4::AxisRole::x, n[0]}, {bcc4::AxisRole::y, n[1]}, {bcc4::AxisRole::z, n[2]}});
+  box.data = bytes->data(), box.stride_bytes = {size, size * n[0], size * n[0] * n[1]};
+  return {{box}, {std::move(bytes)}};
 }
 
 std::string HostFrames::frame_name(uint64_t frame) const { return concat("frame ", frame); }

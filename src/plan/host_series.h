@@ -5,31 +5,31 @@
 #include "bccsplat.h"
 
 #include "choose/series_plan.h"
-#include "readers/frame_reader.h"
+#include "series/frame_reader.h"
 
 namespace bccsplat::plan {
 
-// What the options of the C ABI say, in the words of importers/choose.
+// What the options of the C ABI say, in the words of src/choose.
 struct Request {
-  bcc4::SeriesDescription series;
-  bcc4::WriterSettings settings;
-  bcc4::SeriesWish wish;
+  series::SeriesDescription series;
+  series::WriterSettings settings;
+  series::SeriesWish wish;
 };
 // wish: options.wish as this version knows it.
 [[nodiscard]] Request read_request(const bccsplat_plan_options& options, const bccsplat_writer_options& wish);
 
 // Asks the host for each frame.
-class HostFrames : public bcc4::FrameReader {
+class HostFrames : public series::FrameReader {
  public:
-  HostFrames(bcc4::SeriesDescription series, bccsplat_source_fn frame, void* user)
+  HostFrames(series::SeriesDescription series, bccsplat_source_fn frame, void* user)
       : series_(std::move(series)), frame_(frame), user_(user) {}
-  [[nodiscard]] const bcc4::SeriesDescription& description() const override { return series_; }
-  [[nodiscard]] bcc4::Frame read(uint64_t frame, size_t channel) override;
+  [[nodiscard]] const series::SeriesDescription& description() const override { return series_; }
+  [[nodiscard]] series::Frame read(uint64_t frame, size_t channel) override;
   [[nodiscard]] std::string frame_name(uint64_t frame) const override;
   [[nodiscard]] bool any_thread() const override { return false; }
 
  private:
-  bcc4::SeriesDescription series_;
+  series::SeriesDescription series_;
   bccsplat_source_fn frame_;
   void* user_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan functions of the C API: importers/choose behind a handle.
+// The plan functions of the C API: src/choose behind a handle.
 #include <cmath>
 #include <cstring>
 
@@ -11,13 +11,13 @@ using namespace bccsplat;
 using namespace bccsplat::api;
 
 struct bccsplat_plan : Object<Kind::plan> {
-  bccsplat_plan(bcc4::FrameReader& reader, const bcc4::Device& device, const plan::Request& request,
-                bcc4::Watch& watch, const bccsplat_writer_options& wish)
+  bccsplat_plan(series::FrameReader& reader, const series::Device& device, const plan::Request& request,
+                series::Watch& watch, const bccsplat_writer_options& wish)
       : chosen(reader, device, request.settings, request.wish, watch), progress(wish.progress),
         progress_user(wish.progress_user) {}
 
   mutable Users users;
-  bcc4::SeriesPlan chosen;
+  series::SeriesPlan chosen;
   bccsplat_progress_fn progress; // as the host gave it, for the writer
   void* progress_user;
 };
@@ -25,7 +25,7 @@ struct bccsplat_plan : Object<Kind::plan> {
 namespace {
 
 // Makes a fraction of what is told of a work whose length nobody knows: a pass over the frames, then trials.
-class HostWatch : public bcc4::Watch {
+class HostWatch : public series::Watch {
  public:
   HostWatch(Progress& progress, bccsplat_cancel_token* token) : progress_(progress), token_(token) {}
   [[nodiscard]] bool ends() override {
@@ -33,7 +33,7 @@ class HostWatch : public bcc4::Watch {
     return false;
   }
   [[nodiscard]] bccsplat_cancel_token* token() override { return token_; }
-  void show(const bcc4::WorkDone& work) override {
+  void show(const series::WorkDone& work) override {
     constexpr double pass = 0.3, per_trial = 0.95;
     const auto done = static_cast<double>(work.done);
     progress_.report(work.total > 0 ? pass * std::min(1.0, done / static_cast<double>(work.total))
@@ -45,9 +45,9 @@ class HostWatch : public bcc4::Watch {
   bccsplat_cancel_token* token_;
 };
 
-bcc4::Device reference_to(bccsplat_device* device) {
+series::Device reference_to(bccsplat_device* device) {
   bccsplat_device_retain(device);
-  return bcc4::Device(device);
+  return series::Device(device);
 }
 
 } // namespace

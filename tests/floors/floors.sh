@@ -1,10 +1,11 @@
 #!/bin/bash
 # floors.sh TOP: checks the includes below TOP against the floors of the house and prints each that does not hold.
 # A room includes only its own floor or lower ones, and no circle closes among the rooms of one floor; the folders of some
-# rooms are ladders of their own. src/api and src/plan alone include the public header; src/api asks no room that draws, src/plan
-# asks importers/choose; what reads by a plan of its bytes waits for none. Importers and examples know nothing but the public
-# header and their own files, importers the errors of the core besides, and importers/choose nothing of the tool, of JSON and of
-# printing; the operating system is called in src/base only, CLI11 in importers/tool/cli.cpp. Then classes.sh checks how large classes are.
+# rooms are ladders of their own. src/api, src/choose and src/plan alone include the public header; src/api asks no room that
+# draws, src/choose does not print; what reads by a plan of its bytes waits for none. Importers and examples know nothing but
+# the public header and their own files; importers besides what is known of a series, src/series, and errors, and the tool
+# src/choose, until it asks for plans as hosts do. Readers know nothing of the tool and of JSON; the operating system is called
+# in src/base only, CLI11 in importers/tool/cli.cpp. Then classes.sh checks how large classes are.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 cd "${1:?usage: floors.sh TOP}"
@@ -20,7 +21,7 @@ find "${folders[@]}" -type f \
 # between slashes where they do not know each other. Paths are written without src/, the house itself is the place "", and a
 # dot means the files directly in a place.
 BEGIN {
-  ladder("", "base < lattice | kernel < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / gpu / reference < scene < api < plan")
+  ladder("", "base < lattice | kernel | series < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / gpu / reference < scene < api < choose < plan")
   ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "wavelet < coding < . / encode < read < write")
   ladder("field", "footprint < coefficients < .")
@@ -80,14 +81,13 @@ function leads(place, from, to, steps, e, p) {
   home = room_of("", path)
   core = ("", home) in rung
   ours = ("", room_of("", target)) in rung
-  public = target ~ /(^|\/)bccsplat\.h$/
+  public = target ~ /(^|\/)bccsplat\.h(pp)?$/
   checked++
 
   if (home == "include") {
     if (target != "stddef.h" && target != "stdint.h") wrong("the public header includes <stddef.h> and <stdint.h> only")
   } else if (core) {
-    if (public && home != "api" && home != "plan") wrong("only src/api and src/plan include the public header")
-    else if (home == "plan" && target ~ /^(choose|readers)\//) next
+    if (public && home !~ /^(api|choose|plan)$/) wrong("only src/api, src/choose and src/plan include the public header")
     else if (quoted && !public && !ours) wrong("write includes from src/ or the top, as \"folder/file.h\"")
     else if (ours) {
       if (target == "base/would_block.h" && path !~ /^(base|volume|api|formats)\// &&
@@ -98,19 +98,19 @@ function leads(place, from, to, steps, e, p) {
       for (place in order) check_ladder(place)
     }
     else if (target ~ /^(openvdb|nanovdb|CLI|nlohmann|tbb|netcdf|nifti)/) wrong("belongs to importers/, not to the library")
+    else if (home == "choose" && target ~ /^(cstdio|stdio\.h|iostream)$/) wrong("src/choose prints nothing: it tells a Watch")
     else if (home != "base" && target ~ /^(windows\.h|unistd\.h|fcntl\.h|dlfcn\.h|pthread\.h|sys\/.*|thread|fstream|filesystem)$/)
       wrong("the operating system is called in src/base only")
     else if (target ~ /^(epoxy|EGL|GL|GLES[23])\// && home != "gpu") wrong("OpenGL is called in src/gpu only")
     else if (target ~ /^(OpenEXR|Imf|Imath|ImathV|png\.h|libpng)/ && home != "formats") wrong("image files are written in formats/ only")
   } else if (in_src) {
     wrong("src/" home " is on no floor of: " order[""])
-  } else if (ours && !(home == "importers" && target == "base/error.h")) {
+  } else if (ours && !(home == "importers" && target ~ /^(series\/|base\/(error|utf8)\.h$)/) &&
+             !(path ~ /^importers\/tool\// && target ~ /^choose\//)) {
     wrong(path " is a client: the public header and its own files only")
-  } else if (path ~ /^importers\/(choose|readers)\// && target ~ /^(tool|CLI|nlohmann)\// &&
+  } else if (path ~ /^importers\/readers\// && target ~ /^(tool|CLI|nlohmann)\// &&
              path " " target !~ /^importers\/readers\/records\.h nlohmann/) { # who needs JSON asks records.h
-    wrong("what reads and what chooses know nothing of the tool")
-  } else if (path ~ /^importers\/choose\// && target ~ /^(cstdio|stdio\.h|iostream)$/) {
-    wrong("importers/choose prints nothing: it tells a Watch")
+    wrong("what reads knows nothing of the tool")
   } else if (target ~ /^CLI\// && path != "importers/tool/cli.cpp") {
     wrong("CLI11 takes three seconds to compile: include tool/cli.h, which does without")
   }

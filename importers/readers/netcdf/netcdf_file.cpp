@@ -12,7 +12,7 @@
 #include "readers/byte_stream.h"
 #include "readers/error.h"
 #include "readers/netcdf/netcdf_classic.h"
-#include "readers/utf8.h"
+#include "readers/text.h"
 
 namespace bcc4 {
 namespace {

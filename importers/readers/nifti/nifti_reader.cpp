@@ -18,7 +18,7 @@
 #include "readers/records.h"
 #include "readers/same_place.h"
 #include "readers/system.h"
-#include "readers/utf8.h"
+#include "readers/text.h"
 
 namespace bcc4 {
 namespace {

@@ -16,7 +16,7 @@
 #include "readers/nrrd/nrrd_place.h"
 #include "readers/records.h"
 #include "readers/same_place.h"
-#include "readers/utf8.h"
+#include "readers/text.h"
 
 namespace bcc4 {
 namespace {

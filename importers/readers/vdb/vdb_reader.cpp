@@ -8,7 +8,7 @@
 #include "readers/file_times.h"
 #include "readers/frame_plan.h"
 #include "readers/held_file.h"
-#include "readers/utf8.h"
+#include "readers/text.h"
 #include "readers/vdb/vdb_grid.h"
 #include "readers/vdb/vdb_survey.h"
 

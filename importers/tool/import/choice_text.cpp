@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "readers/text.h"
+
 namespace bcc4 {
 namespace {
 

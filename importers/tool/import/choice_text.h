@@ -9,6 +9,7 @@
 #include "choose/lattice_choice.h"
 #include "choose/level_choice.h"
 #include "choose/spectrum.h"
+#include "readers/frame_reader.h"
 
 namespace bcc4 {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "readers/frame_reader.h"
-#include "readers/scan.h"
+#include "series/scan.h"
 #include "tool/handles.h"
 #include "tool/json_fwd.h"
 

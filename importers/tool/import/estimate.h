@@ -6,7 +6,7 @@
 
 #include "choose/series_writer.h"
 #include "readers/frame_reader.h"
-#include "readers/scan.h"
+#include "series/scan.h"
 #include "tool/import/plan.h"
 
 namespace bcc4 {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "readers/text.h"
 #include "tool/import/choice_json.h"
 #include "tool/import/choice_text.h"
 #include "tool/import/report.h"

@@ -9,7 +9,7 @@
 
 #include "choose/series_writer.h"
 #include "readers/frame_reader.h"
-#include "readers/scan.h"
+#include "series/scan.h"
 #include "tool/options.h"
 
 namespace bcc4 {

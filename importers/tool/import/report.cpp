@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "readers/text.h"
 #include "tool/json.h"
 
 namespace bcc4 {

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "readers/sequence.h"
+#include "readers/text.h"
 #include "tool/json.h"
 #include "tool/system.h"
 

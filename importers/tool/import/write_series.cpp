@@ -10,8 +10,8 @@
 
 #include "choose/finer.h"
 #include "choose/read_series.h"
-#include "readers/scan.h"
-#include "readers/utf8.h"
+#include "readers/text.h"
+#include "series/scan.h"
 #include "tool/import/air_in_file.h"
 #include "tool/import/resume.h"
 #include "tool/import/writer_choices.h"

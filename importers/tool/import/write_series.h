@@ -11,7 +11,7 @@
 #include "choose/part.h"
 #include "choose/series_writer.h"
 #include "readers/frame_reader.h"
-#include "readers/scan.h"
+#include "series/scan.h"
 #include "tool/import/plan_file.h"
 #include "tool/import/summary.h"
 #include "tool/options.h"

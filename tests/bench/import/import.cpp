@@ -23,7 +23,7 @@
 #include "readers/byte_stream.h"
 #include "readers/error.h"
 #include "readers/open_series.h"
-#include "readers/read_ahead.h"
+#include "series/read_ahead.h"
 #include "tests/bench/scale/scale_host.h"
 
 namespace bccsplat::bench {

@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "readers/scan.h"
 #include "scratch.h"
+#include "series/scan.h"
 
 namespace bcc4::test {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "readers/utf8.h"
+#include "readers/text.h"
 
 #include <gtest/gtest.h>
 
@@ -13,14 +13,14 @@ TEST(Utf8, TextsOfItStayAsTheyAre) {
 }
 
 TEST(Utf8, SequencesAreWellFormedOrNone) {
-  EXPECT_EQ(utf8_sequence("a"), 1u);
-  EXPECT_EQ(utf8_sequence("\xc2\xb5m"), 2u);
-  EXPECT_EQ(utf8_sequence("\xe2\x82\xac"), 3u);
-  EXPECT_EQ(utf8_sequence("\xf0\x9f\x8c\x8a"), 4u);
+  EXPECT_EQ(bccsplat::utf8_sequence("a"), 1u);
+  EXPECT_EQ(bccsplat::utf8_sequence("\xc2\xb5m"), 2u);
+  EXPECT_EQ(bccsplat::utf8_sequence("\xe2\x82\xac"), 3u);
+  EXPECT_EQ(bccsplat::utf8_sequence("\xf0\x9f\x8c\x8a"), 4u);
   for (const char* wrong :
        {"", "\xb5", "\xc2", "\xc0\x80", "\xc1\xbf", "\xe2\x82", "\xe0\x9f\xbf", "\xed\xa0\x80",
         "\xf0\x8f\xbf\xbf", "\xf4\x90\x80\x80", "\xf5\x80\x80\x80", "\xff"})
-    EXPECT_EQ(utf8_sequence(wrong), 0u);
+    EXPECT_EQ(bccsplat::utf8_sequence(wrong), 0u);
 }
 
 TEST(Utf8, OthersAreLatin1) {

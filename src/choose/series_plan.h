@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// All that a writer has to be told about a series, chosen where nobody says it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "choose/settle.h"
+
+namespace bccsplat::series {
+
+// What is asked for beside the settings of a writer, which are kept where they are not at their defaults.
+struct SeriesWish {
+  ErrorBound bound;
+  std::optional<uint32_t> levels; // none: by the size of the frames
+  double density = 0;             // sites per source sample; 0: as the data need
+  bool exact = false;             // values as precise as the source's
+  std::set<std::string> own_air;  // channels whose air was said
+  uint64_t memory = UINT64_MAX;   // as of Unsettled
+};
+
+class SeriesPlan {
+ public:
+  // Reads the series and tries codings on a sample of it.
+  SeriesPlan(FrameReader& reader, const Device& device, WriterSettings settings, const SeriesWish& wish,
+             Watch& watch);
+  SeriesPlan(const SeriesPlan&) = delete;
+  SeriesPlan& operator=(const SeriesPlan&) = delete;
+
+  // The options of the writer, until refine().
+  [[nodiscard]] const bccsplat_writer_options& options() const { return options_->options; }
+  // What was chosen and why.
+  [[nodiscard]] const std::string& text() const { return text_; }
+  // After a writer missed the PSNR; false: nothing is left to try.
+  [[nodiscard]] bool refine();
+
+ private:
+  void make_options();
+  void choose(FrameReader& reader, const Device& device, const SeriesWish& wish, Watch& watch);
+
+  SeriesDescription series_;
+  WriterSettings settings_;
+  std::vector<ChannelScan> scans_;
+  std::optional<SeriesOptions> options_;
+  std::string text_;
+  size_t missed_ = 0;
+};
+
+} // namespace bccsplat::series
