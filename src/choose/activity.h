@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "choose/part.h"
 #include "choose/watch.h"
 #include "series/frame_reader.h"
 #include "series/scan.h"

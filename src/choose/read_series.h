@@ -4,7 +4,6 @@
 
 #include <functional>
 
-#include "choose/part.h"
 #include "choose/watch.h"
 #include "series/frame_reader.h"
 

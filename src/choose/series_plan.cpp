@@ -86,7 +86,7 @@ void SeriesPlan::choose(FrameReader& reader, const Device& device, const SeriesW
   unsettled.open_store = settings_.live == 0;
   unsettled.progress = &watch;
   unsettled.memory = wish.memory;
-  ImportPlan plan{series_, settings_, {}, {}, {}, {}, {}, {}, {}, {}};
+  ImportPlan plan{series_, settings_};
   plan.levels.automatic = !wish.levels;
   settle_import(reader, device, unsettled, settings_, plan);
   text_ = text_of(plan) + levels_note(settings_.levels);

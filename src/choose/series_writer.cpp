@@ -1,43 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decides the type or step that each channel is stored in, so that a source's integers are codes and air is
-// among them, and fills the options of the C API with it. Frames are handed over as the reader's boxes,
-// without a copy.
+// among them, and fills the options of the C API with it.
 #include "choose/series_writer.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/utf8.h"
 
 namespace bccsplat::series {
 namespace {
 
-int32_t library_type(Type type) {
-  switch (type) {
-  case Type::u8:
-    return BCCSPLAT_TYPE_U8;
-  case Type::i8:
-    return BCCSPLAT_TYPE_I8;
-  case Type::u16:
-    return BCCSPLAT_TYPE_U16;
-  case Type::i16:
-    return BCCSPLAT_TYPE_I16;
-  case Type::u32:
-    return BCCSPLAT_TYPE_U32;
-  case Type::i32:
-  case Type::u64: // as which export may write them
-  case Type::i64:
-    return BCCSPLAT_TYPE_I32;
-  case Type::f16:
-    return BCCSPLAT_TYPE_F16;
-  case Type::f32:
-    return BCCSPLAT_TYPE_F32;
-  default:
-    return BCCSPLAT_TYPE_F64;
-  }
-}
+constexpr std::pair<int32_t, Type> kTypes[] = {
+    {BCCSPLAT_TYPE_U8, Type::u8},   {BCCSPLAT_TYPE_I8, Type::i8},   {BCCSPLAT_TYPE_U16, Type::u16},
+    {BCCSPLAT_TYPE_I16, Type::i16}, {BCCSPLAT_TYPE_U32, Type::u32}, {BCCSPLAT_TYPE_I32, Type::i32},
+    {BCCSPLAT_TYPE_F16, Type::f16}, {BCCSPLAT_TYPE_F32, Type::f32}, {BCCSPLAT_TYPE_F64, Type::f64}};
 
 int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return size; }
 
@@ -68,6 +48,18 @@ double nearest_scaled(const Channel& channel, double air) {
 }
 
 } // namespace
+
+int32_t library_type(Type type) {
+  for (const auto& [known, ours] : kTypes)
+    if (ours == type) return known;
+  return BCCSPLAT_TYPE_I32; // integers of 64 bits, as which export may write them
+}
+
+Type type_of(int32_t number) {
+  for (const auto& [known, ours] : kTypes)
+    if (known == number) return ours;
+  return Type::f32;
+}
 
 std::optional<ScaledCoding> scaled_coding(const Channel& channel, const WriterSettings& settings) {
   if (!channel.scaled() || type_size(channel.precision) > 2) return std::nullopt;
@@ -315,66 +307,6 @@ Writer create_writer(const Device& device, const std::string& path, const Series
     check(bccsplat_writer_create(device.get(), path.c_str(), &options, &writer), path);
   }
   return Writer(writer);
-}
-
-void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
-               const std::string& name) {
-  std::vector<bccsplat_box> boxes;
-  boxes.reserve(frame.boxes.size());
-  for (const Box& box : frame.boxes) {
-    auto b = sized<bccsplat_box>();
-    b.type = library_type(box.type);
-    b.data = box.data;
-    for (size_t a = 0; a < 3; ++a) {
-      b.begin[a] = box.begin[a];
-      b.dims[a] = box.dims[a];
-      b.stride_bytes[a] = box.stride_bytes[a];
-    }
-    boxes.push_back(b);
-  }
-  check(bccsplat_writer_add_frame(writer.get(), channel, time, boxes.data(), boxes.size()), name);
-}
-
-FrameSpan wanted_frames(const Writer& writer) {
-  FrameSpan frames;
-  check(bccsplat_writer_get_part_frames(writer.get(), &frames.first, &frames.end), "");
-  return frames;
-}
-
-SampleBox wanted_box(const Writer& writer) {
-  std::array<uint64_t, 3> end{};
-  SampleBox box;
-  check(bccsplat_writer_get_part_box(writer.get(), box.begin.data(), end.data()), "");
-  for (size_t a = 0; a < 3; ++a) box.dims[a] = end[a] - box.begin[a];
-  return box;
-}
-
-FrameSpan part_frames(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
-                      const std::vector<ChannelScan>& scans, const FrameSpan& part) {
-  auto own = sized<bccsplat_series_part>();
-  own.first = part.first, own.end = part.end;
-  own.times = series.times.values.data();
-  return wanted_frames(create_writer(device, "", series, settings, scans, series.dims[3], &own));
-}
-
-SampleBox block_samples(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
-                        const std::vector<ChannelScan>& scans, const SampleBox& block) {
-  auto own = sized<bccsplat_series_part>();
-  own.end = series.dims[3], own.times = series.times.values.data();
-  for (size_t a = 0; a < 3; ++a)
-    own.box_begin[a] = block.begin[a], own.box_end[a] = block.begin[a] + block.dims[a];
-  return wanted_box(create_writer(device, "", series, settings, scans, series.dims[3], &own));
-}
-
-uint64_t lattice_sites(const Writer& writer) {
-  uint64_t sites = 0;
-  auto layer = sized<bccsplat_layer_geometry>();
-  for (int64_t l = 0, layers = 1; l < layers; ++l) {
-    check(bccsplat_writer_get_layer_geometry(writer.get(), l, &layer), "");
-    layers = layer.layer_count;
-    sites += layer.dims[0] * layer.dims[1] * layer.dims[2];
-  }
-  return sites;
 }
 
 } // namespace bccsplat::series

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "choose/part.h"
 #include "choose/status.h"
 #include "series/frame_reader.h"
 #include "series/scan.h"
@@ -52,6 +51,10 @@ struct WriterSettings {
   uint32_t live = 0;                             // of files: shown after so many slabs
   bccsplat_cancel_token* cancel_token = nullptr; // borrowed; may be null
 };
+
+// The number of a type in the C ABI, and the type of such a number; f32 where it tells none.
+[[nodiscard]] int32_t library_type(Type type);
+[[nodiscard]] Type type_of(int32_t number);
 
 // Codes a step apart that are the integers of a scaled source, or lie between them where air does.
 struct ScaledCoding {
@@ -109,22 +112,5 @@ struct SeriesOptions {
                                    const std::vector<ChannelScan>& scans, uint64_t frames,
                                    const bccsplat_series_part* part = nullptr,
                                    const bccsplat_write_stream* stream = nullptr);
-// `name` of the file for error texts.
-void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
-               const std::string& name);
-// Frames that a writer is to be given: of a part some more than its own.
-[[nodiscard]] FrameSpan wanted_frames(const Writer& writer);
-// Samples of each that it takes: of a block its own and a few around them.
-[[nodiscard]] SampleBox wanted_box(const Writer& writer);
-// Frames that a part is made of.
-[[nodiscard]] FrameSpan part_frames(const Device& device, const SeriesDescription& series,
-                                    const WriterSettings& settings, const std::vector<ChannelScan>& scans,
-                                    const FrameSpan& part);
-// Samples that a block of all frames is made of.
-[[nodiscard]] SampleBox block_samples(const Device& device, const SeriesDescription& series,
-                                      const WriterSettings& settings, const std::vector<ChannelScan>& scans,
-                                      const SampleBox& block);
-// Sum over the layers of the lattice, per channel.
-[[nodiscard]] uint64_t lattice_sites(const Writer& writer);
 
 } // namespace bccsplat::series

@@ -19,29 +19,6 @@ using namespace bccsplat::api;
 
 constexpr double most_density = 4; // sites per source sample
 
-series::Type type_of(int32_t type) {
-  switch (type) {
-  case BCCSPLAT_TYPE_U8:
-    return series::Type::u8;
-  case BCCSPLAT_TYPE_U16:
-    return series::Type::u16;
-  case BCCSPLAT_TYPE_F16:
-    return series::Type::f16;
-  case BCCSPLAT_TYPE_I16:
-    return series::Type::i16;
-  case BCCSPLAT_TYPE_I32:
-    return series::Type::i32;
-  case BCCSPLAT_TYPE_F64:
-    return series::Type::f64;
-  case BCCSPLAT_TYPE_I8:
-    return series::Type::i8;
-  case BCCSPLAT_TYPE_U32:
-    return series::Type::u32;
-  default:
-    return series::Type::f32;
-  }
-}
-
 [[noreturn]] void refuse(const char* field, const char* why) {
   fail(Code::unsupported, "bccsplat_plan_options.wish.", field, ": ", why);
 }
@@ -72,8 +49,9 @@ series::Channel read_channel(const bccsplat_channel_options& own, const bccsplat
   series::Channel channel;
   if (own.name) channel.name = own.name;
   if (own.unit) channel.unit = own.unit;
-  channel.type = type_of(in.type);
-  channel.precision = own.source_type == BCCSPLAT_TYPE_DEFAULT ? channel.type : type_of(own.source_type);
+  channel.type = series::type_of(in.type);
+  channel.precision =
+      own.source_type == BCCSPLAT_TYPE_DEFAULT ? channel.type : series::type_of(own.source_type);
   channel.has_fill = in.missing != 0;
   channel.step = in.step, channel.offset = in.offset;
   if (own.set_mask & BCCSPLAT_CHANNEL_SET_AIR) channel.air = own.air;

@@ -17,6 +17,11 @@ namespace bccsplat::series {
 
 using Bytes = std::vector<std::byte>;
 
+// Frames first .. end - 1.
+struct FrameSpan {
+  uint64_t first = 0, end = 0;
+};
+
 // A box of samples of one frame.
 struct SampleBox {
   std::array<uint64_t, 3> begin{}, dims{};

@@ -8,7 +8,6 @@
 
 #include "choose/air.h"
 #include "choose/lattice_shape.h"
-#include "choose/precision.h"
 #include "readers/open_series.h"
 #include "readers/system.h"
 #include "tool/cli.h"
@@ -19,8 +18,10 @@
 #include "tool/import/estimate.h"
 #include "tool/import/import_arguments.h"
 #include "tool/import/part_argument.h"
+#include "tool/import/part_frames.h"
 #include "tool/import/plan.h"
 #include "tool/import/plan_file.h"
+#include "tool/import/precision.h"
 #include "tool/import/sources.h"
 #include "tool/import/summary.h"
 #include "tool/json.h"
@@ -223,18 +224,19 @@ void save_plan(const ImportArguments& a, const ImportPlan& plan) {
 
 // Ends a dry run: the plan is saved, completed by what is only told, and told.
 Exit report_plan(const ImportArguments& a, FrameReader& reader, const Device& device, bool planned,
-                 ImportPlan& plan, Watch& watch) {
+                 const ImportPlan& plan, Watch& watch) {
   if (!a.plan.empty()) save_plan(a, plan);
+  DryRun run;
   // What is imported in blocks is not estimated: the sample would have to be, too.
   if (reader.frames_fit() && blocks_of(a, device, plan, {}).size() < 2)
-    plan.estimate = estimate_import(reader, device, a.settings, plan.scans);
+    run.estimate = estimate_import(reader, device, a.settings, plan.scans);
   const bool whole = !planned && a.part.empty() && !a.resume.append;
-  if (whole && a.settings.ends != BCCSPLAT_ENDS_PERIODIC) plan.turn = measure_turn(reader, watch);
-  if (whole && a.settings.periodic == 0) plan.round = measure_round(reader, watch);
+  if (whole && a.settings.ends != BCCSPLAT_ENDS_PERIODIC) run.turn = measure_turn(reader, watch);
+  if (whole && a.settings.periodic == 0) run.round = measure_round(reader, watch);
   if (a.common.json)
-    print_json(plan_json(plan));
+    print_json(plan_json(plan, run));
   else
-    print_plan(plan);
+    print_plan(plan, run);
   return Exit::ok;
 }
 
@@ -294,7 +296,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     return Exit::ok;
   }
 
-  ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}, {}, {}};
+  ImportPlan plan{s, a.settings};
   plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a);
   plan.levels.scattered = plan.levels.automatic && scattered;
   ImportScope scope;

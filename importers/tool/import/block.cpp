@@ -15,6 +15,7 @@
 
 #include "readers/system.h"
 #include "tool/import/block_result.h"
+#include "tool/import/part_frames.h"
 #include "tool/import/plan_file.h"
 #include "tool/interrupt.h"
 #include "tool/options.h"

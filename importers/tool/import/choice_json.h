@@ -5,7 +5,7 @@
 #include "choose/lattice_choice.h"
 #include "choose/search.h"
 #include "choose/spectrum.h"
-#include "choose/turn.h"
+#include "tool/import/turn.h"
 #include "tool/json_fwd.h"
 
 namespace bcc4 {

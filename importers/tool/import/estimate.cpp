@@ -5,11 +5,24 @@
 #include <cmath>
 
 #include "tool/import/report.h"
+#include "tool/import/write_series.h"
 #include "tool/interrupt.h"
 #include "tool/progress.h"
 
 namespace bcc4 {
 namespace {
+
+// Sum over the layers of the lattice, per channel.
+uint64_t lattice_sites(const Writer& writer) {
+  uint64_t sites = 0;
+  auto layer = sized<bccsplat_layer_geometry>();
+  for (int64_t l = 0, layers = 1; l < layers; ++l) {
+    check(bccsplat_writer_get_layer_geometry(writer.get(), l, &layer), "");
+    layers = layer.layer_count;
+    sites += layer.dims[0] * layer.dims[1] * layer.dims[2];
+  }
+  return sites;
+}
 
 constexpr uint64_t kSampledFrames = 8; // of a series: more take longer, fewer tell less
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "choose/part.h"
+#include "readers/frame_reader.h"
 
 namespace bcc4 {
 

@@ -93,7 +93,7 @@ void print_places(const SeriesDescription& s) {
            short_number(at.back(), 7), s.places[a].unit.empty() ? "" : " ", s.places[a].unit);
 }
 
-void print_plan(const ImportPlan& plan) {
+void print_plan(const ImportPlan& plan, const DryRun& run) {
   const SeriesDescription& s = plan.series;
   uint64_t bytes = 0;
   for (const SourceFile& f : s.files) bytes += f.bytes;
@@ -127,12 +127,12 @@ void print_plan(const ImportPlan& plan) {
     line(c == 0 ? "values" : "", text);
   }
   for (const std::string& note : s.notes) line("note", note);
-  if (plan.turn && plan.turn->leads_to_first())
+  if (run.turn && run.turn->leads_to_first())
     line("ends",
          "the last frame is as near to the first as frames are to the next: if the series goes round, as "
          "heart beats and climatologies do, --ends periodic");
-  for (size_t a = 0; a < plan.round.size(); ++a)
-    if (plan.round[a] && plan.round[a]->leads_to_first())
+  for (size_t a = 0; a < run.round.size(); ++a)
+    if (run.round[a] && run.round[a]->leads_to_first())
       line("faces",
            concat("the last samples along ", "xy"[a],
                   " are as near to the first as samples are to the next: if they go round, as longitude "
@@ -158,8 +158,8 @@ void print_plan(const ImportPlan& plan) {
          " tried on ", plan.search->sampled_frames, " frames)");
   if (const std::string text = levels_text(plan.levels, plan.settings.levels); !text.empty())
     line("levels", text);
-  if (plan.estimate) {
-    const ImportEstimate& e = *plan.estimate;
+  if (run.estimate) {
+    const ImportEstimate& e = *run.estimate;
     line("lattice", cc_samples(s), " samples -> ", e.sites, " sites (",
          short_number(static_cast<double>(e.sites) / static_cast<double>(cc_samples(s)), 4), ")");
     line("estimate", byte_text(e.bytes_file), " on disk, ", byte_text(e.bytes_memory), " of memory, ",
@@ -172,7 +172,7 @@ void print_plan(const ImportPlan& plan) {
   std::fflush(stdout);
 }
 
-Json plan_json(const ImportPlan& plan) {
+Json plan_json(const ImportPlan& plan, const DryRun& run) {
   const SeriesDescription& s = plan.series;
   Json j;
   j["format"] = s.format;
@@ -208,8 +208,8 @@ Json plan_json(const ImportPlan& plan) {
   }
   j["cc_samples"] = cc_samples(s);
   j["levels"] = plan.settings.levels;
-  if (plan.estimate) {
-    const ImportEstimate& e = *plan.estimate;
+  if (run.estimate) {
+    const ImportEstimate& e = *run.estimate;
     j["sites_total"] = e.sites;
     j["estimate"] = {{"frames", e.sampled_frames},
                      {"bytes_file", std::llround(e.bytes_file)},
@@ -224,9 +224,9 @@ Json plan_json(const ImportPlan& plan) {
   if (const auto& b = plan.wavelets)
     j["wavelets"] = {{"psnr", b->psnr}, {"abs", b->abs}, {"share_of_range", b->share}};
   if (plan.search) j["coding"] = search_json(*plan.search, s);
-  if (plan.turn) j["turn"] = turn_json(*plan.turn);
-  for (size_t a = 0; a < plan.round.size(); ++a)
-    if (plan.round[a]) j["round"][std::string(1, "xy"[a])] = turn_json(*plan.round[a]);
+  if (run.turn) j["turn"] = turn_json(*run.turn);
+  for (size_t a = 0; a < run.round.size(); ++a)
+    if (run.round[a]) j["round"][std::string(1, "xy"[a])] = turn_json(*run.round[a]);
   j["notes"] = s.notes;
   j["warnings"] = s.warnings;
   return j;

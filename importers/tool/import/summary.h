@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "choose/part.h"
 #include "readers/frame_reader.h"
 #include "tool/import/report.h"
 #include "tool/json_fwd.h"

@@ -13,6 +13,7 @@
 #include "readers/text.h"
 #include "series/scan.h"
 #include "tool/import/air_in_file.h"
+#include "tool/import/part_frames.h"
 #include "tool/import/resume.h"
 #include "tool/import/writer_choices.h"
 #include "tool/run_watch.h"
@@ -104,6 +105,24 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
 }
 
 } // namespace
+
+void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
+               const std::string& name) {
+  std::vector<bccsplat_box> boxes;
+  boxes.reserve(frame.boxes.size());
+  for (const Box& box : frame.boxes) {
+    auto b = sized<bccsplat_box>();
+    b.type = library_type(box.type);
+    b.data = box.data;
+    for (size_t a = 0; a < 3; ++a) {
+      b.begin[a] = box.begin[a];
+      b.dims[a] = box.dims[a];
+      b.stride_bytes[a] = box.stride_bytes[a];
+    }
+    boxes.push_back(b);
+  }
+  check(bccsplat_writer_add_frame(writer.get(), channel, time, boxes.data(), boxes.size()), name);
+}
 
 ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
                         const std::vector<ChannelScan>& scans, const ImportScope& scope,

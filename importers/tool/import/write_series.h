@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "choose/part.h"
 #include "choose/series_writer.h"
 #include "readers/frame_reader.h"
 #include "series/scan.h"
@@ -32,6 +31,10 @@ struct ImportScope {
 // How frames become layers where it is not the usual way, as the attribute import.filtering of a file tells;
 // nothing else in a file does.
 [[nodiscard]] std::string filtering_text(const WriterSettings& settings);
+
+// Gives a frame to a writer, as the reader's boxes, without a copy. name: of its file, for error texts.
+void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
+               const std::string& name);
 
 // Returns what write() does. Where that misses the PSNR that a sample of the series has promised, it is
 // called again, first with finer steps, in the end with corrections. resumes: so does it where what is to be

@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "choose/watch.h"
-#include "series/frame_reader.h"
+#include "readers/frame_reader.h"
 
-namespace bccsplat::series {
+namespace bcc4 {
 
 // Differences between frames, root mean squares over some of their samples; of the channel that looks the
 // least like one that goes round.
@@ -35,4 +35,4 @@ struct Turn {
 // The same of the columns of a frame across x and across y; none of axes of fewer than 16 samples.
 [[nodiscard]] std::array<std::optional<Turn>, 2> measure_round(FrameReader& reader, Watch& watch);
 
-} // namespace bccsplat::series
+} // namespace bcc4

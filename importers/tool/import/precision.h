@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "choose/watch.h"
-#include "series/frame_reader.h"
+#include "readers/frame_reader.h"
 
-namespace bccsplat::series {
+namespace bcc4 {
 
 // Returns a warning for each channel of 64-bit floats whose rounding would be seen, and of 32-bit integers
 // that are not all exact as floats. Reads the first frame of such channels.
 [[nodiscard]] std::vector<std::string> precision_warnings(FrameReader& reader, Watch& watch);
 
-} // namespace bccsplat::series
+} // namespace bcc4

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares some planes of frames, and of one frame some columns.
-#include "choose/turn.h"
+#include "tool/import/turn.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include "choose/frame_planes.h"
 
-namespace bccsplat::series {
+namespace bcc4 {
 namespace {
 
 constexpr uint64_t kFewestFrames = 6;
@@ -155,4 +155,4 @@ std::optional<Turn> measure_turn(FrameReader& reader, Watch& watch) {
   return least;
 }
 
-} // namespace bccsplat::series
+} // namespace bcc4

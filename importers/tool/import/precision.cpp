@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "choose/precision.h"
+#include "tool/import/precision.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 
 #include "choose/frame_planes.h"
 #include "choose/labels.h"
-#include "series/text.h"
+#include "readers/text.h"
 
-namespace bccsplat::series {
+namespace bcc4 {
 namespace {
 
 constexpr double kSeen = 1.0 / 512; // of the range of the values: half a step of 8 bits
@@ -54,4 +54,4 @@ std::vector<std::string> precision_warnings(FrameReader& reader, Watch& watch) {
   return warnings;
 }
 
-} // namespace bccsplat::series
+} // namespace bcc4

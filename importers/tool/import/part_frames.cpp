@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tool/import/part_frames.h"
+
+#include <algorithm>
+#include <array>
+
+namespace bcc4 {
+
+FrameSpan wanted_frames(const Writer& writer) {
+  FrameSpan frames;
+  check(bccsplat_writer_get_part_frames(writer.get(), &frames.first, &frames.end), "");
+  return frames;
+}
+
+SampleBox wanted_box(const Writer& writer) {
+  std::array<uint64_t, 3> end{};
+  SampleBox box;
+  check(bccsplat_writer_get_part_box(writer.get(), box.begin.data(), end.data()), "");
+  for (size_t a = 0; a < 3; ++a) box.dims[a] = end[a] - box.begin[a];
+  return box;
+}
+
+FrameSpan part_frames(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
+                      const std::vector<ChannelScan>& scans, const FrameSpan& part) {
+  auto own = sized<bccsplat_series_part>();
+  own.first = part.first, own.end = part.end;
+  own.times = series.times.values.data();
+  return wanted_frames(create_writer(device, "", series, settings, scans, series.dims[3], &own));
+}
+
+SampleBox block_samples(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
+                        const std::vector<ChannelScan>& scans, const SampleBox& block) {
+  auto own = sized<bccsplat_series_part>();
+  own.end = series.dims[3], own.times = series.times.values.data();
+  for (size_t a = 0; a < 3; ++a)
+    own.box_begin[a] = block.begin[a], own.box_end[a] = block.begin[a] + block.dims[a];
+  return wanted_box(create_writer(device, "", series, settings, scans, series.dims[3], &own));
+}
+
+uint64_t lead_of(const std::vector<ChannelScan>& scans, uint64_t first) {
+  const auto missing = [&](uint64_t frame) {
+    return std::any_of(scans.begin(), scans.end(), [&](const ChannelScan& s) {
+      return std::binary_search(s.missing.begin(), s.missing.end(), frame);
+    });
+  };
+  uint64_t lead = 0;
+  while (lead < first && missing(first - lead)) ++lead;
+  return lead;
+}
+
+} // namespace bcc4
