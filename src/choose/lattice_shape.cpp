@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Counts the planes and layers that a writer will make of a shape, rounding as it does, and derives from them
-// distances, densities and the shape of a part; the tool knows the writer by the C API only.
+// distances, densities and the shape of a part.
 #include "choose/lattice_shape.h"
 
 #include <algorithm>

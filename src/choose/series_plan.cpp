@@ -77,15 +77,11 @@ void SeriesPlan::make_options() {
 }
 
 void SeriesPlan::choose(FrameReader& reader, const Device& device, const SeriesWish& wish, Watch& watch) {
-  Unsettled unsettled;
-  unsettled.bound = wish.bound;
+  Unsettled unsettled = wish;
   unsettled.auto_lattice =
       wish.density > 0 || (!has_distances(settings_) && settings_.lattice == BCCSPLAT_LATTICE_DEFAULT);
-  unsettled.density = wish.density;
-  unsettled.exact = wish.exact;
   unsettled.open_store = settings_.live == 0;
   unsettled.progress = &watch;
-  unsettled.memory = wish.memory;
   ImportPlan plan{series_, settings_};
   plan.levels.automatic = !wish.levels;
   settle_import(reader, device, unsettled, settings_, plan);

@@ -12,14 +12,11 @@
 
 namespace bccsplat::series {
 
-// What is asked for beside the settings of a writer, which are kept where they are not at their defaults.
-struct SeriesWish {
-  ErrorBound bound;
+// What is asked for beside the settings of a writer, which are kept where they are not at their defaults. The
+// plan finds out itself what of the store and the lattice is open.
+struct SeriesWish : Unsettled {
   std::optional<uint32_t> levels; // none: by the size of the frames
-  double density = 0;             // sites per source sample; 0: as the data need
-  bool exact = false;             // values as precise as the source's
   std::set<std::string> own_air;  // channels whose air was said
-  uint64_t memory = UINT64_MAX;   // as of Unsettled
 };
 
 class SeriesPlan {

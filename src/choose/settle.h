@@ -12,7 +12,7 @@ namespace bccsplat::series {
 struct Unsettled {
   ErrorBound bound;             // to be kept by the smallest file that does
   bool open_store = false;      // may the store be one that was not asked for?
-  bool auto_time_scale = false; // --time-scale auto
+  bool auto_time_scale = false; // the distance along time
   bool auto_lattice = false;    // the lattice, or its distances
   double density = 0;        // sites per source sample; 0: half of them, or as the lattice has at distance 1
   bool exact = false;        // values as precise as the source's

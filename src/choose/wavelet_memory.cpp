@@ -5,16 +5,10 @@
 #include <cmath>
 
 #include "series/value_type.h"
+#include "store/settings.h"
 
 namespace bccsplat::series {
 namespace {
-
-// The layers of a slab (src/store/settings.h).
-uint64_t slab_layers(const SeriesDescription& s) {
-  constexpr uint64_t small = 1 << 22, large = 1 << 25;
-  const uint64_t samples = s.dims[0] * s.dims[1] * s.dims[2];
-  return std::min<uint64_t>(s.dims[3], samples <= small ? 16 : samples <= large ? 8 : 4);
-}
 
 // The samples of a frame in the tiles that stand for all, which are worked on at a time; more of others only
 // where the budget has room.
@@ -36,7 +30,9 @@ bool is_step(const Channel& c, double bound) {
 uint64_t memory_of_wavelets(const SeriesDescription& s, const WriterSettings& settings, double bound) {
   constexpr uint64_t of_tile_sample = 20, of_frame_sample = 4; // while it is coded; on its way to a layer
   constexpr uint64_t reach = 10, of_field_sample = 20;         // layers on either side; the field of a frame
-  const uint64_t samples = s.dims[0] * s.dims[1] * s.dims[2], layers = slab_layers(s);
+  const uint64_t samples = s.dims[0] * s.dims[1] * s.dims[2];
+  const uint64_t layers =
+      std::min<uint64_t>(s.dims[3], slab_layers_of_wavelets(LatticeKind::cc, static_cast<double>(samples)));
   const uint64_t waiting = std::min(s.dims[3], layers + 2 * reach);
   uint64_t sample = 0, levels = 0; // bytes of one
   for (const Channel& c : s.channels) {
