@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "choose/series_plan.h"
 
-#include <cmath>
-
 #include "choose/air.h"
 #include "choose/finer.h"
 #include "choose/level_choice.h"
@@ -10,10 +8,6 @@
 
 namespace bccsplat::series {
 namespace {
-
-std::string decibels_text(double psnr) {
-  return std::isinf(psnr) ? "exact" : concat(short_number(psnr, 3), " dB");
-}
 
 std::string choice_text(const LatticeChoice& choice, const SeriesDescription& s) {
   const std::string steps = steps_text(choice.rounded.coding, s);

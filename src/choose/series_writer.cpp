@@ -21,10 +21,6 @@ constexpr std::pair<int32_t, Type> kTypes[] = {
 
 int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return size; }
 
-} // namespace
-
-namespace {
-
 // The smallest and the largest value that a scaled source can have.
 std::array<double, 2> scaled_range(const Channel& channel) {
   return visit_type(channel.precision, [&](auto zero) -> std::array<double, 2> {

@@ -293,6 +293,10 @@ double Trier::half_the_frames() const {
   return psnr_of(mean_squares);
 }
 
+std::string decibels_text(double psnr) {
+  return std::isinf(psnr) ? "exact" : concat(short_number(psnr, 3), " dB");
+}
+
 std::string steps_text(const Coding& coding, const SeriesDescription& series) {
   std::string text;
   for (size_t c = 0; c < coding.steps.size(); ++c)

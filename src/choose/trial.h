@@ -80,6 +80,8 @@ class Trier {
   std::vector<size_t> order_; // of the stretches: those where a lattice loses most first
 };
 
+// "45.2 dB", or "exact".
+[[nodiscard]] std::string decibels_text(double psnr);
 // "values in steps of 3"; empty: none.
 [[nodiscard]] std::string steps_text(const Coding& coding, const SeriesDescription& series);
 [[nodiscard]] std::string coding_text(const CodingTrial& trial, const SeriesDescription& series);

@@ -18,11 +18,8 @@ std::string per_cent(double part) { return concat(short_number(100 * part, 2), "
 
 std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesDescription& series) {
   std::vector<std::string> lines;
-  const auto dB = [](double psnr) {
-    return std::isinf(psnr) ? std::string("exact") : short_number(psnr, 3) + " dB";
-  };
   lines.push_back(concat(shape_text(choice.chosen().shape, series.dims), ": ",
-                         dB(choice.chosen().trial->psnr), " of the sampled range predicted"));
+                         decibels_text(choice.chosen().trial->psnr), " of the sampled range predicted"));
   if (choice.chosen().trial->psnr < kFarOff && !is_source_grid(choice.chosen().shape))
     lines.push_back("far from the source, which has detail as fine as its samples: --lattice cc keeps "
                     "them all, --psnr or --abs the error you say");
@@ -41,15 +38,15 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
     const LatticeCandidate& c = choice.candidates[i];
     if (i == choice.best || !c.trial) continue;
     alike = alike && std::isinf(c.trial->psnr);
-    others += concat(shape_text(c.shape, series.dims), " ", dB(c.trial->psnr), "; ");
+    others += concat(shape_text(c.shape, series.dims), " ", decibels_text(c.trial->psnr), "; ");
   }
   if (!choice.rounded.coding.steps.empty())
     lines.push_back(concat("lossy: ", steps_text(choice.rounded.coding, series), ", which leaves ",
-                           dB(choice.rounded.psnr),
+                           decibels_text(choice.rounded.psnr),
                            "; --exact keeps the source's precision, --psnr or --abs the error you say"));
   if (choice.candidates.size() > 1 && !alike)
     lines.push_back(
-        concat("instead of ", others, "every second frame, blended ", dB(choice.half_the_frames)));
+        concat("instead of ", others, "every second frame, blended ", decibels_text(choice.half_the_frames)));
   return lines;
 }
 
