@@ -45,6 +45,7 @@ class LinearTile {
   // A tile whose sites are all holes.
   explicit LinearTile(const TilePlace& place);
 
+  [[nodiscard]] int edge() const { return edge_; }
   [[nodiscard]] int bricks() const { return edge_ * edge_ * edge_; }
   [[nodiscard]] int layers() const { return layers_; }
   [[nodiscard]] const BrickMask& kept(int brick, int layer) const { return kept_[brick].of(layer); }

@@ -62,6 +62,22 @@ class Sum {
   Sum(const TileValues& values, const std::vector<bool>& wanted)
       : values_(values), wanted_(wanted), bricks_(wanted.size()) {}
 
+  // What of a summand's box will be added: nothing where an end is not beyond its first.
+  [[nodiscard]] BoxPart part_of(const Summand& of) const {
+    const auto& size = of.tile->coefficients().shape().size;
+    BoxPart part{size, {0, 0, 0}};
+    for (size_t i = 0; i < wanted_.size(); ++i) {
+      const int brick = static_cast<int>(i), edge = of.tile->edge();
+      if (!wanted_[i] || of.tile->kept(brick, of.layer) == BrickMask{}) continue;
+      const std::array<int, 3> at{brick % edge, brick / edge % edge, brick / edge / edge};
+      for (int axis = 0; axis < 3; ++axis) {
+        part.first[axis] = std::min(part.first[axis], at[axis] * int{brick_edge});
+        part.end[axis] = std::max(part.end[axis], std::min((at[axis] + 1) * int{brick_edge}, size[axis]));
+      }
+    }
+    return part;
+  }
+
   // box: the summand and others like it, put together; total: of all their weights.
   void add(const Summand& of, std::span<const float> box, float total) {
     for (size_t i = 0; i < bricks_.size(); ++i) {
@@ -113,6 +129,7 @@ std::vector<std::shared_ptr<Brick>> sum_tiles(std::span<const WeighedTile> tiles
   for (size_t i = 0; i < parts.size();) {
     const Summand& first = parts[i];
     const Halvings& shape = first.tile->coefficients().shape();
+    const BoxPart part = sum.part_of(first);
     room.assign(shape.samples() + brick_edge, 0); // rows are read whole
     const auto box = std::span(room).first(shape.samples());
     float total = 0;
@@ -121,7 +138,8 @@ std::vector<std::shared_ptr<Brick>> sum_tiles(std::span<const WeighedTile> tiles
       total += parts[i].total();
     } while (++i < parts.size() && first.tile->keeps_alike() && parts[i].tile->keeps_alike() &&
              parts[i].tile->adds_to(*first.tile));
-    synthesise(shape, box);
+    if (part.end[0] <= part.first[0]) continue;
+    synthesise(shape, part, box);
     sum.add(first, room, total);
   }
   for (const Summand& part : parts) sum.add_absent(part.tile, part.layer, part.total());

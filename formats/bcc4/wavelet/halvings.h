@@ -25,4 +25,12 @@ struct Halvings {
 void analyse(const Halvings& shape, std::span<float> frame);
 void synthesise(const Halvings& shape, std::span<float> frame);
 
+// Samples along each axis, from first to before end.
+struct BoxPart {
+  std::array<int, 3> first{0, 0, 0}, end{0, 0, 0};
+};
+// Makes the samples of a part, to the bit as of the whole; what stands in the rest of the frame then means
+// nothing.
+void synthesise(const Halvings& shape, const BoxPart& part, std::span<float> frame);
+
 } // namespace bccsplat

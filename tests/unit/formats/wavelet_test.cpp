@@ -240,6 +240,42 @@ TEST(WaveletTile, VectorsLiftLinesAsThePageHasIt) {
   }
 }
 
+// To the bit what the whole gives, at ends and inside, also where an axis is not halved or a part is one
+// sample; what lies far from a part is not touched.
+TEST(WaveletTile, APartIsMadeAsOfTheWhole) {
+  std::mt19937 random(5);
+  for (const std::array<int, 3>& size :
+       std::vector<std::array<int, 3>>{{64, 64, 64}, {33, 17, 5}, {2, 3, 70}, {95, 1, 8}, {1, 1, 1}}) {
+    Halvings shape{size, {}};
+    for (size_t a = 0; a < 3; ++a) shape.times[a] = most_halvings(size[a]);
+    const std::vector<float> coefficients = noise(shape.samples());
+    std::vector<float> whole = coefficients;
+    synthesise(shape, whole);
+    for (int n = 0; n < 30; ++n) {
+      BoxPart part;
+      for (size_t a = 0; a < 3; ++a) {
+        part.first[a] = std::uniform_int_distribution(0, size[a] - 1)(random);
+        part.end[a] =
+            n == 0 ? part.first[a] + 1 : std::uniform_int_distribution(part.first[a] + 1, size[a])(random);
+      }
+      std::vector<float> made = coefficients;
+      synthesise(shape, part, made);
+      for (int z = part.first[2]; z < part.end[2]; ++z)
+        for (int y = part.first[1]; y < part.end[1]; ++y)
+          for (int x = part.first[0]; x < part.end[0]; ++x) {
+            const size_t at = x + size_t(size[0]) * (y + size_t(size[1]) * z);
+            ASSERT_EQ(made[at], whole[at]) << x << ' ' << y << ' ' << z << " of " << size[0];
+          }
+    }
+  }
+  Halvings shape{{64, 64, 64}, {4, 4, 4}};
+  std::vector<float> made = noise(shape.samples());
+  const float last = made.back(), inner = made[50 + 64 * (50 + 64 * 50)];
+  synthesise(shape, {{0, 0, 0}, {16, 16, 16}}, made);
+  EXPECT_EQ(made.back(), last);
+  EXPECT_EQ(made[50 + 64 * (50 + 64 * 50)], inner);
+}
+
 template<class Code> void compare_codes() {
   constexpr int layers = 5, nx = 21, ny = 18;
   constexpr float high = sizeof(Code) == 1 ? 250 : 2000;
