@@ -71,7 +71,7 @@ void SeriesPlan::make_options() {
 }
 
 void SeriesPlan::choose(FrameReader& reader, const Device& device, const SeriesWish& wish, Watch& watch) {
-  Unsettled unsettled = wish;
+  Unsettled unsettled = static_cast<const Unsettled&>(wish); // what it shares with a wish
   unsettled.auto_lattice =
       wish.density > 0 || (!has_distances(settings_) && settings_.lattice == BCCSPLAT_LATTICE_DEFAULT);
   unsettled.open_store = settings_.live == 0;

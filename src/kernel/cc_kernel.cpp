@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
-#include <span>
 #include <string_view>
 
 #include "base/error.h"

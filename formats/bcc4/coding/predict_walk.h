@@ -36,13 +36,6 @@ inline constexpr std::array<int, own_taps> own_offset = {-1,
 inline constexpr std::array<int, previous_taps> previous_offset = {0,        -1,        1,       -stride_y,
                                                                    stride_y, -stride_z, stride_z};
 
-// Returns an offset between cells of one layer in sites, each -1 .. 1.
-[[nodiscard]] constexpr Int3 sites_of_offset(int offset) {
-  const auto nearest = [](int v, int unit) { return (v + 2 * unit + unit / 2) / unit - 2; };
-  const int z = nearest(offset, stride_z), y = nearest(offset - z * stride_z, stride_y);
-  return {offset - z * stride_z - y * stride_y, y, z};
-}
-
 // The offset of a neighbour in the cross layer from the lowest of the 8.
 [[nodiscard]] constexpr int cross_offset(int tap) {
   return (tap & 1) + (tap >> 1 & 1) * stride_y + (tap >> 2) * stride_z;

@@ -2,7 +2,6 @@
 // Brings a slab into the file: codes its chunks side by side, finds them in what an earlier writer left, or
 // copies them from an earlier file; and records in the journal what is safe on disk.
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include "formats/bcc4/coding/chunk.h"

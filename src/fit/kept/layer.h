@@ -3,7 +3,6 @@
 // brick.
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
