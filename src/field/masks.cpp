@@ -32,7 +32,7 @@ uint64_t corners_of(const std::array<int64_t, 3>& blocks) {
 
 int64_t counted_sample(double position) {
   constexpr double most = 1e15;
-  return static_cast<int64_t>(std::clamp(std::floor(position + 0.5 + nearest_rounding), -most, most));
+  return static_cast<int64_t>(std::clamp(nearest_place(position), -most, most));
 }
 
 std::array<int64_t, 3> FrameMask::blocks_of(const std::array<int64_t, 3>& samples) {

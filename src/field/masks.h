@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -30,6 +31,10 @@ inline constexpr double nearest_rounding = 1e-9;
 [[nodiscard]] inline int64_t nearest_sample(double position, int64_t n) {
   // What is cut off is the fraction: it is not negative.
   return static_cast<int64_t>(std::clamp(position + 0.5 + nearest_rounding, 0.0, static_cast<double>(n - 1)));
+}
+// The same along an axis that goes on beyond its samples.
+[[nodiscard]] inline double nearest_place(double position) {
+  return std::floor(position + 0.5 + nearest_rounding);
 }
 // Returns the sample at any position on a periodic axis; what is further off than 1e15 is no place of it.
 [[nodiscard]] int64_t counted_sample(double position);

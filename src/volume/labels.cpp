@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "field/masks.h"
 #include "formats/bcc4/labels_attribute.h"
 #include "shade/value_survey.h"
 #include "volume/label_samples.h"
@@ -118,7 +119,7 @@ bool is_labels(const OpenVolume& volume, uint32_t channel) {
 void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points) {
   for (Vec4& p : points)
     for (size_t a = 0; a < 4; ++a) {
-      const double end = volume.lattice(0).domain_end(a), nearest = std::floor(p[a] + half);
+      const double end = volume.lattice(0).domain_end(a), nearest = nearest_place(p[a]);
       if (p[a] >= 0 && p[a] <= end) p[a] = std::min(nearest, end);
     }
 }
@@ -154,7 +155,7 @@ SliceRequest request_labels(const OpenVolume& volume, uint32_t channel, double f
                             const std::optional<IndexBox>& box) {
   HypersliceOptions cut;
   cut.box = box;
-  return request_slice(volume, channel, nullptr, 0, Hyperplane(0, 0, 0, 1, -std::floor(frame + half)), cut);
+  return request_slice(volume, channel, nullptr, 0, Hyperplane(0, 0, 0, 1, -nearest_place(frame)), cut);
 }
 
 void show_labels_only(Slice& slice, const OpenVolume& volume, uint32_t channel,
@@ -165,7 +166,7 @@ void show_labels_only(Slice& slice, const OpenVolume& volume, uint32_t channel,
          "mask: the axes of the volume are unevenly spaced, and labels of uneven axes mask "
          "nothing; leave the mask out");
   const std::array<uint32_t, 4>& dims = volume.info().lattice.dims;
-  const double nearest = std::floor(frame + half);
+  const double nearest = nearest_place(frame);
   const OpenSlice of_labels = cut_slice(volume, request_labels(volume, channel, frame, box), context);
   const Grid grid = samples_in(volume, box);
   const Reservation work(context.memory, count_of(grid) * sizeof(float), "reading a mask of labels");

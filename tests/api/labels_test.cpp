@@ -91,6 +91,29 @@ TEST_F(SaidLabels, AreThoseOfTheNearestSample) {
   }
 }
 
+// Places that are computed miss half way by rounding: points and slices are of one mind there.
+TEST_F(SaidLabels, HalfWayAreThoseOfTheLaterSample) {
+  constexpr double rounding = 1e-12;
+  write();
+  bccsplat_slice* made = nullptr;
+  for (const double moment : {1.5, 1.5 - rounding}) {
+    auto plane = sized<bccsplat_hyperplane>();
+    plane.d = 1, plane.e = -moment;
+    ASSERT_OK(bccsplat_slice_create(volume.get(), &plane, nullptr, &made));
+    const Slice slice(made);
+    for (double x = 0.5; x < 19; x += 1)
+      for (const double by : {0.0, -rounding, -1e-6}) {
+        const std::array<double, 4> at{x + by, 4.5 + by, 5.5 + by, moment};
+        const double later = by < -1e-9 ? 0 : 1;
+        const auto nearest = static_cast<float>(block(std::floor(x) + later, 4 + later, 5 + later, 2));
+        float found = 0;
+        ASSERT_OK(bccsplat_slice_evaluate(made, 1, at.data(), &found, nullptr));
+        EXPECT_EQ(found, nearest) << x << ' ' << by;
+        EXPECT_EQ(value(at), nearest) << x << ' ' << by;
+      }
+  }
+}
+
 TEST_F(SaidLabels, OfATurnAreThoseOfItsFirstSampleAgain) {
   options.periodic_axes = BCCSPLAT_PERIODIC_X;
   write();
