@@ -64,6 +64,8 @@ node "$top/tests/web/serving.mjs" "$data/serving"
 if [[ $# -eq 0 ]]; then # else nothing was built here
   "$work/npm/node_modules/.bin/esbuild" "$top/examples/web/src/page/format.ts" --format=esm --log-level=warning --outfile="$data/format.mjs"
   node "$top/tests/web/numbers.mjs" "$data/format.mjs"
+  "$work/npm/node_modules/.bin/esbuild" "$top/examples/web/src/page/colors.ts" --bundle --format=esm --log-level=warning --outfile="$data/colors.mjs"
+  node "$top/tests/web/colors.mjs" "$data/colors.mjs"
 fi
 
 status=0

@@ -41,11 +41,21 @@ export class Shades {
   opacity(value: number): number {
     return at(this.opacities, 2, value)[0];
   }
-  // The colours of the range in 256 steps, for pixels.
-  table(): Uint8ClampedArray {
-    const out = new Uint8ClampedArray(1024);
+  // What pixels of a value have: the colours of the range in 256 steps, and of labels each its own, however many
+  // numbers the range has.
+  pixels(labels: boolean): (value: number) => ArrayLike<number> {
     const [from, to] = this.range;
-    for (let n = 0; n < 256; ++n) out.set([...this.color(from + ((to - from) * n) / 255), 255], 4 * n);
-    return out;
+    const known = new Map<number, ArrayLike<number>>();
+    const pixel = (key: number, value: number) => {
+      let rgba = known.get(key);
+      if (!rgba) known.set(key, (rgba = [...this.color(value), 255]));
+      return rgba;
+    };
+    if (labels) return (value) => pixel(value, value);
+    const scale = to > from ? 255 / (to - from) : 0;
+    return (value) => {
+      const shade = Math.max(0, Math.min(255, Math.round((value - from) * scale)));
+      return pixel(shade, from + ((to - from) * shade) / 255);
+    };
   }
 }

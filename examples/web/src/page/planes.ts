@@ -95,8 +95,7 @@ export class Planes {
 
   draw({ planes, value, channel: of, cross }: PlanesSeen, info: VolumeInfo, shades: Shades): void {
     const channel = info.channels[of];
-    const table = shades.table();
-    const [from, to] = shades.range;
+    const pixel = shades.pixels(channel.labels !== 0);
     planes.forEach((plane, axis) => {
       const canvas = this.canvases[axis];
       const [u, v] = across[axis];
@@ -104,7 +103,7 @@ export class Planes {
       canvas.style.aspectRatio = String(Math.max(0.4, Math.min(2.5, size(u) / Math.max(size(v), 1e-30))));
       const c = sized(canvas);
       c.imageSmoothingEnabled = !channel.labels;
-      this.paint(c, canvas, plane, table, from, to);
+      this.paint(c, canvas, plane, pixel);
       this.hair(canvas, axis, u, v);
     });
     this.read.textContent = `${channel.name} = ${withUnit(value, channel.unit)} at (${placeText(info, cross)})`;
@@ -114,17 +113,13 @@ export class Planes {
     c: CanvasRenderingContext2D,
     canvas: HTMLCanvasElement,
     plane: Plane,
-    table: Uint8ClampedArray,
-    from: number,
-    to: number,
+    pixel: (value: number) => ArrayLike<number>,
   ): void {
     const image = new ImageData(plane.width, plane.height);
-    const scale = to > from ? 255 / (to - from) : 0;
     for (let n = 0; n < plane.values.length; ++n) {
       const value = plane.values[n];
       const row = plane.height - 1 - Math.floor(n / plane.width);
-      const shade = Math.max(0, Math.min(255, Math.round((value - from) * scale)));
-      if (value === value) image.data.set(table.subarray(4 * shade, 4 * shade + 4), 4 * (row * plane.width + (n % plane.width)));
+      if (value === value) image.data.set(pixel(value), 4 * (row * plane.width + (n % plane.width)));
     }
     const whole = new OffscreenCanvas(plane.width, plane.height);
     whole.getContext('2d')!.putImageData(image, 0, 0);
