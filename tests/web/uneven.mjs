@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Labels on unevenly spaced axes, at times of many digits (make_series.py, classes.nrrd): planes have no value between
-// labels, and places are coordinates.
+// labels, and places are coordinates, of depths what is above 0.
 import { drawn, patience, setView } from './harness.mjs';
 
 const labelAt = (x, y, z, frame) => [0, 2, 9][(Math.floor(x / 6) + Math.floor(y / 4) + 2 * Math.floor(z / 3) + frame) % 3];
 
 // Between samples of different labels, nearer to the one that is told.
 const places = [
-  { sample: [5, 3, 2], at: [123.4283, 3.3, 23] },
-  { sample: [6, 4, 3], at: [123.4328, 3.7, 28] },
-  { sample: [5, 4, 2], at: [123.4283, 3.7, 23] },
-  { sample: [17, 11, 8], at: [123.6989, 11.3, 163] },
-  { sample: [18, 12, 9], at: [123.7139, 11.7, 187] },
-  { sample: [23, 15, 11], at: [123.929, 15, 300] },
+  { sample: [5, 3, 2], at: [123.4283, 3.3, -23] },
+  { sample: [6, 4, 3], at: [123.4328, 3.7, -28] },
+  { sample: [5, 4, 2], at: [123.4283, 3.7, -23] },
+  { sample: [17, 11, 8], at: [123.6989, 11.3, -163] },
+  { sample: [18, 12, 9], at: [123.7139, 11.7, -187] },
+  { sample: [23, 15, 11], at: [123.929, 15, -300] },
 ];
-const crossAt = ([x, y, z]) => [(x - 123.4) / 0.529, y / 15, z / 300];
+const crossAt = ([x, y, z]) => [(x - 123.4) / 0.529, y / 15, -z / 300];
 
 // The text of the planes that are drawn next.
 const toldNext = (page, before) =>

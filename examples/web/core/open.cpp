@@ -64,6 +64,7 @@ std::string axis_text(uint32_t a) {
   const bccsplat_axis& axis = viewer.axes[a];
   return Object()
       .put("places", json(std::span(axis.coordinates, static_cast<size_t>(axis.count))))
+      .add("down", (axis.flags & BCCSPLAT_AXIS_DOWN) != 0 ? 1.0 : 0.0)
       .add("unit", axis.unit)
       .text();
 }

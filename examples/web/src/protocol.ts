@@ -25,6 +25,7 @@ export interface Channel {
 // Where the samples stand along an axis, if not evenly, and their unit, if it is not that of space.
 export interface Axis {
   places: number[];
+  down: number; // 1: places count against the axis of the world, as depths do
   unit: string;
 }
 

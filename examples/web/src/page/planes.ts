@@ -17,16 +17,17 @@ const across: [number, number][] = [
 const axisColors = ['--axis-x', '--axis-y', '--axis-z'];
 
 // A place of the world; along unevenly spaced axes it is the coordinate, which is in proportion to a fraction of
-// the domain. A unit that all axes have is told once.
+// the domain, from below where it counts down: then z rises as in the world, and as along even axes, and
+// `bcc4 probe --at` takes it. A unit that all axes have is told once.
 function placeText(info: VolumeInfo, at: View['cross']): string {
   const world = toWorld(info, at);
   const units = info.axes.map((axis) => axis.unit || info.spatialUnit);
   const one = units.every((unit) => unit === units[0]);
-  const texts = info.axes.map(({ places }, a) => {
+  const texts = info.axes.map(({ places, down }, a) => {
     const unit = one && a < 2 ? '' : units[a];
     if (places.length === 0) return withUnit(world[a], unit, Math.max(...info.affine.slice(4 * a, 4 * a + 3).map(Math.abs)));
     const first = places[0], last = places[places.length - 1];
-    return withUnit(first + (last - first) * at[a], unit, closest(places));
+    return withUnit((down ? -1 : 1) * (first + (last - first) * at[a]), unit, closest(places));
   });
   return texts.join(', ');
 }
