@@ -76,13 +76,37 @@ void read_labels(const OpenVolume& volume, uint32_t channel, std::span<const Vec
   }
 }
 
+EvenPlaces even_places(const OpenSlice& slice) {
+  EvenPlaces places{slice.cut.even, {}};
+  for (size_t k = 0; k < 3; ++k) { // along one axis each
+    const Vec4& b = slice.slice.basis[k];
+    places.along[k] = static_cast<size_t>(std::max_element(b.begin(), b.end()) - b.begin());
+  }
+  return places;
+}
+
+Grid label_grid(const OpenSlice& slice) {
+  Grid grid = slice.own_grid();
+  const EvenPlaces even = even_places(slice);
+  const auto extent = slice.extent();
+  for (size_t k = 0; k < 3; ++k) {
+    if (!even.uneven(k)) continue;
+    const auto sample = [&](double place) { return std::round(even.axes->index_of(even.along[k], place)); };
+    grid.origin[k] = sample(extent[k][0]);
+    grid.dims[k] = static_cast<int32_t>(sample(extent[k][1]) - grid.origin[k]) + 1;
+  }
+  return grid;
+}
+
 std::vector<float> read_labels(const OpenVolume& volume, const OpenSlice& slice, const Context& context) {
-  const Grid grid = slice.own_grid();
+  const Grid grid = label_grid(slice);
+  Vec4 origin = slice.slice.origin;
+  for (size_t a = 0; a < 3 && slice.cut.even; ++a) origin[a] = slice.cut.even->index_of(a, origin[a]);
   const auto nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]),
              nz = static_cast<size_t>(grid.dims[2]);
   const auto sample = [&](size_t x, size_t y, size_t z) {
     const Vec3 n{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
-    Vec4 p = slice.slice.origin;
+    Vec4 p = origin;
     for (size_t k = 0; k < 3; ++k)
       for (size_t a = 0; a < 4; ++a) p[a] += slice.slice.basis[k][a] * (grid.origin[k] + n[k]);
     for (double& c : p) c = std::round(c);

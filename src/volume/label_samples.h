@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/sample_grid.h"
+#include "field/slice_labels.h"
 #include "volume/open_slice.h"
 #include "volume/open_volume.h"
 
@@ -16,7 +18,11 @@ namespace bccsplat {
 // the source's own grid.
 void read_labels(const OpenVolume& volume, uint32_t channel, std::span<const Vec4> samples,
                  std::span<float> values, const Context& context);
-// Returns the labels of a slice through samples at its own grid, x fastest.
+// Uneven axes that a slice through samples stands along in even positions.
+[[nodiscard]] EvenPlaces even_places(const OpenSlice& slice);
+// Returns the samples of such a slice: its own grid, but along uneven axes in indices.
+[[nodiscard]] Grid label_grid(const OpenSlice& slice);
+// Returns their labels, x fastest.
 [[nodiscard]] std::vector<float> read_labels(const OpenVolume& volume, const OpenSlice& slice,
                                              const Context& context);
 // Has the file's cache hold the labels of a frame, or of a box of it: what makes a slice of it lets go of

@@ -13,6 +13,7 @@
 #include "field/masks.h"
 #include "formats/bcc4/labels_attribute.h"
 #include "shade/value_survey.h"
+#include "slice/even_slice.h"
 #include "volume/label_samples.h"
 #include "volume/value_counts.h"
 
@@ -50,12 +51,14 @@ Grid samples_in(const OpenVolume& volume, const std::optional<IndexBox>& box) {
   return grid;
 }
 
-// The plane through the samples that are nearest to one along the axes.
-Hyperplane plane_of_samples(const OpenVolume& volume, const Hyperplane& plane) {
+// The plane through the samples that are nearest to one along the axes; even: it is of even positions.
+Hyperplane plane_of_samples(const OpenVolume& volume, const Hyperplane& plane, const UnevenAxes* even) {
   const size_t axis = *axis_of(plane);
   std::array<Vec4, 1> point{};
   point[0][axis] = -plane[4] / plane[axis];
+  if (even && axis < 3) point[0][axis] = even->index_of(axis, point[0][axis]);
   snap_to_samples(volume, point);
+  if (even && axis < 3) point[0][axis] = even->even_of(axis, point[0][axis]);
   Vec4 normal{};
   normal[axis] = plane[axis] < 0 ? -1 : 1;
   return {normal[0], normal[1], normal[2], normal[3], -normal[axis] * point[0][axis]};
@@ -126,8 +129,7 @@ void snap_to_samples(const OpenVolume& volume, std::span<Vec4> points) {
 
 bool cuts_labels(const OpenVolume& volume, const SliceRequest& request) {
   const HypersliceOptions& cut = request.cut;
-  if (cut.method == SliceMethod::extracted || request.level != 0 || cut.even || cut.axes || cut.target ||
-      cut.bandwidth)
+  if (cut.method == SliceMethod::extracted || request.level != 0 || cut.axes || cut.target || cut.bandwidth)
     return false;
   if (cut.has_interval() || cut.thickness.length != 0 || cut.spacing != 0) return false;
   return axis_of(request.plane) && is_labels(volume, request.channel);
@@ -136,19 +138,23 @@ bool cuts_labels(const OpenVolume& volume, const SliceRequest& request) {
 SliceRequest as_cut(const OpenVolume& volume, const SliceRequest& request) {
   SliceRequest made = request;
   if (!cuts_labels(volume, request)) return made;
-  made.plane = plane_of_samples(volume, request.plane);
+  const UnevenAxes* const even = made.cut.even.get();
+  made.plane = plane_of_samples(volume, request.plane, even);
   std::optional<IndexBox>& box = made.cut.box;
-  for (size_t a = 0; box && a < 3; ++a)
+  if (box && even) box = index_box(*box, *even);
+  for (size_t a = 0; box && a < 3; ++a) {
     box->begin[a] = std::floor(box->begin[a]), box->end[a] = std::ceil(box->end[a]);
+    if (even) box->begin[a] = even->even_of(a, box->begin[a]), box->end[a] = even->even_of(a, box->end[a]);
+  }
   return made;
 }
 
 void add_labels(OpenSlice& slice, const OpenVolume& volume, const Context& context) {
   if (slice.slice.empty()) return;
-  const Grid grid = slice.own_grid();
+  const Grid grid = label_grid(slice);
   Reservation memory(context.memory, count_of(grid) * sizeof(float), "the labels of a slice");
   slice.slice.labels = std::make_shared<const SliceLabels>(
-      grid.origin, grid.dims, read_labels(volume, slice, context), std::move(memory));
+      grid.origin, grid.dims, read_labels(volume, slice, context), std::move(memory), even_places(slice));
 }
 
 SliceRequest request_labels(const OpenVolume& volume, uint32_t channel, double frame,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "slice/even_slice.h"
 #include "volume/label_samples.h"
 #include "volume/labels.h"
 #include "volume/read_ranges.h"
@@ -73,8 +74,10 @@ void prefetch_slice(const OpenVolume& volume, const SliceRequest& request, const
   const SliceRequest made = as_cut(volume, request);
   const CutPlan plan = plan_cut(*made.coefficients, made.plane, made.cut);
   or_all_lacking(volume, request.level, {&plan, 1}, context, [&] { fetch(plan, context); });
-  if (cuts_labels(volume, request))
-    hold_labels(volume, made.channel, -made.plane[4] / made.plane[3], made.cut.box, context);
+  if (!cuts_labels(volume, request)) return;
+  const std::optional<IndexBox>& box = made.cut.box;
+  hold_labels(volume, made.channel, -made.plane[4] / made.plane[3],
+              box && made.cut.even ? index_box(*box, *made.cut.even) : box, context);
 }
 
 std::array<std::array<double, 2>, 3> OpenSlice::extent() const {

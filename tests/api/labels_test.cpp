@@ -129,6 +129,96 @@ TEST_F(SaidLabels, OfATurnAreThoseOfItsFirstSampleAgain) {
   EXPECT_EQ(found, static_cast<float>(block(0, 5, 5, 1)));
 }
 
+// Along uneven axes, too, where slices for pictures are of even positions.
+class UnevenLabels : public SaidLabels {
+ protected:
+  UnevenLabels() {
+    for (size_t a = 0; a < 3; ++a) {
+      axes[a] = sized<bccsplat_axis>();
+      if (a == 1) continue;
+      const double last = a == 0 ? 19 : 11;
+      for (double i = 0; i <= last; ++i) places[a].push_back((i + 0.05 * i * i) / (1 + 0.05 * last));
+      axes[a].coordinates = places[a].data(), axes[a].count = places[a].size();
+    }
+    options.axes = axes.data();
+    for (size_t a = 0; a < 4; ++a) options.affine[5 * a] = 1; // even positions are the coordinates
+  }
+  [[nodiscard]] Slice cut_evenly(size_t axis, double at, const double* box = nullptr) const {
+    auto plane = sized<bccsplat_hyperplane>();
+    (axis == 3 ? plane.d : axis == 2 ? plane.c : plane.a) = 1, plane.e = -at;
+    auto o = sized<bccsplat_slice_options>();
+    o.space = BCCSPLAT_SPACE_EVEN, o.box = box;
+    bccsplat_slice* made = nullptr;
+    EXPECT_OK(bccsplat_slice_create(volume.get(), &plane, &o, &made));
+    return Slice(made);
+  }
+  // The place of an index along an axis, which is its even position.
+  [[nodiscard]] double even_of(size_t axis, double index) const {
+    std::array<double, 3> at{};
+    at[axis] = index;
+    EXPECT_OK(bccsplat_volume_index_to_world(volume.get(), 1, at.data(), at.data()));
+    return at[axis];
+  }
+
+  std::array<std::vector<double>, 3> places;
+  std::array<bccsplat_axis, 3> axes{};
+};
+
+TEST_F(UnevenLabels, OfEvenPositionsAreThoseOfTheNearestSample) {
+  write();
+  const double box[6] = {even_of(0, 4.2), 3.3, even_of(2, 1.7), even_of(0, 15.4), 12.6, even_of(2, 9.9)};
+  const Slice whole = cut_evenly(3, 1.4), part = cut_evenly(3, 1.4, box),
+              across = cut_evenly(0, even_of(0, 6.4));
+  for (double x = 4.3; x < 15; x += 0.29)
+    for (double z = 1.8; z < 9.8; z += 0.33) {
+      const std::array<double, 3> at{even_of(0, x), 7.3, even_of(2, z)}, over_time{7.3, even_of(2, z), 1.4};
+      const auto label = [&](double i) { return static_cast<float>(block(i, 7, std::floor(z + 0.5), 1)); };
+      float found = 0;
+      for (const Slice* slice : {&whole, &part}) {
+        ASSERT_OK(bccsplat_slice_evaluate(slice->get(), 1, at.data(), &found, nullptr));
+        ASSERT_EQ(found, label(std::floor(x + 0.5))) << x << ' ' << z << (slice == &part ? " of a box" : "");
+      }
+      ASSERT_OK(bccsplat_slice_evaluate(across.get(), 1, over_time.data(), &found, nullptr));
+      ASSERT_EQ(found, label(6)) << z << " across x";
+    }
+}
+
+TEST_F(UnevenLabels, PicturesMixNoColours) {
+  constexpr uint32_t pixels = 64;
+  series.field = [](double x, double, double, double) { return x < 8 ? 3 : 7; };
+  write();
+  const Slice slice = cut_evenly(3, 1.4);
+  // Green is what is no label.
+  constexpr std::array<double, 20> colors{3, 1, 0, 0, 3.2, 0, 1, 0, 5, 0, 1, 0, 6.8, 0, 1, 0, 7, 0, 0, 1};
+  constexpr std::array<double, 4> opacities{3, 0.2, 7, 0.2};
+  auto f = sized<bccsplat_transfer_function>();
+  f.colors = colors.data(), f.color_count = 5, f.opacities = opacities.data(), f.opacity_count = 2;
+  f.unit_distance = 1;
+  bccsplat_renderer* made = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device.get(), &made));
+  const Renderer renderer(made);
+  auto look = sized<bccsplat_render_options>();
+  look.mode = BCCSPLAT_MODE_COMPOSITE, look.shading = BCCSPLAT_SHADING_OFF;
+  auto camera = sized<bccsplat_camera>();
+  ASSERT_OK(bccsplat_slice_fit_camera(slice.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, 20, 30, pixels, pixels,
+                                      &camera));
+  ASSERT_OK(bccsplat_renderer_set_slice(made, slice.get()));
+  ASSERT_OK(bccsplat_renderer_set_camera(made, &camera));
+  ASSERT_OK(bccsplat_renderer_set_options(made, &look));
+  ASSERT_OK(bccsplat_renderer_set_transfer_function(made, &f));
+  std::vector<float> rgba(size_t{4} * pixels * pixels);
+  bccsplat_frame* wrapped = nullptr;
+  ASSERT_OK(bccsplat_frame_wrap(device.get(), pixels, pixels, rgba.data(), 0, &wrapped));
+  const Frame frame(wrapped);
+  ASSERT_OK(bccsplat_renderer_render(made, wrapped));
+  std::array<double, 3> sum{};
+  for (size_t n = 0; n < rgba.size(); ++n)
+    if (n % 4 < 3) sum[n % 4] += static_cast<double>(rgba[n]);
+  EXPECT_GT(sum[0], 10);
+  EXPECT_GT(sum[2], 10);
+  EXPECT_LT(sum[1], 1e-3 * (sum[0] + sum[2]));
+}
+
 TEST_F(SaidLabels, QuantitiesOfFewWholeNumbersAreBlended) {
   series.field = [](double x, double, double, double) { return x < 10 ? 3 : 7; };
   channel.source_type = channel.value_type = BCCSPLAT_TYPE_U8;

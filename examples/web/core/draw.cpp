@@ -11,10 +11,18 @@
 namespace web {
 namespace {
 
+bool has_labels(uint32_t channel) {
+  auto about = sized<bccsplat_channel_info>();
+  check(bccsplat_volume_get_channel_info(viewer.volume.get(), channel, &about));
+  return about.labels != 0;
+}
+
+// No GPU draws labels: pictures are of the field through them, which a lattice that is asked for has.
 bccsplat_slice_options slice_options(uint32_t channel, int level) {
   auto options = sized<bccsplat_slice_options>();
   options.channel = channel, options.level = static_cast<uint32_t>(level);
   options.space = BCCSPLAT_SPACE_EVEN;
+  if (has_labels(channel)) options.lattice = BCCSPLAT_LATTICE_CC; // which theirs is
   return options;
 }
 
@@ -23,17 +31,9 @@ void cut_into(Moment& moment, double time, uint32_t channel, int level,
   if (moment.is(time, channel, level)) return;
   bccsplat_slice_options options = slice_options(channel, level);
   options.space = space;
+  if (space == BCCSPLAT_SPACE_INDEX) options.lattice = BCCSPLAT_LATTICE_DEFAULT; // the labels themselves
   Slice made = make(bccsplat_volume_slice_at, viewer.volume.get(), time, &options);
   moment = {std::move(made), time, channel, level};
-}
-
-// Whether even positions lie between samples of labels, where the field goes through what is no label.
-bool blends_labels(uint32_t channel) {
-  const auto uneven = [](const bccsplat_axis& axis) { return axis.count > 0; };
-  if (std::none_of(viewer.axes.begin(), viewer.axes.end(), uneven)) return false;
-  auto about = sized<bccsplat_channel_info>();
-  check(bccsplat_volume_get_channel_info(viewer.volume.get(), channel, &about));
-  return about.labels != 0;
 }
 
 // The level that a picture takes: told by any slice, of which the coarsest is the cheapest.
@@ -96,7 +96,7 @@ void Viewer::cut(double time, uint32_t width, uint32_t height, bool preview, boo
   fit(width, height);
   const int level = preview ? static_cast<int>(info.level_count) : level_for(time, width, height);
   cut_into(moment, time, wishes.channel, level);
-  if (planes && blends_labels(wishes.channel))
+  if (planes && has_labels(wishes.channel))
     cut_into(samples, time, wishes.channel, 0, BCCSPLAT_SPACE_INDEX);
   else
     samples = {};
