@@ -56,7 +56,7 @@ void cut_axis(SampleBox& box, size_t axis, uint64_t n, uint64_t piece, uint64_t 
 
 // Returns the bytes that an import holds for each sample of a frame that it resamples: what waits for the
 // filter in time takes 12 or 16 bits of integers, and floats else; beside it, where all is compared, frames
-// and coefficients.
+// and the field that readers get.
 uint64_t bytes_of_sample(const SeriesDescription& series, bool compared) {
   struct Bytes {
     uint64_t resampled, compared;
