@@ -2,6 +2,7 @@
 import array
 import functools
 import json
+import math
 import os
 import random
 import re
@@ -9,7 +10,7 @@ import shutil
 import subprocess
 import time
 
-from harness import BCC4, ToolTest, main, some
+from harness import BCC4, Nrrd, ToolTest, main, some
 
 DIMS = (52, 40, 66, 9)
 
@@ -132,6 +133,27 @@ class Blocks(ToolTest):
         self.assertEqual(self.left(), [])
         self.bcc4('import', *args, '--quiet', '--max-mem', '8M', '-o', 'three.bcc4')
         self.assertEqual(self.read('three.bcc4'), self.read('one.bcc4'))
+
+    def test_a_series_of_blocks_goes_on_as_it_was_made(self):
+        """What is smooth would have other samples predicted outside its faces than blocks have."""
+        dims = (30, 28, 26, 12)
+
+        def frames(count):
+            return array.array('f', (100 + 40 * math.cos(.3 * x + .2 * y - .25 * z) * math.cos(.3 * t)
+                                     for t in range(count) for z in range(dims[2]) for y in range(dims[1]) for x in range(dims[0])))
+
+        args = ['w.raw', '--dtype', 'f32', '--exact', '--lattice', 'd4star', '--scale', 1, '--air', 0, '--quiet']
+        made = ['--blocks', '--ends', 'mirror', '--faces', 'predict', '--levels', 'none']
+        size = ','.join(map(str, dims[:3]))
+        self.write('w.raw', frames(9))
+        self.bcc4('import', *args, *made, '--dims', size + ',9', '-o', 'grown.bcc4')
+        self.write('w.raw', frames(12))
+        self.bcc4('import', *args, *made, '--dims', size + ',12', '-o', 'one.bcc4')
+        self.bcc4('import', *args, '--dims', size + ',12', '--append', '-o', 'grown.bcc4')
+        for name in ('one', 'grown'):
+            self.bcc4('export', name + '.bcc4', '--all', '-o', name + '.nrrd', '--quiet')
+        self.assertEqual(Nrrd(self.path('grown.nrrd')).values, Nrrd(self.path('one.nrrd')).values)
+        self.assertEqual(self.json('info', 'grown.bcc4')['attributes']['import.predictions'], 'fixed')  # and so on
 
     def test_without_a_limit_all_is_one_block(self):
         said = self.bcc4('import', *self.args, '--blocks', '-o', 'one.bcc4')[0]

@@ -288,6 +288,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
       appends_to_file(a) && !a.air ? air_in_file(device, a.output) : dense_air(*reader, a.settings, watch);
   AppendedFile appended;
   if (appends_to_file(a)) a.settings.levels = levels_in_file(device, a.output);
+  if (appends_to_file(a) && predictions_are_fixed(device, a.output)) a.settings.fixed_predictions = true;
   if (appends_to_file(a) && !a.dry_run)
     appended = open_appended(device, a.output, s, filtering_text(a.settings));
   if (appends_to_file(a)) refuse_other_ends(device, a.output, a.settings);

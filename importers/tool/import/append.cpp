@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "readers/affine.h"
 #include "readers/calendar.h"
 #include "readers/same_place.h"
+#include "tool/import/write_series.h"
 
 namespace bcc4 {
 
@@ -187,6 +189,13 @@ std::vector<bool> labels_in_file(const Volume& old) {
 }
 
 } // namespace
+
+bool predictions_are_fixed(const Device& device, const std::string& path) {
+  const char* said = "";
+  const Volume old = open_volume(device, path, "");
+  return bccsplat_volume_find_attribute(old.get(), kPredictions, &said) == BCCSPLAT_OK &&
+         said == std::string_view("fixed");
+}
 
 uint32_t levels_in_file(const Device& device, const std::string& path) {
   return volume_info(open_volume(device, path, "")).level_count;

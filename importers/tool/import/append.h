@@ -31,6 +31,8 @@ struct AppendedFile {
 
 // Refuses ends and faces that are asked for, but are others than the file has.
 void refuse_other_ends(const Device& device, const std::string& path, const WriterSettings& settings);
+// Returns whether it was made in blocks, whose predictions its new frames have then, too.
+[[nodiscard]] bool predictions_are_fixed(const Device& device, const std::string& path);
 // Returns how many coarser levels it has, which it keeps.
 [[nodiscard]] uint32_t levels_in_file(const Device& device, const std::string& path);
 // A series that is appended to keeps its lattice, steps that are not those of the source, and the error that

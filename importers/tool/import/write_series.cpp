@@ -38,6 +38,7 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Write
   attribute("import.times", s.times.origin);
   if (const std::string filtering = filtering_text(settings); !filtering.empty())
     attribute("import.filtering", filtering);
+  if (settings.fixed_predictions) attribute(kPredictions, "fixed");
   for (const auto& [key, value] : s.attributes) attribute(key, value);
   for (const auto& [key, value] : scope.attributes) attribute(key, value);
   for (const Channel& c : s.channels) { // what the file has the nearest float of

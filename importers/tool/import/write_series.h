@@ -32,6 +32,10 @@ struct ImportScope {
 // nothing else in a file does.
 [[nodiscard]] std::string filtering_text(const WriterSettings& settings);
 
+// The attribute of a file whose samples outside faces and ends are not predicted by whole frames, as those of
+// blocks are.
+inline constexpr const char* kPredictions = "import.predictions";
+
 // Gives a frame to a writer, as the reader's boxes, without a copy. name: of its file, for error texts.
 void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
                const std::string& name);
