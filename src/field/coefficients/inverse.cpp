@@ -12,6 +12,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -177,14 +178,32 @@ class RunSites {
       else
         std::fill_n(to, part, 0.F);
   }
-  // The same of sites that may lie beyond the ends; false where all are air.
+  // The same of sites that may lie beyond the ends of the axis; false where all are air. Across it none
+  // beyond the last one are read: their mirror images may be another line's, which is being written.
   bool gather_sites(const BrickLayer& from, int32_t first, int count) {
-    SiteBox box{{}, {brick_edge, brick_edge, brick_edge}};
-    for (size_t a = 0; a < 3; ++a) box.origin[a] = run_.first[a] * brick_edge;
-    box.origin[run_.axis] = first, box.size[run_.axis] = count;
+    SiteBox box;
+    Int3 whole{brick_edge, brick_edge, brick_edge};
+    for (size_t a = 0; a < 3; ++a) {
+      box.origin[a] = run_.first[a] * brick_edge;
+      box.size[a] = std::min(brick_edge, from.dims()[a] - box.origin[a]);
+    }
+    box.origin[run_.axis] = first, box.size[run_.axis] = whole[run_.axis] = count;
     const bool any = gather_box(from, box, some_.data());
+    if (any && box.size != whole) spread(box.size, whole);
     put(any ? some_.data() : nullptr, first, count);
     return any;
+  }
+  // Makes a box of `some_` a larger one, with zeros where it has nothing: from its end on, so that no row is
+  // written over before it has moved.
+  void spread(const Int3& size, const Int3& whole) {
+    for (int z = whole[2]; z-- > 0;)
+      for (int y = whole[1]; y-- > 0;) {
+        const bool has = z < size[2] && y < size[1];
+        float* const to = some_.data() + (size_t(z) * whole[1] + y) * whole[0];
+        const float* const row = some_.data() + (size_t(z) * size[1] + y) * size[0];
+        if (has) std::memmove(to, row, size_t(size[0]) * sizeof(float));
+        std::fill(to + (has ? size[0] : 0), to + whole[0], 0.F);
+      }
   }
 
   BrickRun run_{};
