@@ -51,6 +51,25 @@ class VdbExport(ToolTest):
         self.assertEqual((fog['class'], fog['background']), ('fog volume', 0))
         self.assertTrue(0 < fog['low'] and fog['high'] <= 1, fog)
 
+    def test_a_grid_that_goes_on_under_another_name(self):
+        self.make('f.0.vdb', 0)
+        smoke = self.read('f.0.vdb')
+        for f in 1, 2:
+            self.write(f'f.{f}.vdb', smoke)
+        for f in range(4):
+            self.write(f'g.{f}.vdb', smoke.replace(b'soot', b'mist'))
+        how = ['--lattice', 'cc', '--exact', '--quiet', '-o', 'a.bcc4']
+
+        def told():
+            return {k: v for k, v in self.json('info', 'a.bcc4')['attributes'].items() if k.startswith('openvdb.') and 'active' not in k}
+
+        self.bcc4('import', 'f.%d.vdb', *how)
+        before = told()
+        self.assertIn('openvdb.class.soot', before)
+        self.assertIn('goes on as "soot"', self.bcc4('import', 'g.%d.vdb', '--append', *how)[1])
+        self.assertEqual(told(), before)
+        self.assertEqual(self.json('info', 'a.bcc4')['dims'][3], 4)
+
     def test_missing_values_are_told(self):
         args = self.raw('h.raw', (9, 8, 7, 1), lambda x, y, z, t: float('nan') if x < 2 else x + y)
         self.bcc4('import', *args, '--on-nonfinite', 'hole', '-o', 'h.bcc4', '--quiet')

@@ -60,8 +60,10 @@ class ContinuedReader : public FrameReader {
 
 void rename_channel(SeriesDescription& d, const std::string& name) {
   const std::string old = std::exchange(d.channels.front().name, name);
+  // A grid has the name that the file tells of it.
+  std::erase_if(d.attributes, [&](const auto& told) { return told.first == "openvdb.name." + old; });
   for (auto& [key, value] : d.attributes)
-    for (const std::string prefix : {"channel.", "openvdb.type."})
+    for (const std::string prefix : {"channel.", "openvdb.class.", "openvdb.type."})
       if (key == prefix + old) key = prefix + name;
 }
 
@@ -111,13 +113,15 @@ std::unique_ptr<FrameReader> continue_series(const Device& device, const std::st
 
 namespace {
 
-// What is free text: not what an import says of how its input was read, or of its grids and labels.
+// What is free text, and names of grids: not what an import says of how its input was read, or else of its
+// grids and labels.
 std::vector<std::pair<std::string, std::string>> attributes_to_keep(const Volume& old) {
   std::vector<std::pair<std::string, std::string>> kept;
   const char *key = nullptr, *value = nullptr;
   for (uint64_t i = 0; bccsplat_volume_get_attribute(old.get(), i, &key, &value) == BCCSPLAT_OK; ++i) {
     const std::string_view name = key;
-    if (!name.starts_with("import.") && !name.starts_with("labels.") && !name.starts_with("openvdb."))
+    const bool of_grid = name.starts_with("openvdb.") && !name.starts_with("openvdb.name.");
+    if (!name.starts_with("import.") && !name.starts_with("labels.") && !of_grid)
       kept.emplace_back(key, value);
   }
   return kept;
