@@ -189,10 +189,11 @@ TEST_F(UnevenLabels, PicturesMixNoColours) {
   write();
   const Slice slice = cut_evenly(3, 1.4);
   // Green is what is no label.
-  constexpr std::array<double, 20> colors{3, 1, 0, 0, 3.2, 0, 1, 0, 5, 0, 1, 0, 6.8, 0, 1, 0, 7, 0, 0, 1};
+  constexpr std::array<double, 24> colors{2.5, 1, 0, 0, 3.4, 1, 0, 0, 3.5, 0, 1, 0,
+                                          6.5, 0, 1, 0, 6.6, 0, 0, 1, 7.5, 0, 0, 1};
   constexpr std::array<double, 4> opacities{3, 0.2, 7, 0.2};
   auto f = sized<bccsplat_transfer_function>();
-  f.colors = colors.data(), f.color_count = 5, f.opacities = opacities.data(), f.opacity_count = 2;
+  f.colors = colors.data(), f.color_count = 6, f.opacities = opacities.data(), f.opacity_count = 2;
   f.unit_distance = 1;
   bccsplat_renderer* made = nullptr;
   ASSERT_OK(bccsplat_renderer_create(device.get(), &made));
