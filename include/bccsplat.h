@@ -369,7 +369,7 @@ enum {
  * harmed: bytes that were read stay in the caches, volumes, slices and frames are as before, also
  * with salvage, and no damage is reported. Made again when the bytes are there the call gives what
  * it would have given at once, bit for bit. Opening may end so as well, and is begun anew; a join
- * or recoding starts its output over. */
+ * starts its output over. */
 typedef int64_t (*bccsplat_read_at_fn)(void* user, uint64_t offset, void* buffer, uint64_t size);
 /* Writes all `size` bytes at `offset`; returns the number written; fewer, or a negative number, are
  * a failure (IO). Never two calls at once, from any thread. Bytes mostly follow each other; some
@@ -1436,6 +1436,17 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume,
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients,
     uint64_t* missing);
+/* The values of a channel at the source's samples of one frame, which is what a time slice has
+ * there (bccsplat_slice_sample_grid) but for rounding. begin, end: the first sample along x, y, z
+ * and the one behind the last; both NULL: all. values: end - begin floats along each axis, x
+ * fastest; NaN in holes. Where the field goes through the samples that are stored, as with kernel
+ * "exact" on a Cartesian lattice of the source's own distances, which imports choose by default,
+ * they are handed over as they are: only the box itself is read and decoded, of its frame alone.
+ * Elsewhere a slice of the box is made. Labels and whole numbers that are stored without loss come
+ * back as they were. The token of the volume cancels it. Also: NOT_FOUND (channel), OUT_OF_DOMAIN
+ * (frame, box), INVALID_ARGUMENT (an empty box), LIMIT_EXCEEDED, reading. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_read_frame(const bccsplat_volume* volume,
+    uint32_t channel, uint64_t frame, const uint64_t* begin, const uint64_t* end, float* values);
 /* Reads the whole file and checks every checksum and structural rule. OK even when damage is found:
  * see the report. The device's log gets a line for each damage, which says where it is and which
  * samples and frames are lost, and one that lists the frames that are whole. A place that a disk or

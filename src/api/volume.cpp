@@ -6,6 +6,7 @@
 #include "api/numbers.h"
 #include "api/streams.h"
 #include "api/structs.h"
+#include "volume/frame_values.h"
 #include "volume/values_at.h"
 #include "volume/volume_source.h"
 
@@ -97,6 +98,26 @@ void evaluate(const bccsplat_volume* volume, uint32_t channel, uint64_t n, const
   if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");
 }
 
+SampleBox read_box(const OpenVolume& volume, uint32_t channel, uint64_t frame, const uint64_t* begin,
+                   const uint64_t* end) {
+  (void)volume.channel(channel); // there has to be one
+  const auto& dims = volume.lattice(0).dims;
+  if (frame >= static_cast<uint64_t>(dims[3]))
+    fail(Code::out_of_domain, "read_frame: frame ", frame, " of ", dims[3]);
+  SampleBox box;
+  for (size_t a = 0; a < 3; ++a) {
+    const auto n = static_cast<uint64_t>(dims[a]);
+    const uint64_t first = begin ? begin[a] : 0, last = end ? end[a] : n;
+    if (last > n)
+      fail(Code::out_of_domain, "read_frame: samples up to ", last, " of ", n, " along ", "xyz"[a]);
+    if (first >= last)
+      fail(Code::invalid_argument, "read_frame: no sample from ", first, " to before ", last, " along ",
+           "xyz"[a]);
+    box.begin[a] = static_cast<int32_t>(first), box.end[a] = static_cast<int32_t>(last);
+  }
+  return box;
+}
+
 } // namespace
 
 extern "C" {
@@ -159,6 +180,20 @@ bccsplat_status bccsplat_volume_evaluate_world(const bccsplat_volume* volume, ui
                                                const double* xyzt, float* values, float* gradients,
                                                uint64_t* missing) {
   return guard([&] { evaluate(volume, channel, n, xyzt, values, gradients, true, missing); });
+}
+
+bccsplat_status bccsplat_volume_read_frame(const bccsplat_volume* volume, uint32_t channel, uint64_t frame,
+                                           const uint64_t* begin, const uint64_t* end, float* values) {
+  return guard([&] {
+    require(volume, "volume"), require(values, "values");
+    if (!begin != !end) fail(Code::invalid_argument, "read_frame: begin and end are there together or not");
+    const SampleBox box = read_box(volume->file, channel, frame, begin, end);
+    Progress progress;
+    watch(progress, volume->token);
+    progress.throw_if_cancelled();
+    read_frame(volume->file, channel, static_cast<int64_t>(frame), box, values,
+               volume->device->context(progress));
+  });
 }
 
 bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume, bccsplat_progress_fn progress,

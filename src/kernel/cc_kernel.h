@@ -26,6 +26,8 @@ struct CcKernel {
 // normalised by the lattice sum, and linear weights in time (Neophytou & Mueller 2002, section 4.1). Throws
 // unsupported for kernels that reach further than 2 T: radial24 and gauss09.
 [[nodiscard]] CcKernel make_cc_kernel(std::string_view name);
+// Returns whether the field of a kernel goes through the samples of a Cartesian lattice, but for rounding.
+[[nodiscard]] inline bool interpolates_on_cc(const Kernel& kernel) { return kernel.name == "exact"; }
 
 // The amplitude of the first wave that the Gaussian's sum along an axis of CC has about its mean, halved.
 [[nodiscard]] double cc_first_wave();

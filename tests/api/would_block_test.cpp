@@ -40,12 +40,12 @@ template<class Call> int until_done(FarFile& file, const Call& call) {
 }
 
 struct Seen {
-  std::vector<float> values, at_points, picture, oblique;
+  std::vector<float> values, frame, at_points, picture, oblique;
   uint64_t corrections = 0, damages = 0;
   int waits = 0; // calls that had to be made again
   bool operator==(const Seen& o) const {
-    return values == o.values && at_points == o.at_points && picture == o.picture && oblique == o.oblique &&
-           corrections == o.corrections && damages == o.damages;
+    return values == o.values && frame == o.frame && at_points == o.at_points && picture == o.picture &&
+           oblique == o.oblique && corrections == o.corrections && damages == o.damages;
   }
 };
 
@@ -91,6 +91,9 @@ void draw(FarFile& file, const Device& device, const Slice& slice, Seen& seen) {
   const Slice slice = cut(plane_of(0, 0, 0, 1, -4.4), seen.values);
   draw(file, device, slice, seen);
   (void)cut(plane_of(0.5, 0.2, 0.3, 1, -14), seen.oblique);
+  seen.frame.resize(seen.values.size());
+  seen.waits += until_done(
+      file, [&] { return bccsplat_volume_read_frame(v, 0, 9, nullptr, nullptr, seen.frame.data()); });
   std::vector<double> points;
   for (double t = 0; t < 13; t += 0.7) points.insert(points.end(), {10 + t, 12, 13.5, t});
   seen.at_points.resize(points.size() / 4);
@@ -104,7 +107,7 @@ void draw(FarFile& file, const Device& device, const Slice& slice, Seen& seen) {
   seen.waits += until_done(file, [&] { return bccsplat_volume_verify(v, nullptr, nullptr, &report); });
   seen.damages = report.damages;
   // NaN, of which there are none but in a corner, would differ from itself.
-  for (auto* list : {&seen.values, &seen.oblique})
+  for (auto* list : {&seen.values, &seen.oblique, &seen.frame})
     for (float& x : *list)
       if (std::isnan(x)) x = -1e9f;
   return seen;
@@ -142,6 +145,14 @@ TEST(WouldBlock, WaveletsAndLevelsAreTheSameLater) {
   expect_same(noise_file(
       [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_WAVELETS, o.abs_error = 3, o.levels = 1; },
       false));
+}
+TEST(WouldBlock, FramesOfTheSourcesOwnGridAreTheSameLater) {
+  expect_same(noise_file(
+      [](bccsplat_writer_options& o) {
+        o.lattice = BCCSPLAT_LATTICE_CC, o.recommended_kernel = "exact", o.store = BCCSPLAT_STORE_WAVELETS,
+        o.abs_error = 3;
+      },
+      true));
 }
 TEST(WouldBlock, MasksAndCorrectionsAreTheSameLater) {
   expect_same(noise_file([](bccsplat_writer_options& o) { o.abs_error = 3; }, true));

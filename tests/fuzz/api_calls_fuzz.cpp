@@ -173,6 +173,9 @@ struct Host {
     uint64_t missing = 0;
     check(bccsplat_volume_evaluate_world(volume, 0, values.size(), at.data(), values.data(), gradients,
                                          in.below(2) ? &missing : nullptr));
+    const uint64_t begin[] = {0, 0, 0}, end[] = {1, 2, 1}, number = values.size() % 8; // of a frame
+    float few[2];
+    check(bccsplat_volume_read_frame(volume, 0, number, begin, end, few));
   }
 
   void cut(fuzz::Input& in) {

@@ -250,6 +250,7 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
 static void evaluate(const bccsplat_volume* volume) {
   const double at[3][4] = {{5, 6, 5, 0}, {-1, 6, 5, 0}, {5.5, 6, 5, 1}};
   const double placed[3][4] = {{5, 6, 5, 10}, {-1, 6, 5, 10}, {5.5, 6, 5, 12}}; /* the same */
+  const uint64_t begin[3] = {5, 6, 5}, end[3] = {6, 8, 6};
   float values[3] = {0}, gradients[3][4];
   uint64_t missing = 7;
   OK(bccsplat_volume_evaluate(volume, 0, NULL, NULL, NULL)); /* no points, no arrays */
@@ -274,6 +275,12 @@ static void evaluate(const bccsplat_volume* volume) {
   EXPECT(missing == 1 && isnan(values[1]) && fabs(values[2] - 100) < 2);
   REFUSED(INVALID_ARGUMENT, "volume",
           bccsplat_volume_evaluate_world(NULL, 0, 1, placed[0], values, NULL, NULL));
+  OK(bccsplat_volume_read_frame(volume, 0, 0, begin, end, values));
+  EXPECT(fabs(values[0] - 100) < 2);
+  REFUSED(OUT_OF_DOMAIN, "frame 1000 of",
+          bccsplat_volume_read_frame(volume, 0, 1000, begin, end, values));
+  REFUSED(INVALID_ARGUMENT, "no sample from 6 to before 5",
+          bccsplat_volume_read_frame(volume, 0, 0, end, begin, values));
 }
 
 /* A finished file is what it was; it is still there under another name. */
