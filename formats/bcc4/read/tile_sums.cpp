@@ -62,7 +62,7 @@ class Sum {
   Sum(const TileValues& values, const std::vector<bool>& wanted)
       : values_(values), wanted_(wanted), bricks_(wanted.size()) {}
 
-  // What of a summand's box will be added: nothing where an end is not beyond its first.
+  // Returns the part of a summand that will be added: nothing where an end is not beyond its first.
   [[nodiscard]] BoxPart part_of(const Summand& of) const {
     const auto& size = of.tile->coefficients().shape().size;
     BoxPart part{size, {0, 0, 0}};

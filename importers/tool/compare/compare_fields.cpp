@@ -123,11 +123,21 @@ std::vector<ChannelPair> pairs_of(const SampledSeries& first, const SampledSerie
              names(second), ")");
 }
 
-// One frame of the second against the slice of the first at its time.
+// One frame of the second against the frame of the first at its time, or a slice of it.
 class FrameComparer {
  public:
-  FrameComparer(const Slice& slice, const SampledSeries& second, const Meeting& meeting, FieldDifference& out)
-      : slice_(slice), second_(second), meeting_(meeting), out_(out) {}
+  FrameComparer(const Volume& first, uint32_t channel, double index, const SampledSeries& second,
+                const Meeting& meeting, FieldDifference& out)
+      : second_(second), meeting_(meeting), out_(out) {
+    const uint64_t plane = second.dims[0] * second.dims[1];
+    if (meeting.same() && index == std::floor(index) && plane * second.dims[2] <= kMostHeld)
+      sample_frame(first, index, channel, SampleBox{{0, 0, 0}, second.dims},
+                   [&](uint64_t, std::span<const float> values) {
+                     frame_.insert(frame_.end(), values.begin(), values.end());
+                   });
+    else
+      slice_ = cut_frame(first, index, channel);
+  }
 
   void take(uint64_t first_plane, std::span<const double> values) {
     const uint64_t plane = second_.dims[0] * second_.dims[1];
@@ -151,13 +161,17 @@ class FrameComparer {
 
   // A plane of one grid.
   void compare_whole(uint64_t z, std::span<const double> values) {
-    auto grid = sized<bccsplat_grid>();
     const std::array<uint64_t, 3> dims{second_.dims[0], second_.dims[1], 1};
-    for (size_t a = 0; a < 3; ++a) grid.step[a] = 1, grid.dims[a] = dims[a];
-    grid.origin[2] = static_cast<double>(z);
-    got_.resize(values.size());
-    check(bccsplat_slice_sample_grid(slice_.get(), &grid, got_.data()), "slice");
-    for (size_t i = 0; i < got_.size(); ++i) add({i % dims[0], i / dims[0], z}, got_[i], values[i]);
+    const float* got = frame_.data() + z * values.size();
+    if (frame_.empty()) {
+      auto grid = sized<bccsplat_grid>();
+      for (size_t a = 0; a < 3; ++a) grid.step[a] = 1, grid.dims[a] = dims[a];
+      grid.origin[2] = static_cast<double>(z);
+      got_.resize(values.size());
+      check(bccsplat_slice_sample_grid(slice_.get(), &grid, got_.data()), "slice");
+      got = got_.data();
+    }
+    for (size_t i = 0; i < values.size(); ++i) add({i % dims[0], i / dims[0], z}, got[i], values[i]);
   }
 
   void find_points(uint64_t z) {
@@ -190,7 +204,10 @@ class FrameComparer {
     out_.all.add(first - second);
   }
 
-  const Slice& slice_;
+  static constexpr uint64_t kMostHeld = uint64_t{1} << 26; // samples of a frame
+
+  std::vector<float> frame_; // of the first, or none
+  Slice slice_;              // where there is none
   const SampledSeries& second_;
   const Meeting& meeting_;
   FieldDifference& out_;
@@ -238,8 +255,7 @@ FieldDifference compare_channel(const Volume& first, SampledSeries& second, cons
     }
     FieldDifference frame;
     frame.worst.frame = f, frame.worst.time = second.times[f];
-    const Slice slice = cut_frame(first, index, pair.first);
-    FrameComparer comparer(slice, second, meeting, frame);
+    FrameComparer comparer(first, pair.first, index, second, meeting, frame);
     second.read(f, pair.second,
                 [&](uint64_t z, std::span<const double> values) { comparer.take(z, values); });
     all.add(frame);

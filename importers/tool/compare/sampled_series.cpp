@@ -34,13 +34,11 @@ class VolumeSeries : public SampledSeries {
 
   void read(uint64_t frame, uint32_t channel, const Take& take) override {
     std::vector<double> values;
-    sample_planes(
-        cut_frame(volume_, static_cast<double>(frame), channel),
-        [&](uint64_t z, std::span<const float> planes) {
-          values.assign(planes.begin(), planes.end());
-          take(z, values);
-        },
-        SampleBox{{0, 0, 0}, dims});
+    sample_frame(volume_, static_cast<double>(frame), channel, SampleBox{{0, 0, 0}, dims},
+                 [&](uint64_t z, std::span<const float> planes) {
+                   values.assign(planes.begin(), planes.end());
+                   take(z, values);
+                 });
   }
 
  private:

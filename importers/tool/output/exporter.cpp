@@ -124,15 +124,13 @@ void Exporter::sample_frame(double index, const std::optional<SampleBox>& region
                             const std::function<void(std::span<const float> values)>& take) {
   const SampleBox whole{{0, 0, 0}, {info_.dims[0], info_.dims[1], info_.dims[2]}},
       box = region.value_or(whole);
+  if (region) check_region(*region, info_);
   std::vector<float> planes;
-  sample_planes(
-      cut_frame(volume_, index, channel_, region),
-      [&](uint64_t first_plane, std::span<const float> values) {
-        planes.assign(values.begin(), values.end());
-        sites_.clear(index, box, first_plane, planes);
-        take(planes);
-      },
-      SampleBox{{0, 0, 0}, box.dims}); // of a periodic axis without sample 0 once more
+  bcc4::sample_frame(volume_, index, channel_, box, [&](uint64_t first_plane, std::span<const float> values) {
+    planes.assign(values.begin(), values.end());
+    sites_.clear(index, box, first_plane, planes);
+    take(planes);
+  });
 }
 
 void Exporter::append_frame(VolumeFile& file, const VolumeOutput& output, double index) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Cuts slices by time, and reads their samples, or those of a frame as the file has them, some planes at a
+// time.
 #include "tool/view/time_slice.h"
 
 #include <algorithm>
@@ -10,7 +12,8 @@
 namespace bcc4 {
 namespace {
 
-constexpr uint64_t kValuesAtOnce = uint64_t{1} << 24; // sampled at a time
+constexpr uint64_t kValuesAtOnce = uint64_t{1} << 24;      // sampled at a time
+constexpr uint64_t kFrameValuesAtOnce = uint64_t{1} << 26; // read at a time
 
 } // namespace
 
@@ -107,6 +110,30 @@ void sample_planes(const Slice& slice, const std::function<void(uint64_t, std::s
     const std::span<float> some = std::span(values).first(plane * grid.dims[2]);
     check(bccsplat_slice_sample_grid(slice.get(), &grid, some.data()), "slice");
     take(z, some);
+  }
+}
+
+void sample_frame(const Volume& volume, double index, uint32_t channel, const SampleBox& box,
+                  const std::function<void(uint64_t, std::span<const float>)>& take) {
+  const bccsplat_volume_info v = volume_info(volume);
+  const auto frame = static_cast<uint64_t>(index);
+  if (static_cast<double>(frame) != index || frame >= v.dims[3]) {
+    const bool whole = std::equal(box.dims.begin(), box.dims.end(), v.dims);
+    // A periodic axis without sample 0 once more.
+    sample_planes(cut_frame(volume, index, channel, whole ? std::nullopt : std::optional(box)), take,
+                  SampleBox{{0, 0, 0}, box.dims});
+    return;
+  }
+  const uint64_t plane = box.dims[0] * box.dims[1];
+  const uint64_t step = std::clamp<uint64_t>(kFrameValuesAtOnce / plane, 1, box.dims[2]);
+  std::vector<float> values(plane * step);
+  for (uint64_t z = 0; z < box.dims[2]; z += step) {
+    stop_if_interrupted();
+    const uint64_t planes = std::min(step, box.dims[2] - z);
+    const uint64_t begin[] = {box.begin[0], box.begin[1], box.begin[2] + z},
+                   end[] = {box.begin[0] + box.dims[0], box.begin[1] + box.dims[1], begin[2] + planes};
+    check(bccsplat_volume_read_frame(volume.get(), channel, frame, begin, end, values.data()), "frame");
+    take(z, std::span(values).first(plane * planes));
   }
 }
 

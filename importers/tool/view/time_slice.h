@@ -40,5 +40,9 @@ void check_region(const SampleBox& region, const bccsplat_volume_info& volume);
 void sample_planes(const Slice& slice,
                    const std::function<void(uint64_t first_plane, std::span<const float> values)>& take,
                    const std::optional<SampleBox>& part = {});
+// The same of a box of the source's samples at a frame index: those of a frame as the file has them, and
+// between frames those of a slice.
+void sample_frame(const Volume& volume, double index, uint32_t channel, const SampleBox& box,
+                  const std::function<void(uint64_t first_plane, std::span<const float> values)>& take);
 
 } // namespace bcc4
