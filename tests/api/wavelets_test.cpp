@@ -70,6 +70,27 @@ TEST(Wavelets, KeepAnErrorAPsnrAndABound) {
   EXPECT_LE(largest.points, 6);
 }
 
+// Values far from air, where none is left out: the field has a base among them, tiles are told from air.
+TEST(Wavelets, FarFromAirAreWhereTheyWere) {
+  const TestDevice device;
+  const Source s = source_of({24, 23, 22, 9}, BCCSPLAT_TYPE_F32, [](double x, double y, double z, double t) {
+    return 1000 + 40 * std::sin(.3 * x + .2 * y - .3 * t) * std::cos(.2 * z);
+  });
+  for (const double low : {0.0, 900.0}) { // of the range: air has a code, or lies beyond them
+    Asked a;
+    const double error = 1;
+    a.options.wavelet_errors = &error;
+    a.channel.range[0] = low, a.channel.range[1] = 1100;
+    const Written w = write_frames(device, s, a.options, a.channel);
+    ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+    const OpenVolume volume(device, w.bytes);
+    EXPECT_LE(root_mean_square(volume, s), 1.01);
+    std::vector<float> frame(s.frame_samples());
+    ASSERT_EQ(bccsplat_volume_read_frame(volume.volume, 0, 4, nullptr, nullptr, frame.data()), BCCSPLAT_OK);
+    EXPECT_LT(largest_difference(frame, volume.frame(4)), .02);
+  }
+}
+
 // Values that are hard for small errors: far from air, of which there is some.
 struct Hard {
   const char* name;

@@ -330,8 +330,9 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const Chu
 }
 
 TileValues Bcc4Reader::tile_values(const ChannelLevel& at, RelativeTo to) const {
+  // Codes are less that of air, whatever their values are relative to.
   const SampleCoder& coder = state_->coder(at, to);
-  return {static_cast<float>(coder.scale()), coder.decode(coder.codes().air),
+  return {static_cast<float>(coder.scale()), coder.decode(state_->coder(at).codes().air),
           to == RelativeTo::base ? absent(at.channel) : 0};
 }
 
