@@ -261,7 +261,7 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel
   Probed& probed = probed_[channel_index];
   if (share > few || probed.made >= 1) return all;
   if (probed.part.coefficients && covers(probed.part.region, region)) return probed.part.coefficients;
-  probed.made += share;
+  probed.made += part_of_bricks(region.widened(), lattice.space); // of the samples that these are made of
   probed.part = {region, make_coefficients(channel_index, kernel_, 0, region,
                                            static_cast<uint64_t>(few * static_cast<double>(cache_bytes_)))};
   return probed.part.coefficients;
