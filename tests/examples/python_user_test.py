@@ -144,7 +144,8 @@ class Mistakes(User):
         self.refused(TypeError, "a path, its bytes, or", bccsplat.open, 3)
         self.refused(TypeError, "a bccsplat.Device, not 'cpu'", bccsplat.open, path("run.bcc4"), device="cpu")
         self.refused(Error, "Kernels are", bccsplat.open, path("run.bcc4"), kernel="bicubic")
-        self.refused(TypeError, "no 'cache': did you mean 'cache_bytes'", bccsplat.open, path("run.bcc4"), cache=3)
+        self.refused(TypeError, "unexpected keyword argument 'cache'", bccsplat.open, path("run.bcc4"), cache=3)
+        self.refused(FileNotFoundError, "cannot open", bccsplat.open, path("none.bcc4"))
         self.refused(ValueError, "cache_bytes of VolumeOptions cannot be -1", bccsplat.open, path("run.bcc4"), cache_bytes=-1)
 
     def test_of_indexing(self):
@@ -199,6 +200,7 @@ class Mistakes(User):
             self.refused(kind, text, bccsplat.save, path("bad.bcc4"), array, **named)
             self.assertFalse(os.path.exists(path("bad.bcc4")))
         self.refused(Error, "exists already", bccsplat.save, path("run.bcc4"), a)
+        self.refused(FileExistsError, "exists already", bccsplat.save, path("run.bcc4"), a)
         self.refused(Error, "cannot create", bccsplat.save, path("none/run.bcc4"), a)
 
     def test_of_writers(self):

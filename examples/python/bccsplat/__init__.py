@@ -18,10 +18,11 @@ its last reference; a with block releases it at once.
 from __future__ import annotations
 
 from . import _abi as abi
-from ._library import Cancelled, Error, Status, WouldBlock, native
+from ._library import native
 from .cameras import camera_matrices, fit_camera, look_at
 from .cancel import CancelToken
 from .device import Device
+from .errors import Cancelled, Error, Status, WouldBlock
 from .field_array import FieldArray
 from .files import open as open  # not in __all__: a name of a builtin
 from .files import save
@@ -39,6 +40,9 @@ __all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "FieldArray
            "RenderOptions", "Renderer", "Scene", "SharedFile", "Slice", "Status", "TransferFunction", "View", "Volume",
            "WouldBlock", "Writer", "abi", "box_clips", "build_info", "camera_matrices", "default_device", "draw",
            "fit_camera", "join_parts", "join_streams", "kernel_names", "look_at", "save", "tool_path", "version"]
+
+
+__version__ = "%d.%d.%d" % (abi.VERSION_MAJOR, abi.VERSION_MINOR, abi.VERSION_PATCH)
 
 
 def version() -> tuple[int, int, int]:

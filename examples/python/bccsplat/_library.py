@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import ctypes
-import enum
 import os
 import re
+from collections import deque
 from ctypes import byref, c_void_p
 from typing import Any, Callable, Sequence, TypeVar
 
-from . import _abi
+from . import _abi, interrupt
+from .errors import Error, WouldBlock, kind_of_status
 
 Self = TypeVar("Self", bound="Handle")
 # A fraction in [0, 1] that never falls; a true answer cancels the call.
@@ -42,43 +43,7 @@ if native.bccsplat_abi_version() != _abi.ABI_VERSION:
                       % (native.bccsplat_abi_version(), _abi.ABI_VERSION))
 
 
-def _status_values() -> list[tuple[str, int]]:
-    return [(name.removeprefix("ERROR_"), value) for name, value in vars(_abi).items()
-            if name in ("OK", "CANCELLED") or name.startswith("ERROR_")]
-
-
-Status = enum.IntEnum("Status", _status_values())  # type: ignore[misc]
-
-
-class Error(Exception):
-    """A call that failed. `status` is a Status, `name` its C name; the text says what, where and what to try."""
-
-    def __init__(self, status: int) -> None:
-        # Statuses of a newer library stay numbers.
-        self.status: int = Status(status) if status in set(Status) else status
-        self.name: str = native.bccsplat_status_name(status).decode()
-        self.report: _abi.VerifyReport | None = None  # of Volume.verify
-        super().__init__("%s (%s)" % (native.bccsplat_last_error().decode(), self.name))
-
-
-class Cancelled(Error):
-    """A progress callback, a CancelToken or Renderer.cancel() ended the call."""
-
-
-class WouldBlock(Error):
-    """Bytes of a stream are not there yet. ranges: (offset, size) of what the call lacked."""
-
-    def __init__(self, status: int) -> None:
-        super().__init__(status)
-        count = ctypes.c_uint64()
-        native.bccsplat_last_lacking(None, 0, byref(count))
-        pairs = (ctypes.c_uint64 * (2 * count.value))()
-        native.bccsplat_last_lacking(pairs, count.value, None)
-        self.ranges: list[tuple[int, int]] = [*zip(pairs[::2], pairs[1::2])]
-
-
 _UNSIGNED = (ctypes.c_uint32, ctypes.c_uint64)
-_ERRORS: dict[int, type[Error]] = {_abi.CANCELLED: Cancelled, _abi.ERROR_WOULD_BLOCK: WouldBlock}
 
 
 def refused(error: ctypes.ArgumentError, arguments: Sequence[Any]) -> TypeError:
@@ -88,23 +53,54 @@ def refused(error: ctypes.ArgumentError, arguments: Sequence[Any]) -> TypeError:
     return TypeError("%s is given where a number is wanted" % value)
 
 
-def call(name: str, *arguments: Any, watch: Watch | None = None) -> None:
-    """Calls bccsplat_NAME; raises Error, or what the host's own callback `watch` raised meanwhile."""
+# What streams raised since a call failed last, the newest last.
+read_failures: deque[Exception] = deque(maxlen=8)
+
+
+def failure(status: int) -> Error:
+    """The error of a call of this thread that ended with a status. What a stream failed to read is its cause."""
+    text, name = native.bccsplat_last_error().decode(), native.bccsplat_status_name(status).decode()
+    error = kind_of_status(status)(status, name, text)
+    if isinstance(error, WouldBlock):
+        count = ctypes.c_uint64()
+        native.bccsplat_last_lacking(None, 0, byref(count))
+        pairs = (ctypes.c_uint64 * (2 * count.value))()
+        native.bccsplat_last_lacking(pairs, count.value, None)
+        error.ranges = [*zip(pairs[::2], pairs[1::2])]
+    if read_failures and status == _abi.ERROR_IO:
+        error.__cause__ = read_failures.pop()
+        read_failures.clear()
+    return error
+
+
+def _cancel(token: Handle) -> None:
+    native.bccsplat_cancel_token_cancel(token.pointer)
+
+
+def _reset(token: Handle) -> None:
+    native.bccsplat_cancel_token_reset(token.pointer)
+
+
+def call(name: str, *arguments: Any, watch: Watch | None = None, token: Handle | None = None) -> None:
+    """Calls bccsplat_NAME; raises Error, or what the host's own callback `watch` raised meanwhile. token: what the call
+    looks at, which Ctrl-C cancels; None: that of a handle among the arguments."""
     function = getattr(native, "bccsplat_" + name)
     for argument, kind in zip(arguments, function.argtypes):
         if isinstance(argument, Closed):
             raise ValueError("a %s that was closed cannot be used any more: open or make it anew" % argument.kind)
         if kind in _UNSIGNED and isinstance(argument, int) and argument < 0:
             raise ValueError("%d is given where a number from 0 on is wanted" % argument)
+        if token is None:
+            token = getattr(argument, "token", None)
     try:
-        status = function(*arguments)
+        status = function(*arguments) if token is None else interrupt.run(token, _cancel, _reset, function, arguments)
     except ctypes.ArgumentError as wrong:
         raise refused(wrong, arguments) from None
     if watch is not None and watch.error is not None:
         error, watch.error = watch.error, None
         raise error
     if status != _abi.OK:
-        raise _ERRORS.get(status, Error)(status)
+        raise failure(status)
 
 
 class Watch:
@@ -141,7 +137,13 @@ def decode(text: bytes | None) -> str:
     return "" if text is None else text.decode()
 
 
-class Closed(c_void_p):
+class Pointer(c_void_p):
+    """The pointer of a handle. token: what calls of the object look at, which Ctrl-C cancels; None: none."""
+
+    token: Handle | None = None
+
+
+class Closed(Pointer):
     """The pointer of a handle that was closed: NULL, and what it was of."""
 
     kind = ""
@@ -156,26 +158,27 @@ class Handle:
     _RENEWED, _MEMORY = ("device", "volume", "slice"), ("frame", "cancel_token")
 
     def __init__(self) -> None:
-        self._pointer: c_void_p = c_void_p()
+        self._pointer = Pointer()
         self._process = os.getpid()
 
     @property
-    def pointer(self) -> c_void_p:
+    def pointer(self) -> Pointer:
         """Of the object. The threads and locks of a process are not those of one that was forked from it: there devices,
         volumes and slices are made once more, and what else is more than memory is refused."""
         if self._process != os.getpid() and self._pointer and self._kind not in self._MEMORY:
             if self._kind not in self._RENEWED:
                 raise ValueError("a %s of the process that this one was forked from cannot be used here: make it in this one" %
                                  self._kind)
-            self._create(*self._recipe, watch=self._watched)
+            self._create(*self._recipe, watch=self._watched, token=self._pointer.token)
         return self._pointer
 
-    def _create(self, function: str, *arguments: Any, watch: Watch | None = None) -> None:
+    def _create(self, function: str, *arguments: Any, watch: Watch | None = None, token: Handle | None = None) -> None:
         """Makes the object. Handles among the arguments are given by their pointers; what pointers among them look into
-        lives as long as they do."""
-        pointer = c_void_p()
+        lives as long as they do. token: what the object keeps of its options."""
+        pointer = Pointer()
+        pointer.token = token
         given = [argument.pointer if isinstance(argument, Handle) else argument for argument in arguments]
-        call(function, *given, byref(pointer), watch=watch)
+        call(function, *given, byref(pointer), watch=watch, token=token)
         self._pointer, self._process = pointer, os.getpid()
         if self._kind in self._RENEWED:
             self._recipe, self._watched = (function, *arguments), watch
@@ -192,8 +195,19 @@ class Handle:
         other = object.__new__(type(self))
         getattr(native, "bccsplat_%s_retain" % self._kind)(self.pointer)
         other.__dict__.update(self.__dict__)
-        other._pointer = c_void_p(self._pointer.value)
+        other._pointer = Pointer(self._pointer.value)
+        other._pointer.token = self._pointer.token
         return other
+
+    def __copy__(self: Self) -> Self:
+        return self.share()
+
+    def __deepcopy__(self: Self, _memo: Any) -> Self:
+        return self.share()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError("a %s cannot be sent to another process: make it there, or send a volume, which is opened there "
+                        "by its path" % self._kind.replace("_", " "))
 
     def __enter__(self: Self) -> Self:
         return self

@@ -11,9 +11,9 @@ import numpy as np
 
 from . import _abi
 from . import xarray_backend as engine
-from ._library import Error
 from .arrays import Array
 from .dataset_writer import DatasetWriter
+from .errors import Error
 from .field_array import FieldArray, evaluate_or_nan
 from .places import Places
 from .shared import Path, SharedFile

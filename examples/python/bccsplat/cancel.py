@@ -34,3 +34,8 @@ class CancelToken(Handle):
 
 def token_of(cancel: CancelToken | None) -> c_void_p | None:
     return None if cancel is None else cancel.pointer
+
+
+def own_token(cancel: CancelToken | None) -> CancelToken:
+    """The caller's token, or one that Ctrl-C alone cancels."""
+    return CancelToken() if cancel is None else cancel

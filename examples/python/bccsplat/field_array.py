@@ -1,13 +1,13 @@
 """FieldArray: the field of a volume at places of index space, as an array [t, z, y, x] that is read when it is asked for."""
 from __future__ import annotations
 
-from typing import Any, Sequence, Union
+from typing import Any, Iterator, Sequence, Union
 
 import numpy as np
 
 from . import _abi
-from ._library import Error
 from .arrays import Array
+from .errors import Error
 from .shared import SharedFile
 from .slices import Slice
 from .volume import Volume
@@ -149,6 +149,14 @@ class FieldArray:
 
     def __len__(self) -> int:
         return len(self.axes[0])
+
+    def __iter__(self) -> Iterator[Array]:
+        """What there is at each position of time, one after the other."""
+        return (self[n] for n in range(len(self)))
+
+    def astype(self, dtype: Any) -> Array:
+        """All values as an array of another type."""
+        return np.asarray(self.read().astype(dtype, copy=False))
 
     def select(self, key: Any) -> FieldArray:
         """The array of some of the positions, nothing of which is read: integers, slices, lists and boolean masks, each

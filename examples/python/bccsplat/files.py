@@ -3,17 +3,17 @@ from __future__ import annotations
 
 import datetime
 from dataclasses import dataclass
-from typing import Any, Mapping, Sequence, Union
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 
 from . import _abi
 from ._library import Progress
 from .arrays import Array, fills_of, loaded, masked, numbers_of, unmasked
+from .cancel import CancelToken
 from .device import Device
 from .plan import save_planned
 from .shared import Path, default_device
-from .streams import Source
 from .volume import Volume
 from .writer import TYPES, Channel, Writer
 
@@ -24,8 +24,8 @@ _STEPS = {name: step for step, names in {
     for name in names}
 
 
-def open(source: Union[Path, bytes, bytearray, memoryview, Source], *, device: Device | None = None,
-         kernel: str | None = None, **options: Any) -> Volume:
+def open(source: Any, *, device: Device | None = None, kernel: str | None = None, cache_bytes: int = 0,
+         cancel: CancelToken | None = None, salvage: int = 0, shape: Sequence[float] | None = None) -> Volume:
     """Opens a .bcc4; nothing but its index is read. The volume is an array [t, z, y, x] of float32, and a number between
     two frames is a moment between them:
 
@@ -34,10 +34,12 @@ def open(source: Union[Path, bytes, bytearray, memoryview, Source], *, device: D
         volume[12.5, 10:20, :, 3]   # a moment between frames; only what lies around that is read
         volume.at(0.48)             # at a time in the file's unit
 
-    source: a path, the bytes of a file, or a stream as of Volume. device: None, one that the whole process shares.
-    kernel: of reconstruction; None, the file's. options: further ones of Volume. Nothing has to be closed.
+    source: a path, a URL or object of fsspec, an open binary file, the bytes of a file, or a stream, as of Volume. device:
+    None, one that the whole process shares. kernel: of reconstruction; None, the file's. cache_bytes: of memory for what was
+    read; 0, what playing forward needs. salvage, shape, cancel: as of Volume. Nothing has to be closed.
     """
-    return Volume(device or default_device(), source, kernel=kernel, **options)
+    return Volume(device or default_device(), source, kernel=kernel, cache_bytes=cache_bytes, cancel=cancel, salvage=salvage,
+                  shape=shape)
 
 
 def frame_times(count: int, dt: float, start: float, times: Any) -> list[float]:

@@ -9,10 +9,11 @@ from typing import Any, Callable, Mapping, Sequence, Union
 import numpy as np
 
 from . import _abi
-from ._library import Error, Progress, Watch, call, decode
+from ._library import Progress, Watch, call, decode
 from .arrays import Array, numbers_of, unmasked
-from .cancel import CancelToken
+from .cancel import CancelToken, own_token
 from .device import Child, Device
+from .errors import Error
 from .writer import TYPES, Channel, Writer, writer_options
 
 # frame, channel -> an array [z, y, x]
@@ -37,7 +38,8 @@ class Plan(Child):
                  cancel: CancelToken | None = None, **options: Any) -> None:
         super().__init__(device)
         self._watch = Watch(progress)
-        self._wish = writer_options(dims, channels, self._watch, cancel, levels=levels or 0, **options)
+        token = own_token(cancel)
+        self._wish = writer_options(dims, channels, self._watch, token, levels=levels or 0, **options)
         kinds = [np.dtype(kind) for kind in types]
         if len(kinds) != len(channels):
             raise ValueError("types are those of all %d channels, not %d" % (len(channels), len(kinds)))
@@ -69,7 +71,7 @@ class Plan(Child):
             if when.size != dims[3]:
                 raise ValueError("times are those of all %d frames, not %d" % (dims[3], when.size))
             o.times = when.ctypes.data
-        self._create("plan_create", device.pointer, byref(o), watch=self._watch)
+        self._create("plan_create", device.pointer, byref(o), watch=self._watch, token=token)
 
     @property
     def text(self) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from . import _abi
 from ._library import Progress, Watch, call, choose
 from .arrays import Array, are_drawable, numbers_of
-from .cancel import CancelToken, token_of
+from .cancel import CancelToken, own_token, token_of
 from .device import Child, Device, pointer_of
 from .slices import Slice
 from .streams import WriteAt, write_stream
@@ -240,11 +240,12 @@ class RenderOptions:
                  gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
                  progress: Progress | None = None, tile: Tile | None = None, cancel: CancelToken | None = None,
                  **options: Any) -> None:
+        self.token = own_token(cancel)
         o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
                                shading=choose("SHADING", shading),
                                preintegrate=choose("PREINTEGRATE", preintegrate),
                                smooth_edges=choose("SMOOTH_EDGES", smooth_edges),
-                               backend=choose("BACKEND", backend), cancel_token=token_of(cancel),
+                               backend=choose("BACKEND", backend), cancel_token=token_of(self.token),
                                **options)
         if iso_value is not None:
             o.set_mask |= _abi.RENDER_SET_ISO
@@ -261,7 +262,7 @@ class RenderOptions:
         self.watch = Watch(progress)
         o.progress = self.watch.function
         o.tile = self._tile_function(tile)
-        self.struct, self._kept = o, (array, cancel)
+        self.struct, self._kept = o, array
 
     def _tile_function(self, tile: Tile | None) -> Any:
         def report(_user: int | None, x: int, y: int, width: int, height: int) -> int:
@@ -394,6 +395,7 @@ class Renderer(Child):
         self._watch, self._slice = Watch(None), None
         self._made: RenderOptions | None = None
         self._create("renderer_create", device.pointer)
+        self.set_options()
 
     def set_slice(self, cut: Slice | None) -> None:
         """What is drawn; None: nothing."""
@@ -454,7 +456,7 @@ class Renderer(Child):
                              cancel=cancel, **options)
         call("renderer_set_options", self.pointer, byref(made.struct))
         self._watch = made.watch  # the one before is of no use to the library any more
-        self._made = made  # with the function of tiles
+        self._made, self._pointer.token = made, made.token  # with the function of tiles
 
     def render(self, frame: Frame) -> None:
         """Draws into the frame; Error WRONG_STATE without a slice."""

@@ -7,6 +7,7 @@ import weakref
 from typing import Any, Union
 
 from .device import Device
+from .sources import is_url
 from .volume import Volume
 
 Path = Union[str, "os.PathLike[str]"]
@@ -38,11 +39,12 @@ os.register_at_fork(after_in_child=_renew_lock)
 class SharedFile:
     """A file by name, which can be sent to other processes; all that use it in one of them share one open volume.
 
-    path: made absolute. options: those of Volume, such as kernel. A file that was replaced since is opened anew.
+    path: made absolute, or a URL. options: those of Volume, such as kernel. A file that was replaced since is opened anew.
     """
 
     def __init__(self, path: Path, **options: Any) -> None:
-        self.path, self.options = os.path.abspath(os.fspath(path)), options
+        self.path: str = path if is_url(path) else os.path.abspath(os.fspath(path))  # type: ignore[assignment]
+        self.options = options
         self._opened: Volume | None = None
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 from . import _abi
 from ._library import Closed, Progress, Watch, call, choose, encode
 from .arrays import Array, corners_of, floats_of, points_of
-from .cancel import CancelToken, token_of
+from .cancel import CancelToken, own_token, token_of
 from .device import Child
 
 if TYPE_CHECKING:
@@ -60,6 +60,11 @@ class Slice(Child):
     """
 
     _kind = "slice"
+    _made: tuple[str, tuple[Any, ...], dict[str, Any]]  # the method, its arguments and options, but for the volume
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """It is cut anew of the volume, which is opened where it is sent to."""
+        return _cut_there, (self.volume, *self._made)
 
     def show(self, width: int = 512, height: int = 512, **options: Any) -> Picture:
         """A picture of it, which a notebook shows; options: those of draw."""
@@ -84,7 +89,10 @@ class Slice(Child):
         super().__init__(volume.device)
         self.volume = volume
         number = volume.channel_number(channel)
-        o = self._options(number, kernel, interval, spacing, time_length, box, space, cancel, options)
+        token = own_token(cancel)
+        self._made = "Slice", (a, b, c, d, e), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
+                                                "time_length": time_length, "box": box, "space": space, **options}
+        o = self._options(number, kernel, interval, spacing, time_length, box, space, token, options)
         self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
 
     @staticmethod
@@ -102,7 +110,7 @@ class Slice(Child):
     def _cut(self, plane: Any, options: _abi.SliceOptions, progress: Progress | None) -> None:
         watch = Watch(progress)
         options.progress = watch.function
-        self._create("slice_create", self.volume, plane, byref(options), watch=watch)
+        self._create("slice_create", self.volume, plane, byref(options), watch=watch, token=options.held[-1])
 
     @classmethod
     def at(cls, volume: Volume, frame: float, **options: Any) -> Slice:
@@ -119,10 +127,13 @@ class Slice(Child):
         Child.__init__(cut, volume.device)
         cut.volume = volume
         number = volume.channel_number(channel)
-        o = cls._options(number, kernel, interval, spacing, time_length, box, space, cancel, options)
+        token = own_token(cancel)
+        cut._made = "at_time", (time,), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
+                                         "time_length": time_length, "box": box, "space": space, **options}
+        o = cls._options(number, kernel, interval, spacing, time_length, box, space, token, options)
         watch = Watch(progress)
         o.progress = watch.function
-        cut._create("volume_slice_at", volume, time, byref(o), watch=watch)
+        cut._create("volume_slice_at", volume, time, byref(o), watch=watch, token=token)
         return cut
 
     @classmethod
@@ -135,9 +146,11 @@ class Slice(Child):
         at = np.ascontiguousarray(point, np.float64).reshape(4)
         axes = np.ascontiguousarray(basis, np.float64).reshape(3, 4)
         number = volume.channel_number(channel)
+        token = own_token(cancel)
+        cut._made = "along", (at, axes), {"channel": number, "kernel": kernel, **options}
         o = _abi.SliceOptions(channel=number, kernel=encode(kernel), point=at.ctypes.data, basis=axes.ctypes.data,
-                              cancel_token=token_of(cancel), **options)
-        o.held = at, axes, cancel
+                              cancel_token=token_of(token), **options)
+        o.held = at, axes, token
         cut._cut(None, o, progress)
         return cut
 
@@ -242,3 +255,9 @@ class Slice(Child):
         options = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality))
         call("slice_get_picture_needs", self.pointer, byref(camera), width, height, byref(options), byref(needs))
         return needs
+
+
+def _cut_there(volume: Volume, method: str, arguments: tuple[Any, ...], options: dict[str, Any]) -> Slice:
+    """A slice that was sent to this process."""
+    made: Slice = (Slice if method == "Slice" else getattr(Slice, method))(volume, *arguments, **options)
+    return made

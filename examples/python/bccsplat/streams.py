@@ -4,8 +4,8 @@ from __future__ import annotations
 import ctypes
 from typing import Callable, Union
 
-from . import _abi
-from ._library import Watch
+from . import _abi, interrupt
+from ._library import Watch, read_failures
 
 # offset, buffer: fill it and return the number of bytes read, or None for bytes that are not there yet; called from any
 # thread, several at once
@@ -25,7 +25,11 @@ def read_stream(source: Source) -> _abi.ReadStream:
         try:
             done = read_at(offset, memoryview((ctypes.c_char * wanted).from_address(buffer)).cast("B"))
             return _abi.READ_WOULD_BLOCK if done is None else done
-        except Exception:  # it may be in a thread of the library: the call fails with IO
+        except Exception as error:  # it may be in a thread of the library: the call fails with IO, of which this is the cause
+            read_failures.append(error)
+            return -1
+        except BaseException:  # Ctrl-C
+            interrupt.remember()
             return -1
 
     return _abi.ReadStream(size=size, read_at=_abi.bccsplat_read_at_fn(read), merge_gap=gap[0] if gap else 0)

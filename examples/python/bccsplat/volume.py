@@ -4,16 +4,18 @@ from __future__ import annotations
 import ctypes
 import os
 from ctypes import POINTER, byref, c_char_p, c_double, c_uint32, c_uint64, cast
-from typing import TYPE_CHECKING, Any, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, Sequence
 
 import numpy as np
 
 from . import _abi
-from ._library import Closed, Error, Progress, Watch, call, choose, decode, encode
+from ._library import Closed, Progress, Watch, call, choose, decode, encode
 from .arrays import Array, bytes_of, corners_of, floats_of, points_of
-from .cancel import CancelToken, token_of
+from .cancel import CancelToken, own_token, token_of
 from .device import Child, Device
+from .errors import Error
 from .slices import Slice
+from .sources import RemoteFile, opened
 from .streams import Source, read_stream
 
 if TYPE_CHECKING:
@@ -30,28 +32,49 @@ class Volume(Child):
         volume.plane(0.48, z=5.5).imshow()       # a plane with its coordinates, by matplotlib
         volume.slice(plane=(1, 0, 0, -1, 0))     # the field on any hyperplane of space and time
 
-    source: a path, the bytes of a file (borrowed, not copied), or (size, read_at) or (size, read_at, merge_gap), of which
+    source: a path; a URL such as "https://..." or "s3://..." or an object of fsspec, of which only ranges are read; an open
+    binary file; the bytes of a file (borrowed, not copied); or (size, read_at) or (size, read_at, merge_gap), of which
     read_at returns None for bytes that are not there yet: WouldBlock.
+
+    Sent to another process, a volume is opened there by its path or URL. copy.copy is another handle of the same.
+    salvage: what is damaged reads as missing instead of failing. shape: factors on x, y and z of the world.
     """
 
     _kind = "volume"
 
-    def __init__(self, device: Device, source: Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, Array,
-                                                     Source],
-                 kernel: str | None = None, cache_bytes: int = 0, cancel: CancelToken | None = None,
-                 **options: Any) -> None:
+    def __init__(self, device: Device, source: Any, kernel: str | None = None, cache_bytes: int = 0,
+                 cancel: CancelToken | None = None, *, salvage: int = 0, shape: Sequence[float] | None = None) -> None:
         """cancel: of opening it and of what takes long with it."""
         super().__init__(device)
-        o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, cancel_token=token_of(cancel), **options)
-        o.held = cancel  # an attribute of the Python object alone, as long as it looks into it
+        token = own_token(cancel)
+        o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, cancel_token=token_of(token), salvage=salvage)
+        if shape is not None:
+            o.shape[:] = [*shape]
+        o.held = token  # an attribute of the Python object alone, as long as it looks into it
+        self._given: tuple[Any, dict[str, Any]] = source, {"kernel": kernel, "cache_bytes": cache_bytes, "salvage": salvage,
+                                                           "shape": shape}
+        if (file := opened(source)) is not None:
+            self._given = (file if isinstance(file, RemoteFile) else source), self._given[1]
+            source = file.stream()
+        elif isinstance(source, RemoteFile):
+            source = source.stream()
         if isinstance(source, tuple):
-            self._source: Any = read_stream(source)
-            self._create("volume_open_stream", device, byref(self._source), byref(o))
+            self._source: Any = read_stream(source)  # type: ignore[arg-type]
+            self._create("volume_open_stream", device, byref(self._source), byref(o), token=token)
         elif isinstance(source, (str, os.PathLike)):
-            self._create("volume_open_file", device, os.fsencode(source), byref(o))
+            self._create("volume_open_file", device, os.fsencode(source), byref(o), token=token)
         else:
             self._source = bytes_of(source)
-            self._create("volume_open_memory", device, self._source.ctypes.data, self._source.size, byref(o))
+            self._create("volume_open_memory", device, self._source.ctypes.data, self._source.size, byref(o), token=token)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        source, options = self._given
+        if isinstance(source, (str, os.PathLike)):
+            source = os.path.abspath(os.fspath(source))
+        elif not isinstance(source, RemoteFile):
+            raise TypeError("a volume of bytes, an open file or a stream cannot be sent to another process: send what it was "
+                            "opened from, and call bccsplat.open there")
+        return _opened_there, (source, options)
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -65,6 +88,34 @@ class Volume(Child):
         return 4
 
     dtype = np.dtype(np.float32)
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return int(np.prod(self.shape, dtype=np.int64))
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all values, as they will be in memory; those of the file are info().bytes_file."""
+        return self.size * self.dtype.itemsize
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the channels."""
+        return [decode(self.channel_info(n).name) for n in range(self.info().channel_count)]
+
+    @property
+    def affine(self) -> Array:
+        """[4, 4], from (x, y, z, 1) of samples to the world; unevenly spaced axes are those of `axis`."""
+        return np.array(self.info().affine[:], np.float64).reshape(4, 4)
+
+    def astype(self, dtype: Any) -> Array:
+        """All values as an array of another type."""
+        return np.asarray(self.field().read().astype(dtype, copy=False))
+
+    def __iter__(self) -> Iterator[Array]:
+        """Frames, one after the other."""
+        return (self[n] for n in range(len(self)))
 
     def __len__(self) -> int:
         return self.shape[0]
@@ -148,11 +199,13 @@ class Volume(Child):
         Child.__init__(newer, self.device)
         if source is None:
             newer._source = getattr(self, "_source", None)
-            newer._create("volume_reopen", self, None)
+            newer._given = self._given
+            newer._create("volume_reopen", self, None, token=self._pointer.token)
             newer._recipe = self._recipe  # in a forked process, without the caches
         else:
             newer._source = read_stream(source)
-            newer._create("volume_reopen", self, byref(newer._source))
+            newer._given = source, self._given[1]
+            newer._create("volume_reopen", self, byref(newer._source), token=self._pointer.token)
             newer._recipe = ("volume_open_stream", self.device, byref(newer._source), self._recipe[-1])
         return newer
 
@@ -349,3 +402,9 @@ class Volume(Child):
             raise ValueError("plane must be the five numbers (a, b, c, d, e) of a x + b y + c z + d t + e = 0, not %r" %
                              (plane,))
         return Slice(self, *plane, **options)
+
+
+def _opened_there(source: Any, options: dict[str, Any]) -> Volume:
+    """A volume that was sent to this process."""
+    from .shared import default_device
+    return Volume(default_device(), source, **options)

@@ -12,7 +12,7 @@ import numpy as np
 from . import _abi
 from ._library import Progress, Watch, call, choose, encode
 from .arrays import Array, affine_of, numbers_of, unmasked
-from .cancel import CancelToken, token_of
+from .cancel import CancelToken, own_token, token_of
 from .device import Child, Device
 from .streams import Flush, Source, WriteAt, read_stream, write_stream
 
@@ -116,7 +116,8 @@ class Writer(Child):
                  cancel: CancelToken | None = None, flush: Flush | None = None, **options: Any) -> None:
         super().__init__(device)
         self._watch, self._finished, self._plan = Watch(progress), False, None
-        o = writer_options(dims, channels, self._watch, cancel, lattice=lattice, filter=filter, store=store,
+        token = own_token(cancel)
+        o = writer_options(dims, channels, self._watch, token, lattice=lattice, filter=filter, store=store,
                            nonfinite=nonfinite, overwrite=overwrite, affine=affine, spatial_unit=spatial_unit,
                            time_unit=time_unit, scale=scale, time_scale=time_scale, kernel=kernel, ends=ends, axes=axes,
                            **options)
@@ -129,9 +130,9 @@ class Writer(Child):
             o.part = ctypes.pointer(series_part)
         if callable(target):
             self._stream = write_stream(target, self._watch, flush)
-            self._create("writer_create_stream", device.pointer, byref(self._stream), byref(o))
+            self._create("writer_create_stream", device.pointer, byref(self._stream), byref(o), token=token)
         else:
-            self._create("writer_create", device.pointer, os.fsencode(target), byref(o))
+            self._create("writer_create", device.pointer, os.fsencode(target), byref(o), token=token)
 
     @classmethod
     def of_plan(cls, device: Device, target: Union[str, "os.PathLike[str]"], plan: Any, watch: Watch) -> Writer:
@@ -141,7 +142,7 @@ class Writer(Child):
         writer._watch, writer._finished, writer._plan = watch, False, plan
         options = plan.writer_options()
         writer._shape = tuple(options.dims[2::-1])
-        writer._create("writer_create", device.pointer, os.fsencode(target), byref(options))
+        writer._create("writer_create", device.pointer, os.fsencode(target), byref(options), token=plan.pointer.token)
         return writer
 
     def _call(self, name: str, *arguments: Any) -> None:
@@ -260,20 +261,22 @@ def join_parts(device: Device, parts: Sequence[Union[str, "os.PathLike[str]"]], 
                cancel: CancelToken | None = None) -> _abi.WriterReport:
     """One file of the parts of a series, in any order. compare_levels: coarser levels that no part has measured, as those
     of blocks, are compared with level 0, so that pictures know which of them will do."""
-    watch, report = Watch(progress), _abi.WriterReport()
+    watch, report, token = Watch(progress), _abi.WriterReport(), own_token(cancel)
     names = (ctypes.c_char_p * len(parts))(*[os.fsencode(part) for part in parts])
-    options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function, cancel_token=token_of(cancel),
+    options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function, cancel_token=token_of(token),
                                compare_levels=compare_levels)
-    call("join_parts", device.pointer, len(parts), names, os.fsencode(path), byref(options), byref(report), watch=watch)
+    call("join_parts", device.pointer, len(parts), names, os.fsencode(path), byref(options), byref(report), watch=watch,
+         token=token)
     return report
 
 
 def join_streams(device: Device, parts: Sequence[Source], write_at: WriteAt, *, compare_levels: bool = False,
                  progress: Progress | None = None, cancel: CancelToken | None = None) -> _abi.WriterReport:
     """The same of parts (size, read_at), by write_at(offset, bytes)."""
-    watch, report = Watch(progress), _abi.WriterReport()
+    watch, report, token = Watch(progress), _abi.WriterReport(), own_token(cancel)
     streams = (_abi.ReadStream * len(parts))(*[read_stream(part) for part in parts])
     stream = write_stream(write_at, watch)
-    options = _abi.JoinOptions(progress=watch.function, cancel_token=token_of(cancel), compare_levels=compare_levels)
-    call("join_streams", device.pointer, len(parts), streams, byref(stream), byref(options), byref(report), watch=watch)
+    options = _abi.JoinOptions(progress=watch.function, cancel_token=token_of(token), compare_levels=compare_levels)
+    call("join_streams", device.pointer, len(parts), streams, byref(stream), byref(options), byref(report), watch=watch,
+         token=token)
     return report
