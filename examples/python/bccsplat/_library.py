@@ -111,7 +111,8 @@ class Watch:
 
         def report(_user: int | None, fraction: float) -> int:
             try:
-                return 1 if progress is not None and progress(fraction) else 0
+                with interrupt.host_code:
+                    return 1 if progress is not None and progress(fraction) else 0
             except BaseException as error:  # ctypes would print and forget it
                 self.error = error
                 return 1

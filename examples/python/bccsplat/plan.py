@@ -8,7 +8,7 @@ from typing import Any, Callable, Mapping, Sequence, Union
 
 import numpy as np
 
-from . import _abi
+from . import _abi, interrupt
 from ._library import Progress, Watch, call, decode
 from .arrays import Array, numbers_of, unmasked
 from .cancel import CancelToken, own_token
@@ -51,7 +51,8 @@ class Plan(Child):
                 kind = kinds[channel]
                 size = kind.itemsize * shape[0] * shape[1] * shape[2]
                 room = np.frombuffer(memoryview((ctypes.c_char * size).from_address(address)), kind).reshape(shape)
-                values = unmasked(source(frame, channel))
+                with interrupt.host_code:
+                    values = unmasked(source(frame, channel))
                 if kind.kind in "iu" and values.dtype.kind == "f":
                     raise ValueError("frame %d has %s values, masked ones perhaps, and types says %s: give a type of floats "
                                      "in types, and that of the source in the channel's source_type" %

@@ -8,7 +8,7 @@ from typing import Any, Callable, Mapping, Sequence, Union
 
 import numpy as np
 
-from . import _abi
+from . import _abi, interrupt
 from ._library import Progress, Watch, call, choose
 from .arrays import Array, are_drawable, numbers_of
 from .cancel import CancelToken, own_token, token_of
@@ -267,7 +267,8 @@ class RenderOptions:
     def _tile_function(self, tile: Tile | None) -> Any:
         def report(_user: int | None, x: int, y: int, width: int, height: int) -> int:
             try:
-                return 1 if tile is not None and tile(x, y, width, height) else 0
+                with interrupt.host_code:
+                    return 1 if tile is not None and tile(x, y, width, height) else 0
             except BaseException as error:  # comes out of the call, as that of a progress function
                 self.watch.error = error
                 return 1

@@ -23,13 +23,14 @@ def read_stream(source: Source) -> _abi.ReadStream:
 
     def read(_user: int | None, offset: int, buffer: int, wanted: int) -> int:
         try:
-            done = read_at(offset, memoryview((ctypes.c_char * wanted).from_address(buffer)).cast("B"))
+            with interrupt.host_code:
+                done = read_at(offset, memoryview((ctypes.c_char * wanted).from_address(buffer)).cast("B"))
             return _abi.READ_WOULD_BLOCK if done is None else done
         except Exception as error:  # it may be in a thread of the library: the call fails with IO, of which this is the cause
             read_failures.append(error)
             return -1
         except BaseException:  # Ctrl-C
-            interrupt.remember()
+            interrupt.interrupt()
             return -1
 
     return _abi.ReadStream(size=size, read_at=_abi.bccsplat_read_at_fn(read), merge_gap=gap[0] if gap else 0)
@@ -40,7 +41,8 @@ def write_stream(write_at: WriteAt, watch: Watch, flush: Flush | None = None) ->
 
     def write(_user: int | None, offset: int, buffer: int, size: int) -> int:
         try:
-            write_at(offset, memoryview((ctypes.c_char * size).from_address(buffer)).cast("B").toreadonly())
+            with interrupt.host_code:
+                write_at(offset, memoryview((ctypes.c_char * size).from_address(buffer)).cast("B").toreadonly())
             return size
         except BaseException as error:
             watch.error = error
@@ -49,7 +51,8 @@ def write_stream(write_at: WriteAt, watch: Watch, flush: Flush | None = None) ->
     def flushed(_user: int | None) -> int:
         try:
             if flush is not None:
-                flush()
+                with interrupt.host_code:
+                    flush()
             return 0
         except BaseException as error:
             watch.error = error

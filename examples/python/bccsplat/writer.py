@@ -9,7 +9,7 @@ from typing import Any, Callable, Iterable, Sequence, Union
 
 import numpy as np
 
-from . import _abi
+from . import _abi, interrupt
 from ._library import Progress, Watch, call, choose, encode
 from .arrays import Array, affine_of, numbers_of, unmasked
 from .cancel import CancelToken, own_token, token_of
@@ -208,7 +208,9 @@ class Writer(Child):
         def ask(_user: int | None, n: int, xyzt: int, values: int) -> int:
             try:
                 points = np.ctypeslib.as_array((ctypes.c_double * (4 * n)).from_address(xyzt)).reshape(n, 4)
-                np.ctypeslib.as_array((ctypes.c_float * n).from_address(values))[:] = unmasked(field(points))
+                with interrupt.host_code:
+                    found = unmasked(field(points))
+                np.ctypeslib.as_array((ctypes.c_float * n).from_address(values))[:] = found
                 return 0
             except BaseException as error:
                 self._watch.error = error
