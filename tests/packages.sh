@@ -7,7 +7,7 @@ build_packages=(build-essential cmake ninja-build pkg-config zlib1g-dev libdefla
   libpugixml-dev libmicrohttpd-dev libstb-dev fonts-dejavu-core libepoxy-dev libegl-dev)
 # Python's tests of matplotlib are skipped where that is not installed; the others are small.
 test_packages=(libgtest-dev libbenchmark-dev libzfp-dev python3 gnuplot-nox python3-numpy mypy
-  python3-venv python3-xarray python3-dask python3-distributed python3-zarr patchelf
+  python3-venv python3-xarray python3-dask python3-distributed python3-zarr python3-fsspec python3-aiohttp python3-h5py patchelf
   universal-ctags locales abigail-tools dpkg-dev lintian doxygen libsdl2-dev libimgui-dev xvfb xauth xdotool python3-vtk9 tesseract-ocr
   ffmpeg python3-nibabel python3-netcdf4 python3-tifffile jupyter-nbconvert python3-ipykernel libegl1 libgl1-mesa-dri
   libopengl0 libopenmpi-dev openmpi-bin)

@@ -9,7 +9,7 @@ from typing import Any, Sequence
 
 import numpy as np
 
-from . import _abi
+from . import _abi, held, records
 from . import xarray_backend as engine
 from .arrays import Array
 from .dataset_writer import DatasetWriter
@@ -25,6 +25,8 @@ _WORDS_OF_CF = {"d": "days", "h": "hours", "min": "minutes", "s": "seconds", "ms
 
 # By how much values may differ that are the same: a share of the spread of their row, and of the largest of the channel.
 _SAME, _ROUNDING = 1e-4, 1e-6
+# Samples of a row that tell whether values are the file's: few enough to be evaluated as points, which read what lies around.
+_ROW = 32
 
 
 def dates_of_texts(values: Array) -> Array:
@@ -36,6 +38,8 @@ def dates_of_texts(values: Array) -> Array:
 def numbers_of_times(values: Any, volume: Volume) -> Array:
     """Times in the file's unit, float64, of numbers or, where the file knows the date of its 0, of dates."""
     array = dates_of_texts(np.asarray(values))
+    if array.dtype.kind == "m" and records.read(volume.attributes(), "axis.t").get("dtype"):
+        return np.asarray(array / np.timedelta64(1, "s"), np.float64)
     if array.dtype.kind == "m":
         raise ValueError("times are numbers in the unit of the file, or dates, not durations such as %r" % (array.flat[0],))
     if array.dtype.kind not in "MO":
@@ -93,7 +97,7 @@ class Bcc4Accessor:
 
     def at(self, t: Any) -> Any:
         """The dataset at a moment, on a frame or between two, or at a list of moments: in the file's unit of time, or
-        dates where the file knows them. Nothing is read before it is indexed, but for some rows as of interp."""
+        dates where the file knows them. Nothing is read before it is indexed, but as of interp."""
         return self.interp(**{self._names["t"]: t})
 
     def interp(self, **places: Any) -> Any:
@@ -104,8 +108,9 @@ class Bcc4Accessor:
         DataArrays that share a dimension are points (or a path), which are evaluated at once. What is not given stays as
         it is. Outside the samples of space, and in holes, NaN; times outside the series raise Error.
 
-        The first call reads some rows, too, which tell whether the dataset is still that of the file: ValueError where its
-        dimensions, values or coordinates were changed.
+        The first call tells whether the dataset is still that of the file: ValueError where its dimensions, values or
+        coordinates were changed. Of what is read from the file when it is indexed the arrays tell; of what was loaded, or is
+        of dask, parts of two rows are read to compare them.
         """
         names = self._names.values()
         if unknown := set(places) - {*names}:
@@ -113,7 +118,8 @@ class Bcc4Accessor:
         self._channels()
         if not self._checked:
             self._check_dimensions()
-            self._check_rows()
+            if not self._holds_what_it_says():
+                self._check_rows()
             self._checked = True
         return self._interpolated(places)
 
@@ -138,24 +144,44 @@ class Bcc4Accessor:
         names, coords, sizes = [*self._names.values()], self._dataset.coords, self._dataset.sizes
         right = [dim for name in names
                  for dim in (coords[name].dims if name in coords else (name,) if name in sizes else ())]
-        for name, variable in self._dataset.data_vars.items():
+        for name, variable in self._fields().items():
             known = [dim for dim in variable.dims if dim in names]
             if {*variable.dims} != {*right} or known != sorted(known, key=names.index):
                 raise ValueError("%s lies along %s, not along the file's %s or some of these in this order: interpolate "
                                  "before you change dimensions" %
                                  (name, ", ".join(map(str, variable.dims)), ", ".join(names)))
 
+    def _holds_what_it_says(self) -> bool:
+        """Whether all variables are read from the file, at the places of their coordinates; nothing is read to tell it."""
+        for name, channel, level in self._channels():
+            found = held.field_of(self._dataset[name].variable)
+            if found is None or (found[0].channel, found[0].level) != (channel, level) or found[0].source is not self.file:
+                return False
+            for at, coordinate in zip(found[1], self._names.values()):
+                if coordinate not in self._dataset.coords:
+                    if coordinate not in self._dataset.sizes or len(at) == self._dataset.sizes[coordinate]:
+                        continue
+                    return False
+                said = self._positions(coordinate, np.atleast_1d(self._dataset[coordinate].values))
+                if said.shape != at.shape or not (np.abs(said - at) <= 1e-6 * (1 + np.abs(at))).all():
+                    return False
+        return True
+
     def _check_rows(self) -> None:
-        """ValueError where rows through the middle, at two moments, are not what the file has at their coordinates. A whole
-        axis without coordinates has the file's; where samples of a part of one are cannot be told, and nothing is read."""
+        """ValueError where a part of a row through the middle, at two moments, is not what the file has at its coordinates.
+        A whole axis without coordinates has the file's; where samples of a part of one are cannot be told, and nothing is
+        read."""
         time, sizes = self._names["t"], self._dataset.sizes
         own = engine.make_dataset(self.file, self.level).coords
         lost = {name: own[name] for name in self._names.values() if name not in self._dataset.coords}
         if any(at.size != sizes.get(name, 1) for name, at in lost.items()):
             return
         whole = self._dataset.assign_coords({name: at if name in sizes else at[0] for name, at in lost.items()})
-        space = [dim for dim in next(iter(whole.data_vars.values())).dims if dim != time]
+        space = [dim for dim in next(iter(Bcc4Accessor(whole)._fields().values())).dims if dim != time]
         rows = {dim: np.arange(sizes[dim])[sizes[dim] // 2:][:1] for dim in space[:-1]}
+        if space:
+            middle = sizes[space[-1]] // 2
+            rows[space[-1]] = np.arange(sizes[space[-1]])[max(0, middle - _ROW // 2):][:_ROW]
         if time in sizes:
             rows[time] = np.arange(sizes[time])[sizes[time] // 4::max(1, sizes[time] // 2)]
         if changed := Bcc4Accessor(whole.isel(rows).compute())._changed():
@@ -169,12 +195,12 @@ class Bcc4Accessor:
         except Error as error:
             if error.status != _abi.ERROR_OUT_OF_DOMAIN:  # a time
                 raise
-            return list(self._dataset.data_vars)
+            return list(self._fields())
         changed, halves = [], self._halves()
         for name, channel, _ in self._channels():
-            held, info = self._dataset[name], self.volume.channel_info(channel)
-            found, largest = right[name].transpose(*held.dims).values, float(np.abs(info.range[:]).max())
-            wrong = held.copy(data=differing(held.values, found, largest))
+            given, info = self._dataset[name], self.volume.channel_info(channel)
+            found, largest = right[name].transpose(*given.dims).values, float(np.abs(info.range[:]).max())
+            wrong = given.copy(data=differing(given.values, found, largest))
             if (wrong & ~halves if info.labels else wrong).any():
                 changed.append(name)
         return changed
@@ -216,9 +242,13 @@ class Bcc4Accessor:
         return engine.names_of(self.volume)
 
     def _first_origin(self) -> tuple[SharedFile, int, int]:
-        for name in self._dataset.data_vars:
+        for name in self._fields():
             return self._origin(name)
         raise ValueError("the dataset has no variable")
+
+    def _fields(self) -> dict[Any, Any]:
+        """The variables but for the small ones that a file keeps beside its channels."""
+        return {name: variable for name, variable in self._dataset.data_vars.items() if "bcc4_beside" not in variable.encoding}
 
     def _origin(self, name: Any) -> tuple[SharedFile, int, int]:
         """File, channel and level of a variable. What is calculated has none, as xarray drops the encoding."""
@@ -229,7 +259,7 @@ class Bcc4Accessor:
         return origin
 
     def _channels(self) -> list[tuple[Any, int, int]]:
-        names = list(self._dataset.data_vars)
+        names = list(self._fields())
         if len(paths := {self._origin(name)[0].path for name in names}) > 1:
             raise ValueError("the variables are of several files: %s; interpolate those of each for themselves" %
                              ", ".join(sorted(paths)))
@@ -240,6 +270,10 @@ class Bcc4Accessor:
                 for name, at in wanted.items()}
 
     def _finished(self, variables: dict[Any, Any], wanted: dict[str, Any]) -> Any:
+        moved = {name for name, at in wanted.items() if name not in at.dims or at.size != self._dataset.sizes.get(name, -1)}
+        for name, variable in self._dataset.variables.items():  # what lies along axes that stay
+            if "bcc4_beside" in variable.encoding and not {*variable.dims} & moved:
+                (variables if name in self._dataset.data_vars else wanted)[name] = self._dataset[name]
         made = xarray.Dataset(variables, self._coordinates(wanted), self._dataset.attrs)
         made.encoding.update(self._dataset.encoding)
         return made

@@ -11,10 +11,10 @@ from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
 
-from . import records
+from . import auxiliary, records
 from .arrays import Array, numbers_of
 from .dimensions import ROLES, role_by_attributes, role_by_name, roles_of
-from .files import add_frames, save
+from .files import add_frames, bounds_of, save
 from .places import even_step, is_along_axes
 from .part_task import PartTask, join_task
 from .shared import Path, default_device
@@ -100,19 +100,32 @@ class DatasetWriter:
     def __init__(self, dataset: Any, dims: Sequence[str] | None, options: Mapping[str, Any]) -> None:
         if not dataset.data_vars:
             raise ValueError("the dataset has no variable to write")
-        first = next(iter(dataset.data_vars.values()))
+        first = max(dataset.data_vars.values(), key=lambda variable: int(variable.ndim))
         if len(dims or first.dims) not in (3, 4):
             raise ValueError("a variable has the dimensions %s: time, z, y and x, or z, y and x are wanted; select others, "
                              "and give dims=" % ", ".join(map(str, first.dims)))
-        for name, variable in dataset.data_vars.items():
-            if set(variable.dims) != set(dims or first.dims):
-                raise ValueError("%s has the dimensions %s, not %s: leave it out, or broadcast it" %
-                                 (name, ", ".join(map(str, variable.dims)), ", ".join(map(str, dims or first.dims))))
+        self.fields = {name: variable for name, variable in dataset.data_vars.items()
+                       if {*variable.dims} == {*(dims or first.dims)}}
+        self._beside = {name: variable for name, variable in dataset.variables.items()
+                        if name not in self.fields and name not in dataset.dims and not self._is_place(dataset, name)}
+        if large := [name for name, variable in self._beside.items() if not auxiliary.is_small(variable)]:
+            raise ValueError("%s: only small variables of one dimension are kept beside those along %s: leave them out, such as by "
+                             "dataset.drop_vars(%r), or broadcast them" %
+                             (", ".join("%s has the dimensions %s" % (name, ", ".join(map(str, dataset[name].dims)))
+                                        for name in large), ", ".join(map(str, dims or first.dims)), large))
         self.dataset = dataset
         self.names = dict(zip(ROLES[-len(dims):], dims)) if dims else roles_of(dataset, first.dims)
         self.options: dict[str, Any] = {"nonfinite": "hole", **options}
-        self.series = [self._series(variable.variable) for variable in dataset.data_vars.values()]
+        if isinstance(bounds := self.options.get("abs_error"), Mapping):
+            self.options["abs_error"] = bounds_of(bounds, [str(name) for name in self.fields])
+        self.series = [self._series(variable.variable) for variable in self.fields.values()]
         self.plan = self._plan()
+
+    @staticmethod
+    def _is_place(dataset: Any, name: Any) -> bool:
+        """Whether it is the moment, level or row of a dimension that is not there any more."""
+        at = dataset[name]
+        return name in dataset.coords and at.ndim == 0 and (role_by_attributes(at) or role_by_name(name)) is not None
 
     def write(self, path: Path, *, psnr: float | None, parts: int | None, resume: bool, overwrite: bool) -> None:
         """Writes the file. Of dask arrays by parts, unless psnr asks for a plan of the whole."""
@@ -152,13 +165,12 @@ class DatasetWriter:
 
     def _plan(self) -> SeriesPlan:
         nt, nz, ny, nx = self.series[0].shape
-        attributes = {str(key): str(value) for key, value in self.dataset.attrs.items()
-                      if not str(key).startswith(("bcc4_", "labels.")) and key not in _OF_A_FILE}
+        attributes = {key: value for key, value in self._own_attributes().items() if isinstance(value, str)}
         times, time_unit, dates = self._times(nt)
         units, (affine, axes) = {*self._units()}, self._places((nx, ny, nz))
         if self._is_oblique():
             units = {self.dataset.attrs.get("bcc4_spatial_unit")}
-        channels = [Channel(str(name), variable.attrs.get("units")) for name, variable in self.dataset.data_vars.items()]
+        channels = [Channel(str(name), variable.attrs.get("units")) for name, variable in self.fields.items()]
         return SeriesPlan((nx, ny, nz, nt), times, channels, affine, axes, units.pop() if len(units) == 1 else None, time_unit,
                           {**attributes, **dates, **self._records()}, self.options)
 
@@ -170,12 +182,22 @@ class DatasetWriter:
             name, attrs = (self.names.get(role), {}) if at is None else (at.name, records.kept(at.attrs, role == "t"))
             if role != "t" and self._is_oblique():  # numbers of samples, which no file has to say
                 attrs = {}
-            if attrs or name not in (None, "time" if role == "t" else role):
+            if at is not None and role == "t" and at.dtype.kind == "m":
+                attrs["dtype"] = "timedelta64[ns]"  # as xarray says it of files of netCDF
+            if name is not None and (role == "t" or not self._is_oblique()):
                 made["axis." + role] = records.written({**attrs, "name": str(name)})
-        for name, variable in self.dataset.data_vars.items():
-            if {*(attrs := records.kept(variable.attrs))} - {"units"}:
-                made["channel.%s" % name] = records.written(attrs)
+        for name, variable in self.fields.items():
+            made["channel.%s" % name] = records.written(records.kept(variable.attrs))
+        for name in self._beside:
+            made[auxiliary.PREFIX + str(name)] = auxiliary.record_of(self.dataset[name], name in self.dataset.coords)
+        if others := {key: value for key, value in self._own_attributes().items() if not isinstance(value, str)}:
+            made[records.DATASET] = records.written(records.kept(others))
         return made
+
+    def _own_attributes(self) -> dict[str, Any]:
+        """Those of the dataset that a file does not say otherwise."""
+        return {str(key): value for key, value in self.dataset.attrs.items()
+                if not str(key).startswith(("bcc4_", "labels.")) and key not in _OF_A_FILE}
 
     def _times(self, count: int) -> tuple[list[float], str | None, dict[str, str]]:
         """Times of frames, their unit, and what says which date 0 is."""

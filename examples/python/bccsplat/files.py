@@ -42,6 +42,15 @@ def open(source: Any, *, device: Device | None = None, kernel: str | None = None
                   shape=shape)
 
 
+def bounds_of(abs_error: Any, names: Sequence[str]) -> Any:
+    """A bound for all channels as it is; of a mapping one for each, 0 where it has none."""
+    if not isinstance(abs_error, Mapping):
+        return abs_error
+    if unknown := sorted(map(str, {*abs_error} - {*names})):
+        raise ValueError("abs_error has %s, which is no channel: there are %s" % (unknown[0], ", ".join(names)))
+    return [float(abs_error.get(name, 0.0)) for name in names]
+
+
 def frame_times(count: int, dt: float, start: float, times: Any) -> list[float]:
     """The time of every frame: `times`, or from `start` on every `dt`."""
     if times is None:
@@ -92,7 +101,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
          unit: str | Mapping[str, str | None] | None = None, spatial_unit: str | None = None,
          time_unit: str | None = None, attributes: Mapping[str, str] = {},
          air: float = 0.0, air_threshold: float = 0.0, nonfinite: str | None = None, labels: bool | None = None,
-         abs_error: float = 0.0, psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
+         abs_error: float | Mapping[str, float] = 0.0, psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
          progress: Progress | None = None, **options: Any) -> _abi.WriterReport:
     """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
 
@@ -111,7 +120,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     air_threshold of which nothing is stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp"; None: "hole" where an array has a
     mask or fill values, else "error".
     labels: whether the values of all channels are labels, which nothing lies between; they need lattice="cc". None: readers
-    tell by the values. abs_error: > 0: no finite sample is off by more. psnr: in dB; lattice, steps and store of the smallest file that keeps
+    tell by the values. abs_error: > 0: no finite sample is off by more; of several channels by their names. psnr: in dB; lattice, steps and store of the smallest file that keeps
     it are found by a Plan, which reads the array once more. options: further ones of Writer, such as levels=2,
     with psnr also of Plan.
     """
@@ -129,7 +138,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     units = unit if isinstance(unit, Mapping) else dict.fromkeys(channels, unit)
     if unknown := set(units) - set(channels):
         raise ValueError("unit has %s, which is no channel: there are %s" % (sorted(unknown)[0], ", ".join(channels)))
-    series = [*channels.values()]
+    series, abs_error = [*channels.values()], bounds_of(abs_error, [*channels])
     kinds = [kind_of(values) for values in series]
     if nonfinite is None:
         nonfinite = "hole" if any(kind.masked for kind in kinds) else "error"

@@ -1,6 +1,7 @@
 """Records: what a file keeps of the dimensions and variables of a dataset beside their values. They are free attributes of
 the file, objects of JSON: axis.t, axis.z, axis.y and axis.x with the name of the dimension and the attributes of its
-coordinate, channel.NAME with the attributes of a variable."""
+coordinate, channel.NAME with the attributes of a variable, variable.NAME with a small variable beside the fields, and dataset
+with what attributes of the dataset are no texts."""
 from __future__ import annotations
 
 import json
@@ -14,6 +15,8 @@ _ELSEWHERE = {"actual_range", "bcc4_error_bound", "_FillValue", "missing_value",
               "scale_factor", "add_offset", "_Unsigned", "coordinates", "bounds", "climatology", "grid_mapping",
               "cell_measures", "ancillary_variables", "formula_terms"}
 _OF_TIME = {"units", "calendar"}
+# Attributes of the dataset that are no texts.
+DATASET = "dataset"
 
 
 def plain(value: Any) -> Any:
@@ -42,6 +45,17 @@ def read(attributes: Mapping[str, str], key: str) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
+def is_there(attributes: Mapping[str, str], key: str) -> bool:
+    """Whether the file has that record, which may be empty."""
+    return key in attributes
+
+
+def arrays_of(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes of a record as xarray has them: lists of numbers are arrays."""
+    return {key: np.array(value) if isinstance(value, list) and value and not any(isinstance(one, (str, list, dict)) for one in value)
+            else value for key, value in attrs.items()}
+
+
 def is_record(key: str) -> bool:
     """Whether an attribute of a file is one of these records."""
-    return key in _AXES or key.startswith("channel.")
+    return key in _AXES or key == DATASET or key.startswith(("channel.", "variable."))

@@ -59,7 +59,7 @@ def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watc
                    spatial_unit: str | None = None, time_unit: str | None = None,
                    scale: float | Sequence[float] = 0.0, time_scale: float = 0.0, kernel: str | None = None,
                    ends: int | str | None = None, axes: Sequence[tuple[Any, str | None, bool]] | None = None,
-                   **options: Any) -> _abi.WriterOptions:
+                   abs_error: float | Sequence[float] = 0.0, **options: Any) -> _abi.WriterOptions:
     """The C struct of a Writer's arguments, which keeps what it points to."""
     o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
                            store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
@@ -75,6 +75,13 @@ def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watc
     else:  # x, y, z or x, y, z, t
         o.scales[:] = [*scale, *[0] * (4 - len(scale))]
     o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
+    if isinstance(abs_error, (int, float)):
+        o.abs_error = abs_error
+    elif len(abs_error) != len(channels):
+        raise ValueError("abs_error is a number, or those of all %d channels, not %r" % (len(channels), abs_error))
+    else:
+        bounds = np.array(abs_error, np.float64)
+        o.abs_errors, o.bounds = bounds.ctypes.data, bounds  # the latter an attribute of the Python object alone
     if affine is not None:
         o.affine[:] = affine_of(affine).reshape(16).tolist()
     if axes is not None:

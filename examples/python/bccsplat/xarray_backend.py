@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import os
 from importlib import import_module
-from typing import Any, Iterable, Sequence
+from typing import Any, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from . import records
+from . import auxiliary, records
 from .arrays import Array
 from .dimensions import ROLES, role_by_attributes, role_by_name
 from .field_array import FieldArray, brick_samples, chunk_frames, chunk_samples, dropped
@@ -79,7 +79,7 @@ def names_of(volume: Volume) -> dict[str, str]:
 def coordinate(names: dict[str, str], role: str, record: dict[str, Any], attrs: dict[str, Any], values: Array) -> Any:
     """The coordinate of a dimension, with the attributes that the file keeps of it, or without any with usual ones, and
     what says that it is time, z, y or x."""
-    kept = {key: value for key, value in record.items() if key != "name"}
+    kept = {key: value for key, value in records.arrays_of(record).items() if key not in ("name", "dtype")}
     made = xarray.Variable((names[role],), values, {**(kept if record else {"long_name": names[role]}), **attrs})
     if not record or (role_by_attributes(made) or role_by_name(names[role])) != role:
         made.attrs["axis"] = role.upper()
@@ -117,7 +117,8 @@ def time_coordinate(volume: Volume, times: Array) -> Any:
 def channel_attrs(volume: Volume, channel: int) -> dict[str, Any]:
     """CF attributes of a channel: those that the file keeps of its source, and what it says of the values itself."""
     info = volume.channel_info(channel)
-    attrs: dict[str, Any] = records.read(volume.attributes(), "channel." + text_of(info.name)) or \
+    attributes, key = volume.attributes(), "channel." + text_of(info.name)
+    attrs: dict[str, Any] = records.arrays_of(records.read(attributes, key)) if records.is_there(attributes, key) else \
         {"long_name": text_of(info.name)}
     attrs["actual_range"] = np.array(info.range[:])
     if unit := text_of(info.unit):
@@ -129,14 +130,17 @@ def channel_attrs(volume: Volume, channel: int) -> dict[str, Any]:
 
 def file_attrs(volume: Volume, level: int) -> dict[str, Any]:
     """Attributes of the dataset: those of the file, and where its samples stand."""
-    kept = {key: value for key, value in volume.attributes().items() if not records.is_record(key)}
+    attributes = volume.attributes()
+    kept: dict[str, Any] = {key: value for key, value in attributes.items()
+                            if not records.is_record(key) and key not in ("time_epoch", "time_calendar")}
+    kept.update(records.arrays_of(records.read(attributes, records.DATASET)))
     info = volume.info()
     unit = {"bcc4_spatial_unit": text_of(info.spatial_unit)} if info.spatial_unit else {}
     return {"Conventions": "CF-1.8", **kept, "bcc4_level": level, "bcc4_affine": np.array(info.affine[:]), **unit}
 
 
-def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = ()) -> Any:
-    """The dataset of a file before the times are decoded."""
+def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = (), decode_times: bool = False) -> Any:
+    """The dataset of a file before the times of its coordinate are decoded. decode_times: of small variables beside it."""
     volume, variables, attrs = file.volume, {}, file_attrs(file.volume, level)
     names, places = names_of(volume), Places(volume)
     shape = FieldArray.whole(file, 0, level).shape
@@ -153,11 +157,21 @@ def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = ()) -> Any:
     axes = FieldArray.whole(file, 0, level).axes
     coords = {names[role]: space_coordinate(places, names, role, at) for role, at in zip("zyx", axes[1:])}
     coords[names["t"]] = time_coordinate(volume, volume.times())
-    return xarray.Dataset(variables, {name: at for name, at in coords.items() if name not in drop}, attrs)
+    for name in auxiliary.names(attributes := volume.attributes()):
+        made, is_coordinate = auxiliary.read(attributes, name, decode_times)
+        if level and not {*made.dims} <= {names["t"]}:
+            continue  # along samples of level 0
+        (coords if is_coordinate else variables)[name] = made
+    shown = [{name: at for name, at in group.items() if name not in drop} for group in (variables, coords)]
+    return xarray.Dataset(*shown, attrs)
 
 
-def decoded(dataset: Any, time: str, use_cftime: bool | None = None) -> Any:
+def decoded(dataset: Any, time: str, attributes: Mapping[str, str], use_cftime: bool | None = None) -> Any:
     """The dataset with dates for times, the name of whose dimension is given, where these can be told."""
+    if records.read(attributes, "axis.t").get("dtype", "").startswith("timedelta64"):
+        at = dataset[time]
+        lengths = np.rint(at.values * 1e9).astype("m8[ns]")
+        return dataset.assign_coords({time: (time, lengths, {key: value for key, value in at.attrs.items() if key != "units"})})
     if "since" not in dataset[time].attrs.get("units", ""):
         return dataset
     try:
@@ -183,9 +197,9 @@ class BccsplatBackend(backends.BackendEntrypoint):  # type: ignore[misc]
         drop = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
         options = {"kernel": kernel, "cache_bytes": cache_bytes}
         file = SharedFile(filename_or_obj, **{key: value for key, value in options.items() if value})
-        dataset, time = make_dataset(file, level, drop), names_of(file.volume)["t"]
+        dataset, time = make_dataset(file, level, drop, decode_times), names_of(file.volume)["t"]
         if decode_times and time not in drop:
-            dataset = decoded(dataset, time, use_cftime)
+            dataset = decoded(dataset, time, file.volume.attributes(), use_cftime)
         dataset.encoding["source"] = file.path
         return dataset
 
