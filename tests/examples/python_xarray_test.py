@@ -543,6 +543,22 @@ class Dask(unittest.TestCase):
         np.testing.assert_allclose(back.x, moved.x)
         self.assertEqual(back.f.attrs["units"], "K")
 
+    def test_parts_that_begin_where_nothing_is(self):
+        """The bytes are those of one writer, wherever frames are missing altogether."""
+        import dask
+        source = self.source[:24, :6, :7, :8]
+        for first, end in (0, 14), (10, 15), (12, 24), (0, 24):
+            ds = xr.Dataset({"f": (("time", "z", "y", "x"), source.copy()), "g": (("time", "z", "y", "x"), source + 1)})
+            ds.f[first:end] = np.nan
+            ds.bcc4.to_file(path("gap.bcc4"), overwrite=True)
+            with open(path("gap.bcc4"), "rb") as file:
+                right = file.read()
+            for parts in (2, 3):
+                with dask.config.set(scheduler="synchronous"):
+                    ds.chunk({"time": 4}).bcc4.to_file(path("gaps.bcc4"), parts=parts, overwrite=True)
+                with open(path("gaps.bcc4"), "rb") as file:
+                    self.assertTrue(file.read() == right, (first, end, parts))
+
     @unittest.skipIf(*without("distributed"))
     def test_larger_than_memory_as_it_is_measured(self):
         script = os.path.join(support.TOP, "tests", "bench", "python_cluster.py")

@@ -51,7 +51,7 @@ def names(attributes: Mapping[str, str]) -> list[str]:
 def read(attributes: Mapping[str, str], name: str, decode_times: bool) -> tuple[Any, bool]:
     """The variable of that name, and whether it is a coordinate."""
     record = records.read(attributes, PREFIX + name)
-    values = np.array(record["values"], {"text": object, "characters": str}.get(record["type"], record["type"]))
+    values: Array = np.array(record["values"], {"text": object, "characters": str}.get(record["type"], record["type"]))
     made = xarray.Variable(record["dims"], values.reshape(values.shape if record["dims"] else ()),
                            records.arrays_of(record["attributes"]))
     if decode_times:

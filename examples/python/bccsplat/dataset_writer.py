@@ -53,9 +53,9 @@ class SeriesPlan:
             made.set_attribute(key, value)
         return made
 
-    def part_frames(self, part: tuple[int, int]) -> range:
-        """The frames that a part is made of, some more than its own."""
-        return range(*self.writer(lambda offset, data: None, part=part, part_times=self.times).part_frames())
+    def part_frames(self, part: tuple[int, int], lead: int = 0) -> range:
+        """The frames that a part is made of, some more than its own, and `lead` before these."""
+        return range(*self.writer(lambda offset, data: None, part=part, part_times=self.times, part_lead=lead).part_frames())
 
 
 class LazySeries:

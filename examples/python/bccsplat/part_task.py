@@ -5,7 +5,9 @@ import os
 import uuid
 from typing import TYPE_CHECKING, Any, Sequence
 
-from .files import add_frames
+import numpy as np
+
+from .files import add_frames, frame_of
 from .shared import default_device
 from .writer import join_parts
 
@@ -20,8 +22,10 @@ class PartTask:
     def __init__(self, plan: SeriesPlan, series: Sequence[LazySeries], path: str, frames: tuple[int, int]) -> None:
         self.plan, self.path, self.frames = plan, path, frames
         self.made_before: list[Any] = []
+        self.lead: int | None = None  # not known yet
         if any(in_cluster(one.data) for one in series):
-            needed = plan.part_frames(frames)
+            self.lead = lead_of([one.data for one in series], plan.part_frames(frames).start)
+            needed = plan.part_frames(frames, self.lead)
             self.made_before = [one.data[needed.start:needed.stop] for one in series]
             self.series: list[LazySeries] = []
         else:
@@ -39,12 +43,12 @@ class PartTask:
         if os.path.exists(self.path):
             return self.path
         attempt = "%s.%s" % (self.path, uuid.uuid4().hex)
-        with self.plan.writer(attempt, part=self.frames, part_times=self.plan.times) as writer:
+        # Of this run alone: what they hold goes with them, not with the task, which the scheduler keeps.
+        series: list[Any] = [type(one)(one.data, "synchronous") for one in self.series]
+        lead = lead_of(series, self.plan.part_frames(self.frames).start) if self.lead is None else self.lead
+        with self.plan.writer(attempt, part=self.frames, part_times=self.plan.times, part_lead=lead) as writer:
             frames = range(*writer.part_frames())
-            # Of this run alone: what they hold goes with them, not with the task, which the scheduler keeps.
-            series: list[Any] = [Shifted(array, frames.start) for array in brought] or \
-                [type(one)(one.data, "synchronous") for one in self.series]
-            add_frames(writer, series, self.plan.times, frames)
+            add_frames(writer, [Shifted(array, frames.start) for array in brought] or series, self.plan.times, frames)
         os.replace(attempt, self.path)
         return self.path
 
@@ -57,6 +61,14 @@ class Shifted:
 
     def __getitem__(self, t: int) -> Any:
         return self.array[t - self.first]
+
+
+def lead_of(series: Sequence[Any], begin: int) -> int:
+    """How many frames before `begin` a part has to be given: back to one that is missing altogether in no channel."""
+    lead = 0
+    while lead < begin and any(not np.isfinite(frame_of(one, begin - lead)).any() for one in series):
+        lead += 1
+    return lead
 
 
 def in_cluster(array: Any) -> bool:
