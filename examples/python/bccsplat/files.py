@@ -24,6 +24,11 @@ _STEPS = {name: step for step, names in {
     for name in names}
 
 
+# Options that say how samples are coded, or that a plan, which is of a whole series, does not take.
+_CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "kernel", "ends", "faces", "part", "part_times", "partial",
+          "live", "measure", "wavelet_errors", "fixed_predictions", "periodic_axes", "flush", "set_mask"}
+
+
 def open(source: Any, *, device: Device | None = None, kernel: str | None = None, cache_bytes: int = 0,
          cancel: CancelToken | None = None, salvage: int = 0, shape: Sequence[float] | None = None) -> Volume:
     """Opens a .bcc4; nothing but its index is read. The volume is an array [t, z, y, x] of float32, and a number between
@@ -117,12 +122,13 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     spacing, origin: distance of samples and place of the first along x, y, z, in spatial_unit, or an affine [4, 4] from
     (x, y, z, 1) of samples to the world.
     name, unit: of the channel and its values; of several units by their names. air: the value of empty space, within
-    air_threshold of which nothing is stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp"; None: "hole" where an array has a
-    mask or fill values, else "error".
+    air_threshold of which nothing is stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp";
+    None: "hole" where an array has a mask or fill values, else "error".
     labels: whether the values of all channels are labels, which nothing lies between; they need lattice="cc". None: readers
-    tell by the values. abs_error: > 0: no finite sample is off by more; of several channels by their names. psnr: in dB; lattice, steps and store of the smallest file that keeps
-    it are found by a Plan, which reads the array once more. options: further ones of Writer, such as levels=2,
-    with psnr also of Plan.
+    tell by the values. abs_error: > 0: no finite sample is off by more; of several channels by their names. psnr: in dB.
+    Lattice, steps and store of the smallest file that keeps psnr, or a single abs_error, are found by a Plan, which reads
+    the array once more; with abs_error not where options such as lattice say how it is coded. options: further ones of
+    Writer, such as levels=2, and where there is a Plan also of that.
     """
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
         {name: as_series(array)}
@@ -142,12 +148,13 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     kinds = [kind_of(values) for values in series]
     if nonfinite is None:
         nonfinite = "hole" if any(kind.masked for kind in kinds) else "error"
-    if psnr is not None:
-        if not isinstance(psnr, (int, float)):
-            raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
+    if psnr is not None and not isinstance(psnr, (int, float)):
+        raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
+    # A bound is kept by the smallest file that a plan finds, but for one that says itself how it is coded.
+    if psnr is not None or (isinstance(abs_error, (int, float)) and abs_error > 0 and not _CODED & {*options}):
         return save_planned(
             device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,
-            attributes, psnr=psnr, affine=place, spatial_unit=spatial_unit, time_unit=time_unit, nonfinite=nonfinite,
+            attributes, psnr=psnr or 0.0, affine=place, spatial_unit=spatial_unit, time_unit=time_unit, nonfinite=nonfinite,
             abs_error=abs_error, overwrite=overwrite, types=[kind.given for kind in kinds],
             channels=[Channel(key, units.get(key), kind.source, air=air or None, air_threshold=air_threshold, labels=labels)
                       for key, kind in zip(channels, kinds)],

@@ -175,16 +175,16 @@ class Volume(Child):
         return plane_of(self, moment, self.channel_number(channel), level, **place)
 
     def crops(self, size: Sequence[int], *, seed: int = 0, count: int | None = None, channel: int | str = 0,
-              part: tuple[int, int] = (0, 1)) -> Iterator[tuple[tuple[int, ...], Array]]:
+              part: tuple[int, int] = (0, 1), memory: int = 1 << 28) -> Iterator[tuple[tuple[int, ...], Array]]:
         """Random crops [t, z, y, x] of that size, each with the place [t, z, y, x] of its first sample, for training. All
-        places are as likely; they come slab of the file by slab, in an order that the seed tells, so that what one decodes
-        serves the next. count: None, as many as fill the series once. part: (number, of how many) of the workers that share
-        them, such as (worker.id, worker.num_workers).
+        places are as likely. They come slab of the file by slab, in an order that the seed tells; a slab, or as much of it as
+        `memory` has bytes for, is decoded once for all its crops where these are many. count: None, as many as fill the
+        series once. part: (number, of how many) of the workers that share them, such as (worker.id, worker.num_workers).
 
             for place, crop in volume.crops((4, 32, 32, 32), seed=epoch): ...
         """
         from .crops import crops_of
-        return crops_of(self, size, seed, count, self.channel_number(channel), part)
+        return crops_of(self, size, seed, count, self.channel_number(channel), part, memory)
 
     def __repr__(self) -> str:
         if isinstance(self.pointer, Closed):
