@@ -12,6 +12,7 @@ from ._library import Progress
 from .arrays import Array, fills_of, loaded, masked, numbers_of, unmasked
 from .cancel import CancelToken
 from .device import Device
+from .errors import Error
 from .plan import save_planned
 from .shared import Path, default_device
 from .volume import Volume
@@ -27,6 +28,8 @@ _STEPS = {name: step for step, names in {
 # Options that say how samples are coded, or that a plan, which is of a whole series, does not take.
 _CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "kernel", "ends", "faces", "part", "part_times", "partial",
           "live", "measure", "wavelet_errors", "fixed_predictions", "periodic_axes", "flush", "set_mask"}
+# Options of a plan alone.
+_PLANNED = {"density", "exact"}
 
 
 def open(source: Any, *, device: Device | None = None, kernel: str | None = None, cache_bytes: int = 0,
@@ -152,13 +155,17 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
         raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
     # A bound is kept by the smallest file that a plan finds, but for one that says itself how it is coded.
     if psnr is not None or (isinstance(abs_error, (int, float)) and abs_error > 0 and not _CODED & {*options}):
-        return save_planned(
-            device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,
-            attributes, psnr=psnr or 0.0, affine=place, spatial_unit=spatial_unit, time_unit=time_unit, nonfinite=nonfinite,
-            abs_error=abs_error, overwrite=overwrite, types=[kind.given for kind in kinds],
-            channels=[Channel(key, units.get(key), kind.source, air=air or None, air_threshold=air_threshold, labels=labels)
-                      for key, kind in zip(channels, kinds)],
-            progress=progress, **options)
+        try:
+            return save_planned(
+                device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,
+                attributes, psnr=psnr or 0.0, affine=place, spatial_unit=spatial_unit, time_unit=time_unit,
+                nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite, types=[kind.given for kind in kinds],
+                channels=[Channel(key, units.get(key), kind.source, air=air or None, air_threshold=air_threshold,
+                                  labels=labels) for key, kind in zip(channels, kinds)],
+                progress=progress, **options)
+        except Error as error:
+            if psnr is not None or error.status != _abi.ERROR_BOUND_NOT_MET or _PLANNED & {*options}:
+                raise  # else by the lattice of the defaults, whose corrections keep any bound that floats can
     writer = Writer(device or default_device(), path, (nx, ny, nz, nt), affine=place, spatial_unit=spatial_unit,
                     time_unit=time_unit, nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite,
                     channels=[Channel(key, units.get(key), kind.source, air=air, air_threshold=air_threshold, labels=labels)

@@ -113,7 +113,13 @@ def save_planned(device: Device, path: Union[str, "os.PathLike[str]"], frames: S
             except Error as error:
                 if error.status != _abi.ERROR_BOUND_NOT_MET:
                     raise
-            plan.refine()
+                missed = error
+            try:
+                plan.refine()
+            except Error as error:
+                if error.status != _abi.ERROR_NOT_FOUND:
+                    raise
+                raise missed from None  # nothing is left to try
 
 
 def write_once(plan: Plan, path: Union[str, "os.PathLike[str]"], frames: Source, times: Sequence[float],
