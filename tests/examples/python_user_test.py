@@ -166,15 +166,15 @@ class Mistakes(User):
         self.refused(ValueError, "two corners", v.slice, time=1, box=3)
         self.refused(ValueError, "one of time, frame and plane", v.slice)
         self.refused(ValueError, "and a step to them", v.slice(frame=0).sample_grid, step=(2, 2, 2))
-        self.refused(TypeError, "did you mean 'channel'", v.slice, time=1, chanel=0)
-        self.refused(ValueError, "at one of x, y and z.*given: w", v.plane, 1, w=3)
+        self.refused(TypeError, "unexpected keyword argument 'chanel'", v.slice, time=1, chanel=0)
+        self.refused(TypeError, "unexpected keyword argument 'w'", v.plane, 1, w=3)
         self.refused(ValueError, "z = 99 lies outside the samples, 0 to 11", v.plane, 1, z=99)
         self.refused(ValueError, "levels 0 to 0", v.at, 1, level=3)
 
     def test_of_pictures(self):
         show = self.volume.show
         for named, kind, text in (({"mode": "maxi"}, ValueError, "maximum"), ({"look": "bone"}, ValueError, "ct_bone"),
-                                  ({"colour": 3}, TypeError, "no 'colour': it has .*quality"), ({"width": 0}, ValueError, "not 0 x 512"),
+                                  ({"colour": 3}, TypeError, "unexpected keyword argument 'colour'"), ({"width": 0}, ValueError, "not 0 x 512"),
                                   ({"height": -5}, ValueError, "not 512 x -5"), ({"channel": 5}, Error, "channel 5 of a file with 1"),
                                   ({"background": "black"}, ValueError, "background.*not 'black'"),
                                   ({"transfer_function": 3}, TypeError, "a TransferFunction is wanted"), ({"frame": 3}, ValueError, "one of"),
@@ -194,7 +194,7 @@ class Mistakes(User):
                 ({}, {}, ValueError, "no channel"), (np.where(a > 2, np.nan, a), {}, Error, "treat them as holes"),
                 (a, {"spacing": (1, 2, 3, 4)}, ValueError, "spacing must be numbers of shape"), (a, {"dt": 0}, Error, "does not rise"),
                 (a, {"affine": np.eye(3)}, ValueError, "affine must be"), (a, {"lattice": "fcc"}, ValueError, "d4star"),
-                (a, {"compression": 3}, TypeError, "it has .*levels"), (a, {"times": "now"}, ValueError, "times must be numbers"),
+                (a, {"compression": 3}, TypeError, "unexpected keyword argument 'compression'"), (a, {"times": "now"}, ValueError, "times must be numbers"),
                 (a, {"attributes": {"a": 3}}, TypeError, "3 is given where a text"), (a, {"psnr": "high"}, TypeError, "decibels"),
                 (a, {"levels": "two"}, ValueError, "levels is a number, not 'two'")):
             self.refused(kind, text, bccsplat.save, path("bad.bcc4"), array, **named)

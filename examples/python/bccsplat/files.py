@@ -26,8 +26,8 @@ _STEPS = {name: step for step, names in {
 
 
 # Options that say how samples are coded, or that a plan, which is of a whole series, does not take.
-_CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "kernel", "ends", "faces", "part", "part_times", "partial",
-          "live", "measure", "wavelet_errors", "fixed_predictions", "periodic_axes", "flush", "set_mask"}
+_CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "kernel", "ends", "faces", "partial", "live",
+          "measure", "fixed_predictions", "periodic_axes"}
 # Options of a plan alone.
 _PLANNED = {"density", "exact"}
 
@@ -109,8 +109,14 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
          unit: str | Mapping[str, str | None] | None = None, spatial_unit: str | None = None,
          time_unit: str | None = None, attributes: Mapping[str, str] = {},
          air: float = 0.0, air_threshold: float = 0.0, nonfinite: str | None = None, labels: bool | None = None,
-         abs_error: float | Mapping[str, float] = 0.0, psnr: float | None = None, overwrite: bool = False, device: Device | None = None,
-         progress: Progress | None = None, **options: Any) -> _abi.WriterReport:
+         abs_error: float | Mapping[str, float] = 0.0, psnr: float | None = None, overwrite: bool = False,
+         device: Device | None = None, progress: Progress | None = None, cancel: CancelToken | None = None,
+         lattice: int | str | None = None, scale: float | Sequence[float] | None = None, time_scale: float | None = None,
+         store: int | str | None = None, kernel: str | None = None, filter: int | str | None = None,
+         ends: int | str | None = None, faces: int | str | None = None, axes: Any = None, levels: int | None = None,
+         density: float | None = None, exact: bool | None = None, lowpass: int | None = None,
+         measure: int | str | None = None, live: int | None = None, partial: int | None = None,
+         periodic_axes: int | None = None, fixed_predictions: int | None = None) -> _abi.WriterReport:
     """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
 
     What the lattice of half the samples cannot hold (noise, detail of one sample) is lost unless abs_error or psnr is given,
@@ -130,9 +136,14 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     labels: whether the values of all channels are labels, which nothing lies between; they need lattice="cc". None: readers
     tell by the values. abs_error: > 0: no finite sample is off by more; of several channels by their names. psnr: in dB.
     Lattice, steps and store of the smallest file that keeps psnr, or a single abs_error, are found by a Plan, which reads
-    the array once more; with abs_error not where options such as lattice say how it is coded. options: further ones of
-    Writer, such as levels=2, and where there is a Plan also of that.
+    the array once more; with abs_error not where options such as lattice say how it is coded. lattice, scale
+    and the rest: as of Writer; density and exact: as of Plan, where there is one.
     """
+    further = {"cancel": cancel, "lattice": lattice, "scale": scale, "time_scale": time_scale, "store": store,
+               "kernel": kernel, "filter": filter, "ends": ends, "faces": faces, "axes": axes, "levels": levels,
+               "density": density, "exact": exact, "lowpass": lowpass, "measure": measure, "live": live, "partial": partial,
+               "periodic_axes": periodic_axes, "fixed_predictions": fixed_predictions}
+    options: dict[str, Any] = {key: value for key, value in further.items() if value is not None}
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
         {name: as_series(array)}
     if not channels:

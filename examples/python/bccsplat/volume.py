@@ -21,6 +21,7 @@ from .streams import Source, read_stream
 if TYPE_CHECKING:
     from .field_array import FieldArray
     from .pictures import Picture, Plane
+    from .render import TransferFunction
 
 
 class Volume(Child):
@@ -154,16 +155,23 @@ class Volume(Child):
         return np.asarray(type(field)(self, moment, field.channel, level).read()[0])
 
     def show(self, time: float | None = None, *, frame: float | None = None, width: int = 512, height: int = 512,
-             channel: int | str = 0, **options: Any) -> Picture:
+             channel: int | str = 0, transfer_function: TransferFunction | None = None, look: int | str | None = None,
+             rotate_x: float = 20, rotate_y: float = 30, background: Sequence[float] | None = (0, 0, 0),
+             mode: int | str | None = None, quality: int | str | None = None, shading: int | str | None = None,
+             backend: int | str | None = None, iso_value: float | None = None, opacity_stop: float = 0.0,
+             sheet_step: float = 0.0, progress: Progress | None = None, cancel: CancelToken | None = None) -> Picture:
         """A picture of a moment, by its time in the file's unit or its frame number (neither: the middle of the series),
-        which a notebook shows. options: those of draw: look, transfer_function, rotate_x, mode, background ..."""
+        which a notebook shows. The rest is as of draw; further options of RenderOptions: draw(volume.slice(time=..), ...)."""
         from .pictures import draw
         if time is None and frame is None:
             frame = (self.shape[0] - 1) / 2
-        return draw(self.slice(time=time, frame=frame, channel=channel, space="even"), width, height, **options)
+        return draw(self.slice(time=time, frame=frame, channel=channel, space="even", cancel=cancel),
+                    width, height, transfer_function=transfer_function, look=look, rotate_x=rotate_x, rotate_y=rotate_y,
+                    background=background, mode=mode, quality=quality, shading=shading, backend=backend,
+                    iso_value=iso_value, opacity_stop=opacity_stop, sheet_step=sheet_step, progress=progress, cancel=cancel)
 
     def plane(self, time: float | None = None, *, frame: float | None = None, channel: int | str = 0, level: int = 0,
-              **place: float) -> Plane:
+              x: float | None = None, y: float | None = None, z: float | None = None) -> Plane:
         """The samples of a plane with their coordinates, such as z=12.5 (in samples), at a time or a frame number (neither:
         the middle of the series). Its `imshow` draws it with matplotlib."""
         from .pictures import plane_of
@@ -172,6 +180,7 @@ class Volume(Child):
         if time is not None:
             frame = self.time_to_index(time)
         moment = (self.shape[0] - 1) / 2 if frame is None else frame
+        place = {name: at for name, at in (("x", x), ("y", y), ("z", z)) if at is not None}
         return plane_of(self, moment, self.channel_number(channel), level, **place)
 
     def crops(self, size: Sequence[int], *, seed: int = 0, count: int | None = None, channel: int | str = 0,
@@ -402,8 +411,18 @@ class Volume(Child):
         return found[:count.value]
 
     def slice(self, *, time: float | None = None, frame: float | None = None, plane: Sequence[float] | None = None,
-              **options: Any) -> Slice:
-        """At a time in the file's unit, at a frame number, or on a plane (a, b, c, d, e); options as of Slice."""
+              channel: int | str = 0, kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0),
+              spacing: float = 0.0, time_length: float = 0.0, box: Any = None, space: str | None = None,
+              lattice: int | str | None = None, level: int | None = None, thickness: float | None = None,
+              slab: int | str | None = None, method: int | str | None = None, progress: Progress | None = None,
+              cancel: CancelToken | None = None) -> Slice:
+        """At a time in the file's unit, at a frame number, or on a plane (a, b, c, d, e); options as of Slice, and of
+        bccsplat_slice_options."""
+        options: dict[str, Any] = {"channel": channel, "kernel": kernel, "interval": interval, "spacing": spacing,
+                                   "time_length": time_length, "box": box, "space": space, "progress": progress,
+                                   "cancel": cancel}
+        further = {"lattice": lattice, "level": level, "thickness": thickness, "slab": slab, "method": method}
+        options.update({key: value for key, value in further.items() if value is not None})
         if sum(given is not None for given in (time, frame, plane)) != 1:
             raise ValueError("give one of time, frame and plane")
         if time is not None:
