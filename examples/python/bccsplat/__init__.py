@@ -2,13 +2,13 @@
 
     import bccsplat
 
-    bccsplat.save("smoke.bcc4", array, dt=0.04, spacing=0.5)   # [t, z, y, x]
-    volume = bccsplat.open("smoke.bcc4")
+    bccsplat.save("smoke.bcc4", array, dt=0.04, spacing=0.5)   # [t, z, y, x]; abs_error=.01 keeps a bound
+    volume = bccsplat.open("smoke.bcc4")                       # or "https://...", of which parts are read
     volume[12.5]                                               # [z, y, x] between frames 12 and 13
     volume.show(0.5).save("smoke.png")                         # drawn at time 0.5; a notebook shows it
 
 With xarray: xarray.open_dataset("smoke.bcc4", engine="bccsplat"), and dataset.bcc4 (bccsplat.accessor); with zarr:
-bccsplat.zarr_store.Store("smoke.bcc4").
+bccsplat.zarr_store.Store("smoke.bcc4"). Thirty tasks, in a few lines each: tests/examples/python_tasks_test.py.
 
 Underneath is the whole C interface: a class or method here is the C call of the same name, and include/bccsplat.h is their
 manual. Arrays are indexed [z, y, x] (x fastest) and are passed without a copy where their type allows. Info structs are the
