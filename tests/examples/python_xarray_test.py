@@ -18,7 +18,7 @@ import xarray as xr  # noqa: E402
 
 import bccsplat  # noqa: E402
 import bccsplat.accessor  # noqa: E402, F401
-from bccsplat import Channel, Error, Status, Writer  # noqa: E402
+from bccsplat import Error, Status  # noqa: E402
 
 
 def open_file(name, **options):
@@ -74,10 +74,9 @@ class Reading(unittest.TestCase):
         corner = bytes_of("corner", part.load)
         frame = bytes_of("frame", ds.value.isel(time=2).load)
         bytes_of("another moment", lambda: ds.bcc4.at(3.5))
-        self.assertEqual((read["selecting"], read["another moment"]), (0, 0))
+        self.assertEqual((read["selecting"], read["moment"], read["another moment"]), (0, 0, 0))
         self.assertGreater(read["corner"], 0)
         self.assertLess(8 * read["corner"], read["frame"], read)
-        self.assertLess(0, read["moment"], read)  # rows that are compared
         np.testing.assert_allclose(corner, frame[:8, :8, :8], atol=2e-6)
         bytes_of("again", ds.value.isel(time=2).load)
         self.assertEqual(read["again"], 0)
@@ -382,7 +381,7 @@ class Writing(unittest.TestCase):
         for name in "zyx":
             np.testing.assert_allclose(back[name], ds[name], atol=1e-12)
         self.assertEqual((back["T"].attrs["units"], back.x.attrs["units"], back.attrs["title"], back.attrs["number"]),
-                         ("K", "km", "a", "3"))
+                         ("K", "km", "a", 3))
         back.isel(time=slice(2, 9), y=slice(3, None, 2)).bcc4.to_file(path("w2.bcc4"))  # of what is read as it is written
         again = open_file("w2.bcc4")
         np.testing.assert_array_equal(again.time.values, dates[2:9])
@@ -435,10 +434,7 @@ class Dask(unittest.TestCase):
     def setUpClass(cls):
         cls.source = waves(120, 16, 18, 20)
         cls.dataset = xr.Dataset({"f": (("time", "z", "y", "x"), cls.source)}, {"time": np.arange(120) * .5})
-        with Writer(bccsplat.default_device(), path("whole.bcc4"), (20, 18, 16, 120), channels=[Channel("f")],
-                    nonfinite="hole") as writer:
-            for t in range(120):
-                writer.add_frame(cls.source[t], t * .5)
+        cls.dataset.bcc4.to_file(path("whole.bcc4"), overwrite=True)  # of an array in memory: by one writer
         with open(path("whole.bcc4"), "rb") as file:
             cls.bytes = file.read()
 
