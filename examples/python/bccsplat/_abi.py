@@ -1178,6 +1178,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         c_void_p,),
     "bccsplat_volume_evaluate_world": (c_int32, c_void_p, c_uint32, c_uint64, c_void_p, c_void_p, c_void_p,
         c_void_p,),
+    "bccsplat_volume_read_frame": (c_int32, c_void_p, c_uint32, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_volume_verify": (c_int32, c_void_p, bccsplat_progress_fn, c_void_p, POINTER(VerifyReport),),
     "bccsplat_slice_create": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_void_p,),
     "bccsplat_volume_slice_at": (c_int32, c_void_p, c_double, POINTER(SliceOptions), c_void_p,),

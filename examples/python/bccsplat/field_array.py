@@ -199,6 +199,10 @@ class FieldArray:
         evaluate_or_nan(self.volume, np.stack([x, y, z, t], -1), values, channel=self.channel)
 
     def _read_frame(self, frame: float, space: list[GridAxis], out: Array) -> None:
+        if self.level == 0 and self._is_stored(frame, space):
+            self.volume.read_frame(int(frame), [int(axis.origin) for axis in space],
+                                   [int(axis.origin) + axis.count for axis in space], self.channel, out)
+            return
         box = self._box()
         if box is None:
             out[...] = np.nan
@@ -214,6 +218,13 @@ class FieldArray:
             return
         found = cut.sample_grid(origin, step, dims)
         out[...] = found[np.ix_(*(np.arange(n) if take is None else take for take, n in zip(taken, found.shape)))]
+
+    def _is_stored(self, frame: float, space: list[GridAxis]) -> bool:
+        """Whether these are samples of the source, one beside the other, in a frame of it."""
+        dims = self.volume.info().dims
+        return (frame.is_integer() and 0 <= frame < dims[3] and
+                all(axis.take is None and axis.step == 1 and axis.origin.is_integer() and 0 <= axis.origin and
+                    axis.origin + axis.count <= n for axis, n in zip(space, dims)))
 
     def _box(self) -> dict[str, Any] | None:
         """The option of a slice that reads no more than the positions need; none where that is all of it."""

@@ -324,6 +324,20 @@ class Volume(Child):
         call("volume_find_attribute", self.pointer, encode(key), byref(value))
         return decode(value.value)
 
+    def read_frame(self, frame: int, begin: Sequence[int] | None = None, end: Sequence[int] | None = None,
+                   channel: int | str = 0, out: Array | None = None) -> Array:
+        """Values [z, y, x], float32, at the source's samples of a frame, from begin to before end (x, y, z; none: all); NaN
+        in holes. What a slice has there but for rounding: where the file holds these samples themselves, only the box is
+        read. `out`: a contiguous float32 array of that shape."""
+        first = [0, 0, 0] if begin is None else [int(n) for n in begin]
+        last = list(self.info().dims[:3]) if end is None else [int(n) for n in end]
+        values = floats_of(out, tuple(max(b - a, 0) for a, b in zip(first[::-1], last[::-1])))
+        if frame < 0 or min(first) < 0 or min(last) < 0:
+            raise IndexError("frame %d, samples %s to before %s: frames and samples are counted from 0" % (frame, first, last))
+        call("volume_read_frame", self.pointer, self.channel_number(channel), int(frame), (c_uint64 * 3)(*first),
+             (c_uint64 * 3)(*last), values.ctypes.data)
+        return values
+
     def evaluate(self, points: Any, channel: int | str = 0, out: Array | None = None) -> Array:
         """Values at points [..., 4] of index space (x, y, z, t). Outside the domain or in a hole: Error, and NaN in
         `out`."""
