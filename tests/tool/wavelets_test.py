@@ -147,7 +147,11 @@ class Wavelets(ToolTest):
 
     def test_an_error_that_rounded_samples_hold_is_named(self):
         args = self.raw('p.raw', (12, 12, 12, 8), lambda x, y, z, t: 48 + 48 * math.sin(.5 * x + math.pi * t / 4) * math.cos(.5 * y) * math.cos(.4 * z))
-        args = ('import', *args, '--store', 'wavelets', '--density', .5, '--quantize', 'u8', '--ends', 'periodic', '-o', 'p.bcc4')
+        go = ('import', *args, '--store', 'wavelets', '--quantize', 'u8', '--ends', 'periodic', '-o', 'p.bcc4', '--abs')
+        # Where the field goes through its samples, these are as far off as they are; between others filters may make more of it.
+        self.bcc4(*go, .5, '--density', .5, '--quiet')
+        self.assertLessEqual(self.json('verify', 'p.bcc4', '--against', *args)['max_abs'], .5)
+        args = (*go[:-1], '--overwrite', '--lattice', 'cc', '--scale', 1.2)
         _, err = self.bcc4(*args, '--abs', .5, expect=1)
         held = re.search('hold errors down to about (\\S+) where the largest is', err)
         self.assertGreater(float(held[1]), .5)  # it named what floats hold, 9e-6
