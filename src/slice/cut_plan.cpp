@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "field/corrections.h"
 #include "field/evaluate.h"
+#include "kernel/cc_kernel.h"
 #include "slice/axis_slice.h"
 #include "slice/even_slice.h"
 #include "slice/extraction.h"
@@ -116,13 +117,34 @@ void check_extraction(const HypersliceOptions& o) {
          "slice: extracted points take no thickness, interval, spacing, bandwidth, lattice or box");
 }
 
+// Whether the field at the instant of a layer follows from that layer alone, in less time than from those
+// around it.
+bool has_stills(const Coefficients& coefficients) {
+  const SampleSource& source = coefficients.source();
+  const Lattice4& lattice = source.lattice();
+  return !lattice.space.bcc && !lattice.is_static() && interpolates_on_cc(coefficients.kernel()) &&
+         source.adds_layers(coefficients.channel());
+}
+
+// The layers that an instant is merged of.
+void place_at_instant(CutPlan& plan, double frame) {
+  const Coefficients& coefficients = *plan.coefficients;
+  const Lattice4& lattice = coefficients.source().lattice();
+  const auto own = has_stills(coefficients) ? layer_at(lattice, frame) : std::nullopt;
+  plan.still = own.has_value();
+  plan.layers =
+      own ? std::vector<LayerWeight>{{*own, 1}} : instant_weights(lattice, coefficients.kernel(), frame);
+}
+
 void place_in_time(CutPlan& plan, const std::array<double, 2>& interval) {
   const Lattice4& lattice = plan.coefficients->source().lattice();
-  const Kernel& kernel = plan.coefficients->kernel();
   const auto [t0, t1] = plan.frames = clipped_interval(lattice, plan.position, interval);
   const bool instant = !(t1 > t0), each = plan.options.thickness.kind == ThicknessKind::maximum;
   plan.way = Way::time;
-  plan.layers = instant ? instant_weights(lattice, kernel, t0) : mean_weights(lattice, kernel, t0, t1);
+  if (instant)
+    place_at_instant(plan, t0);
+  else
+    plan.layers = mean_weights(lattice, plan.coefficients->kernel(), t0, t1);
   if (!lattice.is_static()) plan.corrections = plan.frames;
   // Each instant has a mask of its own; else it is that of the frame nearest to the slice's.
   plan.masks = instant || each ? plan.frames : std::array{plan.position, plan.position};
@@ -143,7 +165,7 @@ BrickBox HypersliceOptions::reads(const Lattice4& lattice) const {
 CutPlan CutPlan::instant(double frame) const {
   CutPlan one = *this;
   one.frames = one.masks = one.corrections = {frame, frame};
-  one.layers = instant_weights(coefficients->source().lattice(), coefficients->kernel(), frame);
+  place_at_instant(one, frame);
   one.instants.clear();
   one.options.box.reset(), one.options.even = nullptr, one.options.merge_later = false;
   return one;
@@ -180,16 +202,20 @@ CutPlan plan_cut(const Coefficients& coefficients, const Hyperplane& h, const Hy
   return plan;
 }
 
+std::vector<CoefficientLayer> layers_of(const CutPlan& plan, const Context& context) {
+  return plan.coefficients->compact_layers(layers_of(plan.layers), context, plan.still);
+}
+
 void fetch(const CutPlan& plan, const Context& context) {
   if (plan.way != Way::time)
     fail(Code::unsupported, "prefetch: what merged time slices need is kept, and nothing of others");
-  (void)plan.coefficients->compact_layers(layers_of(plan.layers), context);
+  (void)layers_of(plan, context);
 }
 
 void list_layers(const CutPlan& plan, bool missing, LayerReads& out) {
   const Coefficients& coefficients = *plan.coefficients;
   const Lattice4& lattice = coefficients.source().lattice();
-  if (plan.way == Way::time) return coefficients.list_reads(layers_of(plan.layers), missing, out);
+  if (plan.way == Way::time) return coefficients.list_reads(layers_of(plan.layers), missing, out, plan.still);
   if (plan.way == Way::points) return Extraction::list_reads(coefficients.source(), plan.hyperplane, out);
   if (plan.empty) return;
   if (plan.way == Way::axis)

@@ -33,6 +33,7 @@ struct CutPlan {
   // holds the largest value of some instants has these instead.
   std::array<double, 2> frames{};
   std::vector<LayerWeight> layers{};
+  bool still = false; // the layer that stands at the instant is enough (Coefficients::compact_layers())
   std::vector<double> instants{};
 
   // The first and the last moment (frames) whose masks and whose corrections are looked at.
@@ -52,6 +53,8 @@ struct CutPlan {
 [[nodiscard]] CutPlan plan_moment(const Coefficients& coefficients, double frame,
                                   const std::array<double, 2>& interval, const HypersliceOptions& options);
 
+// Returns what a time slice is merged of, layer by layer.
+[[nodiscard]] std::vector<CoefficientLayer> layers_of(const CutPlan& plan, const Context& context);
 // Makes what a time slice is merged of, and leaves it in the cache of the coefficients; unsupported for other
 // cuts, of which nothing is kept.
 void fetch(const CutPlan& plan, const Context& context);

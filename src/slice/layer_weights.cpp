@@ -54,6 +54,13 @@ std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& ker
                        [&](double at) { return kernel.time.integral(t0 - at, t1 - at) / (t1 - t0); });
 }
 
+std::optional<int32_t> layer_at(const Lattice4& lattice, double frame) {
+  constexpr double tolerance = 1e-9; // layers
+  const double layer = frame / lattice.time_step + lattice.lead, nearest = std::round(layer);
+  if (std::fabs(layer - nearest) > tolerance) return std::nullopt;
+  return static_cast<int32_t>(nearest);
+}
+
 std::vector<int32_t> layers_of(const std::vector<LayerWeight>& weights) {
   std::vector<int32_t> layers;
   for (const LayerWeight& l : weights) layers.push_back(l.layer);

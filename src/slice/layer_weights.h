@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "kernel/kernel.h"
@@ -23,6 +24,9 @@ struct LayerWeight {
                                                        double frame);
 [[nodiscard]] std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& kernel,
                                                     double begin, double end);
+
+// Returns the layer that stands at the instant `frame`, if one does.
+[[nodiscard]] std::optional<int32_t> layer_at(const Lattice4& lattice, double frame);
 
 [[nodiscard]] std::vector<int32_t> layers_of(const std::vector<LayerWeight>& weights);
 [[nodiscard]] std::vector<int32_t> all_layers(const Lattice4& lattice);

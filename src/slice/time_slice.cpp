@@ -171,7 +171,7 @@ bool has_holes(const Part& part) {
 }
 
 // The parts of a moment: mirror images of a layer are one part.
-std::vector<Part> moment_parts(const Coefficients& coefficients, const std::vector<Part>& parts,
+std::vector<Part> moment_parts(const Coefficients& coefficients, bool still, const std::vector<Part>& parts,
                                const Context& context) {
   std::vector<Part> out;
   for (const Part& part : parts) {
@@ -182,20 +182,20 @@ std::vector<Part> moment_parts(const Coefficients& coefficients, const std::vect
       continue;
     }
     out.push_back(part);
-    out.back().layer = inside, out.back().range = coefficients.range(inside, part.of, context);
+    out.back().layer = inside, out.back().range = coefficients.range(inside, still, part.of, context);
   }
   return out;
 }
 
 // Leaves the merging of a slice's cosets for later.
-void put_off(Slice& slice, const Coefficients& coefficients, const std::vector<Part>& parts,
-             const Context& context) {
+void put_off(Slice& slice, const CutPlan& plan, const std::vector<Part>& parts, const Context& context) {
   const auto merge_all = [lattice = slice.lattice](const std::vector<Part>& all, const Context& with) {
     std::array<float, 2> range{};
     return merge_cosets(lattice, all, range, with);
   };
   const auto moment = std::make_shared<const MomentPlan>(
-      coefficients.number(), moment_parts(coefficients, parts, context), merge_all);
+      plan.coefficients->number(plan.still), moment_parts(*plan.coefficients, plan.still, parts, context),
+      merge_all);
   slice.coset = SliceCosets(moment);
   slice.bounds = coefficient_bounds(slice, moment->range());
 }
@@ -217,15 +217,14 @@ Slice merged_moment(const CutPlan& plan, const Affine3& index_to_world, const Co
   slice.base = static_cast<float>(coefficients.base() * length);
   slice.air = static_cast<float>(coefficients.air() * length);
   slice.frame = frame;
-  const std::vector<int32_t> wanted = layers_of(weights);
   Progress making(context.progress, 0, merge_begin), merging(context.progress, merge_begin, 1);
-  const auto layers = coefficients.compact_layers(wanted, context.with(making));
+  const auto layers = layers_of(plan, context.with(making));
   std::vector<Part> parts;
   for (size_t i = 0; i < weights.size(); ++i)
-    parts.push_back({wanted[i], lattice.coset(wanted[i]), weights[i].weight, {}, layers[i]});
+    parts.push_back({weights[i].layer, lattice.coset(weights[i].layer), weights[i].weight, {}, layers[i]});
   if (plan.options.merge_later && !lattice.is_static() &&
       std::none_of(parts.begin(), parts.end(), has_holes)) {
-    put_off(slice, coefficients, parts, context);
+    put_off(slice, plan, parts, context);
   } else {
     std::array<float, 2> range{};
     MergedCosets merged = merge_cosets(lattice.space, parts, range, context.with(merging));

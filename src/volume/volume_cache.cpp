@@ -7,6 +7,7 @@
 
 #include "field/coefficients/prefilter_steps.h"
 #include "formats/bcc4/sample_step.h"
+#include "kernel/cc_kernel.h"
 #include "kernel/kernel_time.h"
 #include "points/rounded_brick.h"
 
@@ -49,8 +50,8 @@ LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool linear
   n.coefficients =
       static_cast<uint64_t>(std::floor(2 * time_reach(own) / kernel_time_per_layer(lattice))) + 1;
   if (steps.empty()) return n;
-  if (linear) {
-    n.samples = 1;
+  if (linear) { // and a still, see Coefficients::compact_layers()
+    n.samples = 1, n.coefficients += interpolates_on_cc(own) ? 1 : 0;
     return n;
   }
   const uint64_t around = 2 * static_cast<uint64_t>(Prefilter(lattice, steps).reach());

@@ -205,6 +205,32 @@ TEST(Ranges, HoldWhatOtherSeriesRead) {
   expect_told(device, still, {"static", plane_of(0, 0, 0, 1, 0)});
 }
 
+// On the source's grid a frame of wavelets is made of its own layer, moments of those around them.
+TEST(Ranges, HoldWhatWaveletsRead) {
+  const Device device = make_device();
+  NoiseSeries series;
+  series.nx = 40, series.nt = 40;
+  auto o = series.options();
+  const double error = 4;
+  const auto bytes = NoiseSeries::bytes_channel();
+  o.lattice = BCCSPLAT_LATTICE_CC, o.scale = 1, o.time_scale = 1;
+  o.store = BCCSPLAT_STORE_WAVELETS, o.wavelet_errors = &error;
+  o.channels = &bytes, o.channel_count = 1;
+  FarFile file(written(device, series, o));
+  for (const Cut& cut : cuts(false, false))
+    if (!cut.options.kernel) expect_told(device, file, cut);
+  Cut frame{"frame", plane_of(0, 0, 0, 1, -15)}, moment{"moment", plane_of(0, 0, 0, 1, -15.5)};
+  frame.options.kernel = moment.options.kernel = "exact";
+  expect_told(device, file, frame);
+  expect_told(device, file, moment);
+  const Volume volume = open_far(device, file);
+  EXPECT_LT(bytes_of(ranges_of(volume, frame)), bytes_of(ranges_of(volume, moment)) * 2 / 3);
+  EXPECT_OK(bccsplat_volume_prefetch(volume.get(), &frame.plane, &frame.options));
+  file.forget();
+  (void)make(volume, frame);
+  EXPECT_TRUE(file.reads.empty());
+}
+
 // At moments of an interval, a layer further to either side.
 TEST(Ranges, HoldWhatValuesRead) {
   const Device device = make_device();

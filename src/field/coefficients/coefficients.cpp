@@ -16,9 +16,10 @@ namespace {
 // Reading samples is about this share of making coefficients, for reports of progress.
 constexpr double read_share = 0.8;
 
+// The number behind it is taken as well (Coefficients::number).
 uint64_t next_number() {
   static std::atomic<uint64_t> last{0};
-  return ++last;
+  return last.fetch_add(2, std::memory_order_relaxed) + 1;
 }
 
 } // namespace
@@ -69,7 +70,7 @@ std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<co
 }
 
 std::vector<CoefficientLayer> Coefficients::compact_layers(std::span<const int32_t> wanted,
-                                                           const Context& context) const {
+                                                           const Context& context, bool stills) const {
   Layers found;
   std::vector<int32_t> missing;
   std::vector<int32_t> inside;
@@ -77,25 +78,27 @@ std::vector<CoefficientLayer> Coefficients::compact_layers(std::span<const int32
     const int32_t at = inside.emplace_back(source_.lattice().mirror_layer(m));
     if (found.contains(at)) continue;
     CoefficientLayer& layer = found[at];
-    layer.values = find<BrickLayer>({Kind::values, at});
-    if (!layer) layer.compact = find<SampleLayer>({Kind::compact, at});
+    if (!stills) layer.values = find<BrickLayer>({Kind::values, at});
+    if (!layer) layer.compact = find<SampleLayer>({stills ? Kind::still : Kind::compact, at});
     if (!layer) missing.push_back(at);
   }
-  note_use(wanted, inside);
+  if (!stills) note_use(wanted, inside);
   if (missing.empty())
     context.progress.advance(1, 1);
   else
-    for (auto& [at, layer] : make(missing, context)) found[at] = std::move(layer);
+    for (auto& [at, layer] :
+         stills ? make_of_sums(Kind::still, missing, std::array{1.0f}, context) : make(missing, context))
+      found[at] = std::move(layer);
   std::vector<CoefficientLayer> result;
   for (const int32_t at : inside) result.push_back(found[at]);
   return result;
 }
 
-std::array<float, 2> Coefficients::range(int32_t layer, const CoefficientLayer& of,
+std::array<float, 2> Coefficients::range(int32_t layer, bool still, const CoefficientLayer& of,
                                          const Context& context) const {
   {
     const std::scoped_lock lock(mutex_);
-    if (const auto found = ranges_.find(layer); found != ranges_.end()) return found->second;
+    if (const auto found = ranges_.find({still, layer}); found != ranges_.end()) return found->second;
   }
   std::mutex mutex;
   std::array<float, 2> range{};
@@ -108,7 +111,7 @@ std::array<float, 2> Coefficients::range(int32_t layer, const CoefficientLayer& 
     range = {std::min(range[0], *low), std::max(range[1], *high)};
   });
   const std::scoped_lock lock(mutex_);
-  return ranges_[layer] = range;
+  return ranges_[{still, layer}] = range;
 }
 
 void Coefficients::note_use(std::span<const int32_t> wanted, std::span<const int32_t> inside) const {
@@ -142,7 +145,7 @@ Coefficients::Layers Coefficients::make(std::span<const int32_t> layers, const C
     for (auto& [m, layer] : read(Kind::compact, layers, context)) made[m].compact = std::move(layer);
     return made;
   }
-  if (in_space_) return make_of_sums(layers, context);
+  if (in_space_) return make_of_sums(Kind::compact, layers, in_time_, context);
   const double rows = stretch_rows(layers, context);
   if (rows < 1 && layers.size() > 1) { // even one row of bricks of all layers at once would not fit
     Layers made;
@@ -199,7 +202,7 @@ Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
     const Reservation room = reserve(bytes, "coefficients of some layers", context);
     return prefilter_->apply(layers, all, {prune_, coarsest_}, region_, context.with(making));
   }();
-  return insert_all(layers, std::move(made), context);
+  return insert_all(Kind::compact, layers, std::move(made), context);
 }
 
 void Coefficients::count_repeats(Kind kind, std::span<const int32_t> layers) const {
@@ -208,13 +211,13 @@ void Coefficients::count_repeats(Kind kind, std::span<const int32_t> layers) con
     if (!ever_had_.insert({kind, m}).second) repeated_.fetch_add(1, std::memory_order_relaxed);
 }
 
-Coefficients::Layers Coefficients::insert_all(std::span<const int32_t> layers, std::vector<SampleLayer> made,
-                                              const Context& context) const {
+Coefficients::Layers Coefficients::insert_all(Kind kind, std::span<const int32_t> layers,
+                                              std::vector<SampleLayer> made, const Context& context) const {
   made_.fetch_add(layers.size(), std::memory_order_relaxed);
-  count_repeats(Kind::compact, layers);
+  count_repeats(kind, layers);
   Layers result;
   for (size_t i = 0; i < layers.size(); ++i)
-    result[layers[i]].compact = insert(Key{Kind::compact, layers[i]}, std::move(made[i]), context);
+    result[layers[i]].compact = insert(Key{kind, layers[i]}, std::move(made[i]), context);
   return result;
 }
 
@@ -232,14 +235,16 @@ void Coefficients::forget(int32_t first, int32_t next) const {
   });
 }
 
-void Coefficients::list_reads(std::span<const int32_t> layers, bool missing, LayerReads& out) const {
+void Coefficients::list_reads(std::span<const int32_t> layers, bool missing, LayerReads& out,
+                              bool stills) const {
   const std::scoped_lock lock(mutex_);
   const auto held = [&](Kind kind, int32_t m) { return missing && entries_.contains({kind, m}); };
   std::vector<int32_t> made, read;
   for (const int32_t m : layers)
     if (const int32_t at = source_.lattice().mirror_layer(m);
-        !held(Kind::values, at) && !held(Kind::compact, at))
+        stills ? !held(Kind::still, at) : !held(Kind::values, at) && !held(Kind::compact, at))
       made.push_back(at);
+  if (stills) return source_.list_reads(made, read_region_, out);
   if (prefilter_->empty()) return source_.list_reads(made, region_, out);
   for (const int32_t m : prefilter_->reads(made))
     if (!held(Kind::samples, m)) read.push_back(m);
@@ -249,7 +254,7 @@ void Coefficients::list_reads(std::span<const int32_t> layers, bool missing, Lay
 bool Coefficients::same_as_in(const Coefficients& older, const Key& key,
                               const std::function<bool(int32_t layer)>& unchanged) const {
   const auto& [kind, layer] = key;
-  if (kind == Kind::samples) return unchanged(layer);
+  if (kind == Kind::samples || kind == Kind::still) return unchanged(layer);
   // What lies beyond an end is mirrored: a layer that reaches there depends on more of a longer series.
   const std::set<int32_t> here = reads(layer);
   return here == older.reads(layer) && std::all_of(here.begin(), here.end(), unchanged);
@@ -306,7 +311,9 @@ std::shared_ptr<const Layer> Coefficients::insert(const Key& key, Layer layer, c
   return {entry, &std::get<Layer>(entry->layer)};
 }
 
+// A still is no part of the moments around it.
 bool Coefficients::is_useful_locked(const Key& key) const {
+  if (key.first == Kind::still) return false;
   return (key.first == Kind::samples ? spared_ : in_use_).contains(key.second);
 }
 

@@ -10,7 +10,9 @@
 // somebody asks for them as values (points/rounded_brick.h). Where the cache is too small for all samples
 // that layers depend on, they are made in stretches, some rows of bricks along z at a time, for which each
 // row of samples is read once as well. A source that adds layers gives at once what the prefilter makes of
-// them in time; no samples are held then.
+// them in time; no samples are held then. The field at the instant of one of its layers is that layer,
+// prefiltered in space alone, where the kernel goes through the samples: one layer is then read and made, in
+// place of those that surround it.
 #pragma once
 
 #include <atomic>
@@ -68,15 +70,16 @@ class Coefficients {
   // Several at once: cheaper than one by one where memory is short.
   [[nodiscard]] std::vector<std::shared_ptr<const BrickLayer>> layers(std::span<const int32_t> layers,
                                                                       const Context& context) const;
-  // The same in the form that is at hand, or takes least memory.
-  [[nodiscard]] std::vector<CoefficientLayer> compact_layers(std::span<const int32_t> layers,
-                                                             const Context& context) const;
+  // The same in the form that is at hand, or takes least memory. stills: of a source that adds layers; what
+  // the field at the instant of each layer is made of, in space, where the kernel goes through the samples.
+  [[nodiscard]] std::vector<CoefficientLayer>
+  compact_layers(std::span<const int32_t> layers, const Context& context, bool stills = false) const;
 
-  // A number that no other coefficients of this process have.
-  [[nodiscard]] uint64_t number() const { return number_; }
+  // A number that no other coefficients of this process have; stills have another one.
+  [[nodiscard]] uint64_t number(bool stills = false) const { return stills ? number_ + 1 : number_; }
   // The least and the largest coefficient of a layer inside the lattice, as compact_layers() gave it, and 0;
   // looked for once.
-  [[nodiscard]] std::array<float, 2> range(int32_t layer, const CoefficientLayer& of,
+  [[nodiscard]] std::array<float, 2> range(int32_t layer, bool still, const CoefficientLayer& of,
                                            const Context& context) const;
 
   // The layers of the source that the coefficients of a layer in it depend on.
@@ -88,7 +91,7 @@ class Coefficients {
   [[nodiscard]] uint64_t layers_repeated() const { return repeated_.load(std::memory_order_relaxed); }
 
   // Tells what of its file compact_layers() asks for; missing: beside what is held.
-  void list_reads(std::span<const int32_t> layers, bool missing, LayerReads& out) const;
+  void list_reads(std::span<const int32_t> layers, bool missing, LayerReads& out, bool stills = false) const;
 
   // Shares the layers that another one holds and that are the same here: those of the series before it got
   // more layers. unchanged(m): whether layer m of the source is what it was.
@@ -99,8 +102,8 @@ class Coefficients {
   void forget(int32_t first, int32_t next) const;
 
  private:
-  enum class Kind : uint8_t { samples, compact, values }; // the latter two of coefficients
-  using Key = std::pair<Kind, int32_t>;                   // and layer
+  enum class Kind : uint8_t { samples, compact, values, still }; // the latter three of coefficients
+  using Key = std::pair<Kind, int32_t>;                          // and layer
   using Compact = std::map<int32_t, std::shared_ptr<const SampleLayer>>;
   using Layers = std::map<int32_t, CoefficientLayer>;
   struct Entry;
@@ -110,8 +113,9 @@ class Coefficients {
   Layers make(std::span<const int32_t> layers, const Context& context) const;
   Layers make_at_once(std::span<const int32_t> layers, const Context& context) const;
   Layers make_by_stretches(std::span<const int32_t> layers, int rows, const Context& context) const;
-  // Has the source add layers, and prefilters them in space alone.
-  Layers make_of_sums(std::span<const int32_t> layers, const Context& context) const;
+  // Has the source add layers around each with these weights, and prefilters them in space alone.
+  Layers make_of_sums(Kind kind, std::span<const int32_t> layers, std::span<const float> in_time,
+                      const Context& context) const;
   // Samples, under a kernel without a prefilter as coefficients.
   Compact read(Kind kind, std::span<const int32_t> layers, const Context& context) const;
   // Makes a layer of values of one that is compact, and keeps it in place of that.
@@ -131,7 +135,7 @@ class Coefficients {
   [[nodiscard]] bool same_as_in(const Coefficients& older, const Key& key,
                                 const std::function<bool(int32_t layer)>& unchanged) const;
   void count_repeats(Kind kind, std::span<const int32_t> layers) const;
-  Layers insert_all(std::span<const int32_t> layers, std::vector<SampleLayer> made,
+  Layers insert_all(Kind kind, std::span<const int32_t> layers, std::vector<SampleLayer> made,
                     const Context& context) const;
   // Notes what is asked for, and what the next layer will be made of in the direction that a series is gone
   // through.
@@ -164,7 +168,7 @@ class Coefficients {
   uint64_t number_;
 
   mutable std::mutex mutex_;
-  mutable std::map<int32_t, std::array<float, 2>> ranges_; // by layer
+  mutable std::map<std::pair<bool, int32_t>, std::array<float, 2>> ranges_; // of a still, by layer
   mutable std::map<Key, std::shared_ptr<const Entry>> entries_;
   mutable std::list<Key> recent_; // least recently used first
   mutable uint64_t held_ = 0;

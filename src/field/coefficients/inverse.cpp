@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/page_pool.h"
+#include "base/pool.h"
 #include "field/coefficients/inverse.h"
 #include "field/footprint/dense_sites.h"
 #include "points/rounded_brick.h"
@@ -230,25 +231,30 @@ bool near(const BrickLayer& from, size_t axis, Int3 brick) {
   return false;
 }
 
+// What filtering a line takes: runs that follow each other, and room.
+struct LineSites {
+  std::array<RunSites, 2> runs;
+  std::vector<float> room;
+};
+
 // Filters lines of bricks along an axis. made: the bricks of `from`, which are written over, or no brick.
 // What a run has is written when the next one, which reaches into it, has been copied.
 void filter_along(const PrefilterStage& stage, const BrickLayer& from, size_t axis, const BrickBox& region,
-                  const Context& context, Bricks& made) {
+                  const Context& context, Pool<LineSites>& lines, Bricks& made) {
   const std::vector<InverseFactor> factors = factors_of(stage);
   Int3 across = from.brick_dims(); // lines of bricks along the axis
   const int bricks = std::exchange(across[axis], 1);
   context.tasks.parallel_for(size_t(across[0]) * across[1] * across[2], [&](uint64_t line) {
     context.progress.check();
-    const auto sites = std::make_unique<std::array<RunSites, 2>>();
-    RunSites *now = sites->data(), *before = now + 1; // before: filtered, not written yet
-    std::vector<float> room;
+    auto sites = lines.take([] { return std::make_unique<LineSites>(); });
+    RunSites *now = sites->runs.data(), *before = now + 1; // before: filtered, not written yet
     bool waits = false;
     const auto n = static_cast<int32_t>(line);
     BrickRun run{axis, {n % across[0], n / across[0] % across[1], n / across[0] / across[1]}, 0};
     const auto end = [&] {
       if (run.count > 0 && now->gather(from, run)) {
         if (waits) before->put_into(made, from);
-        now->filter(factors, room);
+        now->filter(factors, sites->room);
         std::swap(now, before);
         waits = true;
       }
@@ -264,6 +270,7 @@ void filter_along(const PrefilterStage& stage, const BrickLayer& from, size_t ax
     }
     end();
     if (waits) before->put_into(made, from);
+    lines.give_back(std::move(sites));
   });
 }
 
@@ -346,10 +353,11 @@ SampleLayer InversePrefilter::apply_in_space(BrickLayer layer, const Coefficient
   if (space.periodic[0] || space.periodic[1] || space.periodic[2])
     room = Reservation(context.memory, layer.bytes(), "a layer of the inverse filter");
   Bricks made = own_bricks(layer);
+  Pool<LineSites> lines;
   for (size_t axis = 0; axis < 3; ++axis) {
     // Along a periodic axis the last bricks reach into the first ones.
     Bricks written = space.periodic[axis] ? Bricks(made.size()) : made;
-    filter_along(space_, layer, axis, box, context, written);
+    filter_along(space_, layer, axis, box, context, lines, written);
     made = std::move(written);
     layer = layer_of(layer, made);
   }

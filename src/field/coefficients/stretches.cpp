@@ -137,13 +137,14 @@ Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> la
     parts.emplace_back(context.memory, bytes, "coefficients of a slab");
   }
   parts.clear();
-  return insert_all(layers, std::move(made), context);
+  return insert_all(Kind::compact, layers, std::move(made), context);
 }
 
-Coefficients::Layers Coefficients::make_of_sums(std::span<const int32_t> layers,
+Coefficients::Layers Coefficients::make_of_sums(Kind kind, std::span<const int32_t> layers,
+                                                std::span<const float> in_time,
                                                 const Context& context) const {
   const Lattice4& lattice = source_.lattice();
-  const auto reach = static_cast<int32_t>(in_time_.size() / 2);
+  const auto reach = static_cast<int32_t>(in_time.size() / 2);
   std::vector<LayerSum> sums;
   std::vector<SampleLayer> made;
   uint64_t bricks = 1; // of a layer
@@ -152,7 +153,7 @@ Coefficients::Layers Coefficients::make_of_sums(std::span<const int32_t> layers,
     std::vector<int32_t> summed;
     for (int32_t d = -reach; d <= reach; ++d) {
       summed.push_back(lattice.mirror_layer(m + d));
-      sum.terms.push_back({summed.back(), in_time_[d + reach]});
+      sum.terms.push_back({summed.back(), in_time[d + reach]});
     }
     made.emplace_back(lattice.space, lattice.coset(m));
     bricks = std::max(bricks, source_.bricks_at_most(channel_, summed, read_region_));
@@ -199,7 +200,7 @@ Coefficients::Layers Coefficients::make_of_sums(std::span<const int32_t> layers,
     if (stretch.end[2] < last) parts.emplace_back(context.memory, stays, "coefficients of a slab");
   }
   parts.clear();
-  return insert_all(layers, std::move(made), context);
+  return insert_all(kind, layers, std::move(made), context);
 }
 
 } // namespace bccsplat

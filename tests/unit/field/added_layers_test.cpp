@@ -4,9 +4,13 @@
 
 #include <atomic>
 #include <random>
+#include <set>
+#include <string>
 
 #include "field/coefficients/coefficients.h"
 #include "points/rounded_brick.h"
+#include "slice/cut_plan.h"
+#include "slice/time_slice.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat {
@@ -194,6 +198,94 @@ TEST(AddedLayers, ThatAreHeldElsewhereStay) {
   (void)anew.layer(3, test.get());
   expect_same_layer(keeping.kept.front(), keeping.kept.back());
   EXPECT_GT(most_apart(keeping.kept.front(), *got), 0.1);
+}
+
+// The field at the instant of a layer is what it is beside it, and made of that layer alone.
+TEST(AddedLayers, OfAStillAreOne) {
+  TestContext test;
+  for (const bool periodic : {false, true})
+    for (const uint32_t frames : {2u, 5u, 12u}) {
+      const AddingSamples adding(layers_of_noise(cartesian(frames, periodic)));
+      const Coefficients field(adding, 0, make_kernel("exact"), 0, large_cache);
+      ASSERT_TRUE(plan_moment(field, 1, {}, {}).still);
+      ASSERT_FALSE(plan_moment(field, 0.5, {}, {}).still);
+      for (const int32_t m : {0, static_cast<int32_t>(frames) / 2, static_cast<int32_t>(frames) - 1}) {
+        SCOPED_TRACE(testing::Message() << m << " of " << frames);
+        const Slice still = merged_moment(plan_moment(field, m, {}, {}), {}, test.get());
+        const double beside = m == 0 ? 1e-7 : m - 1e-7;
+        const Slice near = merged_moment(plan_moment(field, beside, {}, {}), {}, test.get());
+        EXPECT_LT(most_apart(still.coset[0], near.coset[0]), 5e-4);
+        EXPECT_GT(still.bounds[1], 0.5);
+      }
+      const uint64_t before = adding.added;
+      fetch(plan_moment(field, 1, {}, {}), test.get());
+      const bool known = frames == 2;
+      EXPECT_EQ(adding.added, before + (known ? 0 : 1));
+      fetch(plan_moment(field, 1, {}, {}), test.get());
+      EXPECT_EQ(adding.added, before + (known ? 0 : 1)); // it is kept
+    }
+  for (const char* kernel : {"default", "fast", "exact"}) { // a static volume has no instants
+    const AddingSamples adding(layers_of_noise(cartesian(kernel == std::string("exact") ? 1 : 4)));
+    const Coefficients field(adding, 0, make_kernel(kernel), 0, large_cache);
+    EXPECT_FALSE(plan_moment(field, 0, {}, {}).still);
+  }
+}
+
+// A still is told apart from the layer of that number that moments are merged of, in what is read for it and
+// in what others know it by.
+TEST(AddedLayers, OfAStillAreNotThoseOfMoments) {
+  TestContext test;
+  const AddingSamples adding(layers_of_noise(cartesian(12)));
+  const Coefficients field(adding, 0, make_kernel("exact"), 0, large_cache),
+      other(adding, 0, make_kernel("exact"), 0, large_cache);
+  HypersliceOptions options;
+  options.merge_later = true;
+  const auto series = [&](const Coefficients& of, double frame) {
+    return merged_moment(plan_moment(of, frame, {}, options), {}, test.get()).coset.moment()->series();
+  };
+  EXPECT_EQ(
+      std::set<uint64_t>({series(field, 5), series(field, 5.5), series(other, 5), series(other, 5.5)}).size(),
+      4U);
+  const CutPlan still = plan_moment(field, 8, {}, {}), moment = plan_moment(field, 8.25, {}, {});
+  LayerReads one, around, missing;
+  list_layers(still, true, one), list_layers(moment, true, around);
+  EXPECT_EQ(one.size(), 1U);
+  EXPECT_GT(around.size(), 3U);
+  fetch(still, test.get());
+  list_layers(still, true, missing);
+  EXPECT_TRUE(missing.empty());
+  list_layers(moment, true, missing);
+  EXPECT_EQ(missing.size(), around.size());
+  const std::vector<int32_t> eighth{8};
+  const auto range = [&](bool of_still) {
+    const auto layer = field.compact_layers(eighth, test.get(), of_still).front();
+    return field.range(8, of_still, layer, test.get());
+  };
+  EXPECT_NE(range(true), range(false));
+}
+
+TEST(AddedLayers, OfAStillDependOnNoCacheAndNoBox) {
+  TestContext test;
+  const AddingSamples adding(layers_of_noise(cartesian(6)));
+  const BrickBox box{{1, 0, 1}, {3, 2, 2}};
+  constexpr uint64_t little = 300 << 10;
+  const Coefficients whole(adding, 0, make_kernel("exact"), 0, large_cache),
+      narrow(adding, 0, make_kernel("exact"), 0, little),
+      part(adding, 0, make_kernel("exact"), 0, large_cache, box);
+  const auto values = [&](const Coefficients& of) {
+    return merged_moment(plan_moment(of, 3, {}, {}), {}, test.get());
+  };
+  const Slice all = values(whole);
+  const uint64_t once = adding.added;
+  const Slice slow = values(narrow);
+  EXPECT_GT(adding.added, once + 1); // it took several stretches
+  const Slice boxed = values(part);
+  expect_same_layer(all.coset[0], slow.coset[0]);
+  for (size_t s = 0; s < all.coset[0].brick_slots(); ++s) {
+    if (!box.contains(all.coset[0].slot_position(s))) continue;
+    ASSERT_TRUE(boxed.coset[0].brick(s));
+    EXPECT_EQ(all.coset[0].brick(s)->value, boxed.coset[0].brick(s)->value);
+  }
 }
 
 TEST(AddedLayers, AreKeptAsNumbersWhereTheirStepAllows) {
