@@ -118,21 +118,6 @@ void check_level_counts(const VolumeInfo& info, int number, Code code) {
            " holes, samples from ", c.kept_range.low, " to ", c.kept_range.high);
 }
 
-void check_channel(const ChannelInfo& c, Code code) {
-  const auto bad = [&](const auto&... why) { fail(code, "channel ", c.name, ": ", why...); };
-  if (c.type < ValueType::u8 || c.type > ValueType::f32) bad("unknown value type ", static_cast<int>(c.type));
-  if (c.source_type > SourceType::u32) bad("unknown source type ", static_cast<int>(c.source_type));
-  if (!std::isfinite(c.air) || !(c.threshold >= 0) || !std::isfinite(c.threshold)) bad("air or threshold");
-  const double bias = c.offset - c.air;
-  if (c.type == ValueType::u8 || c.type == ValueType::u16) {
-    if (!positive(c.scale) || !std::isfinite(c.offset)) bad("scale ", c.scale, ", offset ", c.offset);
-    if (std::fabs(bias) > 0x1p22 * c.scale) bad("air is more than 2^22 steps from the offset");
-    if (!(c.scale * 65535 + std::fabs(bias) < 0x1p127)) bad("values beyond the range of floats");
-  } else if (c.scale != 1 || !(bias == 0 || (c.type == ValueType::f16 && c.offset == 0))) {
-    bad("floats need scale 1 and offset = air");
-  }
-}
-
 void check_errors(const VolumeInfo& info, Code code) {
   const auto key = [](const MeasuredError& e) { return std::tuple(e.channel, e.level, e.kind); };
   for (size_t i = 0; i < info.errors.size(); ++i) {
@@ -304,6 +289,21 @@ void check_axes(const VolumeInfo& info, Code code) {
   if (info.has_uneven_axes() && !info.spatial_unit.empty())
     fail(code, "the axes are unevenly spaced, and space has the unit ", info.spatial_unit,
          "; axes have their own");
+}
+
+void check_channel(const ChannelInfo& c, Code code) {
+  const auto bad = [&](const auto&... why) { fail(code, "channel ", c.name, ": ", why...); };
+  if (c.type < ValueType::u8 || c.type > ValueType::f32) bad("unknown value type ", static_cast<int>(c.type));
+  if (c.source_type > SourceType::u32) bad("unknown source type ", static_cast<int>(c.source_type));
+  if (!std::isfinite(c.air) || !(c.threshold >= 0) || !std::isfinite(c.threshold)) bad("air or threshold");
+  const double bias = c.offset - c.air;
+  if (c.type == ValueType::u8 || c.type == ValueType::u16) {
+    if (!positive(c.scale) || !std::isfinite(c.offset)) bad("scale ", c.scale, ", offset ", c.offset);
+    if (std::fabs(bias) > 0x1p22 * c.scale) bad("air is more than 2^22 steps from the offset");
+    if (!(c.scale * 65535 + std::fabs(bias) < 0x1p127)) bad("values beyond the range of floats");
+  } else if (c.scale != 1 || !(bias == 0 || (c.type == ValueType::f16 && c.offset == 0))) {
+    bad("floats need scale 1 and offset = air");
+  }
 }
 
 void check_fixed(const VolumeInfo& info, Code code) {

@@ -217,7 +217,9 @@ class MetadataReader {
     case channel:
       if (info_.channels.size() == limits_.channels)
         fail(Code::limit_exceeded, "metadata: more than ", limits_.channels, " channels");
-      return air_codes_.push_back(read_channel(record, info_.channels.emplace_back(), frames())), true;
+      air_codes_.push_back(read_channel(record, info_.channels.emplace_back(), frames()));
+      // At once: what is said of a channel further on may mean nothing of values that are not known.
+      return check_channel(info_.channels.back(), Code::corrupt), true;
     case sources:
       return read_sources(record, info_.sources), true;
     case attributes:

@@ -16,6 +16,8 @@ namespace bccsplat {
 // Checks the rules that hold from the first sample on; a broken one fails with `code`: invalid_argument for a
 // caller's info, corrupt for a file's.
 void check_fixed(const VolumeInfo& info, Code code);
+// Checks what the values of a channel are, which is a part of that.
+void check_channel(const ChannelInfo& c, Code code);
 // Checks where the samples stand along unevenly spaced axes.
 void check_axes(const VolumeInfo& info, Code code);
 // Checks these and the rules for the rest: times, ranges, texts.

@@ -675,6 +675,10 @@ TEST(Bcc4Malformed, Channels) {
        with_info([](VolumeInfo& v) { v.channels[0].holes = v.channels[0].sites_kept + 1; })},
       {"code of air", Code::corrupt, with_metadata(damage_air_code)},
   });
+  // Levels have the scale of their channel, which is no number of a type that is not known.
+  const Edit unknown = with_info(
+      [](VolumeInfo& v) { v.channels[0].type = static_cast<ValueType>(5), v.channels[0].scale = NAN; });
+  expect_refused(rebuild(levels_file(), unknown), Code::corrupt, "unknown value type 5");
 }
 
 TEST(Bcc4Malformed, CorrectionsAndParts) {
