@@ -161,20 +161,18 @@ std::vector<BrickLayer> Bcc4Samples::add_layers(int channel, std::span<const Lay
   return out;
 }
 
-// One layer stands beside the budget, others of its slab that follow it within, as many as there is room for.
 void Bcc4Samples::read_linear(int channel, std::span<const int32_t> layers, const BrickBox& region,
                               const Context& context, const TakeLayer<BrickLayer>& take) const {
   const StoredLattice& info = reader_->info().level(level_);
   Attempts attempts;
   for (size_t first = 0, end = 0; first < layers.size(); first = end) {
-    const auto of_slab = [&](size_t i) { return info.slab_of(layers[i]) == info.slab_of(layers[first]); };
-    uint64_t bytes = 0;
-    end = first + 1;
-    attempts.attempt(
-        [&] { bytes = bricks_at_most(channel, layers.subspan(first, 1), region) * sizeof(Brick); });
+    while (end < layers.size() && info.slab_of(layers[end]) == info.slab_of(layers[first])) ++end;
     std::vector<Reservation> held;
-    for (; end < layers.size() && of_slab(end) && budget().try_reserve(bytes); ++end)
-      held.push_back(Reservation::adopt(budget(), bytes));
+    if (!attempts.attempt([&] {
+          held = reserve_others({channel, level_}, layers.subspan(first, end - first), region, sizeof(Brick));
+        }))
+      continue;
+    end = first + held.size() + 1;
     std::vector<LayerSum> each;
     for (size_t i = first; i < end; ++i) each.push_back({layers[i], {{layers[i], 1}}});
     attempts.attempt([&] {

@@ -293,6 +293,23 @@ void Bcc4Samples::list_reads(int channel, int32_t layer, const BrickBox& region,
   for (const int32_t slab : slabs_beside(layer)) list(slab, go_round(region.widened(), lattice().space), 0);
 }
 
+std::vector<Reservation> Bcc4Samples::reserve_others(const ChannelLevel& at, std::span<const int32_t> layers,
+                                                     const BrickBox& region, uint64_t bytes_of_brick) const {
+  const auto chunks = reader_->chunks(at, reader_->info().level(level_).slab_of(layers.front()), region);
+  const uint64_t bytes = chunks.size() * bricks_of_chunk() * bytes_of_brick;
+  uint64_t decoding = 0;
+  if (reader_->info().tile_edge > 1)
+    for (const Bcc4Chunk& c : chunks) decoding = std::max(decoding, reader_->decoding_bytes(at, c));
+  std::vector<Reservation> held;
+  while (held.size() + 1 < layers.size() && budget().try_reserve(bytes)) {
+    held.push_back(Reservation::adopt(budget(), bytes));
+    if (budget().limit() - budget().used() >= decoding) continue;
+    held.pop_back();
+    break;
+  }
+  return held;
+}
+
 template<class Layer, class MakeBrick>
 void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,
                              const Context& context, const TakeLayer<Layer>& take,
@@ -304,18 +321,14 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
   for (size_t first = 0, end = 0; first < layers.size(); first = end) {
     const int32_t slab = info.slab_of(layers[first]);
     while (end < layers.size() && info.slab_of(layers[end]) == slab) ++end;
-    // One layer stands beside the budget, the others of the slab within it, as many as there is room for;
-    // codes take no more than values.
+    // Codes take no more than values.
     constexpr bool as_codes = std::is_same_v<Layer, SampleLayer>;
-    uint64_t bytes = 0;
+    std::vector<Reservation> held;
     if (!attempts.attempt([&] {
-          bytes = reader_->chunks({channel, level_}, slab, region).size() * bricks_of_chunk() *
-                  brick_bytes(reader_->info().channels.at(channel), as_codes);
+          held = reserve_others({channel, level_}, layers.subspan(first, end - first), region,
+                                brick_bytes(reader_->info().channels.at(channel), as_codes));
         }))
       continue;
-    std::vector<Reservation> held;
-    while (held.size() + 1 < end - first && cache_->budget.try_reserve(bytes))
-      held.push_back(Reservation::adopt(cache_->budget, bytes));
     end = first + held.size() + 1;
     std::vector<Layer> read;
     for (size_t i = first; i < end; ++i) read.emplace_back(info.lattice.space, info.lattice.coset(layers[i]));

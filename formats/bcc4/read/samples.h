@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "base/memory.h"
 #include "formats/bcc4/read/reader.h"
 #include "points/sample_source.h"
 
@@ -96,6 +97,12 @@ class Bcc4Samples final : public SampleSource {
   template<class Layer, class MakeBrick>
   void read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,
                   const Context& context, const TakeLayer<Layer>& take, const MakeBrick& brick) const;
+  // Takes room for layers of one slab that are read together: the first one stands beside the budget, the
+  // others within, as many as leave what decoding one of its chunks takes.
+  [[nodiscard]] std::vector<Reservation> reserve_others(const ChannelLevel& at,
+                                                        std::span<const int32_t> layers,
+                                                        const BrickBox& region,
+                                                        uint64_t bytes_of_brick) const;
   // linear_samples.cpp
   struct SlabTerms;
   [[nodiscard]] std::vector<SlabTerms> terms_of(std::span<const LayerSum> sums) const;

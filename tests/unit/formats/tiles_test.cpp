@@ -158,6 +158,25 @@ TEST(TilesAlone, ABoxReadsItsTilesAndNoOthers) {
   }
 }
 
+// Whatever room there is beside it: layers that are read together leave what decoding takes.
+TEST(TilesAlone, WhatReadsOneLayerReadsSeveral) {
+  for (const bool linear : {false, true}) {
+    VolumeInfo info = tiled(linear ? LatticeKind::cc : LatticeKind::d4star, ValueType::u16, .2, 2);
+    info.channels[0].linear = linear;
+    const Bytes file = write_file(info, make_volume(info, dense));
+    const auto peak = [&](std::vector<int32_t> layers, uint64_t budget) {
+      Bench bench(1, budget);
+      Bcc4Samples(Bcc4Reader::open(open_memory_source(file)), bench.memory, 0)
+          .read_layers(0, layers, {}, bench.context, [](int32_t, BrickLayer&&) {});
+      return bench.memory.peak();
+    };
+    const uint64_t one = peak({0}, UINT64_MAX);
+    EXPECT_GT(peak({0, 1, 2, 3}, UINT64_MAX), one);
+    for (uint64_t budget = one; budget < 6 * one; budget += one / 8)
+      EXPECT_NO_THROW(peak({0, 1, 2, 3}, budget)) << linear << ' ' << budget - one;
+  }
+}
+
 TEST(TilesAlone, LayersOneByOneDecodeATileOnce) {
   const VolumeInfo info = tiled(LatticeKind::cc, ValueType::u16, .2, 4);
   const Bytes file = write_file(info, make_volume(info, dense));
