@@ -19,19 +19,38 @@
 namespace bccsplat::series {
 namespace {
 
+std::vector<double> air_of_channels(const SeriesDescription& s, const WriterSettings& settings) {
+  std::vector<double> air;
+  for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
+  return air;
+}
+
+bool need_ranges(const SeriesDescription& s, const WriterSettings& settings) {
+  return std::any_of(s.channels.begin(), s.channels.end(),
+                     [&](const Channel& c) { return needs_range(c, settings); });
+}
+
+bool any_labels(const std::vector<bool>& labels) {
+  return std::find(labels.begin(), labels.end(), true) != labels.end();
+}
+
+// The peak of a PSNR, in root mean square errors.
+double errors_in_peak(double psnr) { return std::pow(10.0, psnr / 20); }
+
 std::vector<ChannelScan> scan_series(FrameReader& reader, const WriterSettings& settings, Watch* progress) {
   const SeriesDescription& s = reader.description();
+  const std::vector<double> air = air_of_channels(s, settings);
   std::vector<ChannelScan> scans(s.channels.size());
   for (uint64_t f = 0; f < s.dims[3] && !reader.frames_fit(); ++f)
     for (uint32_t c = 0; c < scans.size(); ++c) {
       progress->go_on();
       progress->show(
           {"scan", f * scans.size() + c, s.dims[3] * scans.size(), concat("frame ", f + 1, "/", s.dims[3])});
-      scan_large_frame(reader, f, c, air_of(s.channels[c], settings), settings.air_threshold, scans[c]);
+      scan_large_frame(reader, f, c, air[c], settings.air_threshold, scans[c]);
     }
   if (!reader.frames_fit()) return scans;
   read_series(reader, {0, s.dims[3]}, "scan", *progress, [&](uint64_t f, uint32_t c, const Frame& values) {
-    scan_frame(values, f, s.dims, air_of(s.channels[c], settings), settings.air_threshold, scans[c]);
+    scan_frame(values, f, s.dims, air[c], settings.air_threshold, scans[c]);
   });
   return scans;
 }
@@ -85,10 +104,6 @@ void choose_and_round(Trier& trier, const SeriesSample& sample, const LatticeWis
   plan.choice = std::move(choice);
 }
 
-} // namespace
-
-namespace {
-
 // What an import promises that was asked for nothing: in the mean and at the worst sample.
 constexpr ErrorBound kUsual{.psnr = 50, .share = .02, .outside_air = true};
 
@@ -106,11 +121,11 @@ double largest_error(const ErrorBound& bound, const ChannelScan& scan) {
 // The root mean square error that a PSNR leaves to wavelets, over all samples: codes are rounded, too, and
 // the missing ones, or air where it is not to count, have none. For a constant any will do.
 double wavelet_error(const ErrorBound& bound, const ChannelScan& scan) {
-  constexpr double kRounding = .995, kDecibels = 20;
+  constexpr double kRounding = .995;
   const double range = range_of(scan);
   const uint64_t counted = (bound.outside_air ? scan.relevant : scan.samples) - scan.nonfinite;
   const double part = counted > 0 ? static_cast<double>(counted) / static_cast<double>(scan.samples) : 1;
-  return (range > 0 ? range : 1) * kRounding * std::sqrt(part) / std::pow(10.0, bound.psnr / kDecibels);
+  return (range > 0 ? range : 1) * kRounding * std::sqrt(part) / errors_in_peak(bound.psnr);
 }
 
 // Does an import ask for nothing that only samples on a lattice have?
@@ -134,11 +149,11 @@ bool holds_slab(const Device& device, const Unsettled& unsettled, const SeriesDe
 // samples? Where nearly every integer has to come back, these do (tests/bench/notes/coder.md).
 bool suits_wavelets(const ErrorBound& bound, const Channel& channel, const ChannelScan& scan, double air) {
   constexpr double kSteps = 1.5, kMeanSteps = .2; // of integers
-  constexpr double kShare = 1.0 / (1 << 14), kMeanShare = 1e-4, kDecibels = 20;
+  constexpr double kShare = 1.0 / (1 << 14), kMeanShare = 1e-4;
   const double step = source_step(channel), range = range_of(scan), codes = range_with_air(scan, air);
   if (range == 0) return false;
   if (bound.abs > 0) return bound.abs >= std::max(kSteps * step, kShare * codes);
-  return range * std::pow(10.0, -bound.psnr / kDecibels) >= std::max(kMeanSteps * step, kMeanShare * codes);
+  return range / errors_in_peak(bound.psnr) >= std::max(kMeanSteps * step, kMeanShare * codes);
 }
 
 bool suits_wavelets(const ErrorBound& bound, const SeriesDescription& s, const WriterSettings& settings,
@@ -173,8 +188,7 @@ void settle_wavelets(FrameReader& reader, const Device& device, const Unsettled&
   constexpr double kTypical = .15; // of a bound; steps are right for others, too
   const SeriesDescription& s = reader.description();
   const bool goes_on = !settings.wavelet_errors.empty(); // as the file does
-  const auto ranged = [&](const Channel& channel) { return needs_range(channel, settings); };
-  if (goes_on && (unsettled.everything || std::any_of(s.channels.begin(), s.channels.end(), ranged)))
+  if (plan.scans.empty() && (!goes_on || unsettled.everything || need_ranges(s, settings)))
     plan.scans = scan_series(reader, settings, unsettled.progress);
   if (goes_on) return;
   if (unsettled.auto_lattice) {
@@ -184,16 +198,14 @@ void settle_wavelets(FrameReader& reader, const Device& device, const Unsettled&
   plan.wavelets = bound, plan.still = false;
   settings.store = BCCSPLAT_STORE_WAVELETS;
   settings.psnr = bound.psnr, settings.abs_error = bound.abs;
-  if (plan.scans.empty()) plan.scans = scan_series(reader, settings, unsettled.progress);
-  std::vector<double> air;
-  for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
   for (const ChannelScan& scan : plan.scans) {
     settings.wavelet_errors.push_back(bound.psnr > 0 ? wavelet_error(bound, scan) : kTypical * bound.abs);
     settings.abs_errors.push_back(largest_error(bound, scan));
   }
   settings.steps = steps_of_codes(s, settings, plan.scans);
   if (bound.psnr > 0) return;
-  const double share = choose_wavelet_share(reader, device, settings, plan.scans, air, *unsettled.progress);
+  const double share = choose_wavelet_share(reader, device, settings, plan.scans,
+                                            air_of_channels(s, settings), *unsettled.progress);
   settings.wavelet_errors.assign(s.channels.size(), share * bound.abs);
 }
 
@@ -224,10 +236,8 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   const ErrorBound& bound = unsettled.bound;
   if (settings.store == BCCSPLAT_STORE_WAVELETS)
     return settle_wavelets(reader, device, unsettled, bound, settings, plan);
-  const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
-                                  [&](const Channel& c) { return needs_range(c, settings); });
   const bool open = leaves_store(unsettled, settings, s) && holds_slab(device, unsettled, s, settings);
-  if (unsettled.everything || ranged || bound.any() || open)
+  if (unsettled.everything || need_ranges(s, settings) || bound.any() || open)
     plan.scans = scan_series(reader, settings, unsettled.progress);
   const bool rounded = !bound.any() && rounds(unsettled, settings, s);
   bool chosen =
@@ -236,28 +246,29 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   plan.still = still && has_cartesian(settings.kernel);
   const bool levels = plan.levels.automatic && settings.levels > 0;
   const bool kept = !unsettled.auto_lattice && is_source_grid(shape_of(settings, s)); // labels whole, if any
-  if (!open && !unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels &&
-      !still && !kept)
-    return;
+  const auto nothing_to_try = [&] {
+    return !unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale;
+  };
+  if (nothing_to_try() && !open && !levels && !still && !kept) return;
 
-  std::vector<double> air;
-  for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
+  const std::vector<double> air = air_of_channels(s, settings);
   Watch& watch = *unsettled.progress;
   SeriesSample sample =
       sample_series(reader, air, bound.any() && !open ? SampleSize{} : size_to_choose(s.dims), watch);
   if (settings.labels.empty()) settings.labels = find_labels(s, sample, air, watch); // else the file says it
   const std::vector<bool> labels = settings.labels;
-  if (s.blended && std::find(labels.begin(), labels.end(), true) != labels.end())
+  if (s.blended && any_labels(labels))
     fail(Code::invalid_argument, s.files.front().path,
          ": it has labels, and --gaps interpolate blends them: hold or skip");
+  const auto look_closely = [&] {
+    plan.spectra = spectra_of(s, sample, air, settings, watch), plan.motion = voxels_a_frame(sample);
+  };
   bool exact = false; // the source's samples as they are, as these take less than wavelets
   if (plan.levels.automatic || kept || keeps_grid(unsettled, settings, labels))
     refuse_levels(s, labels, settings, plan);
   const ErrorBound promise = bound.any() ? bound : kUsual;
-  if (open && std::find(labels.begin(), labels.end(), true) == labels.end() &&
-      suits_wavelets(promise, s, settings, plan.scans)) {
-    if (unsettled.everything)
-      plan.spectra = spectra_of(s, sample, air, settings, watch), plan.motion = voxels_a_frame(sample);
+  if (open && !any_labels(labels) && suits_wavelets(promise, s, settings, plan.scans)) {
+    if (unsettled.everything) look_closely();
     const WriterSettings samples = settings;
     settle_wavelets(reader, device, unsettled, promise, settings, plan);
     if (bound.any() || !takes_less_exactly(reader, device, settings, plan.scans, air, watch)) return;
@@ -266,9 +277,8 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   if (open && bound.any())
     sample = sample_series(reader, air, {}, watch); // of labels as of what is searched for
   chosen = chosen || exact || (still && keeps_grid(unsettled, settings, labels)); // others have BCC
-  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
-  plan.spectra = spectra_of(s, sample, air, settings, watch);
-  plan.motion = voxels_a_frame(sample);
+  if (nothing_to_try()) return;
+  look_closely();
   // What a dry run has scanned beyond it must not make other choices than an import at once.
   const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;
   Trier trier(device, s, sample, settings, plan.scans.empty() ? sample.ranges : plan.scans, ranges, watch);
