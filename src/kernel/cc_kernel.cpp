@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "kernel/radial.h"
+#include "lattice/lattice.h"
 
 namespace bccsplat {
 namespace {
@@ -103,6 +104,14 @@ CcKernel make_cc_kernel(std::string_view name) {
       k.prefilter_gain *= time.gain;
     }
   return cc;
+}
+
+bool goes_through_samples(const Lattice4& lattice, const Kernel& kernel) {
+  if (lattice.kind != LatticeKind::cc || !interpolates_on_cc(kernel)) return false;
+  const Vec4 step{lattice.space_step[0], lattice.space_step[1], lattice.space_step[2], lattice.time_step};
+  for (size_t a = 0; a < 4; ++a)
+    if (lattice.dims[a] > 1 && step[a] != 1) return false;
+  return true;
 }
 
 double cc_first_wave() { return std::exp(-std::numbers::pi * std::numbers::pi / paper_gaussian); }

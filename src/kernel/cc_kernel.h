@@ -9,6 +9,8 @@
 
 namespace bccsplat {
 
+struct Lattice4; // lattice/lattice.h
+
 // The stages of a CC prefilter read PrefilterStage like this: S is the sum of the 6 spatial neighbours, T of
 // the 2 temporal ones, X the sum of the *samples* (not of the running coefficients) at the 8 corners (+-1,
 // +-1, +-1) around a site. `time` follows the spatial stages and takes what they made for its samples: the
@@ -28,6 +30,9 @@ struct CcKernel {
 [[nodiscard]] CcKernel make_cc_kernel(std::string_view name);
 // Returns whether the field of a kernel goes through the samples of a Cartesian lattice, but for rounding.
 [[nodiscard]] inline bool interpolates_on_cc(const Kernel& kernel) { return kernel.name == "exact"; }
+// Returns whether the field goes through the source's samples as far as they are stored: each of them is a
+// site, and the kernel interpolates these. Planes and layers outside the samples may stand beside them.
+[[nodiscard]] bool goes_through_samples(const Lattice4& lattice, const Kernel& kernel);
 
 // The amplitude of the first wave that the Gaussian's sum along an axis of CC has about its mean, halved.
 [[nodiscard]] double cc_first_wave();

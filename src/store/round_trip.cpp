@@ -161,16 +161,16 @@ ComparedPart part_of(const HeldFrame& held, uint32_t frame, const Lattice4& latt
   return {plane_of(held), held.grid(), frame, lattice.dims, doubt};
 }
 
-// Is the field at each source sample what is stored of it?
-bool goes_through_samples(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
-                          const std::string& kernel) {
+// Are the sites of a layer the samples of a frame, all of which are stored, and the field what they are?
+bool layers_are_frames(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
+                       const std::string& kernel) {
   const bool all_kept =
       std::all_of(channels.begin(), channels.end(), [](const auto& c) { return c.threshold == 0; });
   const Int3 sites = lattice.space.dims(0);
   for (size_t a = 0; a < 3; ++a) // an axis of one sample has two sites
     if (static_cast<uint32_t>(sites[a]) != lattice.dims[a]) return false;
-  return all_kept && kernel == "exact" && !lattice.periodic && lattice.lead == 0 &&
-         lattice.sites_are_samples();
+  return all_kept && !lattice.periodic && lattice.lead == 0 && lattice.sites_are_samples() &&
+         goes_through_samples(lattice, make_kernel(kernel));
 }
 
 } // namespace
@@ -180,7 +180,7 @@ RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel
                      const Context& context, const RoundTripScope& scope)
     : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
       context_(context), scope_(scope) {
-  scope_.at_sites = scope.at_sites && goes_through_samples(lattice, channels, kernel_);
+  scope_.at_sites = scope.at_sites && layers_are_frames(lattice, channels, kernel_);
   for (const RoundTripChannel& c : channels)
     channels_.push_back(
         std::make_unique<Channel>(lattice_, c, kernel_, context.memory.limit() / 4 / channels.size(), scope));
@@ -355,10 +355,7 @@ SampleErrors RoundTrip::compare(const Channel& c, const MeasuredField& field, ui
   const Kernel& kernel = field.field().kernel();
   // Where the field goes through its samples it is as far off there as these are, whatever filters make of
   // others.
-  const bool through = interpolates_on_cc(kernel) && lattice_.kind == LatticeKind::cc &&
-                       lattice_.space_step == Vec3{1, 1, 1} &&
-                       (lattice_.is_static() || lattice_.time_step == 1);
-  const double gain = through ? 1 : kernel.prefilter_gain,
+  const double gain = goes_through_samples(lattice_, kernel) ? 1 : kernel.prefilter_gain,
                doubt = c.options.read_off * gain * largest_site_sum(lattice_.space.bcc);
   if (boxes.size() == 1 && boxes.front().box.is_whole()) {
     const Coefficients& all = field.field();

@@ -142,19 +142,9 @@ void sample_slice(const OpenVolume& volume, uint32_t channel, int64_t frame, con
 
 } // namespace
 
-bool goes_through_samples(const OpenVolume& volume, uint32_t channel) {
-  // Sites may stand beyond faces and ends as well.
-  const Lattice4& lattice = volume.lattice(0);
-  if (lattice.kind != LatticeKind::cc) return false;
-  const Vec4 step{lattice.space_step[0], lattice.space_step[1], lattice.space_step[2], lattice.time_step};
-  for (size_t a = 0; a < 4; ++a)
-    if (lattice.dims[a] > 1 && step[a] != 1) return false;
-  return interpolates_on_cc(volume.kernel()) || is_labels(volume, channel);
-}
-
 void read_frame(const OpenVolume& volume, uint32_t channel, int64_t frame, const SampleBox& box,
                 float* values, const Context& context) {
-  if (goes_through_samples(volume, channel))
+  if (goes_through_samples(volume.lattice(0), volume.kernel()) || is_labels(volume, channel))
     read_samples(volume, channel, frame, box, values, context);
   else
     sample_slice(volume, channel, frame, box, values, context);

@@ -13,10 +13,6 @@ struct SampleBox {
   Int3 begin{}, end{};
 };
 
-// Returns whether the field of a channel goes through the samples that the file has, and these are the
-// source's own.
-[[nodiscard]] bool goes_through_samples(const OpenVolume& volume, uint32_t channel);
-
 // Fills `values`, x fastest; NaN where nothing is. The frame and the box are inside the series. Reads no
 // more than the box where the field goes through its samples; else it cuts a slice of the box.
 void read_frame(const OpenVolume& volume, uint32_t channel, int64_t frame, const SampleBox& box,

@@ -231,6 +231,22 @@ TEST(ExactKernel, SamplesComeBackToRounding) {
   }
 }
 
+TEST(ExactKernel, GoesThroughSamplesThatAreSites) {
+  using enum LatticeKind;
+  const Kernel exact = make_kernel("exact");
+  EXPECT_TRUE(goes_through_samples(Lattice4::fit(cc, {9, 8, 7, 5}), exact));
+  EXPECT_TRUE(goes_through_samples(Lattice4::fit(cc, {9, 8, 7, 1}), exact));
+  EXPECT_TRUE(goes_through_samples(Lattice4::fit(cc, {9, 8, 7, 5}, {1, 1, 1, 1}, 2, {2, 0, 0}), exact));
+  EXPECT_TRUE(goes_through_samples(Lattice4::fit(cc, {9, 1, 7, 5}, {1, 2, 1, 1}), exact)) << "of one sample";
+  EXPECT_FALSE(goes_through_samples(Lattice4::fit(cc, {9, 8, 7, 5}), make_kernel("default")));
+  EXPECT_FALSE(goes_through_samples(Lattice4::fit(d4star, {9, 8, 7, 5}), exact));
+  for (size_t a = 0; a < 4; ++a) {
+    LatticeScales scales{1, 1, 1, 1};
+    scales[a] = 2;
+    EXPECT_FALSE(goes_through_samples(Lattice4::fit(cc, {9, 9, 9, 9}, scales), exact)) << a;
+  }
+}
+
 TEST(ExactKernel, NeighboursInSpaceFallByOneFactor) {
   const RadialKernel phi = make_cc_kernel("exact").kernel.space;
   const double fall = phi.value(1) / phi.value(0);
