@@ -223,7 +223,7 @@ Trail make_trail(const OpenVolume& volume, const OpenSlice& slice, const TrailOp
   HypersliceOptions reads = slice.cut;
   if (options.content == TrailContent::maximum) reads.thickness = {1, ThicknessKind::maximum};
   const auto coefficients = volume.coefficients(slice.channel, slice.slice.kernel.name.c_str(), slice.level,
-                                                reads.reads(volume.lattice(slice.level)));
+                                                reads.reads(volume.lattice(slice.level), slice.slice.kernel));
   const std::vector<Still> stills = plan_trail(*coefficients, slice.slice, options, slice.cut);
   std::vector<CutPlan> plans;
   for (const Still& s : stills) plans.push_back(s.plan);

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "field/corrections.h"
 #include "field/evaluate.h"
+#include "field/footprint/patch.h"
 #include "kernel/cc_kernel.h"
 #include "slice/axis_slice.h"
 #include "slice/even_slice.h"
@@ -136,6 +137,20 @@ void place_at_instant(CutPlan& plan, double frame) {
       own ? std::vector<LayerWeight>{{*own, 1}} : instant_weights(lattice, coefficients.kernel(), frame);
 }
 
+// Sites that a kernel of the first coarser slice, for pictures, and its low-pass look at beyond a box.
+constexpr int coarser_sites = 8;
+
+// A length in lattice units, as sites of a coset.
+int sites_of(const Lattice4& lattice, double length) {
+  return static_cast<int>(std::ceil(length / coset_pitch(lattice.space)));
+}
+
+// How many sites further the coefficients of a slice look that are made of what it is at its sites.
+int filtered_sites(const Lattice4& lattice, const Kernel& kernel) {
+  if (!lattice.space.bcc) return prefilter_reach(make_cc_kernel(kernel.name).kernel.prefilter3).space;
+  return (prefilter_reach(kernel.prefilter3).space + 1) / 2; // of planes
+}
+
 void place_in_time(CutPlan& plan, const std::array<double, 2>& interval) {
   const Lattice4& lattice = plan.coefficients->source().lattice();
   const auto [t0, t1] = plan.frames = clipped_interval(lattice, plan.position, interval);
@@ -155,11 +170,14 @@ void place_in_time(CutPlan& plan, const std::array<double, 2>& interval) {
 
 } // namespace
 
-BrickBox HypersliceOptions::reads(const Lattice4& lattice) const {
+BrickBox HypersliceOptions::reads(const Lattice4& lattice, const Kernel& kernel) const {
   if (!box) return {};
-  const bool filtered = thickness.length > 0 && thickness.kind == ThicknessKind::maximum;
-  return bricks_around(even ? index_box(*box, *even) : *box, lattice,
-                       filtered ? BeyondBox::prefilter : BeyondBox::field);
+  const int field = sites_in_reach(lattice, kernel);
+  int sites = std::max(coarser_sites, field);
+  if (even) sites = std::max(sites, field + sites_of(lattice, looked_beyond));
+  if (thickness.length > 0 && thickness.kind == ThicknessKind::maximum) // filtered of the field at its sites
+    sites += field + filtered_sites(lattice, kernel);
+  return bricks_around(even ? index_box(*box, *even) : *box, lattice, sites);
 }
 
 CutPlan CutPlan::instant(double frame) const {

@@ -24,8 +24,6 @@ constexpr int planes_beyond = 2;
 // Planes for each pair of the closest samples, in those of the slice: what its kernel loses where the field
 // is as rough as they can hold stays below that of its own samples (tests/unit/slice/even_slice_test.cpp).
 constexpr double planes_per_sample = 1.25;
-// Sites further than this from the domain (lattice units) matter to nothing in it.
-constexpr double looked_beyond = 8;
 constexpr double plane_rounding = 1e-9;
 // Sampling is about this part of the work, for reports of progress; filtering is the rest.
 constexpr double evenly_sampled = 0.8;

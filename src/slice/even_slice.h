@@ -15,6 +15,8 @@ namespace bccsplat {
 // A lattice of more planes along an axis than so many times those of the slice is not made, nor one that
 // takes more than half of the memory budget, or 4 GiB: what is lacking, the slice tells.
 inline constexpr double most_refined = 32;
+// What is further than this from the domain (lattice units) matters to nothing in it.
+inline constexpr double looked_beyond = 8;
 // Returns how many planes such a lattice has for one of an even axis, as fine as is wanted.
 [[nodiscard]] double wanted_refinement(const UnevenAxes& axes, size_t axis);
 

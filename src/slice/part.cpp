@@ -5,13 +5,12 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "field/footprint/patch.h"
 
 namespace bccsplat {
 namespace {
 
 constexpr char axis_name[] = "xyz";
-// Sites of a coset: a kernel takes at most four in a row, and so does the low-pass of coarser slices.
-constexpr int field_sites = 8;
 
 } // namespace
 
@@ -26,17 +25,22 @@ IndexBox clip_to_samples(const IndexBox& box, const Lattice4& lattice) {
   return inside;
 }
 
-BrickBox bricks_around(const IndexBox& box, const Lattice4& lattice, BeyondBox beyond) {
-  const int margin = field_sites + (beyond == BeyondBox::prefilter ? brick_edge : 0);
+int sites_in_reach(const Lattice4& lattice, const Kernel& kernel) {
+  const double other_coset = lattice.space.bcc ? 0.5 : 0; // whose sites stand so far from those of coset 0
+  return static_cast<int>(std::ceil(kernel.space.radius / coset_pitch(lattice.space) + other_coset));
+}
+
+BrickBox bricks_around(const IndexBox& box, const Lattice4& lattice, int sites) {
+  constexpr double rounding = 1e-6; // of sites
   const int per_site = lattice.space.bcc ? 2 : 1;
   BrickBox bricks;
   for (size_t a = 0; a < 3; ++a) {
     const auto site = [&](double position) {
-      const double plane = position / lattice.space_step[a] + lattice.before[a];
-      return static_cast<int>(std::floor(plane / per_site));
+      return (position / lattice.space_step[a] + lattice.before[a]) / per_site;
     };
-    bricks.begin[a] = std::max(0, site(box.begin[a]) - margin) / brick_edge;
-    bricks.end[a] = (site(box.end[a]) + margin) / brick_edge + 1;
+    const int first = static_cast<int>(std::floor(site(box.begin[a]) - rounding)) - sites,
+              last = static_cast<int>(std::floor(site(box.end[a]) + rounding)) + sites;
+    bricks.begin[a] = std::max(0, first) / brick_edge, bricks.end[a] = last / brick_edge + 1;
   }
   return go_round(bricks, lattice.space);
 }

@@ -18,14 +18,10 @@ struct IndexBox {
 // nothing does.
 [[nodiscard]] IndexBox clip_to_samples(const IndexBox& box, const Lattice4& lattice);
 
-// Who looks at coefficients beyond the box.
-enum class BeyondBox : uint8_t {
-  field,    // its kernel, and the low-pass of the first coarser slice
-  prefilter // one that makes coefficients of what the field is at its sites, too
-};
-
-// The bricks whose coefficients a slice in the box needs.
-[[nodiscard]] BrickBox bricks_around(const IndexBox& box, const Lattice4& lattice, BeyondBox beyond);
+// How many sites of a coset, on either side of it, a point's value and gradient depend on.
+[[nodiscard]] int sites_in_reach(const Lattice4& lattice, const Kernel& kernel);
+// The bricks that hold so many sites on either side of the box, too.
+[[nodiscard]] BrickBox bricks_around(const IndexBox& box, const Lattice4& lattice, int sites);
 
 // Makes the box the domain of a time slice.
 void cut_to_box(Slice& slice, const IndexBox& box);

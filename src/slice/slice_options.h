@@ -38,7 +38,8 @@ struct HypersliceOptions {
   // A moment of a series is merged when its bricks are first looked at, where it has no holes; until then its
   // bounds are those of all moments between the same layers.
   bool merge_later = false;
-  [[nodiscard]] BrickBox reads(const Lattice4& lattice) const;
+  // kernel: in any lattice's form.
+  [[nodiscard]] BrickBox reads(const Lattice4& lattice, const Kernel& kernel) const;
 
   [[nodiscard]] bool has_interval() const { return interval[0] != 0 || interval[1] != 0; }
 };

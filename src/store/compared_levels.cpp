@@ -121,7 +121,8 @@ class LevelComparison {
     }
     // Samples in all places relative to those of the level.
     const HeldGrid held = held_grid(samples, level == 1 ? 3 : 5);
-    const Coefficients fine = field(channel, 0, bricks_around(around, info_.lattice, BeyondBox::field)),
+    const int reach = sites_in_reach(info_.lattice, make_kernel(info_.recommended_kernel));
+    const Coefficients fine = field(channel, 0, bricks_around(around, info_.lattice, reach)),
                        coarse = field(channel, level, bricks);
     const Slice slice = time_slice(fine, frame, {0, 0}, {}, context_);
     const std::vector<float> values = values_at(slice, held);

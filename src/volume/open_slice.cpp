@@ -32,7 +32,7 @@ SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const cha
                            const Hyperplane& plane, const HypersliceOptions& cut, bool keep) {
   (void)volume.lattice(level);                            // refuses what is beyond the last one
   if (level > 0 && is_labels(volume, channel)) level = 0; // of whose means the others are made
-  const BrickBox region = cut.reads(volume.lattice(level));
+  const BrickBox region = cut.reads(volume.lattice(level), volume.kernel_of(kernel));
   return {channel, level, plane, cut, volume.coefficients(channel, kernel, level, region, keep)};
 }
 

@@ -52,6 +52,10 @@ IndexBox box_around(std::span<const Vec4> points, const Lattice4& lattice) {
   return box;
 }
 
+BrickBox bricks_of_values(std::span<const Vec4> points, const Lattice4& lattice, const Kernel& kernel) {
+  return bricks_around(box_around(points, lattice), lattice, sites_in_reach(lattice, kernel));
+}
+
 double part_of_bricks(const BrickBox& box, const Lattice3& lattice) {
   double part = 1;
   for (size_t a = 0; a < 3; ++a) {
@@ -247,7 +251,7 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients(uint32_t channel_in
 
 double OpenVolume::share_around(std::span<const Vec4> points) const {
   const Lattice4& lattice = this->lattice(0);
-  return part_of_bricks(bricks_around(box_around(points, lattice), lattice, BeyondBox::field), lattice.space);
+  return part_of_bricks(bricks_of_values(points, lattice, kernel_), lattice.space);
 }
 
 std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel_index,
@@ -255,7 +259,7 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel
   constexpr double few = 0.25; // of all bricks
   std::shared_ptr<const Coefficients> all = coefficients(channel_index, nullptr, 0, BrickBox{});
   const Lattice4& lattice = this->lattice(0);
-  const BrickBox region = bricks_around(box_around(points, lattice), lattice, BeyondBox::field);
+  const BrickBox region = bricks_of_values(points, lattice, kernel_);
   const double share = part_of_bricks(region, lattice.space);
   const std::scoped_lock lock(mutex_);
   Probed& probed = probed_[channel_index];

@@ -62,6 +62,8 @@ class OpenVolume {
   [[nodiscard]] const Corrections* corrections(uint32_t channel) const { return corrections_[channel].get(); }
   [[nodiscard]] const Masks* masks(uint32_t channel) const { return masks_[channel].get(); }
 
+  // Returns a kernel by its name; null or "": the volume's.
+  [[nodiscard]] Kernel kernel_of(const char* name) const;
   // Coefficients of a channel under a kernel at a level; null or "": the volume's. Made once, kept with the
   // volume. They come with the file's masks, and at level 0 under the file's own kernel with its corrections.
   [[nodiscard]] const Coefficients& coefficients(uint32_t channel, const char* kernel_name,
@@ -97,7 +99,6 @@ class OpenVolume {
     std::shared_ptr<const Coefficients> coefficients;
   };
   void take_over_coefficients(const OpenVolume& older, const UnchangedSlabs& unchanged);
-  [[nodiscard]] Kernel kernel_of(const char* name) const; // the volume's where there is no name
   [[nodiscard]] std::unique_ptr<Coefficients> make_coefficients(uint32_t channel, Kernel kernel,
                                                                 uint32_t level, const BrickBox& region,
                                                                 uint64_t cache) const;

@@ -153,7 +153,7 @@ void box_rows(const Row& head, const WrittenSeries& w, const MomentOptions& o, s
     options.box = IndexBox{{middle - half, middle - half, middle - half},
                            {middle + half, middle + half, middle + half}};
     const Coefficients field(volume.samples, 0, volume.kernel, 0, volume.share.coefficients,
-                             options.reads(volume.samples.lattice()));
+                             options.reads(volume.samples.lattice(), volume.kernel));
     const auto cut = [&](double at) {
       return cpu_seconds([&] {
         (void)hyperslice(field, {0, 0, 0, 1, -at}, options, {}, volume.context.get());

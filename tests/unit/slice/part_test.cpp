@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <string>
+#include <tuple>
 
 #include "base/error.h"
 #include "field/evaluate.h"
@@ -61,7 +64,7 @@ class Part : public testing::TestWithParam<LatticeKind> {
 TEST_P(Part, IsTheWholeSliceInItsBox) {
   HypersliceOptions in_box;
   in_box.box = box;
-  const BrickBox region = in_box.reads(lattice);
+  const BrickBox region = in_box.reads(lattice, kernel);
   const Slice part = slice(in_box, region), whole = slice({}, {});
   for (size_t a = 0; a < 3; ++a) {
     EXPECT_NEAR(part.lattice_to_slice.point(part.domain_begin)[a], box.begin[a], 1e-12);
@@ -86,7 +89,7 @@ TEST_P(Part, IsTheWholeSliceInItsBox) {
 TEST_P(Part, NeedsTheBricksItAsksFor) {
   HypersliceOptions in_box;
   in_box.box = IndexBox{{20, 70.5, 0}, {33, 110, 12.25}};
-  BrickBox region = in_box.reads(lattice);
+  BrickBox region = in_box.reads(lattice, kernel);
   const auto at = points(slice(in_box, region));
   const Field right = field(slice(in_box, region), at);
   region.begin[1] += 2;
@@ -98,7 +101,7 @@ TEST_P(Part, HoldsTheMaximumOfAThickness) {
   HypersliceOptions in_box, everywhere;
   in_box.box = box;
   in_box.thickness = everywhere.thickness = {2, ThicknessKind::maximum};
-  const BrickBox region = in_box.reads(lattice);
+  const BrickBox region = in_box.reads(lattice, kernel);
   const Slice part = slice(in_box, region), whole = slice(everywhere, {});
   const auto at = points(part);
   const Field a = field(part, at), b = field(whole, at);
@@ -117,6 +120,72 @@ TEST_P(Part, BelongsToTimeSlices) {
 
 INSTANTIATE_TEST_SUITE_P(Lattices, Part, testing::Values(LatticeKind::d4star, LatticeKind::cc),
                          [](const auto& kind) { return kind.param == LatticeKind::cc ? "cc" : "d4star"; });
+
+// Values alone, under each kernel on each lattice: a box of few sites that goes through all places in a
+// brick.
+class PartOfValues : public testing::TestWithParam<std::tuple<LatticeKind, std::string>> {};
+
+TEST_P(PartOfValues, NeedsTheReachOfItsKernel) {
+  const auto& [kind, name] = GetParam();
+  TestContext context;
+  const bool moves = kind != LatticeKind::bcc;
+  const Lattice4 lattice =
+      Lattice4::fit(kind, {80, 72, 70, moves ? 5u : 1u}, {1, 1.1, 0.95, 1}, 0, {2, 0, 4});
+  const MemorySamples samples =
+      test::sample_field(lattice, test::in_lattice_units(lattice, test::PlaneWaves{5, 0.6, 7}));
+  const Kernel kernel = make_kernel(name);
+  const int reach = sites_in_reach(lattice, kernel);
+  EXPECT_LE(reach, 3);
+  const auto cut = [&](const HypersliceOptions& options, const BrickBox& region) {
+    const Coefficients coefficients(samples, 0, kernel, 0, large_cache, region);
+    return hyperslice(coefficients, {0, 0, 0, 1, moves ? -1.7 : 0.0}, options, {}, context.get());
+  };
+  const auto values_at = [](const Slice& slice, const std::vector<Vec3>& at) {
+    std::vector<float> values(at.size());
+    std::vector<std::array<float, 3>> gradients(at.size());
+    (void)evaluate(slice, at, values, gradients);
+    return std::pair(values, gradients);
+  };
+  const Slice whole = cut({}, {});
+  const double width = lattice.space.bcc ? 2 : 1; // of a site, in planes
+  bool less_differs = false;
+  for (int n = 0; n < brick_edge; ++n) {
+    HypersliceOptions in_box;
+    IndexBox& box = in_box.box.emplace();
+    for (size_t a = 0; a < 3; ++a) {
+      box.begin[a] = (18 + n * width) * lattice.space_step[a];
+      box.end[a] = box.begin[a] + (n % 3) * lattice.space_step[a];
+    }
+    const Slice part = cut(in_box, bricks_around(box, lattice, reach));
+    std::vector<Vec3> at;
+    for (int i = 0; i < 64; ++i) {
+      Vec3 p;
+      for (size_t a = 0; a < 3; ++a)
+        p[a] = part.domain_begin[a] + (i >> (2 * a) & 3) / 3.0 * (part.domain_end[a] - part.domain_begin[a]);
+      at.push_back(p);
+    }
+    EXPECT_EQ(values_at(part, at), values_at(whole, at)) << n;
+    less_differs = less_differs ||
+                   values_at(cut(in_box, bricks_around(box, lattice, reach - 2)), at) != values_at(whole, at);
+  }
+  EXPECT_TRUE(less_differs);
+}
+
+const auto name_of_values = [](const auto& of) {
+  std::string name = std::get<1>(of.param);
+  std::replace(name.begin(), name.end(), '+', '_');
+  return (std::get<0>(of.param) == LatticeKind::d4star ? "d4star_" : "") + name;
+};
+INSTANTIATE_TEST_SUITE_P(Bcc, PartOfValues,
+                         testing::Combine(testing::Values(LatticeKind::d4star, LatticeKind::bcc),
+                                          testing::Values("fast", "default", "fine", "paper", "gauss09",
+                                                          "radial18+b4")),
+                         name_of_values);
+INSTANTIATE_TEST_SUITE_P(Cc, PartOfValues,
+                         testing::Combine(testing::Values(LatticeKind::cc),
+                                          testing::Values("fast", "default", "exact", "paper",
+                                                          "radial18+b4")),
+                         name_of_values);
 
 TEST(PartBox, IsClippedToTheSamples) {
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {10, 20, 30, 8});

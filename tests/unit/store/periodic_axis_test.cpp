@@ -254,7 +254,7 @@ TEST(PeriodicAxis, BoxesCoarserSlicesAndPointsGoRound) {
   for (const double from : {0.0, 40.0}) {
     HypersliceOptions options;
     options.box = IndexBox{{from, 2, 2}, {from + 8, 12, 12}};
-    const BrickBox region = options.reads(file.lattice());
+    const BrickBox region = options.reads(file.lattice(), file.coefficients->kernel());
     const Coefficients some(file.samples, 0, file.coefficients->kernel(), 0, 64 << 20, region);
     const Slice part = hyperslice(some, now, options, {}, context);
     for (double x = from; x <= from + 8; x += 0.37) {
