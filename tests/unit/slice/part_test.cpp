@@ -130,7 +130,7 @@ TEST_P(PartOfValues, NeedsTheReachOfItsKernel) {
   TestContext context;
   const bool moves = kind != LatticeKind::bcc;
   const Lattice4 lattice =
-      Lattice4::fit(kind, {80, 72, 70, moves ? 5u : 1u}, {1, 1.1, 0.95, 1}, 0, {2, 0, 4});
+      Lattice4::fit(kind, {62, 66, 58, moves ? 3u : 1u}, {1, 1.1, 0.95, 1}, 0, {2, 0, 4});
   const MemorySamples samples =
       test::sample_field(lattice, test::in_lattice_units(lattice, test::PlaneWaves{5, 0.6, 7}));
   const Kernel kernel = make_kernel(name);
@@ -168,7 +168,8 @@ TEST_P(PartOfValues, NeedsTheReachOfItsKernel) {
     less_differs = less_differs ||
                    values_at(cut(in_box, bricks_around(box, lattice, reach - 2)), at) != values_at(whole, at);
   }
-  EXPECT_TRUE(less_differs);
+  // Without a prefilter samples are taken as memory has them, all of them.
+  EXPECT_EQ(less_differs, !kernel.prefilter4.empty());
 }
 
 const auto name_of_values = [](const auto& of) {
