@@ -87,17 +87,22 @@ uint64_t Corrections::count() const {
   return sum;
 }
 
-void Corrections::each(int64_t number, const std::function<void(const Int3&, float)>& body) const {
+void Corrections::each(int64_t number, const std::function<void(const Int3&, float)>& body, const Int3& begin,
+                       const Int3& end) const {
   const auto f = frame(number);
   f->whole.each(body);
   Attempts attempts;
-  for (const CorrectionBrick& entry : f->table)
+  for (const CorrectionBrick& entry : f->table) {
+    const Int3 from = geometry_.origin(entry.brick);
+    bool meets = true;
+    for (size_t a = 0; a < 3; ++a) meets = meets && from[a] < end[a] && from[a] + correction_edge > begin[a];
+    if (!meets) continue;
     attempts.attempt([&] {
-      const Int3 from = geometry_.origin(entry.brick);
       brick(number, entry)->each([&](const Int3& at, float value) {
         body({from[0] + at[0], from[1] + at[1], from[2] + at[2]}, value);
       });
     });
+  }
   attempts.throw_if_waiting();
 }
 

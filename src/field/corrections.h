@@ -43,8 +43,10 @@ class Corrections {
   // there were.
   uint64_t add_to_points(std::span<const Vec4> points, std::span<float> values,
                          std::span<std::array<float, 4>> gradients, const Context& context) const;
-  // Calls body(source sample, value) for all corrections of a frame.
-  void each(int64_t frame, const std::function<void(const Int3&, float)>& body) const;
+  // Calls body(source sample, value) for all corrections of a frame. begin, end: those of the box between
+  // them, and of what else is read with these.
+  void each(int64_t frame, const std::function<void(const Int3&, float)>& body, const Int3& begin = {},
+            const Int3& end = {INT32_MAX, INT32_MAX, INT32_MAX}) const;
   // The same for values, air included, of samples that lie in holes of the lattice.
   void each_set(int64_t frame, const std::function<void(const Int3&, float)>& body) const;
 

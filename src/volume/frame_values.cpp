@@ -110,9 +110,10 @@ void read_samples(const OpenVolume& volume, uint32_t channel, int64_t frame, con
   }
   if (corrections) {
     attempts.attempt([&] {
-      corrections->each(frame, [&](const Int3& at, float value) {
+      const auto add = [&](const Int3& at, float value) {
         if (float* const found = box.at(at); found && !std::isnan(*found)) *found += value;
-      });
+      };
+      corrections->each(frame, add, samples.begin, samples.end);
     });
     attempts.attempt([&] {
       corrections->each_set(frame, [&](const Int3& at, float value) {

@@ -183,6 +183,18 @@ struct CountedFile {
   }
 };
 
+// What is read of a file after it was opened.
+template<class Look> uint64_t bytes_read(const TestDevice& device, const Bytes& bytes, const Look& look) {
+  CountedFile file{bytes};
+  const bccsplat_read_stream stream = file.stream();
+  bccsplat_volume* volume = nullptr;
+  EXPECT_EQ(bccsplat_volume_open_stream(device.device, &stream, nullptr, &volume), BCCSPLAT_OK);
+  file.read = 0;
+  look(volume);
+  bccsplat_volume_release(volume);
+  return file.read;
+}
+
 TEST(ReadFrame, ReadsTheBoxAndTheFrameAlone) {
   const TestDevice device;
   std::mt19937 random(7);
@@ -192,16 +204,7 @@ TEST(ReadFrame, ReadsTheBoxAndTheFrameAlone) {
       });
   const Written w = write_frames(device, s, on_own_grid(BCCSPLAT_STORE_WAVELETS), in_codes());
   ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
-  const auto bytes_of = [&](auto&& look) {
-    CountedFile file{w.bytes};
-    const bccsplat_read_stream stream = file.stream();
-    bccsplat_volume* volume = nullptr;
-    EXPECT_EQ(bccsplat_volume_open_stream(device.device, &stream, nullptr, &volume), BCCSPLAT_OK);
-    file.read = 0;
-    look(volume);
-    bccsplat_volume_release(volume);
-    return file.read;
-  };
+  const auto bytes_of = [&](const auto& look) { return bytes_read(device, w.bytes, look); };
   const std::array<double, 6> place{66, 4, 4, 97, 35, 35};
   const uint64_t sliced = bytes_of([&](bccsplat_volume* volume) {
     auto options = sized<bccsplat_slice_options>();
@@ -220,6 +223,30 @@ TEST(ReadFrame, ReadsTheBoxAndTheFrameAlone) {
   });
   EXPECT_GT(read, 0u);
   EXPECT_LT(read, sliced / 3);
+}
+
+// Nearly every sample has a correction: those of all bricks would be a quarter of what a frame reads.
+TEST(ReadFrame, ReadsTheCorrectionsOfTheBoxAlone) {
+  const TestDevice device;
+  std::mt19937 random(5);
+  const Source s = source_of({320, 12, 12, 2}, BCCSPLAT_TYPE_F32, [&](double, double, double, double) {
+    return static_cast<double>(random() % 20000) / 100;
+  });
+  const Written w = write_frames(device, s, on_own_grid(BCCSPLAT_STORE_SAMPLES, .05), in_codes());
+  ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+  std::vector<float> values(s.frame_samples());
+  const auto read = [&](const Box& box) {
+    return bytes_read(device, w.bytes, [&](bccsplat_volume* volume) {
+      EXPECT_EQ(bccsplat_volume_read_frame(volume, 0, 1, box[0].data(), box[1].data(), values.data()),
+                BCCSPLAT_OK);
+    });
+  };
+  const uint64_t all = read({{{0, 0, 0}, {320, 12, 12}}}), some = read({{{130, 2, 3}, {140, 9, 11}}});
+  EXPECT_LT(some, all / 6);
+  for (size_t n = 0, z = 3; z < 11; ++z)
+    for (size_t y = 2; y < 9; ++y)
+      for (size_t x = 130; x < 140; ++x)
+        ASSERT_NEAR(values[n++], s.values[((12 + z) * 12 + y) * 320 + x], .05 + 1e-5);
 }
 
 TEST(ReadFrame, RefusesWhatIsNotThere) {
