@@ -64,12 +64,20 @@ double asked_wavelet_error(const WriterSettings& s, const ChannelSettings& chann
   return std::isfinite(error) ? error : 0;
 }
 
+// Where a bound is kept by corrections, the error that is chosen for it is none that codes cannot keep.
+double with_rounding(const ChannelSettings& asked, double error, double scale) {
+  constexpr double of_code = .3; // more than the root of 1/12
+  return asked.abs_error > 0 && asked.wavelet_error == 0 ? std::max(error, of_code * scale) : error;
+}
+
 // The root mean square error that a channel's wavelets may have. A series that is appended to keeps its own,
 // unless less is asked for, which is refused later.
 double wavelet_error_of(const WriterSettings& s, const Bcc4Reader* old, size_t channel) {
-  const double asked = asked_wavelet_error(s, s.channels[channel]);
-  const bool known = old && channel < old->info().channels.size();
-  const double stored = known ? old->info().channels[channel].wavelet_error : 0;
+  double asked = asked_wavelet_error(s, s.channels[channel]), stored = 0;
+  if (old && channel < old->info().channels.size()) {
+    const ChannelInfo& was = old->info().channels[channel];
+    stored = was.wavelet_error, asked = with_rounding(s.channels[channel], asked, was.scale);
+  }
   if (stored > 0 && (asked == 0 || stored <= asked)) return stored;
   if (asked > 0) return asked;
   fail(Code::invalid_argument, "channel ", s.channels[channel].name,
@@ -163,13 +171,6 @@ void require_wavelet_type(const ChannelInfo& c) {
   if (c.type != ValueType::u8 && c.type != ValueType::u16)
     fail(Code::invalid_argument, "channel ", c.name,
          ": wavelets are of samples stored as U8 or U16; give value_type U16 and the range of the values");
-}
-
-// Where a bound is kept by corrections, the error that is chosen for it is none that codes cannot keep.
-void leave_rounding(const ChannelSettings& asked, ChannelInfo& info) {
-  constexpr double of_code = .3; // more than the root of 1/12
-  if (asked.abs_error > 0 && asked.wavelet_error == 0)
-    info.wavelet_error = std::max(info.wavelet_error, of_code * info.scale);
 }
 
 // Rounded to codes, samples of whole numbers come back as they were where they are off by less than half a
@@ -350,8 +351,9 @@ void WriterOpening::settle(bool frames, uint32_t first_channel, SourceType first
   if (s.wavelets) {
     for (const ChannelInfo& c : info.channels) require_wavelet_type(c);
     for (size_t c = 0; c < s.channels.size(); ++c) {
-      leave_rounding(s.channels[c], info.channels[c]);
-      info.channels[c].linear = old_ ? old_->info().channels[c].linear : is_linear(info, info.channels[c]);
+      ChannelInfo& of = info.channels[c];
+      of.wavelet_error = with_rounding(s.channels[c], of.wavelet_error, of.scale);
+      of.linear = old_ ? old_->info().channels[c].linear : is_linear(info, of);
     }
   }
   if (frames && !continued_) settle_beyond();

@@ -136,6 +136,21 @@ TEST_F(Append, WaveletsKeepTheirError) {
   }
 }
 
+// The error that is chosen for a bound, which codes must be able to keep, is chosen once more.
+TEST_F(Append, WaveletsGoOnUnderTheBoundThatTheyWereMadeWith) {
+  Variant v{"a bound", BCCSPLAT_TYPE_U8,
+            1,         false,
+            false,     [](bccsplat_writer_options& o) {
+              store_wavelets(o), o.abs_error = .4; }};
+  v.wavelet_error = 0, v.from = 4, v.frames = 9;
+  ASSERT_OK(write(v, whole, first_of(v.frames)));
+  ASSERT_OK(write(v, path, first_of(v.from)));
+  auto all = sized<bccsplat_writer_options>();
+  all.dims[3] = v.frames, all.partial = BCCSPLAT_PARTIAL_APPEND;
+  ASSERT_OK(write(v, path, all));
+  EXPECT_EQ(bytes_of(path), bytes_of(whole));
+}
+
 TEST_F(Append, MakesTheFileOfAllFrames) {
   const Variant variants[] = {
       {"bytes", BCCSPLAT_TYPE_U8},
