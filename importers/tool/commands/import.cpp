@@ -127,8 +127,9 @@ void refuse_other_choices(const ImportArguments& a) {
                                given.empty() ? "" : ": --append goes on as the file was made"));
 }
 
-// Returns what remains to be decided about a series, after what the file has that it is appended to.
-Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesDescription& s,
+// Returns what remains to be decided about a series, after what the file has that goes on; old: null for
+// none.
+Unsettled find_unsettled(ImportArguments& a, const Volume& old, const SeriesDescription& s,
                          const ErrorBound& bound, Watch& watch) {
   Unsettled u;
   u.bound = bound;
@@ -139,14 +140,14 @@ Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesD
   u.open_store = !a.resume.append && a.resume.live == 0; // which new frames alone continue
   u.everything = a.dry_run, u.progress = &watch;
   if (const uint64_t all = machine_memory(); a.common.max_memory == 0 && all > 0) u.memory = all / 2;
-  if (!appends_to_file(a) || bound.any()) return u;
-  if (a.settings.store != BCCSPLAT_STORE_WAVELETS) adopt_error(device, a.output, a.settings);
+  if (!old || bound.any()) return u;
+  if (a.settings.store != BCCSPLAT_STORE_WAVELETS) adopt_error(old, a.settings);
   if (u.auto_lattice && !a.density) {
-    adopt_lattice(device, a.output, a.settings);
+    adopt_lattice(old, a.settings);
     u.auto_lattice = false;
   }
   if (!a.exact && a.settings.quantize == BCCSPLAT_TYPE_DEFAULT) {
-    adopt_steps(device, a.output, s, a.settings);
+    adopt_steps(old, s, a.settings);
     u.exact = true;
   }
   return u;
@@ -274,8 +275,12 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   a.reader.options.max_memory = a.common.max_memory / 4;
   const Device device = create_device(a.common.threads, memory_of_library(a));
   std::unique_ptr<FrameReader> reader = open_input(a);
-  if (appends_to_file(a)) refuse_other_choices(a);
-  if (appends_to_file(a)) reader = continue_series(device, a.output, std::move(reader));
+  Volume old; // the file that goes on
+  if (appends_to_file(a)) {
+    refuse_other_choices(a);
+    old = open_volume(device, a.output, "");
+    reader = continue_series(old, a.output, std::move(reader));
+  }
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
   refuse_place_twice(a, s);
@@ -284,21 +289,21 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   if (!planned) settle_blocks(a, *reader, bound, a.settings);
   if (scattered && !a.common.quiet) warn_of_scattered(s);
 
-  a.settings.own_air =
-      appends_to_file(a) && !a.air ? air_in_file(device, a.output) : dense_air(*reader, a.settings, watch);
+  a.settings.own_air = old && !a.air ? air_in_file(old) : dense_air(*reader, a.settings, watch);
   AppendedFile appended;
-  if (appends_to_file(a)) a.settings.levels = levels_in_file(device, a.output);
-  if (appends_to_file(a) && predictions_are_fixed(device, a.output)) a.settings.fixed_predictions = true;
-  if (appends_to_file(a) && !a.dry_run)
-    appended = open_appended(device, a.output, s, filtering_text(a.settings));
-  if (appends_to_file(a)) refuse_other_ends(device, a.output, a.settings);
+  if (old) {
+    a.settings.levels = volume_info(old).level_count;
+    if (told(old, kPredictions) == "fixed") a.settings.fixed_predictions = true;
+    if (!a.dry_run) appended = read_appended(old, a.output, s, filtering_text(a.settings));
+    refuse_other_ends(old, a.output, a.settings);
+  }
   if (appended.frames == s.dims[3]) {
     report_nothing_new(a, appended.frames);
     return Exit::ok;
   }
 
   ImportPlan plan{s, a.settings};
-  plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a);
+  plan.levels.automatic = !planned && a.auto_levels() && !old;
   plan.levels.scattered = plan.levels.automatic && scattered;
   ImportScope scope;
   scope.output = a.output;
@@ -310,7 +315,9 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     scope.sources = planned->sources;
     take_part(a, device, s, plan.scans, scope);
   } else {
-    settle_import(*reader, device, find_unsettled(a, device, s, bound, watch), a.settings, plan);
+    const Unsettled unsettled = find_unsettled(a, old, s, bound, watch);
+    old.reset(); // before it is replaced
+    settle_import(*reader, device, unsettled, a.settings, plan);
     watch.clear();
     // A bound is checked on every frame.
     if (appended.frames > 1 && !bound.any() && a.settings.abs_error == 0 &&

@@ -5,8 +5,7 @@
 
 namespace bcc4 {
 
-std::map<std::string, double> air_in_file(const Device& device, const std::string& path) {
-  const Volume volume = open_volume(device, path, "");
+std::map<std::string, double> air_in_file(const Volume& volume) {
   std::map<std::string, double> air;
   for (uint32_t c = 0; c < volume_info(volume).channel_count; ++c) {
     const bccsplat_channel_info info = channel_info(volume, c);

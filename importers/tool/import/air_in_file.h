@@ -12,6 +12,6 @@ namespace bcc4 {
 // The attribute that tells the air of a channel where no float is it.
 [[nodiscard]] inline std::string air_attribute(const std::string& channel) { return "import.air." + channel; }
 // A series that is appended to keeps the air it has: that of every channel of a file.
-[[nodiscard]] std::map<std::string, double> air_in_file(const Device& device, const std::string& path);
+[[nodiscard]] std::map<std::string, double> air_in_file(const Volume& volume);
 
 } // namespace bcc4

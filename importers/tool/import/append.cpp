@@ -90,9 +90,8 @@ void require_same_clock(const std::string& path, const Clock& was, const SeriesD
 
 } // namespace
 
-std::unique_ptr<FrameReader> continue_series(const Device& device, const std::string& path,
+std::unique_ptr<FrameReader> continue_series(const Volume& old, const std::string& path,
                                              std::unique_ptr<FrameReader> reader) {
-  const Volume old = open_volume(device, path, "");
   const bccsplat_volume_info info = volume_info(old);
   SeriesDescription d = reader->description();
   const bool placed = d.affine != SeriesDescription{}.affine || !d.spatial_unit.empty();
@@ -129,14 +128,12 @@ std::vector<std::pair<std::string, std::string>> attributes_to_keep(const Volume
 
 } // namespace
 
-AppendedFile open_appended(const Device& device, const std::string& path, const SeriesDescription& series,
+AppendedFile read_appended(const Volume& old, const std::string& path, const SeriesDescription& series,
                            const std::string& filtering) {
-  const Volume old = open_volume(device, path, "");
   const bccsplat_volume_info info = volume_info(old);
-  const char* was = "";
-  if (bccsplat_volume_find_attribute(old.get(), "import.filtering", &was) != BCCSPLAT_OK) was = "";
+  const std::string was = told(old, "import.filtering");
   if (was != filtering)
-    fail_usage(path, ": its frames were filtered with ", *was ? was : "kaiser8",
+    fail_usage(path, ": its frames were filtered with ", was.empty() ? "kaiser8" : was,
                ", the new ones would be with ", filtering.empty() ? "kaiser8" : filtering,
                "; --append needs the same --filter and --lowpass");
   if (info.part_end > 0) fail_usage(path, ": a part of a series; join all parts first, by bcc4 concat");
@@ -184,28 +181,12 @@ namespace {
 std::vector<bool> labels_in_file(const Volume& old) {
   std::vector<bool> labels;
   for (uint32_t c = 0; c < volume_info(old).channel_count; ++c) {
-    const char* said = "";
-    const std::string key = concat("labels.", channel_info(old, c).name);
-    if (bccsplat_volume_find_attribute(old.get(), key.c_str(), &said) != BCCSPLAT_OK) return {};
-    labels.push_back(said == std::string("yes"));
+    const std::string said = told(old, concat("labels.", channel_info(old, c).name).c_str());
+    if (said.empty()) return {};
+    labels.push_back(said == "yes");
   }
   return labels;
 }
-
-} // namespace
-
-bool predictions_are_fixed(const Device& device, const std::string& path) {
-  const char* said = "";
-  const Volume old = open_volume(device, path, "");
-  return bccsplat_volume_find_attribute(old.get(), kPredictions, &said) == BCCSPLAT_OK &&
-         said == std::string_view("fixed");
-}
-
-uint32_t levels_in_file(const Device& device, const std::string& path) {
-  return volume_info(open_volume(device, path, "")).level_count;
-}
-
-namespace {
 
 // The axes across whose faces it has planes.
 int32_t faces_in_file(const bccsplat_volume_info& info) {
@@ -234,8 +215,7 @@ int32_t ends_in_file(const bccsplat_volume_info& info) {
 
 } // namespace
 
-void refuse_other_ends(const Device& device, const std::string& path, const WriterSettings& settings) {
-  const Volume old = open_volume(device, path, "");
+void refuse_other_ends(const Volume& old, const std::string& path, const WriterSettings& settings) {
   const bccsplat_volume_info info = volume_info(old);
   const auto refuse = [&](const char* option) {
     fail_usage(option, ": ", path, " goes on as it was made, and that is different: leave it out");
@@ -254,8 +234,7 @@ void refuse_other_ends(const Device& device, const std::string& path, const Writ
     refuse("--faces");
 }
 
-void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings) {
-  const Volume old = open_volume(device, path, "");
+void adopt_lattice(const Volume& old, WriterSettings& settings) {
   const bccsplat_volume_info info = volume_info(old);
   settings.labels = labels_in_file(old);
   settings.lattice = info.lattice;
@@ -265,8 +244,7 @@ void adopt_lattice(const Device& device, const std::string& path, WriterSettings
   if (settings.ends != BCCSPLAT_ENDS_PERIODIC) settings.ends = ends_in_file(info);
 }
 
-void adopt_error(const Device& device, const std::string& path, WriterSettings& settings) {
-  const Volume old = open_volume(device, path, "");
+void adopt_error(const Volume& old, WriterSettings& settings) {
   const bccsplat_volume_info info = volume_info(old);
   const bool wavelets = info.store == BCCSPLAT_STORE_WAVELETS;
   if (settings.store != BCCSPLAT_STORE_DEFAULT && settings.store != info.store) return;
@@ -281,10 +259,8 @@ void adopt_error(const Device& device, const std::string& path, WriterSettings& 
   if (!bound) settings.abs_errors.clear();
 }
 
-void adopt_steps(const Device& device, const std::string& path, const SeriesDescription& series,
-                 WriterSettings& settings) {
+void adopt_steps(const Volume& old, const SeriesDescription& series, WriterSettings& settings) {
   constexpr double codes = 65000; // at most so many are in use
-  const Volume old = open_volume(device, path, "");
   const size_t count = std::min<size_t>(series.channels.size(), volume_info(old).channel_count);
   std::vector<StepCoding> steps(series.channels.size());
   for (size_t c = 0; c < count; ++c) {
