@@ -1051,6 +1051,25 @@ typedef struct bccsplat_plan bccsplat_plan;
  * a time; frames are asked for in any order, and some more than once. */
 typedef int32_t (*bccsplat_source_fn)(void* user, uint64_t frame, uint32_t channel, void* values);
 
+/* Hears that boxes are no longer in use. */
+typedef void (*bccsplat_release_fn)(void* keeper);
+/* A frame of a channel, or the part of it that was asked for, in the host's memory. */
+typedef struct bccsplat_source_boxes {
+  uint32_t struct_size;
+  uint32_t reserved; /* 0 */
+  /* As of bccsplat_writer_add_frame; they and their values stay until `release`. */
+  const bccsplat_box* boxes;
+  uint64_t count;
+  /* NULL: none; called once, from any thread. */
+  bccsplat_release_fn release;
+  void* keeper;
+} bccsplat_source_boxes;
+/* Gives the samples begin .. end-1 (x, y, z; 3 numbers each) of a frame of a channel as boxes,
+ * without a copy: what no box covers there is air, and what boxes have elsewhere is not looked at.
+ * Non-zero: give up. Called as bccsplat_source_fn is. */
+typedef int32_t (*bccsplat_boxes_fn)(void* user, uint64_t frame, uint32_t channel,
+    const uint64_t* begin, const uint64_t* end, bccsplat_source_boxes* boxes);
+
 /* What a plan needs to know of a channel beside its bccsplat_channel_options. */
 typedef struct bccsplat_plan_channel {
   uint32_t struct_size;
@@ -1058,17 +1077,26 @@ typedef struct bccsplat_plan_channel {
   bccsplat_type type;
   /* Non-zero: NaN is missing data, so that NONFINITE_DEFAULT is NONFINITE_HOLE. */
   int32_t missing;
-  /* 0 */
-  uint32_t reserved;
+  /* BCCSPLAT_CHANNEL_LABELS or _QUANTITIES: what the source says its values are, which the plan
+   * follows and may give up, as where density asks for a lattice that blends labels; 0: found by
+   * looking. */
+  uint32_t kind;
   /* Values are offset + step * integers of the channel's source_type, as of files with a slope; 0:
    * they are the numbers of the source themselves. */
   double step;
   double offset;
+  /* Samples that a sparse source sets, frame by frame, wish->dims[3] numbers: large frames with
+   * next to none get no levels and no wavelets. NULL: not known. */
+  const uint64_t* active;
 } bccsplat_plan_channel;
 
 /* Bits of bccsplat_plan_options.set_mask. */
 enum {
-  BCCSPLAT_PLAN_SET_LEVELS = 1 /* wish->levels are wanted, 0 among them */
+  BCCSPLAT_PLAN_SET_LEVELS = 1,      /* wish->levels are wanted, 0 among them */
+  BCCSPLAT_PLAN_AUTO_TIME_SCALE = 2, /* the distance along time alone is chosen */
+  BCCSPLAT_PLAN_EVERYTHING = 4,      /* finds out all that its JSON can tell */
+  BCCSPLAT_PLAN_ANY_THREAD = 8,      /* frames are read ahead, by another thread, one at a time */
+  BCCSPLAT_PLAN_LARGE_FRAMES = 16    /* frames do not fit the memory: `boxes` gives parts of them */
 };
 
 typedef struct bccsplat_plan_options {
@@ -1084,17 +1112,19 @@ typedef struct bccsplat_plan_options {
    * distances, filter, lowpass, value_type, air_threshold and live at their defaults, without
    * density and exact, gets STORE_WAVELETS where the data suit it (importers/README.md), without a
    * bound of 50 dB outside air and no sample off by more than 2 % of its channel's range. progress
-   * (NULL: none) and cancel_token are looked at by create, too. UNSUPPORTED, as a plan is of the
-   * whole series and finds these itself: part, PARTIAL_APPEND, SET_RANGE, value_step,
-   * wavelet_errors, abs_errors; and channels of several value_types or air_thresholds. */
+   * (NULL: none) and cancel_token are looked at by create, too. Of a series that goes on
+   * (PARTIAL_APPEND) the wish says what its file has: store, lattice and distances; value_step with
+   * SET_RANGE and U16, wavelet_errors of STORE_WAVELETS and abs_errors are kept where they are
+   * given. UNSUPPORTED: part, as a plan is of the whole series; SET_RANGE without value_step;
+   * channels of several value_types (but for those steps) or air_thresholds. */
   const bccsplat_writer_options* wish;
   /* One for each of the wish's channels; NULL: all DEFAULT. */
   const bccsplat_plan_channel* channels;
   /* Times of the frames, wish->dims[3] of them, rising strictly; NULL: 0, 1, 2 ... */
   const double* times;
-  /* Not NULL. */
+  /* Not NULL, unless `boxes` is given. */
   bccsplat_source_fn frame;
-  void* frame_user;
+  void* frame_user; /* of `boxes`, too */
   /* Lattice sites per source sample to choose distances for, up to 4; 0: as the data need, a half
    * where nothing else is asked for. INVALID_ARGUMENT with distances that are given. */
   double density;
@@ -1103,6 +1133,13 @@ typedef struct bccsplat_plan_options {
   int32_t exact;
   /* 0 */
   uint32_t reserved;
+  /* In the place of `frame`; NULL: none. */
+  bccsplat_boxes_fn boxes;
+  /* Bytes that writing may take beside the device's budget, which rules STORE_WAVELETS out where it
+   * would take more; 0: half of the machine's memory. */
+  uint64_t memory;
+  /* What errors name the series by; NULL: "the series". */
+  const char* name;
 } bccsplat_plan_options;
 
 /* Reads the series, as a whole only where ranges or a bound need that, and tries codings on a
@@ -1119,6 +1156,13 @@ BCCSPLAT_API bccsplat_status bccsplat_plan_get_writer_options(
 /* Returns what was chosen and why, in English for people: "d4star, distances 1 x 1 x 1 x 1.4 ...".
  * The text belongs to the plan, until it is refined or released. */
 BCCSPLAT_API bccsplat_status bccsplat_plan_get_text(const bccsplat_plan* plan, const char** text);
+/* Returns what was found and tried until create ended, as JSON. An object with those of these that
+ * are known: "channels" (range, samples, relevant, nonfinite, missing_frames ... of each, where all
+ * frames were read), "labels" (by channel), "spectrum", "motion", "choice" (lattices tried),
+ * "wavelets", "coding" (codings tried for a bound), "still", "no_levels" (why), and "texts" of
+ * these; bcc4 import --dry-run --json shows them. More keys may come. The text belongs to the plan.
+ */
+BCCSPLAT_API bccsplat_status bccsplat_plan_get_json(const bccsplat_plan* plan, const char** json);
 /* After a writer with the plan's options ended with BOUND_NOT_MET at its psnr: makes the steps of
  * the plan finer, and in the end has samples corrected. The file is written again from the start;
  * after three of these calls at most it keeps its psnr. NOT_FOUND where nothing is left to try. */

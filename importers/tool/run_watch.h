@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "choose/watch.h"
+#include "series/watch.h"
 #include "tool/interrupt.h"
 #include "tool/progress.h"
 

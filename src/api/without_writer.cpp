@@ -84,6 +84,9 @@ bccsplat_status bccsplat_plan_get_writer_options(const bccsplat_plan* /*plan*/,
 bccsplat_status bccsplat_plan_get_text(const bccsplat_plan* /*plan*/, const char** /*text*/) {
   return without_writer();
 }
+bccsplat_status bccsplat_plan_get_json(const bccsplat_plan* /*plan*/, const char** /*json*/) {
+  return without_writer();
+}
 bccsplat_status bccsplat_plan_refine(bccsplat_plan* /*plan*/) { return without_writer(); }
 bccsplat_status bccsplat_join_parts(bccsplat_device* /*device*/, uint64_t /*count*/,
                                     const char* const* /*parts*/, const char* /*path*/,

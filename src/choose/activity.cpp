@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "choose/frame_planes.h"
+#include "series/frame_planes.h"
 
 namespace bccsplat::series {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "choose/frame_planes.h"
+#include "series/frame_planes.h"
 #include "series/text.h"
 
 namespace bccsplat::series {
@@ -45,14 +45,15 @@ Moments moments_of(FramePlanes planes, const std::array<uint64_t, 4>& dims, doub
 
 } // namespace
 
-std::map<std::string, double> dense_air(FrameReader& reader, const WriterSettings& settings, Watch& watch) {
+std::map<std::string, double> dense_air(FrameReader& reader, const WriterSettings& settings,
+                                        const std::set<std::string>& said, Watch& watch) {
   const SeriesDescription& s = reader.description();
   std::map<std::string, double> air;
   // Who says what air is, or how near to it is empty, is believed.
-  if (s.sparse || settings.air || settings.air_threshold > 0) return air;
+  if (settings.air || settings.air_threshold > 0) return air;
   for (size_t c = 0; c < s.channels.size(); ++c) {
     const Channel& channel = s.channels[c];
-    if (!is_float(channel.type)) continue;
+    if (!is_float(channel.type) || said.contains(channel.name)) continue;
     const double empty = air_of(channel, settings);
     const Moments m = moments_of(FramePlanes(reader, 0, c), s.dims, empty, watch);
     if (m.count == 0 || m.air > kShareOfAir * m.count) continue;

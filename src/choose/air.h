@@ -4,18 +4,20 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 
 #include "choose/series_writer.h"
-#include "choose/watch.h"
 #include "series/frame_reader.h"
+#include "series/watch.h"
 
 namespace bccsplat::series {
 
 // Air of the channels of floats of whose first frame hardly a sample is the air they would have: the smallest
 // value where a fourth of the samples are just that; else their mean, where it is further from that air than
-// half of their standard deviation. Reads that frame; a series that goes on later has the same.
+// half of their standard deviation. Reads that frame; a series that goes on later has the same. said: the
+// channels that need none.
 [[nodiscard]] std::map<std::string, double> dense_air(FrameReader& reader, const WriterSettings& settings,
-                                                      Watch& watch);
+                                                      const std::set<std::string>& said, Watch& watch);
 
 } // namespace bccsplat::series

@@ -123,10 +123,6 @@ std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSampl
   return labels;
 }
 
-bool has_wide_integers(const Channel& channel) {
-  return !channel.scaled() && !is_float(channel.precision) && type_size(channel.precision) > 2;
-}
-
 void require_exact_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
                           const std::vector<double>& air) {
   constexpr double exact = 1 << 24; // whole numbers up to this are, as floats

@@ -14,9 +14,6 @@ namespace bccsplat::series {
 [[nodiscard]] std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSample& sample,
                                             const std::vector<double>& air, Watch& watch);
 
-// Returns whether a channel has integers of more than 16 bits, which are stored as floats.
-[[nodiscard]] bool has_wide_integers(const Channel& channel);
-
 // Throws for labels that are larger integers than floats tell apart. ranges: of all frames, by channel.
 void require_exact_labels(const SeriesDescription& series, const std::vector<ChannelScan>& ranges,
                           const std::vector<double>& air);

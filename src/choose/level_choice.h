@@ -18,8 +18,5 @@ struct LevelChoice {
 
 // Levels until a frame is smaller than about 96^3 samples; none where all of it is smaller than 192^3.
 [[nodiscard]] uint32_t levels_for(const std::array<uint64_t, 4>& dims);
-// Returns whether next to nothing of large frames is active, as where parts lie far apart: levels are work
-// for all of the box, and pictures have little to draw.
-[[nodiscard]] bool is_scattered(const SeriesDescription& series);
 
 } // namespace bccsplat::series

@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "choose/watch.h"
 #include "series/frame_reader.h"
 #include "series/scan.h"
+#include "series/watch.h"
 
 namespace bccsplat::series {
 

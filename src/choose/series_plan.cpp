@@ -4,6 +4,7 @@
 #include "choose/air.h"
 #include "choose/finer.h"
 #include "choose/level_choice.h"
+#include "choose/plan_json.h"
 #include "series/text.h"
 
 namespace bccsplat::series {
@@ -42,20 +43,12 @@ std::string levels_note(uint32_t levels) {
   return levels == 0 ? "" : concat("; ", levels, levels == 1 ? " coarser level" : " coarser levels");
 }
 
-// The air of channels that do not say it.
-std::map<std::string, double> air_found(FrameReader& reader, const WriterSettings& settings,
-                                        const std::set<std::string>& said, Watch& watch) {
-  std::map<std::string, double> air = dense_air(reader, settings, watch);
-  for (const std::string& name : said) air.erase(name);
-  return air;
-}
-
 } // namespace
 
 SeriesPlan::SeriesPlan(FrameReader& reader, const Device& device, WriterSettings settings,
                        const SeriesWish& wish, Watch& watch)
-    : series_(reader.description()), settings_(std::move(settings)) {
-  settings_.own_air = air_found(reader, settings_, wish.own_air, watch);
+    : series_(reader.description()), settings_(std::move(settings)), kinds_(wish.kinds) {
+  settings_.own_air = dense_air(reader, settings_, wish.own_air, watch);
   settings_.levels = wish.levels.value_or(is_scattered(series_) ? 0 : levels_for(series_.dims));
   choose(reader, device, wish, watch);
   make_options();
@@ -63,23 +56,23 @@ SeriesPlan::SeriesPlan(FrameReader& reader, const Device& device, WriterSettings
 
 void SeriesPlan::make_options() {
   options_.emplace(series_, settings_, scans_);
-  for (size_t c = 0; c < series_.channels.size(); ++c) // what the host says is kept, or refused by the writer
-    if (const auto labels = series_.channels[c].labels)
-      options_->channels[c].set_mask |= *labels ? BCCSPLAT_CHANNEL_LABELS : BCCSPLAT_CHANNEL_QUANTITIES;
+  for (size_t c = 0; c < kinds_.size(); ++c) // what the host says is kept, or refused by the writer
+    options_->channels[c].set_mask |= kinds_[c];
   options_->options.dims[3] = static_cast<uint32_t>(series_.dims[3]);
   options_->options.partial = settings_.partial, options_->options.live = settings_.live;
 }
 
 void SeriesPlan::choose(FrameReader& reader, const Device& device, const SeriesWish& wish, Watch& watch) {
   Unsettled unsettled = static_cast<const Unsettled&>(wish); // what it shares with a wish
-  unsettled.auto_lattice =
-      wish.density > 0 || (!has_distances(settings_) && settings_.lattice == BCCSPLAT_LATTICE_DEFAULT);
-  unsettled.open_store = settings_.live == 0;
+  unsettled.auto_lattice = wish.density > 0 || (!wish.auto_time_scale && !has_distances(settings_) &&
+                                                settings_.lattice == BCCSPLAT_LATTICE_DEFAULT);
+  unsettled.open_store = settings_.live == 0 && settings_.partial != BCCSPLAT_PARTIAL_APPEND;
   unsettled.progress = &watch;
   ImportPlan plan{series_, settings_};
   plan.levels.automatic = !wish.levels;
+  plan.levels.scattered = !wish.levels && is_scattered(series_);
   settle_import(reader, device, unsettled, settings_, plan);
-  text_ = text_of(plan) + levels_note(settings_.levels);
+  text_ = text_of(plan) + levels_note(settings_.levels), json_ = json_of_plan(plan);
   scans_ = std::move(plan.scans);
 }
 

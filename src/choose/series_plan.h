@@ -17,6 +17,7 @@ namespace bccsplat::series {
 struct SeriesWish : Unsettled {
   std::optional<uint32_t> levels; // none: by the size of the frames
   std::set<std::string> own_air;  // channels whose air was said
+  std::vector<uint32_t> kinds;    // by channel: labels or quantities, as the file has to say; 0: as found
 };
 
 class SeriesPlan {
@@ -31,6 +32,7 @@ class SeriesPlan {
   [[nodiscard]] const bccsplat_writer_options& options() const { return options_->options; }
   // What was chosen and why.
   [[nodiscard]] const std::string& text() const { return text_; }
+  [[nodiscard]] const std::string& json() const { return json_; }
   // After a writer missed the PSNR; false: nothing is left to try.
   [[nodiscard]] bool refine();
 
@@ -40,9 +42,10 @@ class SeriesPlan {
 
   SeriesDescription series_;
   WriterSettings settings_;
+  std::vector<uint32_t> kinds_;
   std::vector<ChannelScan> scans_;
   std::optional<SeriesOptions> options_;
-  std::string text_;
+  std::string text_, json_;
   size_t missed_ = 0;
 };
 

@@ -284,24 +284,16 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
   options.cancel_token = settings.cancel_token;
 }
 
-Writer create_writer(const Device& device, const std::string& path, const SeriesDescription& series,
-                     const WriterSettings& settings, const std::vector<ChannelScan>& scans, uint64_t frames,
-                     const bccsplat_series_part* part, const bccsplat_write_stream* stream) {
+Writer create_writer(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
+                     const std::vector<ChannelScan>& scans, uint64_t frames,
+                     const bccsplat_write_stream* stream) {
   SeriesOptions made(series, settings, scans);
-  bccsplat_writer_options& options = made.options;
-  options.dims[3] = static_cast<uint32_t>(frames);
-  options.part = part;
-  if (stream) options.levels = 0; // who compares files of a stream looks at level 0
+  made.options.dims[3] = static_cast<uint32_t>(frames);
+  if (stream) made.options.levels = 0; // who compares files of a stream looks at level 0
+  auto nowhere = sized<bccsplat_write_stream>();
+  nowhere.write_at = write_nowhere;
   bccsplat_writer* writer = nullptr;
-  if (path.empty()) {
-    auto nowhere = sized<bccsplat_write_stream>();
-    nowhere.write_at = write_nowhere;
-    check(bccsplat_writer_create_stream(device.get(), stream ? stream : &nowhere, &options, &writer), "");
-  } else {
-    options.partial = settings.partial;
-    options.live = settings.live;
-    check(bccsplat_writer_create(device.get(), path.c_str(), &options, &writer), path);
-  }
+  check(bccsplat_writer_create_stream(device.get(), stream ? stream : &nowhere, &made.options, &writer), "");
   return Writer(writer);
 }
 

@@ -104,13 +104,10 @@ struct SeriesOptions {
   bccsplat_writer_options options = sized<bccsplat_writer_options>();
 };
 
-// `frames` replaces the number of frames of the description. `scans` may be empty unless a range is needed.
-// With `path` empty the bytes go to `stream`, or nowhere: for estimates.
-// part: NULL for the whole series.
-[[nodiscard]] Writer create_writer(const Device& device, const std::string& path,
-                                   const SeriesDescription& series, const WriterSettings& settings,
-                                   const std::vector<ChannelScan>& scans, uint64_t frames,
-                                   const bccsplat_series_part* part = nullptr,
-                                   const bccsplat_write_stream* stream = nullptr);
+// A writer of a trial. `frames` replaces the number of frames of the description. `scans` may be empty unless
+// a range is needed. The bytes go to `stream`, or nowhere.
+[[nodiscard]] Writer create_writer(const Device& device, const SeriesDescription& series,
+                                   const WriterSettings& settings, const std::vector<ChannelScan>& scans,
+                                   uint64_t frames, const bccsplat_write_stream* stream = nullptr);
 
 } // namespace bccsplat::series

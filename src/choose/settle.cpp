@@ -10,10 +10,10 @@
 #include "choose/labels.h"
 #include "choose/level_choice.h"
 #include "choose/motion.h"
-#include "choose/read_series.h"
 #include "choose/sample.h"
 #include "choose/wavelet_memory.h"
 #include "choose/wavelet_share.h"
+#include "series/read_series.h"
 #include "series/text.h"
 
 namespace bccsplat::series {
@@ -257,9 +257,6 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
       sample_series(reader, air, bound.any() && !open ? SampleSize{} : size_to_choose(s.dims), watch);
   if (settings.labels.empty()) settings.labels = find_labels(s, sample, air, watch); // else the file says it
   const std::vector<bool> labels = settings.labels;
-  if (s.blended && any_labels(labels))
-    fail(Code::invalid_argument, s.files.front().path,
-         ": it has labels, and --gaps interpolate blends them: hold or skip");
   const auto look_closely = [&] {
     plan.spectra = spectra_of(s, sample, air, settings, watch), plan.motion = voxels_a_frame(sample);
   };

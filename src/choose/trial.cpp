@@ -238,7 +238,7 @@ bool Trier::measure_stretch(const SampleStretch& stretch, CodingTrial& trial,
   stream.write_at = MemoryFile::write_at;
   stream.user = &file;
   {
-    const Writer writer = create_writer(device_, "", part, s, scans_, stretch.frames, nullptr, &stream);
+    const Writer writer = create_writer(device_, part, s, scans_, stretch.frames, &stream);
     if (!write_stretch(writer, part, stretch, watch_, nullptr)) return false;
   }
   // More of a box than of the series is outside the faces.

@@ -25,7 +25,7 @@ double bytes_of(const Device& device, const SeriesDescription& series, const Ser
   double bytes = 0;
   for (const SampleStretch& stretch : sample.stretches) {
     const SeriesDescription part = describe_stretch(series, stretch);
-    const Writer writer = create_writer(device, "", part, settings, scans, stretch.frames);
+    const Writer writer = create_writer(device, part, settings, scans, stretch.frames);
     auto report = sized<bccsplat_writer_report>();
     if (!write_stretch(writer, part, stretch, watch, &report)) return std::numeric_limits<double>::infinity();
     bytes += stretch.weight *

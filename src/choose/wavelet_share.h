@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "choose/series_writer.h"
-#include "choose/watch.h"
 #include "series/scan.h"
+#include "series/watch.h"
 
 namespace bccsplat::series {
 

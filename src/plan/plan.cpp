@@ -62,7 +62,7 @@ bccsplat_status bccsplat_plan_create(bccsplat_device* device, const bccsplat_pla
     require(device, "device"), require(options, "options");
     const auto o = read_struct(options, "bccsplat_plan_options");
     require(o.wish, "bccsplat_plan_options.wish");
-    if (!o.frame) fail(Code::invalid_argument, "bccsplat_plan_options.frame is NULL");
+    if (!o.frame && !o.boxes) fail(Code::invalid_argument, "bccsplat_plan_options.frame is NULL");
     const auto wish = read_struct(o.wish, "bccsplat_writer_options");
     const Token token = read_token(wish.cancel_token);
     Progress progress(progress_callback(wish.progress, wish.progress_user));
@@ -70,7 +70,7 @@ bccsplat_status bccsplat_plan_create(bccsplat_device* device, const bccsplat_pla
     progress.begin_call();
     HostWatch watching(progress, wish.cancel_token);
     plan::Request request = plan::read_request(o, wish);
-    plan::HostFrames frames(request.series, o.frame, o.frame_user);
+    plan::HostFrames frames(request.series, o);
     auto plan =
         std::make_unique<bccsplat_plan>(frames, reference_to(device), std::move(request), watching, wish);
     progress.report(1);
@@ -93,6 +93,14 @@ bccsplat_status bccsplat_plan_get_text(const bccsplat_plan* plan, const char** t
     const Shared use(plan, "plan");
     require(text, "text");
     *text = plan->chosen.text().c_str();
+  });
+}
+
+bccsplat_status bccsplat_plan_get_json(const bccsplat_plan* plan, const char** json) {
+  return guard([&] {
+    const Shared use(plan, "plan");
+    require(json, "json");
+    *json = plan->chosen.json().c_str();
   });
 }
 

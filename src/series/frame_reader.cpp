@@ -21,4 +21,16 @@ void gather_plane(const Frame& frame, const std::array<uint64_t, 4>& dims, uint6
   }
 }
 
+bool is_scattered(const SeriesDescription& series) {
+  constexpr double large = 0x1p30, next_to_nothing = 1.0 / 256; // samples of a frame, and their share
+  const double samples = static_cast<double>(series.dims[0]) * static_cast<double>(series.dims[1]) *
+                         static_cast<double>(series.dims[2]);
+  uint64_t most = 0;
+  for (const Channel& channel : series.channels) {
+    if (channel.active.empty()) return false;
+    most = std::max(most, *std::max_element(channel.active.begin(), channel.active.end()));
+  }
+  return samples > large && static_cast<double>(most) < next_to_nothing * samples;
+}
+
 } // namespace bccsplat::series

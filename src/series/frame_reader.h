@@ -107,6 +107,15 @@ struct SeriesDescription {
   return false;
 }
 
+// Returns whether a channel has integers of more than 16 bits, which are stored as floats.
+[[nodiscard]] inline bool has_wide_integers(const Channel& c) {
+  return !c.scaled() && !is_float(c.precision) && type_size(c.precision) > 2;
+}
+
+// Returns whether next to nothing of large frames is active, as where parts lie far apart: coarser levels are
+// work for all of the box, and pictures have little to draw.
+[[nodiscard]] bool is_scattered(const SeriesDescription& series);
+
 // Returns an attribute; "" where there is none.
 [[nodiscard]] inline std::string told(const SeriesDescription& d, std::string_view key) {
   for (const auto& [name, value] : d.attributes)

@@ -3,8 +3,7 @@
 # A room includes only its own floor or lower ones, and no circle closes among the rooms of one floor; the folders of some
 # rooms are ladders of their own. src/api, src/choose and src/plan alone include the public header; src/api asks no room that
 # draws, src/choose does not print; what reads by a plan of its bytes waits for none. Importers and examples know nothing but
-# the public header and their own files; importers besides what is known of a series, src/series, and errors, and the tool
-# src/choose, until it asks for plans as hosts do. Readers know nothing of the tool and of JSON; the operating system is called
+# the public header and their own files; importers besides what is known of a series, src/series, and errors. Readers know nothing of the tool and of JSON; the operating system is called
 # in src/base only, CLI11 in importers/tool/cli.cpp. Then classes.sh checks how large classes are.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -105,8 +104,7 @@ function leads(place, from, to, steps, e, p) {
     else if (target ~ /^(OpenEXR|Imf|Imath|ImathV|png\.h|libpng)/ && home != "formats") wrong("image files are written in formats/ only")
   } else if (in_src) {
     wrong("src/" home " is on no floor of: " order[""])
-  } else if (ours && !(home == "importers" && target ~ /^(series\/|base\/(error|utf8)\.h$)/) &&
-             !(path ~ /^importers\/tool\// && target ~ /^choose\//)) {
+  } else if (ours && !(home == "importers" && target ~ /^(series\/|base\/(error|utf8)\.h$)/)) {
     wrong(path " is a client: the public header and its own files only")
   } else if (path ~ /^importers\/readers\// && target ~ /^(tool|CLI|nlohmann)\// &&
              path " " target !~ /^importers\/readers\/records\.h nlohmann/) { # who needs JSON asks records.h

@@ -209,7 +209,10 @@ class Blocks(ToolTest):
         self.bcc4('import', *args, '--psnr', 38, '--dry-run', '--plan', 'plan.json')
         with open(self.path('plan.json')) as f:
             plan = json.load(f)
-        plan['settings']['psnr'] += 4  # more than its steps keep
+        for settings in plan['settings']:  # more than their steps keep
+            settings['psnr'] += 4
+            settings['abs_error'] *= 10 ** (-4 / 20)
+            settings['abs_errors'] = [error * 10 ** (-4 / 20) for error in settings['abs_errors']]
         with open(self.path('plan.json'), 'w') as f:
             json.dump(plan, f)
         for name, more in (('one.bcc4', []), ('blocks.bcc4', ['--max-mem', '40M'])):

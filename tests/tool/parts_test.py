@@ -212,8 +212,8 @@ class Parts(ToolTest):
         self.refused(2, 'the plan decides that', *run, '--part', '1/2', '--scale', 2, output='x.bcc4')
         self.refused(2, '--part needs the --plan', 'import', *args, '--part', '1/2', '-o', 'x.bcc4', output='x.bcc4')
         self.refused(2, 'exists already', 'import', *args, '--dry-run', '--plan', 'plan.json')
-        self.write('bad.json', b'{"bcc4_plan": 1}')
-        self.refused(3, 'not a plan', 'import', '--plan', 'bad.json', '-o', 'x.bcc4', output='x.bcc4')
+        self.write('bad.json', b'{"bcc4_plan": 2}')
+        self.refused(3, 'not a plan of this version; bcc4 import --dry-run --plan', 'import', '--plan', 'bad.json', '-o', 'x.bcc4', output='x.bcc4')
         with open(self.path('plan.json')) as f:
             plan = json.load(f)
         self.assertEqual(plan['dims'], list(DIMS))

@@ -97,6 +97,10 @@ PARTIAL_RESUME = 2
 PARTIAL_APPEND = 3
 AXIS_DOWN = 1
 PLAN_SET_LEVELS = 1
+PLAN_AUTO_TIME_SCALE = 2
+PLAN_EVERYTHING = 4
+PLAN_ANY_THREAD = 8
+PLAN_LARGE_FRAMES = 16
 SERIES_FINISHED = 0
 SERIES_UNFINISHED = 1
 SERIES_OPEN_END = 2
@@ -219,6 +223,8 @@ bccsplat_write_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64
 bccsplat_flush_fn = CFUNCTYPE(c_int32, c_void_p)
 bccsplat_field_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_void_p, c_void_p)
 bccsplat_source_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint32, c_void_p)
+bccsplat_release_fn = CFUNCTYPE(None, c_void_p)
+bccsplat_boxes_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint32, c_void_p, c_void_p, POINTER(SourceBoxes))
 bccsplat_tile_fn = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_uint32, c_uint32, c_uint32)
 
 
@@ -504,14 +510,25 @@ class JoinOptions(Struct):
         ("reserved", c_int32)]
 
 
+class SourceBoxes(Struct):
+    reserved: int
+    boxes: Any
+    count: int
+    release: Any
+    keeper: int | None
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("boxes", POINTER(Box)),
+        ("count", c_uint64), ("release", bccsplat_release_fn), ("keeper", c_void_p)]
+
+
 class PlanChannel(Struct):
     type: int
     missing: int
-    reserved: int
+    kind: int
     step: float
     offset: float
-    _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("missing", c_int32), ("reserved", c_uint32),
-        ("step", c_double), ("offset", c_double)]
+    active: int | None
+    _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("missing", c_int32), ("kind", c_uint32),
+        ("step", c_double), ("offset", c_double), ("active", c_void_p)]
 
 
 class PlanOptions(Struct):
@@ -524,9 +541,13 @@ class PlanOptions(Struct):
     density: float
     exact: int
     reserved: int
+    boxes: Any
+    memory: int
+    name: bytes | None
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("wish", POINTER(WriterOptions)),
         ("channels", POINTER(PlanChannel)), ("times", c_void_p), ("frame", bccsplat_source_fn),
-        ("frame_user", c_void_p), ("density", c_double), ("exact", c_int32), ("reserved", c_uint32)]
+        ("frame_user", c_void_p), ("density", c_double), ("exact", c_int32), ("reserved", c_uint32),
+        ("boxes", bccsplat_boxes_fn), ("memory", c_uint64), ("name", c_char_p)]
 
 
 class VolumeOptions(Struct):
@@ -1149,6 +1170,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_plan_create": (c_int32, c_void_p, POINTER(PlanOptions), c_void_p,),
     "bccsplat_plan_get_writer_options": (c_int32, c_void_p, POINTER(WriterOptions),),
     "bccsplat_plan_get_text": (c_int32, c_void_p, c_void_p,),
+    "bccsplat_plan_get_json": (c_int32, c_void_p, c_void_p,),
     "bccsplat_plan_refine": (c_int32, c_void_p,),
     "bccsplat_plan_retain": (None, c_void_p,),
     "bccsplat_plan_release": (None, c_void_p,),

@@ -6,8 +6,6 @@
 #include <memory>
 #include <string_view>
 
-#include "choose/air.h"
-#include "choose/lattice_shape.h"
 #include "readers/open_series.h"
 #include "readers/system.h"
 #include "tool/cli.h"
@@ -21,6 +19,7 @@
 #include "tool/import/part_frames.h"
 #include "tool/import/plan.h"
 #include "tool/import/plan_file.h"
+#include "tool/import/plan_series.h"
 #include "tool/import/precision.h"
 #include "tool/import/sources.h"
 #include "tool/import/summary.h"
@@ -38,9 +37,10 @@ PlanFile recall_plan(ImportArguments& a) {
   PlanFile plan = read_plan_file(a.plan);
   if (a.reader.options.inputs.empty()) a.reader.options.inputs = plan.inputs;
   for (const auto& [key, text] : plan.options) set_reader_option(a.reader, key, text);
-  const WriterSettings typed = a.settings;
-  a.settings = plan.settings;
-  a.settings.overwrite = typed.overwrite, a.settings.partial = typed.partial, a.settings.live = typed.live;
+  for (WriterSettings& s : plan.attempts) {
+    s.overwrite = a.settings.overwrite, s.partial = a.settings.partial, s.live = a.settings.live;
+    s.cancel_token = a.settings.cancel_token;
+  }
   return plan;
 }
 
@@ -48,11 +48,11 @@ std::unique_ptr<FrameReader> open_input(const ImportArguments& a) {
   std::unique_ptr<FrameReader> reader = open_series(a.reader.options);
   const SeriesDescription& s = reader->description();
   for (const std::string& warning : s.warnings) std::fprintf(stderr, "bcc4: warning: %s\n", warning.c_str());
-  if (s.sparse && a.settings.air)
+  if (s.sparse && a.air)
     for (const Channel& c : s.channels)
-      if (*a.settings.air != c.air)
-        fail_usage("--air ", *a.settings.air, ": outside its active voxels grid \"", c.name,
-                   "\" has its background, ", c.air);
+      if (*a.air != c.air)
+        fail_usage("--air ", *a.air, ": outside its active voxels grid \"", c.name, "\" has its background, ",
+                   c.air);
   return reader;
 }
 
@@ -82,8 +82,7 @@ void refuse_place_twice(const ImportArguments& a, const SeriesDescription& s) {
   for (size_t axis = 0; axis < 3; ++axis) {
     const std::string& own = s.places[axis].unit;
     const double step = std::abs(s.affine[5 * axis]), last = static_cast<double>(s.dims[axis] - 1);
-    if (!is_periodic(a.settings.periodic, axis) ||
-        !(own.empty() ? s.spatial_unit : own).starts_with("degree"))
+    if ((a.periodic >> axis & 1) == 0 || !(own.empty() ? s.spatial_unit : own).starts_with("degree"))
       continue;
     if (std::abs(step * last - turn) <= rounding * step)
       fail_usage("--periodic: the last sample along ", "xyz"[axis],
@@ -127,40 +126,42 @@ void refuse_other_choices(const ImportArguments& a) {
                                given.empty() ? "" : ": --append goes on as the file was made"));
 }
 
-// Returns what remains to be decided about a series, after what the file has that goes on; old: null for
-// none.
-Unsettled find_unsettled(ImportArguments& a, const Volume& old, const SeriesDescription& s,
-                         const ErrorBound& bound, Watch& watch) {
-  Unsettled u;
-  u.bound = bound;
-  u.auto_time_scale = a.time_scale == "auto";
-  u.auto_lattice = chooses_lattice(a);
-  u.density = a.density.value_or(0);
-  u.exact = a.exact;
-  u.open_store = !a.resume.append && a.resume.live == 0; // which new frames alone continue
-  u.everything = a.dry_run, u.progress = &watch;
-  if (const uint64_t all = machine_memory(); a.common.max_memory == 0 && all > 0) u.memory = all / 2;
-  if (!old || bound.any()) return u;
+// Returns what a plan is asked for, after what the file has that goes on; old: null for none.
+PlanWish find_wish(ImportArguments& a, const Device& device, const Volume& old, const SeriesDescription& s,
+                   bool bound) {
+  PlanWish wish;
+  wish.auto_time_scale = a.time_scale == "auto", wish.auto_levels = a.auto_levels() && !old;
+  wish.density = a.density.value_or(0);
+  wish.exact = a.exact;
+  wish.everything = a.dry_run, wish.any_memory = a.common.max_memory > 0;
+  for (const Channel& c : s.channels)
+    wish.kinds.push_back(!c.labels ? 0 : *c.labels ? BCCSPLAT_CHANNEL_LABELS : BCCSPLAT_CHANNEL_QUANTITIES);
+  if (!old || bound) return wish;
   if (a.settings.store != BCCSPLAT_STORE_WAVELETS) adopt_error(old, a.settings);
-  if (u.auto_lattice && !a.density) {
-    adopt_lattice(old, a.settings);
-    u.auto_lattice = false;
-  }
-  if (!a.exact && a.settings.quantize == BCCSPLAT_TYPE_DEFAULT) {
+  if (chooses_lattice(a) && !a.density) adopt_lattice(device, old, a.settings, wish);
+  if (!a.exact && a.quantize == BCCSPLAT_TYPE_DEFAULT) {
     adopt_steps(old, s, a.settings);
-    u.exact = true;
+    wish.exact = true;
   }
-  return u;
+  return wish;
+}
+
+// Frames that are means of others have labels of neither.
+void refuse_blended_labels(const ImportPlan& plan) {
+  const Json labels = plan.found.value("labels", Json::array());
+  if (plan.series.blended && std::find(labels.begin(), labels.end(), Json(true)) != labels.end())
+    fail_usage(plan.series.files.front().path,
+               ": it has labels, and --gaps interpolate blends them: hold or skip");
 }
 
 // The part of a planned series that was asked for, none for all of it.
-void take_part(const ImportArguments& a, const Device& device, const SeriesDescription& s,
-               const std::vector<ChannelScan>& scans, ImportScope& scope) {
+void take_part(const ImportArguments& a, const Device& device, const ImportPlan& plan, ImportScope& scope) {
+  const SeriesDescription& s = plan.series;
   if (!a.block.empty()) scope.block = parse_block(a.block, s.dims);
-  if (a.settings.fixed_predictions && a.block.empty()) scope.block = parse_block_number(a.part, s.dims);
+  if (plan.settings().fixed_predictions && a.block.empty()) scope.block = parse_block_number(a.part, s.dims);
   if (a.part.empty() || (scope.block && a.block.empty())) return;
   scope.part = parse_part(a.part, s.dims[3]);
-  scope.lead = lead_of(scans, part_frames(device, s, a.settings, scans, *scope.part).first);
+  scope.lead = lead_of(plan.found, part_frames(device, s, plan.settings(), *scope.part).first);
 }
 
 uint64_t memory_of_library(const ImportArguments& a) { return a.common.max_memory - a.common.max_memory / 4; }
@@ -171,7 +172,9 @@ uint64_t memory_of_import(const ImportArguments& a) {
 }
 
 // Says how to go on where memory does not do, if blocks of space would.
-[[noreturn]] void refuse_memory(const ImportArguments& a, const WriterSettings& typed, const Error& e) {
+[[noreturn]] void refuse_memory(const ImportArguments& a, bccsplat_store store, const Error& e) {
+  WriterSettings typed = a.settings;
+  typed.store = store;
   const bool open =
       a.block.empty() && a.part.empty() && a.plan.empty() && !a.resume.append && a.resume.live == 0;
   const std::string why = needs_whole_frames(typed);
@@ -183,12 +186,13 @@ uint64_t memory_of_import(const ImportArguments& a) {
 
 // Frames are imported in blocks of space where that is asked for, where they do not fit the memory for
 // reading, and where frames beyond 400^3 would not fit that of the library, if nothing needs whole ones.
-void settle_blocks(const ImportArguments& a, const FrameReader& reader, const ErrorBound& bound,
-                   WriterSettings& settings) {
+void settle_blocks(const ImportArguments& a, const FrameReader& reader, WriterSettings& settings) {
   constexpr uint64_t small = 1 << 26; // samples
   const SeriesDescription& s = reader.description();
+  WriterSettings whole = settings;
+  if (a.auto_levels()) whole.levels = 1; // or more, of frames so large
   const bool large = !s.sparse && s.dims[0] * s.dims[1] * s.dims[2] > small &&
-                     memory_of_frames(s, settings, bound) > memory_of_import(a);
+                     memory_of_frames(s, whole) > memory_of_import(a);
   const bool open = !a.resume.append && a.resume.live == 0;
   if (!a.blocks && reader.frames_fit() && !(large && open)) return;
   std::string why = needs_whole_frames(settings);
@@ -204,8 +208,8 @@ void settle_blocks(const ImportArguments& a, const FrameReader& reader, const Er
 // one; none where frames are imported as they are.
 std::vector<SampleBox> blocks_of(const ImportArguments& a, const Device& device, const ImportPlan& plan,
                                  const ImportScope& scope) {
-  if (!a.settings.fixed_predictions || scope.part || scope.block || a.resume.append) return {};
-  return blocks_that_fit(device, plan.series, a.settings, plan.scans, memory_of_import(a));
+  if (!plan.settings().fixed_predictions || scope.part || scope.block || a.resume.append) return {};
+  return blocks_that_fit(device, plan.series, plan.settings(), memory_of_import(a));
 }
 
 void save_plan(const ImportArguments& a, const ImportPlan& plan) {
@@ -213,14 +217,13 @@ void save_plan(const ImportArguments& a, const ImportPlan& plan) {
   PlanFile file;
   file.inputs = a.reader.options.inputs;
   file.options = a.reader.texts;
-  file.settings = a.settings;
+  file.attempts = plan.attempts, file.found = plan.found;
   file.dims = s.dims;
   file.times = s.times.values;
   for (const Channel& c : s.channels) file.channels.push_back(c.name);
   file.sources = sources_of(s);
-  file.scans = plan.scans;
   make_absolute(file);
-  write_plan_file(a.plan, file, a.settings.overwrite);
+  write_plan_file(a.plan, file, a.overwrite);
 }
 
 // Ends a dry run: the plan is saved, completed by what is only told, and told.
@@ -230,10 +233,11 @@ Exit report_plan(const ImportArguments& a, FrameReader& reader, const Device& de
   DryRun run;
   // What is imported in blocks is not estimated: the sample would have to be, too.
   if (reader.frames_fit() && blocks_of(a, device, plan, {}).size() < 2)
-    run.estimate = estimate_import(reader, device, a.settings, plan.scans);
+    run.estimate = estimate_import(reader, device, plan);
   const bool whole = !planned && a.part.empty() && !a.resume.append;
-  if (whole && a.settings.ends != BCCSPLAT_ENDS_PERIODIC) run.turn = measure_turn(reader, watch);
-  if (whole && a.settings.periodic == 0) run.round = measure_round(reader, watch);
+  if (whole && plan.settings().ends != BCCSPLAT_ENDS_PERIODIC) run.turn = measure_turn(reader, watch);
+  if (whole && a.periodic == 0 && plan.settings().periodic_axes == 0)
+    run.round = measure_round(reader, watch);
   if (a.common.json)
     print_json(plan_json(plan, run));
   else
@@ -262,13 +266,13 @@ void report_import(const ImportArguments& a, const ImportPlan& plan, const Impor
 Exit run_import(ImportArguments& a, const std::string& command_line) {
   check_outputs(a);
   a.settings.partial = partial_mode(a.resume), a.settings.live = a.resume.live;
+  a.settings.overwrite = a.overwrite ? 1 : 0, a.settings.cancel_token = interrupt_token();
   std::optional<PlanFile> planned;
-  ErrorBound bound;
   if (a.follows_plan())
     planned = recall_plan(a);
   else
-    bound = read_settings(a);
-  a.settings.cancel_token = interrupt_token();
+    read_settings(a);
+  const bool bound = a.abs || a.psnr || a.settings.store == BCCSPLAT_STORE_WAVELETS;
   RunWatch watch(a.common.prints_text());
 
   // A quarter of the memory for frames being read, the rest for the library.
@@ -285,42 +289,42 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   refuse_sources_as_output(a, s);
   refuse_place_twice(a, s);
   const bool scattered = is_scattered(s);
-  if (!planned) a.settings.levels = read_levels(a, s), warn_of_precision(*reader, watch);
-  if (!planned) settle_blocks(a, *reader, bound, a.settings);
+  if (!planned) warn_of_precision(*reader, watch);
+  if (!planned) settle_blocks(a, *reader, a.settings);
   if (scattered && !a.common.quiet) warn_of_scattered(s);
 
-  a.settings.own_air = old && !a.air ? air_in_file(old) : dense_air(*reader, a.settings, watch);
+  a.settings.values = read_channels(a, s);
   AppendedFile appended;
   if (old) {
     a.settings.levels = volume_info(old).level_count;
-    if (told(old, kPredictions) == "fixed") a.settings.fixed_predictions = true;
+    if (told(old, kPredictions) == "fixed") a.settings.fixed_predictions = 1;
+    if (!a.air) adopt_air(old, s, a.settings);
     if (!a.dry_run) appended = read_appended(old, a.output, s, filtering_text(a.settings));
-    refuse_other_ends(old, a.output, a.settings);
+    refuse_other_ends(device, old, a.output, a.settings);
   }
   if (appended.frames == s.dims[3]) {
     report_nothing_new(a, appended.frames);
     return Exit::ok;
   }
 
-  ImportPlan plan{s, a.settings};
-  plan.levels.automatic = !planned && a.auto_levels() && !old;
-  plan.levels.scattered = plan.levels.automatic && scattered;
+  ImportPlan plan{s};
   ImportScope scope;
   scope.output = a.output;
   scope.attributes = reader_attributes(a.reader);
   scope.kept = appended.attributes;
   if (planned) {
     check_planned(*planned, a.plan, s);
-    plan.scans = planned->scans;
+    plan.attempts = planned->attempts, plan.found = planned->found;
     scope.sources = planned->sources;
-    take_part(a, device, s, plan.scans, scope);
+    take_part(a, device, plan, scope);
   } else {
-    const Unsettled unsettled = find_unsettled(a, old, s, bound, watch);
+    const PlanWish wish = find_wish(a, device, old, s, bound);
     old.reset(); // before it is replaced
-    settle_import(*reader, device, unsettled, a.settings, plan);
     watch.clear();
+    plan_series(*reader, device, a.settings, wish, a.dry_run ? "" : a.output, a.common.prints_text(), plan);
+    refuse_blended_labels(plan);
     // A bound is checked on every frame.
-    if (appended.frames > 1 && !bound.any() && a.settings.abs_error == 0 &&
+    if (appended.frames > 1 && !bound && plan.settings().abs_error == 0 &&
         a.settings.measure != BCCSPLAT_MEASURE_ALL)
       scope.part = FrameSpan{appended.frames, s.dims[3]};
   }
@@ -332,10 +336,9 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const Progress clock("", 0, false, true);
   const std::vector<SampleBox> blocks = blocks_of(a, device, plan, scope);
   const ImportResult result =
-      !blocks.empty() ? write_blocks(*reader, device, a.settings, plan.scans, scope, a.common, blocks)
-      : a.resume.append && scope.part
-          ? append_series(*reader, device, a.settings, plan.scans, scope, a.common)
-          : write_series(*reader, device, a.settings, plan.scans, scope, a.common);
+      !blocks.empty()                 ? write_blocks(*reader, device, plan.attempts, scope, a.common, blocks)
+      : a.resume.append && scope.part ? append_series(*reader, device, plan.settings(), scope, a.common)
+                                      : write_series(*reader, device, plan.attempts, scope, a.common);
   report_import(a, plan, scope, result, clock.seconds(), command_line);
   return Exit::ok;
 }
@@ -369,12 +372,12 @@ Run add_import(const Command& tool, std::string command_line) {
   add_import_options(import, *a);
   return [a, import, command_line = std::move(command_line)] {
     if (a->follows_plan()) refuse_planned_options(import);
-    const WriterSettings typed = a->settings;
+    const bccsplat_store store = a->settings.store; // as typed
     try {
       return run_import(*a, command_line);
     } catch (const Error& e) {
-      if (e.code() == Code::memory_budget) refuse_memory(*a, typed, e);
-      if (!a->settings.kernel.empty()) refuse_kernel(e.code(), a->settings.kernel);
+      if (e.code() == Code::memory_budget) refuse_memory(*a, store, e);
+      if (!a->kernel.empty()) refuse_kernel(e.code(), a->kernel);
       if (appends_to_file(*a) && std::string_view(e.what()).ends_with("import all anew"))
         refuse_unlike_file(import, e);
       throw;

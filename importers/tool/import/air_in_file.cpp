@@ -5,19 +5,16 @@
 
 namespace bcc4 {
 
-std::map<std::string, double> air_in_file(const Volume& volume) {
-  std::map<std::string, double> air;
-  for (uint32_t c = 0; c < volume_info(volume).channel_count; ++c) {
-    const bccsplat_channel_info info = channel_info(volume, c);
-    air[info.name] = info.air;
-    const char* source = nullptr;
-    if (bccsplat_volume_find_attribute(volume.get(), air_attribute(info.name).c_str(), &source) !=
-        BCCSPLAT_OK)
-      continue;
-    const auto known = parse_number<double>(source);
-    if (known && static_cast<float>(*known) == static_cast<float>(info.air)) air[info.name] = *known;
+void adopt_air(const Volume& old, const SeriesDescription& series, WriterSettings& settings) {
+  for (uint32_t c = 0; c < volume_info(old).channel_count; ++c) {
+    const bccsplat_channel_info info = channel_info(old, c);
+    double air = info.air;
+    const auto known = parse_number<double>(told(old, air_attribute(info.name).c_str()));
+    if (known && static_cast<float>(*known) == static_cast<float>(air)) air = *known;
+    for (size_t s = 0; s < settings.values.size(); ++s)
+      if (series.channels[s].name == info.name)
+        settings.values[s].air = air, settings.values[s].set_mask |= BCCSPLAT_CHANNEL_SET_AIR;
   }
-  return air;
 }
 
 } // namespace bcc4

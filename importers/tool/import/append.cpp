@@ -4,17 +4,16 @@
 #include "readers/system.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "choose/beyond.h"
 #include "readers/affine.h"
 #include "readers/calendar.h"
 #include "readers/same_place.h"
@@ -177,71 +176,76 @@ AppendedFile read_appended(const Volume& old, const std::string& path, const Ser
 
 namespace {
 
-// Returns by channel whether a file has labels; empty: it does not say it of all.
-std::vector<bool> labels_in_file(const Volume& old) {
-  std::vector<bool> labels;
+// Takes over what channels have, if a file says it of all.
+void adopt_kinds(const Volume& old, std::vector<uint32_t>& kinds) {
+  std::vector<uint32_t> said;
   for (uint32_t c = 0; c < volume_info(old).channel_count; ++c) {
-    const std::string said = told(old, concat("labels.", channel_info(old, c).name).c_str());
-    if (said.empty()) return {};
-    labels.push_back(said == "yes");
+    const std::string kind = told(old, concat("labels.", channel_info(old, c).name).c_str());
+    if (kind.empty()) return;
+    said.push_back(kind == "yes" ? BCCSPLAT_CHANNEL_LABELS : BCCSPLAT_CHANNEL_QUANTITIES);
   }
-  return labels;
+  std::copy_n(said.begin(), std::min(said.size(), kinds.size()), kinds.begin());
 }
 
 // The axes across whose faces it has planes.
 int32_t faces_in_file(const bccsplat_volume_info& info) {
   int32_t faces = 0;
   for (size_t a = 0; a < 3; ++a)
-    if (info.planes_before[a] > 0) faces += face_bit(a);
+    if (info.planes_before[a] > 0) faces += BCCSPLAT_FACES_PREDICT_X << a;
   return faces > 0 ? faces : BCCSPLAT_FACES_MIRROR;
 }
 
-// The lattice of a file with what was asked for.
-LatticeShape shape_in_file(const bccsplat_volume_info& info, const WriterSettings& settings) {
-  LatticeShape shape{
-      info.lattice, {}, settings.faces, settings.ends, static_cast<int32_t>(info.periodic_axes)};
-  std::copy(std::begin(info.scales), std::end(info.scales), shape.scales.begin());
-  return shape;
+// The first layer of the lattice that a writer would make of the file's frames: as one part, so that it is
+// settled before the first of them. Without layers beyond the ends.
+bccsplat_layer_geometry first_layer(const Device& device, const bccsplat_volume_info& info, int32_t faces) {
+  SeriesDescription s;
+  WriterSettings settings;
+  std::copy(std::begin(info.dims), std::end(info.dims), s.dims.begin());
+  std::copy(std::begin(info.scales), std::end(info.scales), settings.scales);
+  settings.lattice = info.lattice, settings.periodic_axes = info.periodic_axes;
+  settings.ends = BCCSPLAT_ENDS_MIRROR, settings.faces = faces;
+  std::vector<double> times(s.dims[3]);
+  std::iota(times.begin(), times.end(), 0.0);
+  auto whole = sized<bccsplat_series_part>();
+  whole.end = s.dims[3], whole.times = times.data();
+  const Writer writer = create_writer(device, "", s, settings, s.dims[3], s.dims[3] > 1 ? &whole : nullptr);
+  auto layer = sized<bccsplat_layer_geometry>();
+  check(bccsplat_writer_get_layer_geometry(writer.get(), 0, &layer), "");
+  return layer;
 }
 
-std::array<uint64_t, 4> dims_of(const bccsplat_volume_info& info) {
-  return {info.dims[0], info.dims[1], info.dims[2], info.dims[3]};
-}
-
-int32_t ends_in_file(const bccsplat_volume_info& info) {
-  const uint64_t inner = inner_layers(shape_in_file(info, {}), dims_of(info));
-  return info.layer_count > inner ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
+int32_t ends_in_file(const Device& device, const bccsplat_volume_info& info) {
+  const auto inner = first_layer(device, info, BCCSPLAT_FACES_MIRROR).layer_count;
+  return info.layer_count > static_cast<uint64_t>(inner) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
 }
 
 } // namespace
 
-void refuse_other_ends(const Volume& old, const std::string& path, const WriterSettings& settings) {
+void refuse_other_ends(const Device& device, const Volume& old, const std::string& path,
+                       const WriterSettings& settings) {
   const bccsplat_volume_info info = volume_info(old);
   const auto refuse = [&](const char* option) {
     fail_usage(option, ": ", path, " goes on as it was made, and that is different: leave it out");
   };
-  if (settings.periodic != 0 && settings.periodic != static_cast<int32_t>(info.periodic_axes))
-    refuse("--periodic");
+  if (settings.periodic_axes != 0 && settings.periodic_axes != info.periodic_axes) refuse("--periodic");
   // A periodic series never goes on, as the library says.
   if (settings.ends != BCCSPLAT_ENDS_DEFAULT && settings.ends != BCCSPLAT_ENDS_PERIODIC &&
-      settings.ends != ends_in_file(info))
+      settings.ends != ends_in_file(device, info))
     refuse("--ends");
   if (settings.faces == BCCSPLAT_FACES_DEFAULT) return;
-  int32_t faces = faces_of_part(shape_in_file(info, settings), dims_of(info));
-  for (size_t a = 0; a < 3 && faces >= BCCSPLAT_FACES_PREDICT_X; ++a)
-    if (info.dims[a] == 1) faces &= ~face_bit(a); // has none
-  if ((faces >= BCCSPLAT_FACES_PREDICT_X ? faces : BCCSPLAT_FACES_MIRROR) != faces_in_file(info))
-    refuse("--faces");
+  const bccsplat_layer_geometry asked = first_layer(device, info, settings.faces);
+  for (size_t a = 0; a < 3; ++a)
+    if ((asked.origin[a] < 0) != (info.planes_before[a] > 0)) refuse("--faces");
 }
 
-void adopt_lattice(const Volume& old, WriterSettings& settings) {
+void adopt_lattice(const Device& device, const Volume& old, WriterSettings& settings, PlanWish& wish) {
   const bccsplat_volume_info info = volume_info(old);
-  settings.labels = labels_in_file(old);
+  adopt_kinds(old, wish.kinds);
   settings.lattice = info.lattice;
-  std::copy(std::begin(info.scales), std::end(info.scales), settings.scales.begin());
+  std::copy(std::begin(info.scales), std::end(info.scales), settings.scales);
   settings.faces = faces_in_file(info);
-  settings.periodic = info.periodic_axes;
-  if (settings.ends != BCCSPLAT_ENDS_PERIODIC) settings.ends = ends_in_file(info);
+  settings.periodic_axes = info.periodic_axes;
+  if (settings.ends != BCCSPLAT_ENDS_PERIODIC) settings.ends = ends_in_file(device, info);
 }
 
 void adopt_error(const Volume& old, WriterSettings& settings) {
@@ -252,24 +256,27 @@ void adopt_error(const Volume& old, WriterSettings& settings) {
   bool bound = wavelets;
   for (uint32_t c = 0; c < info.channel_count; ++c) {
     const bccsplat_channel_info channel = channel_info(old, c);
-    if (wavelets) settings.wavelet_errors.push_back(channel.wavelet_error);
-    settings.abs_errors.push_back(channel.error_bound);
+    if (wavelets) settings.mean_errors.push_back(channel.wavelet_error);
+    settings.largest_errors.push_back(channel.error_bound);
     bound = bound || channel.error_bound > 0;
   }
-  if (!bound) settings.abs_errors.clear();
+  if (!bound) settings.largest_errors.clear();
 }
 
 void adopt_steps(const Volume& old, const SeriesDescription& series, WriterSettings& settings) {
   constexpr double codes = 65000; // at most so many are in use
   const size_t count = std::min<size_t>(series.channels.size(), volume_info(old).channel_count);
-  std::vector<StepCoding> steps(series.channels.size());
   for (size_t c = 0; c < count; ++c) {
     const bccsplat_channel_info channel = channel_info(old, static_cast<uint32_t>(c));
+    const Channel& source = series.channels[c];
     const double step = channel.value_scale;
-    if (channel.value_type != BCCSPLAT_TYPE_U16 || step == source_step(series.channels[c])) continue;
+    const double own = source.scaled() ? std::fabs(source.step) : is_float(source.precision) ? 0 : 1;
+    if (channel.value_type != BCCSPLAT_TYPE_U16 || step == own) continue;
     // A quarter of a step inwards the first code is the same, rounded or not.
-    steps[c] = {step, {channel.value_offset + step / 4, channel.value_offset + codes * step}};
-    settings.steps = steps;
+    bccsplat_channel_options& out = settings.values[c];
+    out.value_type = BCCSPLAT_TYPE_U16, out.value_step = step;
+    out.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
+    out.range[0] = channel.value_offset + step / 4, out.range[1] = channel.value_offset + codes * step;
   }
 }
 

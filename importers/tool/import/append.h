@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "choose/series_writer.h"
 #include "tool/handles.h"
 #include "tool/import/plan_file.h"
+#include "tool/import/plan_series.h"
 
 namespace bcc4 {
 
@@ -31,10 +31,11 @@ struct AppendedFile {
                                                            std::unique_ptr<FrameReader> reader);
 
 // Refuses ends and faces that are asked for, but are others than the file has.
-void refuse_other_ends(const Volume& old, const std::string& path, const WriterSettings& settings);
+void refuse_other_ends(const Device& device, const Volume& old, const std::string& path,
+                       const WriterSettings& settings);
 // A series that is appended to keeps its lattice, steps that are not those of the source, and the error that
 // it promises, or that its wavelets have.
-void adopt_lattice(const Volume& old, WriterSettings& settings);
+void adopt_lattice(const Device& device, const Volume& old, WriterSettings& settings, PlanWish& wish);
 void adopt_error(const Volume& old, WriterSettings& settings);
 void adopt_steps(const Volume& old, const SeriesDescription& series, WriterSettings& settings);
 

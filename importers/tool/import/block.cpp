@@ -75,7 +75,7 @@ uint64_t bytes_of_sample(const SeriesDescription& series, bool compared) {
 bool compares_all(const WriterSettings& settings) {
   const auto bounds = [](double error) { return error > 0; };
   return settings.measure == BCCSPLAT_MEASURE_ALL || settings.psnr > 0 || settings.abs_error > 0 ||
-         std::any_of(settings.abs_errors.begin(), settings.abs_errors.end(), bounds);
+         std::any_of(settings.largest_errors.begin(), settings.largest_errors.end(), bounds);
 }
 
 // Are missing values filled?
@@ -99,10 +99,8 @@ uint64_t bytes_of_given_sample(const SeriesDescription& series, const WriterSett
 // What importing the largest of the blocks takes, for divisions of the axes.
 class BlockMemory {
  public:
-  BlockMemory(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
-              const std::vector<ChannelScan>& scans)
-      : device_(device), series_(series), settings_(settings), scans_(scans),
-        compared_(compares_all(settings)) {}
+  BlockMemory(const Device& device, const SeriesDescription& series, const WriterSettings& settings)
+      : device_(device), series_(series), settings_(settings), compared_(compares_all(settings)) {}
 
   [[nodiscard]] uint64_t bytes(const std::array<uint64_t, 3>& pieces) {
     const uint64_t of_given = bytes_of_given_sample(series_, settings_);
@@ -124,7 +122,7 @@ class BlockMemory {
       if (longest > 0 && piece == 0) break; // asked before
       SampleBox box{{}, {series_.dims[0], series_.dims[1], series_.dims[2]}};
       cut_axis(box, axis, series_.dims[axis], piece, pieces);
-      longest = std::max(longest, block_samples(device_, series_, settings_, scans_, box).dims[axis]);
+      longest = std::max(longest, block_samples(device_, series_, settings_, box).dims[axis]);
     }
     return longest;
   }
@@ -132,7 +130,6 @@ class BlockMemory {
   const Device& device_;
   const SeriesDescription& series_;
   const WriterSettings& settings_;
-  const std::vector<ChannelScan>& scans_;
   bool compared_;
   std::map<std::pair<size_t, uint64_t>, uint64_t> given_;
 };
@@ -165,12 +162,12 @@ void remove_all_blocks(const std::string& output) {
 }
 
 ImportResult write_block(FrameReader& reader, const Device& device, WriterSettings settings,
-                         const std::vector<ChannelScan>& scans, ImportScope scope,
-                         const CommonOptions& common, const std::string& name, const SampleBox& block) {
+                         ImportScope scope, const CommonOptions& common, const std::string& name,
+                         const SampleBox& block) {
   scope.output = name, scope.block = block;
-  settings.overwrite = true; // what an earlier run has left
+  settings.overwrite = 1; // what an earlier run has left
   remove_block_result(name);
-  ImportResult result = write_once(reader, device, settings, scans, scope, common);
+  ImportResult result = write_once(reader, device, settings, scope, common);
   keep_block_result(result, name);
   return result;
 }
@@ -277,7 +274,7 @@ std::string needs_whole_frames(const WriterSettings& settings) {
   if (settings.store == BCCSPLAT_STORE_WAVELETS)
     return "the step of wavelets is chosen by whole frames: choose --store samples";
   if (settings.lowpass) return "--lowpass holds whole frames";
-  if (settings.periodic != 0) return "what follows the last sample of a --periodic axis is far away";
+  if (settings.periodic_axes != 0) return "what follows the last sample of a --periodic axis is far away";
   return "";
 }
 
@@ -287,18 +284,16 @@ void settle_for_blocks(WriterSettings& settings) {
   if (settings.measure != BCCSPLAT_MEASURE_ALL) settings.measure = BCCSPLAT_MEASURE_DEFAULT;
 }
 
-uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings,
-                          const ErrorBound& bound) {
+uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings) {
   return series.dims[0] * series.dims[1] * series.dims[2] *
-         (bytes_of_sample(series, bound.any() || compares_all(settings)) +
+         (bytes_of_sample(series, settings.store == BCCSPLAT_STORE_WAVELETS || compares_all(settings)) +
           bytes_of_given_sample(series, settings));
 }
 
 std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescription& series,
-                                       const WriterSettings& settings, const std::vector<ChannelScan>& scans,
-                                       uint64_t memory) {
+                                       const WriterSettings& settings, uint64_t memory) {
   const auto& n = series.dims;
-  BlockMemory needed(device, series, settings, scans);
+  BlockMemory needed(device, series, settings);
   std::array<uint64_t, 3> pieces{1, 1, 1};
   while (needed.bytes(pieces) > memory) {
     std::array<uint64_t, 3> best{};
@@ -325,8 +320,8 @@ std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescrip
 namespace {
 
 ImportResult write_blocks_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
-                               const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                               const CommonOptions& common, const std::vector<SampleBox>& blocks) {
+                               const ImportScope& scope, const CommonOptions& common,
+                               const std::vector<SampleBox>& blocks) {
   const size_t channels = reader.description().channels.size();
   ImportResult all;
   all.nonfinite.resize(channels);
@@ -339,13 +334,13 @@ ImportResult write_blocks_once(FrameReader& reader, const Device& device, const 
     const bool there = take_block(name, settings, channels, one);
     if (common.prints_text() && blocks.size() > 1)
       std::printf("  block %zu of %zu%s\n", names.size() + 1, blocks.size(), there ? " is there" : "");
-    if (!there) one = write_block(reader, device, settings, scans, scope, common, name, block);
+    if (!there) one = write_block(reader, device, settings, scope, common, name, block);
     add_nonfinite(one, all), add_errors(one.errors, all.errors);
     names.push_back(name);
   }
   all.given = {0, reader.description().dims[3]};
   try {
-    join_blocks(device, names, scope, settings.overwrite, all.report);
+    join_blocks(device, names, scope, settings.overwrite != 0, all.report);
   } catch (const Error& e) {
     if (e.code() == Code::bound_not_met) names.clear(), remove_all_blocks(scope.output);
     throw;
@@ -358,11 +353,11 @@ ImportResult write_blocks_once(FrameReader& reader, const Device& device, const 
 
 } // namespace
 
-ImportResult write_blocks(FrameReader& reader, const Device& device, WriterSettings& settings,
-                          const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                          const CommonOptions& common, const std::vector<SampleBox>& blocks) {
-  return with_finer_steps(reader, scans, settings, common, false, [&] {
-    return write_blocks_once(reader, device, settings, scans, scope, common, blocks);
+ImportResult write_blocks(FrameReader& reader, const Device& device, std::vector<WriterSettings>& attempts,
+                          const ImportScope& scope, const CommonOptions& common,
+                          const std::vector<SampleBox>& blocks) {
+  return with_finer_steps(attempts, common, false, [&](const WriterSettings& settings) {
+    return write_blocks_once(reader, device, settings, scope, common, blocks);
   });
 }
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "choose/search.h"
 #include "tool/import/write_series.h"
 
 namespace bcc4 {
@@ -27,19 +26,17 @@ void settle_for_blocks(WriterSettings& settings);
 
 // Returns the bytes that importing whole frames takes at most, by what was measured
 // (tests/bench/notes/blocks.md).
-[[nodiscard]] uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings,
-                                        const ErrorBound& bound);
+[[nodiscard]] uint64_t memory_of_frames(const SeriesDescription& series, const WriterSettings& settings);
 
 // Returns boxes that share the samples of a series among them, each so small that importing it takes no more
 // than `memory` bytes by what was measured; one where all fits.
 [[nodiscard]] std::vector<SampleBox> blocks_that_fit(const Device& device, const SeriesDescription& series,
-                                                     const WriterSettings& settings,
-                                                     const std::vector<ChannelScan>& scans, uint64_t memory);
+                                                     const WriterSettings& settings, uint64_t memory);
 
 // Writes the series block by block, each into a file beside the output that goes when all are joined. When
 // they miss the PSNR that a sample has promised, all are written again, as write_series does.
-[[nodiscard]] ImportResult write_blocks(FrameReader& reader, const Device& device, WriterSettings& settings,
-                                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
+[[nodiscard]] ImportResult write_blocks(FrameReader& reader, const Device& device,
+                                        std::vector<WriterSettings>& attempts, const ImportScope& scope,
                                         const CommonOptions& common, const std::vector<SampleBox>& blocks);
 
 } // namespace bcc4

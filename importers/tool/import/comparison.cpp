@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "choose/read_series.h"
+#include "series/read_series.h"
 #include "tool/json.h"
 #include "tool/output/export_type.h"
 #include "tool/run_watch.h"

@@ -28,14 +28,13 @@ constexpr uint64_t kSampledFrames = 8; // of a series: more take longer, fewer t
 
 // Sites of all channels, counted on a writer for the whole series as one part: then the layers are known
 // beforehand, whatever becomes of what is not finite.
-uint64_t count_sites(const Device& device, const SeriesDescription& s, WriterSettings settings,
-                     const std::vector<ChannelScan>& scans) {
+uint64_t count_sites(const Device& device, const SeriesDescription& s, WriterSettings settings) {
   settings.nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
   settings.faces = BCCSPLAT_FACES_MIRROR; // sites outside are not counted
   auto whole = sized<bccsplat_series_part>();
   whole.end = s.dims[3], whole.times = s.times.values.data();
   const bool as_part = s.dims[3] > 1 && settings.ends != BCCSPLAT_ENDS_PERIODIC; // which has no parts
-  return lattice_sites(create_writer(device, "", s, settings, scans, s.dims[3], as_part ? &whole : nullptr)) *
+  return lattice_sites(create_writer(device, "", s, settings, s.dims[3], as_part ? &whole : nullptr)) *
          s.channels.size();
 }
 
@@ -57,11 +56,11 @@ uint64_t write_frames(FrameReader& reader, const Writer& writer, uint64_t first,
 
 } // namespace
 
-ImportEstimate estimate_import(FrameReader& reader, const Device& device, const WriterSettings& settings,
-                               const std::vector<ChannelScan>& scans) {
+ImportEstimate estimate_import(FrameReader& reader, const Device& device, const ImportPlan& plan) {
   const SeriesDescription& s = reader.description();
+  const WriterSettings& settings = plan.settings();
   ImportEstimate e;
-  e.sites = count_sites(device, s, settings, scans);
+  e.sites = count_sites(device, s, settings);
   e.sampled_frames = std::min(s.dims[3], kSampledFrames);
 
   WriterSettings sampled = settings;
@@ -72,7 +71,7 @@ ImportEstimate estimate_import(FrameReader& reader, const Device& device, const 
   // Some frames of a series that goes round do not.
   if (sampled.ends == BCCSPLAT_ENDS_PERIODIC && e.sampled_frames < s.dims[3])
     sampled.ends = BCCSPLAT_ENDS_MIRROR;
-  const Writer writer = create_writer(device, "", s, sampled, scans, e.sampled_frames);
+  const Writer writer = create_writer(device, "", s, sampled, e.sampled_frames);
   const Progress clock("", 0, false, true);
   // The middle frames: the first ones of a simulation are often empty.
   const uint64_t largest = write_frames(reader, writer, (s.dims[3] - e.sampled_frames) / 2, e.sampled_frames);
@@ -81,8 +80,10 @@ ImportEstimate estimate_import(FrameReader& reader, const Device& device, const 
   check(bccsplat_writer_finish(writer.get(), &report), "");
   e.errors = measured_errors(writer, s.channels.size(), report.frames_measured).series;
   // The peak of a PSNR is the range of the whole source, not that of the frames that were looked at.
-  for (size_t c = 0; c < e.errors.size() && c < scans.size(); ++c)
-    if (!scans[c].empty() && e.errors[c].samples > 0) set_peak(e.errors[c], scans[c].max - scans[c].min);
+  const Json channels = plan.found.value("channels", Json::array());
+  for (size_t c = 0; c < e.errors.size() && c < channels.size(); ++c)
+    if (const Json& range = channels[c].at("range"); !range.is_null() && e.errors[c].samples > 0)
+      set_peak(e.errors[c], range[1].get<double>() - range[0].get<double>());
   auto info = sized<bccsplat_device_info>();
   check(bccsplat_device_get_info(device.get(), &info), "");
   const double share = static_cast<double>(s.dims[3]) / static_cast<double>(e.sampled_frames);

@@ -2,18 +2,13 @@
 // What an import would cost, before it is made.
 #pragma once
 
-#include <vector>
-
-#include "choose/series_writer.h"
 #include "readers/frame_reader.h"
-#include "series/scan.h"
 #include "tool/import/plan.h"
 
 namespace bcc4 {
 
 // Sends the middle frames of the series through the real writer, into nothing, and extrapolates.
 [[nodiscard]] ImportEstimate estimate_import(FrameReader& reader, const Device& device,
-                                             const WriterSettings& settings,
-                                             const std::vector<ChannelScan>& scans);
+                                             const ImportPlan& plan);
 
 } // namespace bcc4

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "choose/level_choice.h"
 #include "readers/open_series.h"
 #include "tool/cli.h"
 #include "tool/import/writer_choices.h"
@@ -30,7 +29,7 @@ void read_scale(const std::string& text, const std::string& time_scale, WriterSe
     fail_usage("--scale ", text, ": one number, or those along x,y,z or x,y,z,t");
   if (scale.size() == 4 && !time_scale.empty())
     fail_usage("--scale ", text, " has a distance along time, and so has --time-scale: choose one");
-  std::copy(scale.begin(), scale.end(), settings.scales.begin());
+  std::copy(scale.begin(), scale.end(), settings.scales);
   settings.scale = std::cbrt(scale[0] * scale[1] * scale[2]);
   if (scale.size() == 4) settings.time_scale = scale[3];
 }
@@ -81,7 +80,7 @@ void add_fit_options(const Command& import, ImportArguments& a) {
                       "largest value (clamp)");
   add_choice<int32_t>(import, "--filter", a.settings.filter, kFilterChoices,
                       "Resampling filter (default kaiser8)");
-  import.add_flag("--lowpass", a.settings.lowpass,
+  import.add_flag("--lowpass", a.lowpass,
                   "First remove the frequencies that the lattice cannot hold (outside_cell of --dry-run)");
   add_choice<int32_t>(
       import, "--ends", a.settings.ends, kEndsChoices,
@@ -94,7 +93,7 @@ void add_fit_options(const Command& import, ImportArguments& a) {
       "short; x to xyz: along these axes at any cost; mirror: the mirror image. Default: what does best on a "
       "sample, else predict along axes of 43 samples or more");
   add_choice<int32_t>(
-      import, "--periodic", a.settings.periodic, kPeriodicChoices,
+      import, "--periodic", a.periodic, kPeriodicChoices,
       "Axes that go round, as longitude does: the first sample follows the last. For time: --ends periodic");
 }
 
@@ -113,7 +112,7 @@ void add_coding_options(const Command& import, ImportArguments& a) {
   add_choice<int32_t>(
       import, "--measure", a.settings.measure, kMeasureChoices,
       "Frames whose error is measured and reported (default some: three; with --abs or --psnr: all)");
-  add_choice<int32_t>(import, "--quantize", a.settings.quantize, kTypeChoices,
+  add_choice<int32_t>(import, "--quantize", a.quantize, kTypeChoices,
                       "Type of the stored values (default: the source's own precision)");
   add_choice<int32_t>(
       import, "--store", a.settings.store, kStoreChoices,
@@ -125,7 +124,7 @@ void add_coding_options(const Command& import, ImportArguments& a) {
                   "space. auto (default): from 192^3 on, until a level is below 96^3; none for labels. "
                   "--append keeps those of the file")
       .type_name("auto|none|N");
-  import.add_option("--kernel", a.settings.kernel, "Kernel that readers use by default").type_name("NAME");
+  import.add_option("--kernel", a.kernel, "Kernel that readers use by default").type_name("NAME");
 }
 
 // Adds the options that say what is written, and how.
@@ -157,7 +156,7 @@ void add_output_options(const Command& import, ImportArguments& a) {
       "(samples, errors measured with --abs, --psnr or --measure all alone, predictions outside faces of one "
       "boldness). Frames beyond 400^3 samples that do not fit are "
       "imported so without it, too");
-  import.add_flag("--overwrite", a.settings.overwrite, "Replace an existing output");
+  import.add_flag("--overwrite", a.overwrite, "Replace an existing output");
   add_resume_options(import, a.resume);
   import.add_flag("--json", a.common.json, "Report as JSON");
   import.add_flag("--quiet", a.common.quiet, "Print nothing but warnings and errors");
@@ -184,7 +183,7 @@ void check_outputs(const ImportArguments& a) {
     if (const std::string format = format_of_name(a.output); !format.empty())
       fail_usage("-o ", a.output, ": import writes .bcc4 files, and this is the name of a file of ", format,
                  "; export writes others");
-    refuse_existing(a.output, a.settings.overwrite || a.resume.append);
+    refuse_existing(a.output, a.overwrite || a.resume.append);
     require_writable_folder(a.output);
     if (!a.block.empty() && a.plan.empty())
       fail_usage("--block needs the --plan that all blocks share; --blocks --dry-run --plan FILE makes one");
@@ -195,14 +194,23 @@ void check_outputs(const ImportArguments& a) {
   } else if (!a.part.empty()) {
     fail_usage("--part with --dry-run: a plan is made of the whole series");
   } else if (!a.plan.empty()) {
-    refuse_existing(a.plan, a.settings.overwrite);
+    refuse_existing(a.plan, a.overwrite);
     require_writable_folder(a.plan);
   }
 }
 
-uint32_t read_levels(const ImportArguments& a, const SeriesDescription& series) {
-  if (a.auto_levels()) return is_scattered(series) ? 0 : levels_for(series.dims);
-  return a.levels == "none" ? 0 : option_number<uint32_t>("--levels", a.levels);
+// Who says air says it of all channels, and a sparse source of each of its own.
+std::vector<bccsplat_channel_options> read_channels(const ImportArguments& a, const SeriesDescription& s) {
+  std::vector<bccsplat_channel_options> channels;
+  for (const Channel& channel : s.channels) {
+    auto& out = channels.emplace_back(sized<bccsplat_channel_options>());
+    const bool wide = channel.scaled() && type_size(channel.precision) > 4; // read as floats
+    out.source_type = wide ? BCCSPLAT_TYPE_F64 : library_type(channel.precision);
+    out.value_type = a.quantize, out.air_threshold = a.air_threshold.value_or(0);
+    out.air = a.air.value_or(channel.air);
+    if (a.air || s.sparse) out.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+  }
+  return channels;
 }
 
 bool chooses_lattice(const ImportArguments& a) {
@@ -211,9 +219,7 @@ bool chooses_lattice(const ImportArguments& a) {
   return a.settings.lattice == BCCSPLAT_LATTICE_DEFAULT;
 }
 
-ErrorBound read_settings(ImportArguments& a) {
-  a.settings.air = a.air;
-  a.settings.air_threshold = a.air_threshold.value_or(0);
+void read_settings(ImportArguments& a) {
   read_scale(a.scale, a.time_scale, a.settings);
   read_lattice(a, a.settings);
   if (!a.time_scale.empty() && a.time_scale != "auto") {
@@ -230,7 +236,7 @@ ErrorBound read_settings(ImportArguments& a) {
   if (a.settings.store == BCCSPLAT_STORE_WAVELETS) {
     if (a.exact)
       fail_usage("--exact keeps samples as they are, and --store wavelets rounds them: choose one");
-    const int32_t type = a.settings.quantize;
+    const int32_t type = a.quantize;
     if (type != BCCSPLAT_TYPE_DEFAULT && type != BCCSPLAT_TYPE_U8 && type != BCCSPLAT_TYPE_U16)
       fail_usage("--store wavelets: samples are u8 or u16, and --quantize asks for others");
   }
@@ -238,8 +244,12 @@ ErrorBound read_settings(ImportArguments& a) {
     fail_usage(
         "--abs must be positive: the largest error allowed at any source sample, in units of the values");
   if (a.psnr && !(*a.psnr > 0)) fail_usage("--psnr must be positive, in dB: 50 is good, 70 is next to exact");
-  if (!(a.settings.air_threshold >= 0)) fail_usage("--air-threshold must not be negative");
-  return usual_bound({a.abs.value_or(0), a.psnr.value_or(0)}, a.settings.store);
+  if (!(a.air_threshold.value_or(0) >= 0)) fail_usage("--air-threshold must not be negative");
+  a.settings.abs_error = a.abs.value_or(0), a.settings.psnr = a.psnr.value_or(0);
+  if (!a.auto_levels())
+    a.settings.levels = a.levels == "none" ? 0 : option_number<uint32_t>("--levels", a.levels);
+  a.settings.lowpass = a.lowpass ? 1 : 0, a.settings.periodic_axes = static_cast<uint32_t>(a.periodic);
+  a.settings.kernel = a.kernel;
 }
 
 } // namespace bcc4

@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "choose/settle.h"
 #include "tool/import/reader_arguments.h"
 #include "tool/import/resume.h"
 #include "tool/import/write_series.h"
@@ -24,7 +23,9 @@ struct ImportArguments {
   std::string lattice;    // a name, or auto
   std::string levels;     // a number, auto or none; empty: auto
   std::optional<double> density;
-  bool exact = false;
+  bool exact = false, lowpass = false, overwrite = false;
+  int32_t periodic = 0, quantize = BCCSPLAT_TYPE_DEFAULT;
+  std::string kernel;
   std::string output;
   bool dry_run = false;
   std::string plan, part, block; // file; frames and samples as typed
@@ -40,9 +41,10 @@ void add_import_options(const Command& import, ImportArguments& arguments);
 // Says before the work what cannot be written.
 void check_outputs(const ImportArguments& arguments);
 // Checks what was typed about the writer and completes its settings.
-[[nodiscard]] ErrorBound read_settings(ImportArguments& arguments);
-// --levels N, auto or none.
-[[nodiscard]] uint32_t read_levels(const ImportArguments& arguments, const SeriesDescription& series);
+void read_settings(ImportArguments& arguments);
+// The settings of the channels of a series.
+[[nodiscard]] std::vector<bccsplat_channel_options> read_channels(const ImportArguments& arguments,
+                                                                  const SeriesDescription& series);
 // Is the lattice, or its shape, to be chosen?
 [[nodiscard]] bool chooses_lattice(const ImportArguments& arguments);
 

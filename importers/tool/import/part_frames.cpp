@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tool/import/part_frames.h"
 
-#include <algorithm>
 #include <array>
 
 namespace bcc4 {
@@ -21,31 +20,20 @@ SampleBox wanted_box(const Writer& writer) {
 }
 
 FrameSpan part_frames(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
-                      const std::vector<ChannelScan>& scans, const FrameSpan& part) {
+                      const FrameSpan& part) {
   auto own = sized<bccsplat_series_part>();
   own.first = part.first, own.end = part.end;
   own.times = series.times.values.data();
-  return wanted_frames(create_writer(device, "", series, settings, scans, series.dims[3], &own));
+  return wanted_frames(create_writer(device, "", series, settings, series.dims[3], &own));
 }
 
 SampleBox block_samples(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
-                        const std::vector<ChannelScan>& scans, const SampleBox& block) {
+                        const SampleBox& block) {
   auto own = sized<bccsplat_series_part>();
   own.end = series.dims[3], own.times = series.times.values.data();
   for (size_t a = 0; a < 3; ++a)
     own.box_begin[a] = block.begin[a], own.box_end[a] = block.begin[a] + block.dims[a];
-  return wanted_box(create_writer(device, "", series, settings, scans, series.dims[3], &own));
-}
-
-uint64_t lead_of(const std::vector<ChannelScan>& scans, uint64_t first) {
-  const auto missing = [&](uint64_t frame) {
-    return std::any_of(scans.begin(), scans.end(), [&](const ChannelScan& s) {
-      return std::binary_search(s.missing.begin(), s.missing.end(), frame);
-    });
-  };
-  uint64_t lead = 0;
-  while (lead < first && missing(first - lead)) ++lead;
-  return lead;
+  return wanted_box(create_writer(device, "", series, settings, series.dims[3], &own));
 }
 
 } // namespace bcc4

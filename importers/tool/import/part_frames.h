@@ -2,12 +2,8 @@
 // What the parts of a series are made of: more frames and samples than their own.
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "choose/series_writer.h"
 #include "readers/frame_reader.h"
-#include "series/scan.h"
+#include "tool/import/writer_settings.h"
 
 namespace bcc4 {
 
@@ -17,13 +13,9 @@ namespace bcc4 {
 [[nodiscard]] SampleBox wanted_box(const Writer& writer);
 // Frames that a part is made of.
 [[nodiscard]] FrameSpan part_frames(const Device& device, const SeriesDescription& series,
-                                    const WriterSettings& settings, const std::vector<ChannelScan>& scans,
-                                    const FrameSpan& part);
+                                    const WriterSettings& settings, const FrameSpan& part);
 // Samples that a block of all frames is made of.
 [[nodiscard]] SampleBox block_samples(const Device& device, const SeriesDescription& series,
-                                      const WriterSettings& settings, const std::vector<ChannelScan>& scans,
-                                      const SampleBox& block);
-// Frames before `first` back to one that is there in every channel. scans: by channel.
-[[nodiscard]] uint64_t lead_of(const std::vector<ChannelScan>& scans, uint64_t first);
+                                      const WriterSettings& settings, const SampleBox& block);
 
 } // namespace bcc4

@@ -8,7 +8,6 @@
 #include <cstdio>
 
 #include "readers/text.h"
-#include "tool/import/choice_json.h"
 #include "tool/import/choice_text.h"
 #include "tool/import/report.h"
 #include "tool/json.h"
@@ -53,20 +52,30 @@ std::string percent(uint64_t part, uint64_t whole) {
              : concat(short_number(100.0 * static_cast<double>(part) / static_cast<double>(whole), 4), " %");
 }
 
-// What a store of wavelets promises, and, where nothing was asked for, how to ask.
-std::string bound_text(const ErrorBound& bound) {
-  constexpr double percents = 100;
-  if (bound.share == 0)
-    return bound.abs > 0 ? concat("no sample off by more than ", bound.abs) : concat(bound.psnr, " dB");
-  return concat(bound.psnr, " dB outside air and no sample off by more than ",
-                short_number(percents * bound.share, 2),
-                " % of the range; more or less with --psnr or --abs, half the sites and no bound with "
-                "--density .5");
+// What is known of a channel; null: its frames were not all read.
+const Json* scan_of(const ImportPlan& plan, size_t c) {
+  const auto channels = plan.found.find("channels");
+  return channels == plan.found.end() ? nullptr : &channels->at(c);
 }
 
-int32_t type_in_file(const ImportPlan& plan, size_t c) {
-  return step_of(plan.settings, c) > 0 ? BCCSPLAT_TYPE_U16
-                                       : stored_type(plan.series.channels[c], plan.settings);
+std::string scan_text(const Json& scan) {
+  const auto count = [&](const char* key) { return scan.at(key).get<uint64_t>(); };
+  std::string text;
+  if (const Json& range = scan.at("range"); !range.is_null())
+    text += concat(", range ", range[0].get<double>(), " to ", range[1].get<double>());
+  text += concat(", ", percent(count("samples") - count("relevant"), count("samples")), " air");
+  if (const auto voxel = scan.at("first_voxel").get<std::array<uint64_t, 3>>(); count("nonfinite") > 0)
+    text += concat(", ", count("nonfinite"), " not finite",
+                   count("beyond") > 0 ? " or beyond 32-bit floats" : "", ", the first in frame ",
+                   count("first_frame"), " at voxel (", voxel[0], ", ", voxel[1], ", ", voxel[2], ")");
+  return text;
+}
+
+Json turn_json(const Turn& turn) {
+  return {{"last_to_first", turn.last_to_first},
+          {"to_next", turn.to_next},
+          {"across", turn.across},
+          {"periodic", turn.leads_to_first()}};
 }
 
 } // namespace
@@ -111,19 +120,11 @@ void print_plan(const ImportPlan& plan, const DryRun& run) {
   for (const std::string& gap : s.gaps) line("gap", gap);
   for (size_t c = 0; c < s.channels.size(); ++c) {
     const Channel& channel = s.channels[c];
-    std::string text =
-        concat(channel.name, ": ", type_name(channel.precision), " stored as ",
-               value_type_name(type_in_file(plan, c)), ", air ", air_of(channel, plan.settings));
-    if (plan.settings.air_threshold > 0) text += concat(" +- ", plan.settings.air_threshold);
-    if (!plan.scans.empty()) {
-      const ChannelScan& scan = plan.scans[c];
-      if (!scan.empty()) text += concat(", range ", scan.min, " to ", scan.max);
-      text += concat(", ", percent(scan.samples - scan.relevant, scan.samples), " air");
-      if (scan.nonfinite > 0)
-        text += concat(", ", scan.nonfinite, " not finite", scan.beyond > 0 ? " or beyond 32-bit floats" : "",
-                       ", the first in frame ", scan.first_frame, " at voxel (", scan.first_voxel[0], ", ",
-                       scan.first_voxel[1], ", ", scan.first_voxel[2], ")");
-    }
+    const bccsplat_channel_options& stored = plan.settings().values[c];
+    std::string text = concat(channel.name, ": ", type_name(channel.precision), " stored as ",
+                              value_type_name(stored_type(stored)), ", air ", stored.air);
+    if (stored.air_threshold > 0) text += concat(" +- ", stored.air_threshold);
+    if (const Json* scan = scan_of(plan, c)) text += scan_text(*scan);
     line(c == 0 ? "values" : "", text);
   }
   for (const std::string& note : s.notes) line("note", note);
@@ -138,26 +139,8 @@ void print_plan(const ImportPlan& plan, const DryRun& run) {
                   " are as near to the first as samples are to the next: if they go round, as longitude "
                   "does, --periodic ",
                   "xy"[a]));
-  if (plan.spectra) {
-    const auto lines = spectrum_lines(plan.spectra->plain);
-    for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "bandwidth" : "", lines[i]);
-    if (const std::string text = motion_text(plan.motion, plan.spectra->plain); !text.empty())
-      line("motion", text);
-  }
-  if (plan.choice) {
-    const auto lines = choice_lines(*plan.choice, s);
-    for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "chosen" : "", lines[i]);
-  } else if (plan.still) {
-    line("chosen",
-         "bcc, as of any single frame: 0.7 of the samples, and lossy at edges; --lattice cc keeps every "
-         "sample as it is, --psnr or --abs the error you say");
-  }
-  if (plan.wavelets) line("chosen", "wavelets, ", bound_text(*plan.wavelets));
-  if (plan.search)
-    line("coding", coding_text(plan.search->chosen(), s), " (the smallest of ", plan.search->tried.size(),
-         " tried on ", plan.search->sampled_frames, " frames)");
-  if (const std::string text = levels_text(plan.levels, plan.settings.levels); !text.empty())
-    line("levels", text);
+  std::string last; // lines of one key have it once
+  for (const auto& [key, text] : choice_lines(plan)) line(key == last ? "" : (last = key).c_str(), text);
   if (run.estimate) {
     const ImportEstimate& e = *run.estimate;
     line("lattice", cc_samples(s), " samples -> ", e.sites, " sites (",
@@ -195,19 +178,15 @@ Json plan_json(const ImportPlan& plan, const DryRun& run) {
     const Channel& channel = s.channels[c];
     Json entry{{"name", channel.name},
                {"source_type", type_name(channel.precision)},
-               {"value_type", value_type_name(type_in_file(plan, c))},
-               {"air", air_of(channel, plan.settings)},
-               {"air_threshold", plan.settings.air_threshold}};
-    if (!plan.scans.empty()) {
-      const ChannelScan& scan = plan.scans[c];
-      entry["range"] = scan.empty() ? Json() : Json{scan.min, scan.max};
-      entry["relevant"] = scan.relevant;
-      entry["nonfinite"] = scan.nonfinite;
-    }
+               {"value_type", value_type_name(stored_type(plan.settings().values[c]))},
+               {"air", plan.settings().values[c].air},
+               {"air_threshold", plan.settings().values[c].air_threshold}};
+    if (const Json* scan = scan_of(plan, c))
+      for (const char* const key : {"range", "relevant", "nonfinite"}) entry[key] = scan->at(key);
     j["channels"].push_back(std::move(entry));
   }
   j["cc_samples"] = cc_samples(s);
-  j["levels"] = plan.settings.levels;
+  j["levels"] = plan.settings().levels;
   if (run.estimate) {
     const ImportEstimate& e = *run.estimate;
     j["sites_total"] = e.sites;
@@ -218,12 +197,8 @@ Json plan_json(const ImportPlan& plan, const DryRun& run) {
     j["estimate"]["error"] = Json::array();
     for (const bccsplat_error_report& error : e.errors) j["estimate"]["error"].push_back(error_json(error));
   }
-  if (plan.spectra) j["spectrum"] = spectrum_json(plan.spectra->plain);
-  if (plan.motion) j["motion"] = *plan.motion;
-  if (plan.choice) j["choice"] = choice_json(*plan.choice, s);
-  if (const auto& b = plan.wavelets)
-    j["wavelets"] = {{"psnr", b->psnr}, {"abs", b->abs}, {"share_of_range", b->share}};
-  if (plan.search) j["coding"] = search_json(*plan.search, s);
+  for (const char* const key : {"spectrum", "motion", "choice", "wavelets", "coding"})
+    if (plan.found.contains(key)) j[key] = plan.found[key];
   if (run.turn) j["turn"] = turn_json(*run.turn);
   for (size_t a = 0; a < run.round.size(); ++a)
     if (run.round[a]) j["round"][std::string(1, "xy"[a])] = turn_json(*run.round[a]);

@@ -8,9 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "choose/plan.h"
+#include "tool/import/plan_series.h"
 #include "tool/import/turn.h"
-#include "tool/json_fwd.h"
 
 namespace bcc4 {
 

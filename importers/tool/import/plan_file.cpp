@@ -16,7 +16,7 @@
 namespace bcc4 {
 namespace {
 
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;
 constexpr uint64_t kMostBytes = 256 << 20; // of a plan
 
 // Empty: the default.
@@ -30,77 +30,55 @@ int32_t value_of(const Json& name, const Choices<int32_t>& choices, int32_t othe
   return option_choice(concat("the plan's"), name.get<std::string>(), choices);
 }
 
+// Calls field(key, value) or field(key, value, names of its numbers) for all that a plan says of a channel.
+template<class Channel, class Field> void visit_channel(Channel& c, const Field& field) {
+  field("set", c.set_mask), field("source_type", c.source_type);
+  field("value_type", c.value_type, &kTypeChoices);
+  field("air", c.air), field("air_threshold", c.air_threshold);
+  field("range", c.range), field("step", c.value_step);
+}
+
+// The same of settings, but for their channels.
+template<class Settings, class Field> void visit_settings(Settings& s, const Field& field) {
+  field("lattice", s.lattice, &kLatticeChoices);
+  field("filter", s.filter, &kFilterChoices), field("lowpass", s.lowpass);
+  field("ends", s.ends, &kEndsChoices), field("faces", s.faces, &kFacesChoices);
+  field("periodic", s.periodic_axes, &kPeriodicChoices);
+  field("store", s.store, &kStoreChoices);
+  field("fixed_predictions", s.fixed_predictions), field("levels", s.levels);
+  field("nonfinite", s.nonfinite, &kNonfiniteChoices);
+  field("scale", s.scale), field("time_scale", s.time_scale), field("scales", s.scales);
+  field("wavelet_errors", s.mean_errors);
+  field("abs_error", s.abs_error), field("abs_errors", s.largest_errors), field("psnr", s.psnr);
+  field("measure", s.measure, &kMeasureChoices);
+  field("kernel", s.kernel);
+}
+
+// What writes fields into an object, and what reads them from one; a default has no name and is 0.
+auto writes(Json& j) {
+  return [&j](const char* key, const auto& value, const Choices<int32_t>* names = nullptr) {
+    j[key] = value;
+    if (names) j[key] = name_of(j[key].template get<int32_t>(), *names);
+  };
+}
+auto reads(const Json& j) {
+  return [&j](const char* key, auto& value, const Choices<int32_t>* names = nullptr) {
+    (names ? Json(value_of(j.at(key), *names, 0)) : j.at(key)).get_to(value);
+  };
+}
+
 Json settings_json(const WriterSettings& s) {
   Json j;
-  j["air"] = s.air ? Json(*s.air) : Json();
-  j["air_threshold"] = s.air_threshold;
-  j["lattice"] = name_of(s.lattice, kLatticeChoices);
-  j["filter"] = name_of(s.filter, kFilterChoices);
-  j["lowpass"] = s.lowpass;
-  j["ends"] = name_of(s.ends, kEndsChoices);
-  j["faces"] = name_of(s.faces, kFacesChoices);
-  j["periodic"] = name_of(s.periodic, kPeriodicChoices);
-  j["store"] = name_of(s.store, kStoreChoices);
-  j["fixed_predictions"] = s.fixed_predictions;
-  j["levels"] = s.levels;
-  j["nonfinite"] = name_of(s.nonfinite, kNonfiniteChoices);
-  j["quantize"] = name_of(s.quantize, kTypeChoices);
-  j["scale"] = s.scale, j["time_scale"] = s.time_scale, j["scales"] = s.scales;
-  j["steps"] = Json::array();
-  for (const StepCoding& c : s.steps) j["steps"].push_back({{"step", c.step}, {"range", c.range}});
-  j["wavelet_errors"] = s.wavelet_errors;
-  j["abs_error"] = s.abs_error, j["psnr"] = s.psnr;
-  j["abs_errors"] = s.abs_errors;
-  j["labels"] = s.labels;
-  j["measure"] = name_of(s.measure, kMeasureChoices);
-  j["kernel"] = s.kernel;
+  visit_settings(s, writes(j));
+  for (const bccsplat_channel_options& c : s.values) visit_channel(c, writes(j["channels"].emplace_back()));
   return j;
 }
 
 WriterSettings read_settings(const Json& j) {
   WriterSettings s;
-  if (!j.at("air").is_null()) s.air = j.at("air").get<double>();
-  s.air_threshold = j.at("air_threshold").get<double>();
-  s.lattice = value_of(j.at("lattice"), kLatticeChoices, BCCSPLAT_LATTICE_DEFAULT);
-  s.filter = value_of(j.at("filter"), kFilterChoices, BCCSPLAT_FILTER_DEFAULT);
-  s.lowpass = j.at("lowpass").get<bool>();
-  s.ends = value_of(j.at("ends"), kEndsChoices, BCCSPLAT_ENDS_DEFAULT);
-  s.faces = value_of(j.at("faces"), kFacesChoices, BCCSPLAT_FACES_DEFAULT);
-  s.periodic = value_of(j.value("periodic", Json()), kPeriodicChoices, 0); // which older plans do not have
-  s.store = value_of(j.at("store"), kStoreChoices, BCCSPLAT_STORE_DEFAULT);
-  s.fixed_predictions = j.value("fixed_predictions", false); // which older plans do not have
-  s.levels = j.value("levels", uint32_t{0});                 // which older plans do not have
-  s.nonfinite = value_of(j.at("nonfinite"), kNonfiniteChoices, BCCSPLAT_NONFINITE_DEFAULT);
-  s.quantize = value_of(j.at("quantize"), kTypeChoices, BCCSPLAT_TYPE_DEFAULT);
-  s.scale = j.at("scale").get<double>(), s.time_scale = j.at("time_scale").get<double>();
-  s.scales = j.at("scales").get<std::array<double, 4>>();
-  for (const Json& c : j.at("steps"))
-    s.steps.push_back({c.at("step").get<double>(), c.at("range").get<std::array<double, 2>>()});
-  // Older plans do not have these two.
-  s.wavelet_errors = j.value("wavelet_errors", std::vector<double>{});
-  s.abs_errors = j.value("abs_errors", std::vector<double>{});
-  s.labels = j.value("labels", std::vector<bool>{});
-  s.abs_error = j.at("abs_error").get<double>(), s.psnr = j.at("psnr").get<double>();
-  s.measure = value_of(j.at("measure"), kMeasureChoices, BCCSPLAT_MEASURE_DEFAULT);
-  s.kernel = j.at("kernel").get<std::string>();
-  return s;
-}
-
-Json scan_json(const ChannelScan& s) {
-  Json j;
-  j["range"] = s.empty() ? Json() : Json{s.min, s.max};
-  j["samples"] = s.samples, j["relevant"] = s.relevant, j["nonfinite"] = s.nonfinite;
-  j["missing_frames"] = s.missing;
-  return j;
-}
-
-ChannelScan read_scan(const Json& j) {
-  ChannelScan s;
-  if (!j.at("range").is_null())
-    s.min = j.at("range").at(0).get<double>(), s.max = j.at("range").at(1).get<double>();
-  s.samples = j.at("samples").get<uint64_t>(), s.relevant = j.at("relevant").get<uint64_t>();
-  s.nonfinite = j.at("nonfinite").get<uint64_t>();
-  s.missing = j.at("missing_frames").get<std::vector<uint64_t>>();
+  visit_settings(s, reads(j));
+  for (const Json& c : j.at("channels"))
+    visit_channel(s.values.emplace_back(sized<bccsplat_channel_options>()), reads(c));
   return s;
 }
 
@@ -108,17 +86,19 @@ PlanFile read_plan(const Json& j) {
   PlanFile plan;
   plan.inputs = j.at("inputs").get<std::vector<std::string>>();
   for (const auto& [key, value] : j.at("options").items()) plan.options.emplace_back(key, value);
-  plan.settings = read_settings(j.at("settings"));
+  for (const Json& settings : j.at("settings")) plan.attempts.push_back(read_settings(settings));
   plan.dims = j.at("dims").get<std::array<uint64_t, 4>>();
   plan.times = j.at("times").get<std::vector<double>>();
   for (const Json& s : j.at("sources"))
     plan.sources.push_back(
         {s.at("name").get<std::string>(), s.at("bytes").get<uint64_t>(), s.at("crc32").get<uint32_t>()});
-  for (const Json& c : j.at("channels")) {
-    plan.channels.push_back(c.at("name").get<std::string>());
-    plan.scans.push_back(read_scan(c));
-  }
-  if (plan.times.size() != plan.dims[3] || plan.channels.empty() || plan.inputs.empty())
+  for (const Json& name : j.at("names")) plan.channels.push_back(name.get<std::string>());
+  plan.found["channels"] = j.at("channels");
+  const size_t channels = plan.channels.size();
+  const auto fits = [&](const WriterSettings& s) { return s.values.size() == channels; };
+  if (plan.times.size() != plan.dims[3] || channels == 0 || plan.inputs.empty() || plan.attempts.empty() ||
+      plan.found["channels"].size() != channels ||
+      !std::all_of(plan.attempts.begin(), plan.attempts.end(), fits))
     fail_input("it contradicts itself");
   return plan;
 }
@@ -143,14 +123,11 @@ void write_plan_file(const std::string& path, const PlanFile& plan, bool overwri
   j["inputs"] = plan.inputs;
   j["options"] = Json::object();
   for (const auto& [key, text] : plan.options) j["options"][key] = text;
-  j["settings"] = settings_json(plan.settings);
+  j["settings"] = Json::array();
+  for (const WriterSettings& settings : plan.attempts) j["settings"].push_back(settings_json(settings));
   j["dims"] = plan.dims;
-  j["channels"] = Json::array();
-  for (size_t c = 0; c < plan.channels.size(); ++c) {
-    Json entry{{"name", plan.channels[c]}};
-    entry.update(scan_json(plan.scans[c]));
-    j["channels"].push_back(std::move(entry));
-  }
+  j["names"] = plan.channels;
+  j["channels"] = plan.found.at("channels");
   j["times"] = plan.times;
   j["sources"] = Json::array();
   for (const PlannedSource& s : plan.sources)

@@ -7,9 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "choose/series_writer.h"
 #include "readers/frame_reader.h"
-#include "series/scan.h"
+#include "tool/import/plan_series.h"
 #include "tool/options.h"
 
 namespace bcc4 {
@@ -24,13 +23,13 @@ struct PlannedSource {
 struct PlanFile {
   std::vector<std::string> inputs;
   std::vector<std::pair<std::string, std::string>> options; // of the reader, as typed, without the dashes
-  WriterSettings settings;
+  std::vector<WriterSettings> attempts;                     // one, and where it misses a PSNR the next
+  Json found;                                               // of the series, as the library tells it
   // The series as it was read: what must be found again.
   std::array<uint64_t, 4> dims{};
   std::vector<double> times;
   std::vector<std::string> channels;
   std::vector<PlannedSource> sources;
-  std::vector<ChannelScan> scans;
 };
 
 // A plan is followed from any folder: its inputs, and a file of times among its options, by absolute paths.

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "choose/frame_planes.h"
-#include "choose/labels.h"
 #include "readers/text.h"
+#include "series/frame_planes.h"
 
 namespace bcc4 {
 namespace {

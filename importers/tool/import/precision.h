@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "choose/watch.h"
 #include "readers/frame_reader.h"
+#include "series/watch.h"
 
 namespace bcc4 {
 

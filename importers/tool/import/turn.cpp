@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "choose/frame_planes.h"
+#include "series/frame_planes.h"
 
 namespace bcc4 {
 namespace {

@@ -7,8 +7,8 @@
 #include <limits>
 #include <optional>
 
-#include "choose/watch.h"
 #include "readers/frame_reader.h"
+#include "series/watch.h"
 
 namespace bcc4 {
 

@@ -8,9 +8,8 @@
 #include <exception>
 #include <set>
 
-#include "choose/finer.h"
-#include "choose/read_series.h"
 #include "readers/text.h"
+#include "series/read_series.h"
 #include "series/scan.h"
 #include "tool/import/air_in_file.h"
 #include "tool/import/part_frames.h"
@@ -41,10 +40,9 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Write
   if (settings.fixed_predictions) attribute(kPredictions, "fixed");
   for (const auto& [key, value] : s.attributes) attribute(key, value);
   for (const auto& [key, value] : scope.attributes) attribute(key, value);
-  for (const Channel& c : s.channels) { // what the file has the nearest float of
-    const double air = air_of(c, settings);
-    if (air != static_cast<float>(air)) attribute(air_attribute(c.name), concat(air));
-  }
+  for (size_t c = 0; c < s.channels.size(); ++c) // what the file has the nearest float of
+    if (const double air = settings.values[c].air; air != static_cast<float>(air))
+      attribute(air_attribute(s.channels[c].name), concat(air));
   for (const Channel& c : s.channels)
     if (!c.active.empty()) attribute("openvdb.active." + c.name, counts_text(c.active));
   for (const auto& [key, value] : scope.kept)
@@ -66,8 +64,7 @@ void refuse_missing_frame(const FrameReader& reader, uint64_t frame, uint64_t no
 }
 
 ImportResult write_file(FrameReader& reader, const Device& device, const WriterSettings& settings,
-                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                        const CommonOptions& common, UnfinishedImport& import) {
+                        const ImportScope& scope, const CommonOptions& common, UnfinishedImport& import) {
   const SeriesDescription& s = reader.description();
   auto part = sized<bccsplat_series_part>();
   const bool is_part = scope.part || scope.block;
@@ -82,7 +79,7 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
   const bool anew = settings.partial != BCCSPLAT_PARTIAL_RESUME && !common.quiet;
   const std::string unfinished = anew ? unfinished_work(device, scope.output) : "";
   const Writer writer =
-      create_writer(device, scope.output, s, settings, scans, s.dims[3], is_part ? &part : nullptr);
+      create_writer(device, scope.output, s, settings, s.dims[3], is_part ? &part : nullptr);
   import.begun();
   if (!unfinished.empty())
     std::fprintf(stderr, "bcc4: %s is begun anew; --resume would have gone on with it\n", unfinished.c_str());
@@ -109,28 +106,15 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
 
 void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
                const std::string& name) {
-  std::vector<bccsplat_box> boxes;
-  boxes.reserve(frame.boxes.size());
-  for (const Box& box : frame.boxes) {
-    auto b = sized<bccsplat_box>();
-    b.type = library_type(box.type);
-    b.data = box.data;
-    for (size_t a = 0; a < 3; ++a) {
-      b.begin[a] = box.begin[a];
-      b.dims[a] = box.dims[a];
-      b.stride_bytes[a] = box.stride_bytes[a];
-    }
-    boxes.push_back(b);
-  }
+  const std::vector<bccsplat_box> boxes = library_boxes(frame);
   check(bccsplat_writer_add_frame(writer.get(), channel, time, boxes.data(), boxes.size()), name);
 }
 
 ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
-                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                        const CommonOptions& common) {
+                        const ImportScope& scope, const CommonOptions& common) {
   UnfinishedImport unfinished(scope.output, common.quiet);
   try {
-    ImportResult result = write_file(reader, device, settings, scans, scope, common, unfinished);
+    ImportResult result = write_file(reader, device, settings, scope, common, unfinished);
     unfinished.finished();
     return result;
   } catch (const Error& e) {
@@ -147,35 +131,35 @@ std::string filtering_text(const WriterSettings& settings) {
   return settings.lowpass ? text + (text.empty() ? "lowpass" : ", lowpass") : text;
 }
 
-ImportResult with_finer_steps(FrameReader& reader, const std::vector<ChannelScan>& scans,
-                              WriterSettings& settings, const CommonOptions& common, bool resumes,
-                              const std::function<ImportResult()>& write) {
+ImportResult with_finer_steps(std::vector<WriterSettings>& attempts, const CommonOptions& common,
+                              bool resumes, const std::function<ImportResult(const WriterSettings&)>& write) {
   std::exception_ptr first_refusal; // of what is resumed
-  for (size_t missed = 0;; ++missed) try {
-      return write();
+  for (;;) try {
+      return write(attempts.front());
     } catch (const Error& e) {
       const bool unlike = resumes && e.code() == Code::wrong_state;
       if (!unlike && e.code() != Code::bound_not_met) throw;
       if (unlike && !first_refusal) first_refusal = std::current_exception();
-      const char* const remedy = make_finer(reader.description(), scans, missed, settings);
-      if (!remedy && unlike) std::rethrow_exception(first_refusal);
-      if (!remedy) throw;
-      if (common.prints_text() && !unlike) std::printf("  %s; again with %s\n", e.what(), remedy);
+      if (attempts.size() == 1 && unlike) std::rethrow_exception(first_refusal);
+      if (attempts.size() == 1) throw;
+      attempts.erase(attempts.begin());
+      if (common.prints_text() && !unlike)
+        std::printf("  %s; again with %s\n", e.what(),
+                    attempts.front().abs_error > 0 ? "corrections" : "finer steps");
     }
 }
 
-ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
-                          const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                          const CommonOptions& common) {
-  return with_finer_steps(reader, scans, settings, common, settings.partial == BCCSPLAT_PARTIAL_RESUME,
-                          [&] { return write_once(reader, device, settings, scans, scope, common); });
+ImportResult write_series(FrameReader& reader, const Device& device, std::vector<WriterSettings>& attempts,
+                          const ImportScope& scope, const CommonOptions& common) {
+  return with_finer_steps(
+      attempts, common, attempts.front().partial == BCCSPLAT_PARTIAL_RESUME,
+      [&](const WriterSettings& settings) { return write_once(reader, device, settings, scope, common); });
 }
 
 ImportResult append_series(FrameReader& reader, const Device& device, const WriterSettings& settings,
-                           const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                           const CommonOptions& common) {
+                           const ImportScope& scope, const CommonOptions& common) {
   try {
-    return write_once(reader, device, settings, scans, scope, common);
+    return write_once(reader, device, settings, scope, common);
   } catch (const Error& e) {
     if (e.code() != Code::wrong_state) throw;
     if (common.prints_text()) std::printf("  %s\n  reading all frames\n", e.what());
@@ -183,7 +167,7 @@ ImportResult append_series(FrameReader& reader, const Device& device, const Writ
   ImportScope whole = scope;
   whole.part.reset();
   whole.lead = 0;
-  return write_once(reader, device, settings, scans, whole, common);
+  return write_once(reader, device, settings, whole, common);
 }
 
 } // namespace bcc4

@@ -8,11 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "choose/series_writer.h"
 #include "readers/frame_reader.h"
-#include "series/scan.h"
 #include "tool/import/plan_file.h"
 #include "tool/import/summary.h"
+#include "tool/import/writer_settings.h"
 #include "tool/options.h"
 
 namespace bcc4 {
@@ -40,25 +39,25 @@ inline constexpr const char* kPredictions = "import.predictions";
 void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
                const std::string& name);
 
-// Returns what write() does. Where that misses the PSNR that a sample of the series has promised, it is
-// called again, first with finer steps, in the end with corrections. resumes: so does it where what is to be
-// resumed was begun with other options, as one of these tries may have begun it.
-[[nodiscard]] ImportResult with_finer_steps(FrameReader& reader, const std::vector<ChannelScan>& scans,
-                                            WriterSettings& settings, const CommonOptions& common,
-                                            bool resumes, const std::function<ImportResult()>& write);
+// Returns what write(settings) does. Where that misses the PSNR that a sample of the series has promised, it
+// is called again, first with finer steps, in the end with corrections, as `attempts` say, whose first one
+// then is that which did. resumes: so does it where what is to be resumed was begun with other options, as
+// one of these tries may have begun it.
+[[nodiscard]] ImportResult with_finer_steps(std::vector<WriterSettings>& attempts,
+                                            const CommonOptions& common, bool resumes,
+                                            const std::function<ImportResult(const WriterSettings&)>& write);
 // Writes the series with these settings.
 [[nodiscard]] ImportResult write_once(FrameReader& reader, const Device& device,
-                                      const WriterSettings& settings, const std::vector<ChannelScan>& scans,
-                                      const ImportScope& scope, const CommonOptions& common);
+                                      const WriterSettings& settings, const ImportScope& scope,
+                                      const CommonOptions& common);
 // Does so with finer steps where a PSNR is missed, in the end with corrections.
-[[nodiscard]] ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
-                                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
+[[nodiscard]] ImportResult write_series(FrameReader& reader, const Device& device,
+                                        std::vector<WriterSettings>& attempts, const ImportScope& scope,
                                         const CommonOptions& common);
 // Adds a part to the file that has the frames before it. A file that does not tell all that its continuation
 // needs to know is made anew from all frames.
 [[nodiscard]] ImportResult append_series(FrameReader& reader, const Device& device,
-                                         const WriterSettings& settings,
-                                         const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                                         const WriterSettings& settings, const ImportScope& scope,
                                          const CommonOptions& common);
 
 } // namespace bcc4

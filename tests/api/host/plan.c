@@ -2,6 +2,8 @@
 /* Plan: options that are chosen for a series of a host. */
 #include "host.h"
 
+#include <stdlib.h>
+
 enum { MOST_REFINEMENTS = 3 };
 
 /* The frames of the series; gives up at a frame, or counts those that were asked for. */
@@ -76,6 +78,83 @@ static void chooses(bccsplat_device* device) {
   bccsplat_plan_release(NULL);
 }
 
+/* The same series by boxes: each frame in two halves, which stay until they are let go of. */
+typedef struct {
+  int held;
+  uint64_t most_samples; /* of what was asked for at once */
+  int beyond;            /* gives a box that ends outside the frame */
+} halves;
+typedef struct {
+  halves* of;
+  bccsplat_box boxes[2];
+  float samples[SAMPLES];
+} half_frames;
+
+static void let_go(void* keeper) {
+  --((half_frames*)keeper)->of->held;
+  free(keeper);
+}
+
+static int32_t give_halves(void* user, uint64_t frame, uint32_t channel, const uint64_t* begin,
+                           const uint64_t* end, bccsplat_source_boxes* boxes) {
+  half_frames* h = malloc(sizeof *h);
+  const uint64_t samples = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+  EXPECT(frame < NT && channel == 0 && end[0] <= NX && end[1] <= NY && end[2] <= NZ && samples > 0);
+  if (!h) return 1;
+  h->of = user, ++h->of->held;
+  if (samples > h->of->most_samples) h->of->most_samples = samples;
+  fill_frame(h->samples, (double)frame);
+  h->boxes[0] = h->boxes[1] = frame_box(h->samples);
+  h->boxes[0].dims[2] = NZ / 2;
+  h->boxes[1].begin[2] = NZ / 2, h->boxes[1].dims[2] = NZ - NZ / 2 + h->of->beyond;
+  h->boxes[1].data = h->samples + (size_t)NX * NY * (NZ / 2);
+  boxes->boxes = h->boxes, boxes->count = 2;
+  boxes->release = let_go, boxes->keeper = h;
+  return 0;
+}
+
+static void takes_boxes(bccsplat_device* device) {
+  halves h = {0, 0, 0};
+  bccsplat_writer_options wish = series_options();
+  frames f;
+  bccsplat_plan_options options = options_of(&wish, &f);
+  bccsplat_plan *dense = NULL, *boxes = NULL;
+  const char *expected, *got;
+  options.set_mask = BCCSPLAT_PLAN_EVERYTHING;
+  OK(bccsplat_plan_create(device, &options, &dense));
+  OK(bccsplat_plan_get_json(dense, &expected));
+  EXPECT(strstr(expected, "\"channels\":[{\"range\":[") != NULL &&
+         strstr(expected, "\"spectrum\":{") != NULL);
+  options.frame = NULL, options.boxes = give_halves, options.frame_user = &h;
+  OK(bccsplat_plan_create(device, &options, &boxes));
+  OK(bccsplat_plan_get_json(boxes, &got));
+  EXPECT(strcmp(expected, got) == 0 && h.held == 0 && h.most_samples == SAMPLES);
+  bccsplat_plan_release(boxes), boxes = NULL;
+  options.name = "the host's", h.beyond = 1;
+  REFUSED(INVALID_ARGUMENT, "not within the frame", bccsplat_plan_create(device, &options, &boxes));
+  EXPECT(boxes == NULL && h.held == 0);
+  bccsplat_plan_release(dense);
+}
+
+/* What a file has that goes on is kept: its steps. */
+static void keeps_steps(bccsplat_device* device) {
+  bccsplat_writer_options wish = series_options();
+  SIZED(bccsplat_channel_options, channel);
+  SIZED(bccsplat_writer_options, chosen);
+  frames f;
+  bccsplat_plan_options options = options_of(&wish, &f);
+  bccsplat_plan* plan = NULL;
+  wish.store = BCCSPLAT_STORE_SAMPLES, wish.lattice = BCCSPLAT_LATTICE_D4STAR, wish.scale = 1;
+  wish.channels = &channel, wish.channel_count = 1, options.exact = 1;
+  channel.set_mask = BCCSPLAT_CHANNEL_SET_RANGE, channel.value_type = BCCSPLAT_TYPE_U16;
+  channel.range[0] = -4, channel.range[1] = 4, channel.value_step = 0.01;
+  OK(bccsplat_plan_create(device, &options, &plan));
+  OK(bccsplat_plan_get_writer_options(plan, &chosen));
+  EXPECT(chosen.channels[0].value_step == 0.01 && chosen.channels[0].value_type == BCCSPLAT_TYPE_U16);
+  EXPECT(chosen.channels[0].range[0] == -4 && chosen.channels[0].range[1] == 4);
+  bccsplat_plan_release(plan);
+}
+
 static void keeps_a_bound(bccsplat_device* device) {
   bccsplat_writer_options wish = series_options();
   frames f;
@@ -105,6 +184,7 @@ static void refuses(bccsplat_device* device) {
   bccsplat_writer_options wish = series_options();
   SIZED(bccsplat_channel_options, channel);
   SIZED(bccsplat_series_part, part);
+  SIZED(bccsplat_plan_channel, values);
   const double same[NT] = {0, 1, 1, 2, 3};
   frames f;
   bccsplat_plan_options o = options_of(&wish, &f);
@@ -113,7 +193,7 @@ static void refuses(bccsplat_device* device) {
   REFUSED(INVALID_ARGUMENT, "plan is NULL", bccsplat_plan_create(device, &o, NULL));
   REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_plan_create(NULL, &o, &plan));
   REFUSED(INVALID_ARGUMENT, "options is NULL", bccsplat_plan_create(device, NULL, &plan));
-  o.set_mask = 2;
+  o.set_mask = 32;
   REFUSED(INVALID_ARGUMENT, "unknown bits", bccsplat_plan_create(device, &o, &plan));
   o = options_of(NULL, &f);
   REFUSED(INVALID_ARGUMENT, "wish is NULL", bccsplat_plan_create(device, &o, &plan));
@@ -136,9 +216,14 @@ static void refuses(bccsplat_device* device) {
   wish = series_options(), wish.channels = &channel, wish.channel_count = 1;
   channel.set_mask = BCCSPLAT_CHANNEL_SET_RANGE, channel.range[1] = 1;
   REFUSED(UNSUPPORTED, "finds range", bccsplat_plan_create(device, &o, &plan));
+  wish = series_options(), values.kind = 1, o.channels = &values;
+  REFUSED(INVALID_ARGUMENT, "not that of labels", bccsplat_plan_create(device, &o, &plan));
+  o.channels = NULL, o.set_mask = BCCSPLAT_PLAN_LARGE_FRAMES;
+  REFUSED(INVALID_ARGUMENT, "boxes is NULL", bccsplat_plan_create(device, &o, &plan));
   EXPECT(plan == NULL && f.asked == 0);
   REFUSED(INVALID_ARGUMENT, "plan is NULL", bccsplat_plan_get_writer_options(NULL, &wish));
   REFUSED(INVALID_ARGUMENT, "plan is NULL", bccsplat_plan_get_text(NULL, &text));
+  REFUSED(INVALID_ARGUMENT, "plan is NULL", bccsplat_plan_get_json(NULL, &text));
   REFUSED(INVALID_ARGUMENT, "plan is NULL", bccsplat_plan_refine(NULL));
 }
 
@@ -176,6 +261,8 @@ void test_plan(void) {
   INPUT_SIZES(bccsplat_plan_options, value, bccsplat_plan_create(device, in, &plan),
               bccsplat_plan_release(plan));
   chooses(device);
+  takes_boxes(device);
+  keeps_steps(device);
   keeps_a_bound(device);
   refuses(device);
   ends_when_told(device);

@@ -4,8 +4,8 @@
 
 #include <functional>
 
-#include "choose/watch.h"
 #include "series/frame_reader.h"
+#include "series/watch.h"
 
 namespace bccsplat::series {
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whoever waits for the choosing: is told how far it is, and may end it.
+// Whoever waits for a pass over frames, or for the choosing: is told how far it is, and may end it.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
 #include "base/error.h"
-#include "bccsplat.h"
+
+struct bccsplat_cancel_token; // of the C ABI
 
 namespace bccsplat::series {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "choose/read_series.h"
+#include "series/read_series.h"
 
 #include "series/read_ahead.h"
 #include "series/text.h"

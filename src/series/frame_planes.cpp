@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "choose/frame_planes.h"
+#include "series/frame_planes.h"
 
 #include <algorithm>
 
