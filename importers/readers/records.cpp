@@ -54,4 +54,8 @@ void keep_channel(SeriesDescription& d, const std::string& channel, const Record
   if (attributes.size() > attributes.count("units")) add(d, channel_record(channel), attributes);
 }
 
+void keep_kind(SeriesDescription& d, const std::string& channel, bccsplat::series::DataKind kind) {
+  d.attributes.emplace_back(bccsplat::series::kind_attribute(channel), bccsplat::series::name_of(kind));
+}
+
 } // namespace bcc4

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "readers/frame_reader.h"
+#include "series/data_kind.h"
 
 namespace bcc4 {
 
@@ -32,5 +33,7 @@ using Record = nlohmann::ordered_json;
 // than the file does by itself.
 void keep_axis(SeriesDescription& d, size_t axis, const std::string& name, Record attributes);
 void keep_channel(SeriesDescription& d, const std::string& channel, const Record& attributes);
+// Keeps what a code of the source's header says that the data are.
+void keep_kind(SeriesDescription& d, const std::string& channel, bccsplat::series::DataKind kind);
 
 } // namespace bcc4

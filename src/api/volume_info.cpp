@@ -7,6 +7,7 @@
 #include "api/handles.h"
 #include "api/numbers.h"
 #include "api/structs.h"
+#include "volume/data_kind.h"
 #include "volume/labels.h"
 
 using namespace bccsplat;
@@ -257,6 +258,10 @@ bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volume* volume, co
         *value = v.c_str();
         return;
       }
+    if (const char* const kind = found_kind(volume->file, key)) {
+      *value = kind;
+      return;
+    }
     fail(Code::not_found, "no attribute named ", key);
   });
 }

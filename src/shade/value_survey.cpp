@@ -433,6 +433,7 @@ ValueSurvey survey_counts(const ValueCounts& c, std::optional<ValueKind> as) {
 ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
   ValueSurvey s = survey_counts(c, as);
   if (std::isnan(s.surface)) s.surface = s.boundary;
+  s.data = c.data;
   return s;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "points/values.h"
+#include "series/data_kind.h"
 
 namespace bccsplat {
 
@@ -26,6 +27,7 @@ struct ValueCounts {
   bool level_set = false;       // values are known to be distances, negative inside
   std::optional<bool> labels{}; // the file says whether values are labels
   double voxels = 1;            // of a frame
+  series::DataKind data{};      // what they are of
 };
 
 enum class ValueKind : uint8_t { empty, constant, labels, level_set, both_signs, solid, fog, dense };
@@ -38,6 +40,7 @@ struct SideOfValues {
 
 struct ValueSurvey {
   ValueKind kind = ValueKind::empty;
+  series::DataKind data{}; // as counted
   // Values between are air and noise; infinite where nothing but these is beyond; low > high: none are.
   Range empty{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   bool below = false, above = false; // on which sides of the empty values there are others

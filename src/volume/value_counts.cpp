@@ -5,6 +5,7 @@
 
 #include "formats/bcc4/labels_attribute.h"
 #include "shade/gradient_noise.h"
+#include "volume/data_kind.h"
 
 namespace bccsplat {
 
@@ -36,6 +37,7 @@ ValueCounts value_counts(const OpenVolume& volume, uint32_t channel) {
   for (const auto& [key, value] : v.attributes)
     if (key == "openvdb.class." + c.name) counts.level_set = value == "level set";
   counts.labels = said_labels(v, c.name);
+  counts.data = kind_of_data(v, c, counts);
   return counts;
 }
 

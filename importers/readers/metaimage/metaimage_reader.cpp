@@ -13,6 +13,7 @@
 #include "readers/file_times.h"
 #include "readers/frame_plan.h"
 #include "readers/metaimage/metaimage_header.h"
+#include "readers/records.h"
 #include "readers/same_place.h"
 
 namespace bcc4 {
@@ -106,6 +107,14 @@ void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vecto
   set_space(d, h, roles);
 }
 
+// Keeps what made the data, where that is a scanner.
+void keep_modality(SeriesDescription& d, const MetaImageHeader& h) {
+  const auto found = h.other.find("Modality");
+  if (found == h.other.end() || (found->second != "MET_MOD_CT" && found->second != "MET_MOD_MR")) return;
+  for (const Channel& c : d.channels)
+    keep_kind(d, c.name, found->second == "MET_MOD_CT" ? DataKind::ct : DataKind::mr);
+}
+
 // Takes the times that the frames of one file tell; returns whether they do.
 bool take_timestamps(SeriesDescription& d, const MetaImageHeader& h, uint64_t frames) {
   std::vector<FileTime> told;
@@ -192,6 +201,7 @@ std::unique_ptr<FrameReader> open_metaimage(const Sequence& sequence, const Read
   Channel kind;
   layout.describe(kind, d);
   const std::vector<uint64_t> wanted = add_channels(d, options, path, first.channels, kind);
+  keep_modality(d, first);
   if (first.encoding != Encoding::raw)
     d.notes.push_back(first.encoding == Encoding::gzip ? "zlib compression" : "values as text");
 

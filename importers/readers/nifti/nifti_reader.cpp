@@ -138,15 +138,19 @@ void require_like(const SeriesDescription& d, const DenseLayout& first, const On
   require_same_place(d, place, samples_of(first), options, path);
 }
 
-// The name of the values, their unit (as bcc4 writes it), the text beside them and whether they are labels,
-// where the file tells it.
+// The name of the values, their unit (as bcc4 writes it), the text beside them and whether they are labels or
+// statistics, where the file tells it.
 void describe_values(SeriesDescription& d, Channel& channel, const NiftiHeader& h) {
-  constexpr int labels = 1002; // NIFTI_INTENT_LABEL
-  if (h.code(h.fields().intent) == labels) channel.labels = true;
+  constexpr int first_statistic = 2, last_statistic = 24; // NIFTI_FIRST_STATCODE, NIFTI_LAST_STATCODE
+  constexpr int estimate = 1001, labels = 1002;           // NIFTI_INTENT_ESTIMATE, NIFTI_INTENT_LABEL
+  const int intent = h.code(h.fields().intent);
+  if (intent == labels) channel.labels = true;
   constexpr size_t name_bytes = 16, text_bytes = 80;
   constexpr std::string_view unit = "bcc4; values in ";
   if (const std::string name = h.text(h.fields().intent_name, name_bytes); !name.empty())
     channel.name = utf8_of(name);
+  if ((intent >= first_statistic && intent <= last_statistic) || intent == estimate)
+    keep_kind(d, channel.name, DataKind::statistic);
   if (const std::string text = h.text(h.fields().text, text_bytes); text.starts_with(unit))
     channel.unit = utf8_of(text.substr(unit.size()));
   else if (!text.empty() && !text.starts_with("bcc4"))

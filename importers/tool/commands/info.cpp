@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "series/data_kind.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/handles.h"
@@ -35,8 +36,15 @@ std::vector<std::array<double, 2>> frame_ranges(const Volume& volume, uint32_t c
   return ranges;
 }
 
-Json channel_json(const bccsplat_channel_info& c, bool histogram) {
+// What a channel is of, as its file says it or as it is found: "ct", "field" ...
+std::string kind_of(const Volume& volume, const bccsplat_channel_info& c) {
+  const std::string kind = told(volume, kind_attribute(c.name).c_str());
+  return kind.empty() ? std::string(name_of(DataKind::unknown)) : kind;
+}
+
+Json channel_json(const Volume& volume, const bccsplat_channel_info& c, bool histogram) {
   Json j{{"name", c.name},
+         {"kind", kind_of(volume, c)},
          {"unit", c.unit},
          {"source_type", value_type_name(c.source_type)},
          {"value_type", value_type_name(c.value_type)},
@@ -131,7 +139,7 @@ Json info_json(const Volume& volume, const InfoArguments& a) {
   }
   j["channels"] = Json::array();
   for (uint32_t c = 0; c < v.channel_count; ++c) {
-    j["channels"].push_back(channel_json(channel_info(volume, c), a.histogram));
+    j["channels"].push_back(channel_json(volume, channel_info(volume, c), a.histogram));
     if (a.frames) j["channels"].back()["frames"] = frame_ranges(volume, c);
   }
   j["attributes"] = Json::object();
@@ -283,6 +291,7 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          " sites stored", share(ch.sites_kept, v.sites_total + v.sites_outside),
          ch.holes > 0 ? concat(", ", ch.holes, " holes") : "",
          ch.missing > 0 ? concat(", ", ch.missing, " samples missing", share(ch.missing, v.cc_samples)) : "");
+    line("kind", kind_of(volume, ch));
     print_errors(ch);
     if (a.histogram) print_histogram(ch);
     if (a.frames) print_frames(volume, c);

@@ -62,7 +62,7 @@ void rename_channel(SeriesDescription& d, const std::string& name) {
   // A grid has the name that the file tells of it.
   std::erase_if(d.attributes, [&](const auto& told) { return told.first == "openvdb.name." + old; });
   for (auto& [key, value] : d.attributes)
-    for (const std::string prefix : {"channel.", "openvdb.class.", "openvdb.type."})
+    for (const std::string prefix : {"channel.", "kind.", "openvdb.class.", "openvdb.type."})
       if (key == prefix + old) key = prefix + name;
 }
 
