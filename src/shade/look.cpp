@@ -9,13 +9,13 @@
 #include <set>
 
 #include "base/error.h"
+#include "shade/kind_look.h"
 
 namespace bccsplat {
 namespace {
 
 // Optical depths across the object: of solids a surface is seen, of fog the inside, too.
-constexpr double solid_depth = 10, fog_depth = 3, tissue_depth = 5, signed_depth = 2.5, dense_depth = 8,
-                 box_depth = 1.5;
+constexpr double solid_depth = 10, fog_depth = 3, tissue_depth = 5, dense_depth = 8, box_depth = 5;
 // Per voxel: thin parts of a large solid are to be seen, and labels through the shells that lie between two.
 constexpr double least_solid = 0.06, label_depth = 0.5, surface_depth = 2;
 constexpr double most_opacity = 0.95;
@@ -86,31 +86,24 @@ Profile surface(const Side& e, double depth) {
           {e.far, depth * std::min(densest, 1 + denser * (e.far - e.object) / e.object)}};
 }
 
-Profile rising(const Side& e, double depth) {
-  Profile p;
-  for (const double d : {0.0, 0.5 * e.mean, e.mean, 0.5 * (e.mean + e.far), e.far})
-    p.push_back({d, depth * (d / e.mean) * (d / e.mean)});
-  return p;
-}
-
 Profile profile_of(const ValueSurvey& s, const Side& e) {
   switch (s.kind) {
   case ValueKind::solid:
     return surface(e, std::max(solid_depth / e.crossing, least_solid));
   case ValueKind::both_signs:
-    return ramp(e, signed_depth / e.crossing);
+    return ramp(e, kind_look(s.data).signed_depth / e.crossing);
   case ValueKind::constant:
     return {{0, 0}, {0.5 * e.far, std::max(solid_depth / e.crossing, least_solid)}};
   case ValueKind::level_set:
     return {{0, 0}, {level_set_rise * e.far, surface_depth}};
   case ValueKind::dense:
-    return rising(e, box_depth / e.crossing);
+    return ramp(e, box_depth / e.crossing);
   case ValueKind::empty:
   case ValueKind::labels:
   case ValueKind::fog:
     break;
   }
-  return ramp(e, fog_depth / e.crossing);
+  return ramp(e, kind_look(s.data).fog_depth / e.crossing);
 }
 
 double opacity_of(double depth) { return std::min(-std::expm1(-depth), most_opacity); }
@@ -259,7 +252,9 @@ const std::vector<Vec3>& stops_of(Look look, const ValueSurvey& s) {
     break;
   }
   if (s.kind == ValueKind::level_set) return one;
-  return s.kind == ValueKind::both_signs ? sign_stops : viridis_colors;
+  if (s.kind == ValueKind::both_signs) return sign_stops;
+  const std::vector<Vec3>& of_kind = kind_look(s.data).colors;
+  return look != Look::automatic || of_kind.empty() ? viridis_colors : of_kind;
 }
 
 } // namespace

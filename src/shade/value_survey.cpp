@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <numeric>
 
+#include "shade/kind_look.h"
 #include "shade/value_histogram.h"
 
 namespace bccsplat {
@@ -303,7 +304,7 @@ void describe_rest(const Histogram& h, const ValueCounts& c, ValueSurvey& s) {
   }
   s.crossing = std::max(2.0, std::cbrt(count / h.total() * c.voxels));
   const auto tail = [&](bool from_above) {
-    double left = color_tail * count;
+    double left = (from_above ? kind_look(c.data).rim : color_tail) * count;
     for (size_t n = 0; n < rest.size(); ++n) {
       const size_t i = from_above ? rest.size() - 1 - n : n;
       if ((left -= rest[i]) < 0) return h.value(static_cast<double>(i) + (from_above ? 0.5 : -0.5));

@@ -291,7 +291,7 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          " sites stored", share(ch.sites_kept, v.sites_total + v.sites_outside),
          ch.holes > 0 ? concat(", ", ch.holes, " holes") : "",
          ch.missing > 0 ? concat(", ", ch.missing, " samples missing", share(ch.missing, v.cc_samples)) : "");
-    line("kind", kind_of(volume, ch));
+    if (const std::string kind = kind_of(volume, ch); kind != name_of(DataKind::unknown)) line("kind", kind);
     print_errors(ch);
     if (a.histogram) print_histogram(ch);
     if (a.frames) print_frames(volume, c);

@@ -11,6 +11,15 @@ namespace {
 
 constexpr double one_sample = 1.5; // what is thinner is one sample thick
 
+// The map over a range that was given: greys where the look has these, as scans do.
+const char* usual_map(const bccsplat_look& look) {
+  for (uint32_t i = 0; i < look.color_count; ++i) {
+    const double* const c = look.colors[i];
+    if (c[1] != c[2] || c[2] != c[3]) return "viridis";
+  }
+  return "gray";
+}
+
 } // namespace
 
 std::vector<std::array<double, 4>> colors_of(const bccsplat_look& look) {
@@ -74,7 +83,8 @@ std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const
   // Who gives values gets a ramp over them; else the look says what is transparent.
   const bool given = a.range.has_value() || !a.tf.empty();
   if (f.colors.empty() && !given && a.colormap.empty()) f.colors = colors_of(look);
-  if (f.colors.empty()) f.colors = colormap(a.colormap.empty() ? "viridis" : a.colormap, low, high).colors;
+  if (f.colors.empty())
+    f.colors = colormap(a.colormap.empty() ? usual_map(look) : a.colormap, low, high).colors;
   if (f.opacities.empty() && !given)
     for (uint32_t i = 0; i < look.opacity_count; ++i)
       f.opacities.push_back({look.opacities[i][0], look.opacities[i][1]});
