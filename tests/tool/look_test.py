@@ -8,7 +8,7 @@ import re
 import struct
 import unittest
 
-from harness import DATA, ToolTest, exr_attributes, main, read_png
+from harness import DATA, ToolTest, exr_attributes, has_reader, main, read_png
 
 SIDE, CENTRE = 40, 19.5
 PIXELS = 96
@@ -239,6 +239,94 @@ class Look(ToolTest):
             for r in range(3):
                 self.assertAlmostEqual(m[4 * r], right[r], 6, (space, r))
                 self.assertAlmostEqual(m[4 * r + 1], up[r], 6, (space, r))
+
+    def scan(self, header, name='s.nrrd'):
+        """A ball of bytes in noise in voxels of 2 x 2 x 3, with a bright rim at one face: its file, imported."""
+        noise = random.Random(8)
+        def value(x, y, z):
+            rim = 250 if z == 23 and math.hypot(x - 11.5, y - 11.5) < 8 else 0
+            return max(rim, abs(int(noise.gauss(0, 3))) + (max(0, 120 - 5 * int(math.dist((x, y, z), (11.5, 11.5, 11.5)))) if
+                                                         math.dist((x, y, z), (11.5, 11.5, 11.5)) < 9 else 0))
+
+        self.write(name, b'NRRD0005\ntype: uint8\ndimension: 3\n' + header + b'sizes: 24 24 24\nencoding: raw\n\n' +
+                   bytes(value(x, y, z) for z in range(24) for y in range(24) for x in range(24)))
+        self.bcc4('import', name, '-o', 's.bcc4', '--quiet', '--overwrite', '--exact')
+        return 's.bcc4'
+
+    def kind(self, volume):
+        return self.json('info', volume)['channels'][0]['kind']
+
+    def test_scans_are_grey(self):
+        """What has sides and sizes is a patient's scan: grey, whatever look others of its values have."""
+        world = b'space: right-anterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,3)\n'
+        drawn = {}
+        for header, kind in ((world, 'mr'), (b'spacings: 2 2 3\n', 'unknown')):
+            v = self.scan(header)
+            self.assertEqual(self.kind(v), kind)
+            self.assertEqual('kind ' in self.bcc4('info', v)[0], kind != 'unknown')
+            for more in ((), ('--range', '20,120'), ('--look', 'fire')):
+                rows, _ = self.picture(v, *more, '--quiet')
+                seen = [p for row in rows for p in row if p[3] > 60]
+                self.assertGreater(len(seen), 300)
+                grey = sum(max(p[:3]) - min(p[:3]) < 3 for p in seen) / len(seen)
+                if kind == 'mr' and '--look' not in more:
+                    self.assertEqual(grey, 1, more)
+                else:
+                    self.assertLess(grey, .5, (kind, more))
+            self.picture(v, '--dump-tf', 'tf.json', '--look', 'auto', '--quiet')
+            with open(self.path('tf.json')) as f:
+                drawn[kind] = json.load(f)[0]['RGBPoints'][-4]
+        self.assertLess(drawn['mr'], 130, 'the window ends before the rim')
+        self.assertGreater(drawn['unknown'], 200)
+
+    def test_codes_of_headers_are_kept(self):
+        head = bytearray(352)
+        struct.pack_into('<i', head, 0, 348)
+        struct.pack_into('<8h', head, 40, 3, 12, 12, 12, 1, 1, 1, 1)
+        struct.pack_into('<hh', head, 70, 16, 32)
+        struct.pack_into('<8f', head, 76, 1, 2, 2, 2, 1, 0, 0, 0)
+        struct.pack_into('<f', head, 108, 352)
+        head[344:347] = b'n+1'
+        values = b''.join(struct.pack('<f', 8 * math.exp(-math.dist((x, y, z), (5, 5, 5)) ** 2 / 8))
+                          for z in range(12) for y in range(12) for x in range(12))
+        for intent, kind in ((0, 'mr'), (3, 'statistic'), (24, 'statistic'), (1001, 'statistic'), (1005, 'mr')):
+            struct.pack_into('<h', head, 68, intent)
+            self.write('a.nii', bytes(head) + values)
+            self.bcc4('import', 'a.nii', '-o', 'a.bcc4', '--quiet', '--overwrite')
+            self.assertEqual(self.kind('a.bcc4'), kind, intent)
+            kept = self.json('info', 'a.bcc4')['attributes'].get('kind.value')
+            self.assertEqual(kept, kind if kind == 'statistic' else None, 'what is found is not written down')
+        for modality, kind in (('MET_MOD_CT', 'ct'), ('MET_MOD_MR', 'mr'), ('MET_MOD_OTHER', 'unknown')):
+            self.write('a.mha', f'ObjectType = Image\nNDims = 3\nModality = {modality}\nDimSize = 12 12 12\nElementType = MET_FLOAT\n'
+                       'ElementDataFile = LOCAL\n'.encode() + values)
+            self.bcc4('import', 'a.mha', '-o', 'a.bcc4', '--quiet', '--overwrite')
+            self.assertEqual(self.kind('a.bcc4'), kind)
+
+    # The kinds of real data, as their files are imported.
+    KINDS = {
+        'cardiac_cine_256x256x19x20_i16.nii.gz': ('mr', ['--frames', '0-0']),
+        'pcasl_52x68x20x10_f32.nii.gz': ('mr', ['--frames', '0-0']),
+        'statmap_64x64x21_f32be.nii.gz': ('statistic', []),
+        'cranium.nhdr': ('ct', []),
+        'headsq/quarter.nhdr': ('ct', []),
+        'tooth_103x94x161_u8.nrrd': ('unknown', []),
+        'fuel_64x64x64_u8.vti': ('unknown', []),
+        'ncep_forecast_36x33x10x7_f32.nc': ('map', ['--channel', 'T', '--frames', '0-0']),
+        'smoke.vdb': ('smoke', []),
+    }
+
+    def test_kinds_of_real_data(self):
+        here = [name for name in self.KINDS if DATA and os.path.exists(os.path.join(DATA, name))]
+        if not here:
+            raise unittest.SkipTest('SKIPPED: none of the real data sets is here')
+        for name in here:
+            kind, arguments = self.KINDS[name]
+            reader = {'.vdb': 'openvdb', '.nc': 'netcdf'}.get(os.path.splitext(name)[1])
+            if reader and not has_reader(reader):
+                continue
+            with self.subTest(name):
+                self.bcc4('import', os.path.join(DATA, name), *arguments, '-o', 'real.bcc4', '--overwrite', '--quiet')
+                self.assertEqual(self.kind('real.bcc4'), kind)
 
     def test_an_x_ray_is_a_film(self):
         v = self.made(lambda x, y, z: math.exp(-radius(x, y, z) ** 2 / 50))
