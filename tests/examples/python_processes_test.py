@@ -49,6 +49,14 @@ class Others(unittest.TestCase):
         bccsplat.save(path("run.bcc4"), SOURCE, dt=.5)
         cls.volume = bccsplat.open(path("run.bcc4"))
 
+    def test_an_error_of_a_text_alone(self):
+        with self.assertRaises(FileNotFoundError) as caught:
+            missing(path("none.bcc4"))
+        again = type(caught.exception)("Caught in worker 1: " + str(caught.exception))  # as torch raises it
+        self.assertEqual(str(again), "Caught in worker 1: " + str(caught.exception))
+        self.assertEqual((again.status, str(pickle.loads(pickle.dumps(again)))), (caught.exception.status, str(again)))
+        self.assertEqual(bccsplat.Error("why").status, bccsplat.Status.INTERNAL)
+
     def test_a_pool(self):
         for method in METHODS:
             with multiprocessing.get_context(method).Pool(2) as pool:

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import enum
+import os
 from typing import Any
 
 from . import _abi
@@ -19,12 +20,15 @@ class Error(Exception):
     """A call that failed. `status` is a Status, `name` its C name; the text says what, where and what to try. It can be
     sent to other processes, so that one that a worker raises is raised where its result is asked for."""
 
-    def __init__(self, status: int, name: str = "", text: str = "") -> None:
+    def __init__(self, status: int | str, name: str = "", text: str = "") -> None:
+        """status: or the text alone, as loaders make errors of the same kind from what a worker of theirs raised."""
+        if isinstance(status, str):
+            status, text = next((number for number, kind in _KINDS.items() if kind is type(self)), _abi.ERROR_INTERNAL), status
         # Statuses of a newer library stay numbers.
         self.status: int = Status(status) if status in set(Status) else status
         self.name = name
         self.report: _abi.VerifyReport | None = None  # of Volume.verify
-        super().__init__("%s (%s)" % (text, name))
+        super().__init__("%s (%s)" % (text, name) if name else text)
         self._text = text
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -52,6 +56,13 @@ class ForbiddenFile(Error, PermissionError):
 
 class ExistingFile(Error, FileExistsError):
     """A file that would have been replaced: give another name, or overwrite=True."""
+
+
+def refuse_existing(path: str | os.PathLike[str], overwrite: bool) -> None:
+    """Raises ExistingFile where a file would be replaced that nobody said may be: before anything is read or computed."""
+    if not overwrite and os.path.exists(path):
+        raise ExistingFile(_abi.ERROR_FILE_EXISTS, "BCCSPLAT_ERROR_FILE_EXISTS",
+                           "%s: exists already: give another name, or overwrite=True" % os.fspath(path))
 
 
 _KINDS: dict[int, type[Error]] = {_abi.CANCELLED: Cancelled, _abi.ERROR_WOULD_BLOCK: WouldBlock,
