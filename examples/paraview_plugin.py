@@ -96,7 +96,7 @@ class Bcc4Reader(VTKPythonAlgorithmBase):
         for channel in range(info.channel_count):
             box = volume.slice(time=time, channel=channel, space="even").sample_grid(origin=(0, 0, 0), dims=tuple(dims))  # x fastest
             array = numpy_to_vtk(box.ravel())
-            array.SetName(volume.channel_info(channel).name.decode())
+            array.SetName(volume.channel_info(channel).name)
             image.GetPointData().AddArray(array)
             if channel == 0:
                 image.GetPointData().SetActiveScalars(array.GetName())

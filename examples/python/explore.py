@@ -27,8 +27,8 @@ volume = Volume(device, path)
 info, channel = volume.info(), volume.channel_info()
 nx, ny, nz, nt = info.dims
 first, last = info.time_first, info.time_last
-print(f"{nx} x {ny} x {nz}, {nt} frames from {first:g} to {last:g} {info.time_unit.decode()}")
-print(f"{channel.name.decode()}: {channel.range[0]:g} .. {channel.range[1]:g}, air {channel.air:g}")
+print(f"{nx} x {ny} x {nz}, {nt} frames from {first:g} to {last:g} {info.time_unit}")
+print(f"{channel.name}: {channel.range[0]:g} .. {channel.range[1]:g}, air {channel.air:g}")
 print(f"{channel.sites_kept} of {info.sites_total} lattice sites kept; a grid has {info.cc_samples} samples")
 
 # %% The field is continuous: a value and its slopes anywhere, here in the middle of the series.

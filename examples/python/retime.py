@@ -15,6 +15,6 @@ slow = bccsplat.FieldArray(volume, [moments, *volume.field().axes[1:]])  # nothi
 bccsplat.save(target, slow, times=[volume.index_to_time(frame) for frame in moments], affine=info.affine[:],
               axes=[volume.axis(axis) for axis in range(3)],
               attributes={key: text for key, text in volume.attributes().items() if key.startswith(("axis", "time_"))},
-              name=channel.name.decode(), unit=channel.unit.decode() or None, time_unit=info.time_unit.decode() or None,
-              spatial_unit=info.spatial_unit.decode() or None, air=channel.air, nonfinite="hole", overwrite=True)
+              name=channel.name, unit=channel.unit or None, time_unit=info.time_unit or None,
+              spatial_unit=info.spatial_unit or None, air=channel.air, nonfinite="hole", overwrite=True)
 print("%d frames became %d" % (len(volume), len(moments)))

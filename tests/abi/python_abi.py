@@ -1,7 +1,8 @@
 """python_abi.py HEADER MODULE [--update]: the declarations of the C header as ctypes, against the checked-in module.
 
 --update writes the module. What is declared where: structs with their fields, constants without the BCCSPLAT_ prefix,
-callback types, and for every function its result and arguments. Handles and arrays are void pointers.
+callback types, and for every function its result and arguments. Handles and arrays are void pointers; fields that look at
+numbers which the library reads have the type of these.
 """
 import difflib
 import re
@@ -9,7 +10,7 @@ import sys
 
 SCALARS = {"int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64", "uint64_t": "c_uint64",
            "double": "c_double", "float": "c_float", "void": "None"}
-PYTHON_TYPES = {"c_double": "float", "c_float": "float", "c_char_p": "bytes | None", "c_void_p": "int | None"}
+PYTHON_TYPES = {"c_double": "float", "c_float": "float", "c_char_p": "str", "c_void_p": "Any"}
 
 
 def camel(name):
@@ -73,6 +74,8 @@ class Header:
             for declarator in [name, *more]:
                 field, *lengths = re.findall(r"\w+", declarator)
                 kind = self.type(base)
+                if kind == "c_void_p" and (looked := re.fullmatch(r"const (\w+)\s*\*", base)) and looked[1] in SCALARS and looked[1] != "void":
+                    kind = f"POINTER({SCALARS[looked[1]]})"
                 for length in reversed(lengths):
                     kind = f"{kind} * {length}"
                 out.append((field, kind))
@@ -107,10 +110,11 @@ def module(header):
     yield "# fmt: off"
     yield "from __future__ import annotations"
     yield ""
-    yield "from ctypes import (CFUNCTYPE, POINTER, Array, Structure, c_char_p, c_double, c_float, c_int32, c_int64,"
-    yield "                    c_uint32, c_uint64, c_void_p, sizeof)"
-    yield "from difflib import get_close_matches"
+    yield "from ctypes import (CFUNCTYPE, POINTER, Array, c_char_p, c_double, c_float, c_int32, c_int64, c_uint32,"
+    yield "                    c_uint64, c_void_p)"
     yield "from typing import Any"
+    yield ""
+    yield "from ._structs import Fields, Struct"
     yield ""
     for name, value in header.defines + header.constants:
         yield f"{name} = {value}"
@@ -127,46 +131,10 @@ def module(header):
     yield "    if wanted not in names:"
     yield "        raise ValueError(f\"{kind.lower()} {name!r} is none of: {', '.join(names).lower()}\")"
     yield '    return int(globals()[kind + "_" + wanted])'
-    yield "\n"
-    yield "class Struct(Structure):"
-    yield '    """A cleared struct that knows its size; field values may be given by name, constants by the name of theirs:'
-    yield '    slab="mean" is SLAB_MEAN."""'
-    yield ""
-    yield "    struct_size: int"
-    yield ""
-    yield "    def __init__(self, **values: Any) -> None:"
-    yield "        fields = [field[0] for field in self._fields_]"
-    yield "        for name, value in values.items():"
-    yield "            if name not in fields:"
-    yield "                near = get_close_matches(name, fields, 1)"
-    yield "                hint = f\"did you mean {near[0]!r}? \" if near else \"\""
-    yield "                raise TypeError(f\"{type(self).__name__} has no {name!r}: {hint}\""
-    yield "                                f\"it has {', '.join(type(self).told())}\")"
-    yield "            if isinstance(value, str):"
-    yield "                values[name] = constant(name.upper(), value)"
-    yield "        super().__init__(struct_size=sizeof(self))"
-    yield "        for name, value in values.items():"
-    yield "            try:"
-    yield "                setattr(self, name, value)"
-    yield "            except TypeError as error:"
-    yield "                raise TypeError(f\"{name} of {type(self).__name__} cannot be {value!r}: {error}\") from None"
-    yield "            if isinstance(value, int) and isinstance(kept := getattr(self, name), int) and kept != value:"
-    yield "                raise ValueError(f\"{name} of {type(self).__name__} cannot be {value}\")"
-    yield ""
-    yield "    @classmethod"
-    yield "    def told(cls) -> list[str]:"
-    yield '        """Names of the fields that hold something to read."""'
-    yield "        hidden = (\"reserved\", \"set_mask\", \"progress\")"
-    yield "        return [field[0] for field in cls._fields_[1:] if not field[0].startswith(hidden)]"
-    yield ""
-    yield "    def __repr__(self) -> str:"
-    yield "        shown = [(name, getattr(self, name)) for name in type(self).told()]"
-    yield "        texts = [f\"{name}={list(value) if isinstance(value, Array) else value!r}\" for name, value in shown]"
-    yield "        return f\"{type(self).__name__}({', '.join(texts)})\""
     for name, fields in header.structs:
         sized = fields[0][0] == "struct_size"
         yield "\n"
-        yield f"class {camel(name)}({'Struct' if sized else 'Structure'}):"
+        yield f"class {camel(name)}({'Struct' if sized else 'Fields'}):"
         for field, kind in fields[sized:]:
             yield f"    {field}: {annotation(kind)}"
         yield from wrapped("    _fields_ = [", [f'("{field}", {kind})' for field, kind in fields], "]")

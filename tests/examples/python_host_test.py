@@ -146,7 +146,7 @@ def uneven_axes(device, folder):
     volume = Volume(device, path)
     values, unit, down = volume.axis(2)
     assert values.tolist() == depths.tolist() and unit == "m" and down
-    assert volume.info().spatial_unit == b"" and volume.axis(0)[1] == "km"
+    assert volume.info().spatial_unit == "" and volume.axis(0)[1] == "km"
     world = volume.index_to_world([[3, 2, i] for i in range(8)])
     assert np.abs(world[:, 2] + depths).max() < 1e-9
     got = volume.evaluate_world(np.c_[world, np.zeros(8)])[0]
@@ -227,7 +227,7 @@ def recorded_evaluate(volume, points, expected):
 
 def volume_facts(volume):
     info, channel = volume.info(), volume.channel_info(volume.find_channel("density"))
-    assert info.dims[:] == [21, 19, 17, 6] and info.spatial_unit == b"mm" and channel.unit == b"g"
+    assert info.dims[:] == [21, 19, 17, 6] and info.spatial_unit == "mm" and channel.unit == "g"
     assert np.allclose(volume.times(), np.arange(6) / 2)
     z, y, x = np.mgrid[0:17, 0:19, 0:21]
     frames = [blob(x, y, z, t) for t in range(6)]

@@ -1,5 +1,7 @@
 """python_user_test.py TOP EXAMPLES SCRATCH: what a new user types with help() alone works, and what is wrong is said in a
 sentence: of the package, of xarray's side of it where that is installed, and of the programs in examples/python."""
+import ctypes
+import gc
 import inspect
 import os
 import pydoc
@@ -61,7 +63,7 @@ class TenLines(User):
         self.assertAlmostEqual(float(apart), .25, delta=.05)
         self.assertEqual(len(bccsplat.open("slow.bcc4")), 27)
         self.assertEqual((len(film), film[0].shape), (14, (32, 32, 4)))
-        self.assertRegex(told, r"VolumeInfo\(.*dims=\[16, 14, 12, 14\].*time_unit=b's'.*VerifyReport\(chunks=\d+, chunks_damaged=0")
+        self.assertRegex(told, r"VolumeInfo\(.*dims=\[16, 14, 12, 14\].*time_unit='s'.*VerifyReport\(chunks=\d+, chunks_damaged=0")
         for name in ("Volume", "Slice", "Plane"):
             shown = repr({"Volume": volume, "Slice": volume.slice(time=1), "Plane": plane}[name])
             self.assertRegex(shown, r"<bccsplat\.%s \[.*\] = \(\d+" % name)
@@ -192,7 +194,8 @@ class Mistakes(User):
         for array, named, kind, text in (
                 (a[0, 0], {}, ValueError, "not of shape"), (a.astype(complex), {}, ValueError, "numbers of 1 to 8 bytes"),
                 ({}, {}, ValueError, "no channel"), (np.where(a > 2, np.nan, a), {}, Error, "treat them as holes"),
-                (a, {"spacing": (1, 2, 3, 4)}, ValueError, "spacing must be numbers of shape"), (a, {"dt": 0}, Error, "does not rise"),
+                (a, {"spacing": (1, 2, 3, 4)}, ValueError, "spacing must be numbers of shape"), (a, {"dt": 0}, Error, "times rise"),
+                (a, {"dt": 0, "lattice": "cc"}, Error, "does not rise"),
                 (a, {"affine": np.eye(3)}, ValueError, "affine must be"), (a, {"lattice": "fcc"}, ValueError, "d4star"),
                 (a, {"compression": 3}, TypeError, "unexpected keyword argument 'compression'"), (a, {"times": "now"}, ValueError, "times must be numbers"),
                 (a, {"attributes": {"a": 3}}, TypeError, "3 is given where a text"), (a, {"psnr": "high"}, TypeError, "decibels"),
@@ -211,6 +214,59 @@ class Mistakes(User):
         self.refused(ValueError, r"of shape \(12, 14, 16\), not \(5, 14, 16\)", add, self.source[0, :5])
         self.refused(ValueError, "makes an array of lists", add, self.source[0].tolist())
         self.refused(ValueError, "dims are the samples", bccsplat.Writer, bccsplat.default_device(), path("w.bcc4"), (16, 14))
+
+    def test_of_structs(self):
+        abi = bccsplat.abi
+        for struct, named, kind, text in (
+                (abi.WriterOptions, {"wavelet_errors": 4}, TypeError, "wavelet_errors of WriterOptions is a sequence or an array of numbers, not 4"),
+                (abi.WriterOptions, {"abs_errors": "abc"}, TypeError, "abs_errors .* not 'abc'"),
+                (abi.WriterOptions, {"abs_errors": [1, "a"]}, TypeError, "abs_errors .* not"),
+                (abi.WriterOptions, {"channels": 4}, TypeError, "a ChannelOptions, or a sequence of these, not 4"),
+                (abi.WriterOptions, {"part": 4}, TypeError, "part of WriterOptions is a SeriesPart, not 4"),
+                (abi.WriterOptions, {"time_unit": 4}, TypeError, "time_unit of WriterOptions is a text, not 4"),
+                (abi.WriterOptions, {"cancel_token": 4}, TypeError, "cancel_token of WriterOptions is an array of numpy, or a handle, not 4"),
+                (abi.WriterOptions, {"channel_count": 3, "channels": [abi.ChannelOptions()]}, ValueError, "cannot be 3: 1 are given"),
+                (abi.SliceOptions, {"point": [1, 2]}, ValueError, "point of SliceOptions are 4 numbers, not"),
+                (abi.TransferFunction, {"colors": [1, 2, 3, 4]}, ValueError, "colors of TransferFunction are rows of 4 numbers"),
+                (abi.HostPlane, {"pixels": 4}, TypeError, "pixels of HostPlane is an array"), (abi.Box, {"data": True}, TypeError, "data of Box")):
+            self.refused(kind, text, struct, **named)
+        # Each pointer of each struct: a number is no address.
+        structs = [kind for kind in vars(abi).values() if isinstance(kind, type) and hasattr(kind, "_fields_")]
+        pointers = [(kind, name) for kind in structs for name, field, *_ in kind._fields_
+                    if field in (ctypes.c_void_p, ctypes.c_char_p) or hasattr(field, "contents")]
+        self.assertGreater(len(pointers), 50)
+        for kind, name in pointers:
+            self.refused(TypeError, "%s of %s is a" % (name, kind.__name__), setattr, kind(), name, 4)
+        self.refused(ValueError, "wavelet_errors is a number, or those of all 2 channels", bccsplat.Writer, bccsplat.default_device(),
+                     path("w.bcc4"), (8, 8, 8, 1), channels=[bccsplat.Channel("a"), bccsplat.Channel("b")], wavelet_errors=[1])
+
+    def test_what_structs_look_at_lives_on(self):
+        abi = bccsplat.abi
+        made = abi.WriterOptions(wavelet_errors=np.arange(3)[::-1], channels=[abi.ChannelOptions(name="ä"), abi.ChannelOptions()],
+                                 axes=[abi.Axis(coordinates=np.linspace(0, n, 1000), unit="m") for n in range(3)], part=abi.SeriesPart(times=range(5)))
+        shown = abi.Trail(transfer_functions=[abi.TransferFunction(colors=np.full((50, 4), n)) for n in range(3)])
+        gc.collect()
+        other = [np.full(4000, -1.0) for _ in range(50)]  # where what was freed would be
+        self.assertEqual((made.wavelet_errors[:3], made.channel_count, made.channels[0].name, made.channels[1].name), ([2, 1, 0], 2, "ä", ""))
+        self.assertEqual((made.axes[2].count, made.axes[2].coordinates[999], made.axes[2].unit, made.part.contents.times[4]), (1000, 2, "m", 4))
+        self.assertEqual((shown.transfer_functions[2].color_count, shown.transfer_functions[2].colors[199]), (50, 2))
+        self.assertEqual(len(other), 50)
+        values = np.zeros(4)
+        made.abs_errors = values
+        values[2] = 5  # an array of its type is looked into
+        self.assertEqual(made.abs_errors[2], 5)
+        values.flags.writeable = False
+        made.abs_errors = values
+        self.assertEqual(made.abs_errors[:4], [0, 0, 5, 0])
+
+    def test_texts_are_str(self):
+        infos = self.volume.info(), self.volume.channel_info(), self.volume.slice(frame=0).info()
+        for info in infos:
+            for name, field, *_ in info._fields_:
+                if field is ctypes.c_char_p:
+                    self.assertIs(type(getattr(info, name)), str, name)
+        self.assertEqual((infos[0].time_unit, infos[0].spatial_unit, infos[1].name, infos[1].unit), ("s", "mm", "density", ""))
+        self.assertEqual((self.volume.axis(0)[1], self.volume.channels), ("", ["density"]))
 
     def test_of_closed_things(self):
         volume = bccsplat.open(path("run.bcc4"))

@@ -2,10 +2,11 @@
 # fmt: off
 from __future__ import annotations
 
-from ctypes import (CFUNCTYPE, POINTER, Array, Structure, c_char_p, c_double, c_float, c_int32, c_int64,
-                    c_uint32, c_uint64, c_void_p, sizeof)
-from difflib import get_close_matches
+from ctypes import (CFUNCTYPE, POINTER, Array, c_char_p, c_double, c_float, c_int32, c_int64, c_uint32,
+                    c_uint64, c_void_p)
 from typing import Any
+
+from ._structs import Fields, Struct
 
 VERSION_MAJOR = 0
 VERSION_MINOR = 1
@@ -239,50 +240,13 @@ def constant(kind: str, name: str) -> int:
     return int(globals()[kind + "_" + wanted])
 
 
-class Struct(Structure):
-    """A cleared struct that knows its size; field values may be given by name, constants by the name of theirs:
-    slab="mean" is SLAB_MEAN."""
-
-    struct_size: int
-
-    def __init__(self, **values: Any) -> None:
-        fields = [field[0] for field in self._fields_]
-        for name, value in values.items():
-            if name not in fields:
-                near = get_close_matches(name, fields, 1)
-                hint = f"did you mean {near[0]!r}? " if near else ""
-                raise TypeError(f"{type(self).__name__} has no {name!r}: {hint}"
-                                f"it has {', '.join(type(self).told())}")
-            if isinstance(value, str):
-                values[name] = constant(name.upper(), value)
-        super().__init__(struct_size=sizeof(self))
-        for name, value in values.items():
-            try:
-                setattr(self, name, value)
-            except TypeError as error:
-                raise TypeError(f"{name} of {type(self).__name__} cannot be {value!r}: {error}") from None
-            if isinstance(value, int) and isinstance(kept := getattr(self, name), int) and kept != value:
-                raise ValueError(f"{name} of {type(self).__name__} cannot be {value}")
-
-    @classmethod
-    def told(cls) -> list[str]:
-        """Names of the fields that hold something to read."""
-        hidden = ("reserved", "set_mask", "progress")
-        return [field[0] for field in cls._fields_[1:] if not field[0].startswith(hidden)]
-
-    def __repr__(self) -> str:
-        shown = [(name, getattr(self, name)) for name in type(self).told()]
-        texts = [f"{name}={list(value) if isinstance(value, Array) else value!r}" for name, value in shown]
-        return f"{type(self).__name__}({', '.join(texts)})"
-
-
 class DeviceOptions(Struct):
     thread_count: int
     memory_budget: int
     log: Any
-    log_user: int | None
+    log_user: Any
     runner: Any
-    runner_user: int | None
+    runner_user: Any
     max_sites: int
     max_reads: int
     reserved: int
@@ -310,9 +274,9 @@ class GpuInfo(Struct):
     reserved: int
     memory: int
     memory_used: int
-    vendor: bytes | None
-    renderer: bytes | None
-    version: bytes | None
+    vendor: str
+    renderer: str
+    version: str
     _fields_ = [("struct_size", c_uint32), ("software", c_int32), ("compute", c_int32),
         ("reserved", c_uint32), ("memory", c_uint64), ("memory_used", c_uint64), ("vendor", c_char_p),
         ("renderer", c_char_p), ("version", c_char_p)]
@@ -322,7 +286,7 @@ class ReadStream(Struct):
     reserved: int
     size: int
     read_at: Any
-    user: int | None
+    user: Any
     merge_gap: int
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("size", c_uint64),
         ("read_at", bccsplat_read_at_fn), ("user", c_void_p), ("merge_gap", c_uint64)]
@@ -331,7 +295,7 @@ class ReadStream(Struct):
 class WriteStream(Struct):
     reserved: int
     write_at: Any
-    user: int | None
+    user: Any
     flush: Any
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("write_at", bccsplat_write_at_fn),
         ("user", c_void_p), ("flush", bccsplat_flush_fn)]
@@ -339,8 +303,8 @@ class WriteStream(Struct):
 
 class ChannelOptions(Struct):
     set_mask: int
-    name: bytes | None
-    unit: bytes | None
+    name: str
+    unit: str
     source_type: int
     value_type: int
     air: float
@@ -357,20 +321,21 @@ class SeriesPart(Struct):
     first: int
     end: int
     lead: int
-    times: int | None
+    times: Any
     box_begin: Array[c_uint64]
     box_end: Array[c_uint64]
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("first", c_uint64), ("end", c_uint64),
-        ("lead", c_uint64), ("times", c_void_p), ("box_begin", c_uint64 * 3), ("box_end", c_uint64 * 3)]
+        ("lead", c_uint64), ("times", POINTER(c_double)), ("box_begin", c_uint64 * 3),
+        ("box_end", c_uint64 * 3)]
 
 
 class Axis(Struct):
     flags: int
     count: int
-    coordinates: int | None
-    unit: bytes | None
+    coordinates: Any
+    unit: str
     _fields_ = [("struct_size", c_uint32), ("flags", c_uint32), ("count", c_uint64),
-        ("coordinates", c_void_p), ("unit", c_char_p)]
+        ("coordinates", POINTER(c_double)), ("unit", c_char_p)]
 
 
 class WriterOptions(Struct):
@@ -384,13 +349,13 @@ class WriterOptions(Struct):
     channel_count: int
     channels: Any
     affine: Array[c_double]
-    spatial_unit: bytes | None
-    time_unit: bytes | None
+    spatial_unit: str
+    time_unit: str
     scale: float
     time_scale: float
-    recommended_kernel: bytes | None
+    recommended_kernel: str
     progress: Any
-    progress_user: int | None
+    progress_user: Any
     abs_error: float
     psnr: float
     measure: int
@@ -403,10 +368,10 @@ class WriterOptions(Struct):
     scales: Array[c_double]
     live: int
     periodic_axes: int
-    cancel_token: int | None
+    cancel_token: Any
     axes: Any
-    wavelet_errors: int | None
-    abs_errors: int | None
+    wavelet_errors: Any
+    abs_errors: Any
     fixed_predictions: int
     reserved: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
@@ -418,13 +383,13 @@ class WriterOptions(Struct):
         ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
         ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4), ("live", c_uint32),
         ("periodic_axes", c_uint32), ("cancel_token", c_void_p), ("axes", POINTER(Axis)),
-        ("wavelet_errors", c_void_p), ("abs_errors", c_void_p), ("fixed_predictions", c_int32),
-        ("reserved", c_int32)]
+        ("wavelet_errors", POINTER(c_double)), ("abs_errors", POINTER(c_double)),
+        ("fixed_predictions", c_int32), ("reserved", c_int32)]
 
 
 class Box(Struct):
     type: int
-    data: int | None
+    data: Any
     begin: Array[c_int64]
     dims: Array[c_int64]
     stride_bytes: Array[c_int64]
@@ -501,8 +466,8 @@ class ErrorReport(Struct):
 class JoinOptions(Struct):
     overwrite: int
     progress: Any
-    progress_user: int | None
-    cancel_token: int | None
+    progress_user: Any
+    cancel_token: Any
     compare_levels: int
     reserved: int
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("progress", bccsplat_progress_fn),
@@ -515,7 +480,7 @@ class SourceBoxes(Struct):
     boxes: Any
     count: int
     release: Any
-    keeper: int | None
+    keeper: Any
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("boxes", POINTER(Box)),
         ("count", c_uint64), ("release", bccsplat_release_fn), ("keeper", c_void_p)]
 
@@ -526,35 +491,35 @@ class PlanChannel(Struct):
     kind: int
     step: float
     offset: float
-    active: int | None
+    active: Any
     _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("missing", c_int32), ("kind", c_uint32),
-        ("step", c_double), ("offset", c_double), ("active", c_void_p)]
+        ("step", c_double), ("offset", c_double), ("active", POINTER(c_uint64))]
 
 
 class PlanOptions(Struct):
     set_mask: int
     wish: Any
     channels: Any
-    times: int | None
+    times: Any
     frame: Any
-    frame_user: int | None
+    frame_user: Any
     density: float
     exact: int
     reserved: int
     boxes: Any
     memory: int
-    name: bytes | None
+    name: str
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("wish", POINTER(WriterOptions)),
-        ("channels", POINTER(PlanChannel)), ("times", c_void_p), ("frame", bccsplat_source_fn),
+        ("channels", POINTER(PlanChannel)), ("times", POINTER(c_double)), ("frame", bccsplat_source_fn),
         ("frame_user", c_void_p), ("density", c_double), ("exact", c_int32), ("reserved", c_uint32),
         ("boxes", bccsplat_boxes_fn), ("memory", c_uint64), ("name", c_char_p)]
 
 
 class VolumeOptions(Struct):
     salvage: int
-    kernel: bytes | None
+    kernel: str
     cache_bytes: int
-    cancel_token: int | None
+    cancel_token: Any
     shape: Array[c_double]
     _fields_ = [("struct_size", c_uint32), ("salvage", c_int32), ("kernel", c_char_p),
         ("cache_bytes", c_uint64), ("cancel_token", c_void_p), ("shape", c_double * 3)]
@@ -572,10 +537,10 @@ class VolumeInfo(Struct):
     time_first: float
     time_last: float
     mean_voxel: float
-    spatial_unit: bytes | None
-    time_unit: bytes | None
-    kernel: bytes | None
-    recommended_kernel: bytes | None
+    spatial_unit: str
+    time_unit: str
+    kernel: str
+    recommended_kernel: str
     channel_count: int
     time_uniform: int
     store: int
@@ -630,8 +595,8 @@ class LevelInfo(Struct):
 
 class ChannelInfo(Struct):
     value_type: int
-    name: bytes | None
-    unit: bytes | None
+    name: str
+    unit: str
     air: float
     air_threshold: float
     value_scale: float
@@ -691,30 +656,30 @@ class Hyperplane(Struct):
 
 class SliceOptions(Struct):
     channel: int
-    kernel: bytes | None
+    kernel: str
     interval: Array[c_double]
     spacing: float
     time_length: float
     lattice: int
     level: int
     progress: Any
-    progress_user: int | None
+    progress_user: Any
     thickness: float
-    point: int | None
-    basis: int | None
+    point: Any
+    basis: Any
     slab: int
     method: int
-    box: int | None
-    cancel_token: int | None
+    box: Any
+    cancel_token: Any
     space: int
     reserved2: int
     bandwidth: Array[c_double]
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
-        ("thickness", c_double), ("point", c_void_p), ("basis", c_void_p), ("slab", c_int32),
-        ("method", c_int32), ("box", c_void_p), ("cancel_token", c_void_p), ("space", c_int32),
-        ("reserved2", c_uint32), ("bandwidth", c_double * 4)]
+        ("thickness", c_double), ("point", POINTER(c_double)), ("basis", POINTER(c_double)),
+        ("slab", c_int32), ("method", c_int32), ("box", POINTER(c_double)), ("cancel_token", c_void_p),
+        ("space", c_int32), ("reserved2", c_uint32), ("bandwidth", c_double * 4)]
 
 
 class SliceInfo(Struct):
@@ -730,7 +695,7 @@ class SliceInfo(Struct):
     points: int
     bytes_read: int
     milliseconds: float
-    kernel: bytes | None
+    kernel: str
     level: int
     reserved: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("hyperplane", c_double * 5),
@@ -817,18 +782,18 @@ class View(Struct):
     depth_kind: int
     picture_size: Array[c_uint32]
     region_begin: Array[c_uint32]
-    depth: int | None
+    depth: Any
     depth_row_bytes: int
-    background: int | None
+    background: Any
     background_row_bytes: int
     _fields_ = [("struct_size", c_uint32), ("use_matrices", c_uint32), ("camera", POINTER(Camera)),
         ("world_to_view", c_double * 16), ("projection", c_double * 16), ("column_major", c_uint32),
         ("depth_range", c_int32), ("y_down", c_uint32), ("depth_kind", c_int32),
-        ("picture_size", c_uint32 * 2), ("region_begin", c_uint32 * 2), ("depth", c_void_p),
-        ("depth_row_bytes", c_int64), ("background", c_void_p), ("background_row_bytes", c_int64)]
+        ("picture_size", c_uint32 * 2), ("region_begin", c_uint32 * 2), ("depth", POINTER(c_float)),
+        ("depth_row_bytes", c_int64), ("background", POINTER(c_float)), ("background_row_bytes", c_int64)]
 
 
-class Clip(Structure):
+class Clip(Fields):
     normal: Array[c_double]
     offset: float
     space: int
@@ -840,13 +805,13 @@ class Clip(Structure):
 
 class TransferFunction(Struct):
     color_count: int
-    colors: int | None
-    opacities: int | None
+    colors: Any
+    opacities: Any
     opacity_count: int
     reserved: int
     unit_distance: float
-    _fields_ = [("struct_size", c_uint32), ("color_count", c_uint32), ("colors", c_void_p),
-        ("opacities", c_void_p), ("opacity_count", c_uint32), ("reserved", c_uint32),
+    _fields_ = [("struct_size", c_uint32), ("color_count", c_uint32), ("colors", POINTER(c_double)),
+        ("opacities", POINTER(c_double)), ("opacity_count", c_uint32), ("reserved", c_uint32),
         ("unit_distance", c_double)]
 
 
@@ -864,7 +829,7 @@ class Look(Struct):
         ("opacity_count", c_uint32), ("colors", c_double * 4 * 64), ("opacities", c_double * 2 * 32)]
 
 
-class Light(Structure):
+class Light(Fields):
     direction: Array[c_double]
     color: Array[c_double]
     _fields_ = [("direction", c_double * 3), ("color", c_double * 3)]
@@ -908,7 +873,7 @@ class Hit(Struct):
         ("world", c_double * 3), ("uvw", c_double * 3), ("value", c_double), ("gradient", c_double * 3)]
 
 
-class IsoSurface(Structure):
+class IsoSurface(Fields):
     value: float
     opacity: float
     color: Array[c_double]
@@ -930,18 +895,18 @@ class RenderOptions(Struct):
     reference: int
     tile_size: int
     progress: Any
-    progress_user: int | None
+    progress_user: Any
     deep_tolerance: float
     preintegrate: int
     smooth_edges: int
     gradient_noise: float
-    cancel_token: int | None
+    cancel_token: Any
     surfaces: Any
     surface_count: int
     reserved: int
     depth_opacity: float
     tile: Any
-    tile_user: int | None
+    tile_user: Any
     backend: int
     reserved2: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
@@ -970,17 +935,18 @@ class Trail(Struct):
     samples: int
     interval: Array[c_double]
     transfer_function: Any
-    colors: int | None
+    colors: Any
     intervals: int
     reserved: int
     transfer_functions: Any
-    weights: int | None
+    weights: Any
     unlit: int
     reserved2: int
     _fields_ = [("struct_size", c_uint32), ("content", c_int32), ("combine", c_int32), ("samples", c_uint32),
-        ("interval", c_double * 2), ("transfer_function", POINTER(TransferFunction)), ("colors", c_void_p),
-        ("intervals", c_uint32), ("reserved", c_uint32), ("transfer_functions", POINTER(TransferFunction)),
-        ("weights", c_void_p), ("unlit", c_uint32), ("reserved2", c_uint32)]
+        ("interval", c_double * 2), ("transfer_function", POINTER(TransferFunction)),
+        ("colors", POINTER(c_double)), ("intervals", c_uint32), ("reserved", c_uint32),
+        ("transfer_functions", POINTER(TransferFunction)), ("weights", POINTER(c_double)),
+        ("unlit", c_uint32), ("reserved2", c_uint32)]
 
 
 class RenderStats(Struct):
@@ -1032,17 +998,18 @@ class Deep(Struct):
     width: int
     height: int
     sample_count: int
-    first: int | None
-    samples: int | None
+    first: Any
+    samples: Any
     _fields_ = [("struct_size", c_uint32), ("components", c_uint32), ("width", c_uint32),
-        ("height", c_uint32), ("sample_count", c_uint64), ("first", c_void_p), ("samples", c_void_p)]
+        ("height", c_uint32), ("sample_count", c_uint64), ("first", POINTER(c_uint64)),
+        ("samples", POINTER(c_float))]
 
 
 class Plane(Struct):
     components: int
     width: int
     height: int
-    pixels: int | None
+    pixels: Any
     row_bytes: int
     _fields_ = [("struct_size", c_uint32), ("components", c_uint32), ("width", c_uint32),
         ("height", c_uint32), ("pixels", c_void_p), ("row_bytes", c_uint64)]
@@ -1055,20 +1022,20 @@ class ImageOptions(Struct):
     background: Array[c_double]
     frames_per_second: Array[c_int32]
     exposure_seconds: float
-    comments: bytes | None
+    comments: str
     progress: Any
-    progress_user: int | None
-    cancel_token: int | None
+    progress_user: Any
+    cancel_token: Any
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("use_background", c_uint32),
         ("reserved", c_uint32), ("background", c_double * 3), ("frames_per_second", c_int32 * 2),
         ("exposure_seconds", c_double), ("comments", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("cancel_token", c_void_p)]
 
 
-class HostPlane(Structure):
+class HostPlane(Fields):
     channel: int
     reserved: int
-    pixels: int | None
+    pixels: Any
     row_bytes: int
     _fields_ = [("channel", c_uint32), ("reserved", c_uint32), ("pixels", c_void_p), ("row_bytes", c_int64)]
 
@@ -1097,13 +1064,13 @@ class Instance(Struct):
     color_function: Any
     mask_channel: int
     mask_label_count: int
-    mask_labels: int | None
+    mask_labels: Any
     trail: Any
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("placement", c_double * 16),
         ("time_scale", c_double), ("time_offset", c_double), ("outside", c_int32), ("hidden", c_uint32),
         ("transfer_function", POINTER(TransferFunction)), ("density", c_double), ("set_mask", c_uint32),
         ("color_channel", c_uint32), ("color_function", POINTER(TransferFunction)),
-        ("mask_channel", c_uint32), ("mask_label_count", c_uint32), ("mask_labels", c_void_p),
+        ("mask_channel", c_uint32), ("mask_label_count", c_uint32), ("mask_labels", POINTER(c_double)),
         ("trail", POINTER(Trail))]
 
 

@@ -1,13 +1,14 @@
 """FieldArray: the field of a volume at places of index space, as an array [t, z, y, x] that is read when it is asked for."""
 from __future__ import annotations
 
-from typing import Any, Iterator, Sequence, Union
+from typing import Any, Sequence, Union
 
 import numpy as np
 
 from . import _abi
 from .arrays import Array
 from .errors import Error
+from .lazy_array import LazyArray
 from .shared import SharedFile
 from .slices import Slice
 from .volume import Volume
@@ -97,7 +98,7 @@ class GridAxis:
         self.take: Array | None = None if np.array_equal(take, np.arange(self.count)) else take
 
 
-class FieldArray:
+class FieldArray(LazyArray):
     """The field of one channel at the outer product of positions along t, z, y and x, float32.
 
     source: a Volume, or a SharedFile, with which the array can be sent to other processes.
@@ -106,8 +107,6 @@ class FieldArray:
     samples of space and in holes values are NaN; frames outside the series raise Error or IndexError. Where a frame has 64
     values or fewer they are evaluated as points, which gives the same but for rounding.
     """
-
-    dtype = np.dtype(np.float32)
 
     def __init__(self, source: Volume | SharedFile, axes: Sequence[Array], channel: int = 0, level: int = 0) -> None:
         self.source, self.channel, self.level = source, channel, level
@@ -131,32 +130,6 @@ class FieldArray:
     def shape(self) -> tuple[int, ...]:
         """Counts along t, z, y, x."""
         return tuple(len(axis) for axis in self.axes)
-
-    @property
-    def ndim(self) -> int:
-        """4."""
-        return len(self.axes)
-
-    @property
-    def size(self) -> int:
-        """Number of values."""
-        return int(np.prod(self.shape, dtype=np.int64))
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all values, as they will be in memory."""
-        return self.size * self.dtype.itemsize
-
-    def __len__(self) -> int:
-        return len(self.axes[0])
-
-    def __iter__(self) -> Iterator[Array]:
-        """What there is at each position of time, one after the other."""
-        return (self[n] for n in range(len(self)))
-
-    def astype(self, dtype: Any) -> Array:
-        """All values as an array of another type."""
-        return np.asarray(self.read().astype(dtype, copy=False))
 
     def select(self, key: Any) -> FieldArray:
         """The array of some of the positions, nothing of which is read: integers, slices, lists and boolean masks, each

@@ -35,7 +35,7 @@ class Places:
         info = volume.info()
         self._volume, self.affine = volume, np.array(info.affine[:], np.float64).reshape(4, 4)
         self._axes = [volume.axis(axis) for axis in range(3)]
-        self._along, self._unit = is_along_axes(self.affine), (info.spatial_unit or b"").decode()
+        self._along, self._unit = is_along_axes(self.affine), info.spatial_unit
         attributes = volume.attributes()
         self.records = [records.read(attributes, "axis." + name) for name in "xyz"]
 

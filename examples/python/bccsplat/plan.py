@@ -63,7 +63,7 @@ class Plan(Child):
                 self._watch.error = error
                 return 1
 
-        o = _abi.PlanOptions(wish=ctypes.pointer(self._wish), channels=values, density=density, exact=exact,
+        o = _abi.PlanOptions(wish=self._wish, channels=values, density=density, exact=exact,
                              frame=_abi.bccsplat_source_fn(give))
         if levels is not None:
             o.set_mask |= _abi.PLAN_SET_LEVELS
@@ -71,7 +71,7 @@ class Plan(Child):
         if when is not None:
             if when.size != dims[3]:
                 raise ValueError("times are those of all %d frames, not %d" % (dims[3], when.size))
-            o.times = when.ctypes.data
+            o.times = when
         self._create("plan_create", device.pointer, byref(o), watch=self._watch, token=token)
 
     @property

@@ -54,9 +54,7 @@ class TransferFunction:
 
     def struct(self) -> _abi.TransferFunction:
         """Looks into this object's arrays."""
-        return _abi.TransferFunction(color_count=len(self.colors), colors=self.colors.ctypes.data,
-                                     opacity_count=len(self.opacities), opacities=self.opacities.ctypes.data,
-                                     unit_distance=self.unit_distance)
+        return _abi.TransferFunction(colors=self.colors, opacities=self.opacities, unit_distance=self.unit_distance)
 
 
 class Frame(Child):
@@ -106,7 +104,7 @@ class Frame(Child):
                 continue
             if not are_drawable(pixels, (height, width, 4) if channel == cls.RGBA else (height, width)):
                 raise ValueError("planes must be writable float32 [height, width, 4] or [height, width] with contiguous rows")
-            plane.pixels, plane.row_bytes = pixels.ctypes.data, pixels.strides[0]
+            plane.pixels, plane.row_bytes = pixels, pixels.strides[0]
         frame._pixels = [*planes.values()]  # borrowed by the library
         frame._create("frame_wrap_planes", device.pointer, width, height, array, len(planes))
         return frame
@@ -163,10 +161,10 @@ class Frame(Child):
         deep = _abi.Deep()
         call("frame_get_deep", self.pointer, byref(deep))
         pixels = deep.width * deep.height
-        assert deep.first is not None
+        assert deep.first
         first = np.frombuffer(ctypes.string_at(deep.first, 8 * (pixels + 1)), np.uint64)
         floats = deep.sample_count * deep.components
-        data = ctypes.string_at(deep.samples, 4 * floats) if floats and deep.samples is not None else b""
+        data = ctypes.string_at(deep.samples, 4 * floats) if floats else b""
         return first, np.frombuffer(data, np.float32).reshape(-1, deep.components)
 
     def _image_options(self, overwrite: bool, background: Sequence[float] | None,
@@ -220,11 +218,10 @@ class Frame(Child):
 
     def _exr_options(self, overwrite: bool, frames_per_second: tuple[int, int] | None, exposure_seconds: float,
                      comments: str | None) -> _abi.ImageOptions:
-        options = self._image_options(overwrite, None)
+        options = self._image_options(overwrite, None, comments=comments)
         if frames_per_second is not None:
             options.frames_per_second[:] = [*frames_per_second]
         options.exposure_seconds = exposure_seconds
-        options.comments = None if comments is None else comments.encode()
         return options
 
 
@@ -297,14 +294,14 @@ class View:
             v.world_to_view[:] = np.asarray(world_to_view, np.float64).reshape(16).tolist()
             v.projection[:] = np.asarray(projection, np.float64).reshape(16).tolist()
         if camera is not None:
-            v.camera = ctypes.pointer(camera)
+            v.camera = camera
         if part is not None:
             v.region_begin[:], v.picture_size[:] = [*part[:2]], [*part[2:]]
         planes = [None if p is None else np.ascontiguousarray(p, np.float32) for p in (depth, background)]
         for plane, shape in zip(planes, (2, 3)):
             if plane is not None and plane.ndim != shape:
                 raise ValueError("depth is [height, width], background [height, width, 4]")
-        v.depth, v.background = [None if p is None else p.ctypes.data for p in planes]
+        v.depth, v.background = planes
         self.struct, self.planes = v, planes
 
     def check(self, width: int, height: int) -> None:
@@ -359,8 +356,8 @@ def clip_array(clips: Sequence[Any]) -> Any:
 def trail_struct(interval: Sequence[float], *, content: int | str | None = None, combine: int | str | None = None,
                  samples: int = 0, intervals: int = 0, transfer_function: TransferFunction | None = None,
                  colors: Any = None, transfer_functions: Sequence[TransferFunction] = (),
-                 weights: Sequence[float] = (), unlit: bool = False, **options: Any) -> tuple[_abi.Trail, Any]:
-    """A trail over an interval of frames relative to a slice, and what it looks into.
+                 weights: Sequence[float] = (), unlit: bool = False, **options: Any) -> _abi.Trail:
+    """A trail over an interval of frames relative to a slice.
 
     transfer_functions: one for each sub-interval, the earliest first, which there are then as many of; so are weights,
     the curve of a shutter. unlit: whatever the slice is.
@@ -373,17 +370,15 @@ def trail_struct(interval: Sequence[float], *, content: int | str | None = None,
     trail = _abi.Trail(content=choose("TRAIL", content), samples=samples, intervals=intervals, unlit=int(unlit), **options)
     trail.combine = choose("TRAIL", combine)
     trail.interval[:] = [*interval]
-    function = None if transfer_function is None else transfer_function.struct()
-    if function is not None:
-        trail.transfer_function = ctypes.pointer(function)
-    functions = [f.struct() for f in transfer_functions]  # which own what the array points to
-    if functions:
-        trail.transfer_functions = (_abi.TransferFunction * len(functions))(*functions)
-    rows = None if colors is None else np.ascontiguousarray(colors, np.float64).reshape(max(intervals, 1), 3)
-    trail.colors = None if rows is None else rows.ctypes.data
-    shares = np.ascontiguousarray(weights, np.float64) if len(weights) else None
-    trail.weights = None if shares is None else shares.ctypes.data
-    return trail, (function, functions, rows, shares)
+    if transfer_function is not None:
+        trail.transfer_function = transfer_function.struct()
+    if transfer_functions:
+        trail.transfer_functions = [f.struct() for f in transfer_functions]
+    if colors is not None:
+        trail.colors = np.asarray(colors, np.float64).reshape(max(intervals, 1), 3)
+    if len(weights):
+        trail.weights = weights
+    return trail
 
 
 class Renderer(Child):
@@ -410,7 +405,7 @@ class Renderer(Child):
         if interval is None:
             call("renderer_set_trail", self.pointer, None)
             return
-        trail, _kept = trail_struct(interval, **options)
+        trail = trail_struct(interval, **options)
         call("renderer_set_trail", self.pointer, byref(trail))
 
     def set_camera(self, camera: _abi.Camera | None) -> None:

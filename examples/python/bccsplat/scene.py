@@ -37,7 +37,7 @@ class Scene(Child):
                   transfer_function: TransferFunction | None, color_channel: int | str | None,
                   color_function: TransferFunction | None, mask_channel: int | str | None,
                   mask_labels: Sequence[float],
-                  trail: dict[str, Any] | None, options: dict[str, Any]) -> tuple[_abi.Instance, Any]:
+                  trail: dict[str, Any] | None, options: dict[str, Any]) -> _abi.Instance:
         def channel_number(channel: int | str) -> Any:
             return channel if volume is None else volume.channel_number(channel)
 
@@ -46,23 +46,19 @@ class Scene(Child):
         instance = _abi.Instance(outside=choose("OUTSIDE", outside), hidden=int(hidden), **options)
         if placement is not None:
             instance.placement[:] = affine_of(placement).reshape(16).tolist()
-        functions = [None if f is None else f.struct() for f in (transfer_function, color_function)]
-        if functions[0] is not None:
-            instance.transfer_function = ctypes.pointer(functions[0])
+        if transfer_function is not None:
+            instance.transfer_function = transfer_function.struct()
         if color_channel is not None:
             instance.set_mask |= _abi.INSTANCE_SET_COLOR_CHANNEL
             instance.color_channel = channel_number(color_channel)
-            if functions[1] is not None:
-                instance.color_function = ctypes.pointer(functions[1])
-        labels = (ctypes.c_double * max(len(mask_labels), 1))(*mask_labels)
+            if color_function is not None:
+                instance.color_function = color_function.struct()
         if mask_channel is not None:
             instance.set_mask |= _abi.INSTANCE_SET_MASK_CHANNEL
-            instance.mask_channel, instance.mask_label_count = channel_number(mask_channel), len(mask_labels)
-            instance.mask_labels = ctypes.addressof(labels)
-        moved = None if trail is None else trail_struct(**trail)
-        if moved is not None:
-            instance.trail = ctypes.pointer(moved[0])
-        return instance, (functions, labels, moved)
+            instance.mask_channel, instance.mask_labels = channel_number(mask_channel), mask_labels
+        if trail is not None:
+            instance.trail = trail_struct(**trail)
+        return instance
 
     def add(self, volume: Volume, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
             transfer_function: TransferFunction | None = None, color_channel: int | str | None = None,
@@ -73,7 +69,7 @@ class Scene(Child):
         Channels go by number or name.
         trail: what moved, as arguments of Renderer.set_trail: {"interval": (-2, 0)}.
         Further options by the names of bccsplat_instance: channel, time_scale, time_offset, density."""
-        instance, _kept = self._instance(volume, placement, outside, hidden, transfer_function, color_channel, color_function,
+        instance = self._instance(volume, placement, outside, hidden, transfer_function, color_channel, color_function,
                                          mask_channel, mask_labels, trail, options)
         number = ctypes.c_uint64()
         call("scene_add", self.pointer, volume.pointer, byref(instance), byref(number))
@@ -85,7 +81,7 @@ class Scene(Child):
                      color_function: TransferFunction | None = None, mask_channel: int | str | None = None,
                      mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, **options: Any) -> None:
         """All of it anew: what is not given is the default."""
-        instance, _kept = self._instance(self._volumes.get(number), placement, outside, hidden, transfer_function, color_channel, color_function,
+        instance = self._instance(self._volumes.get(number), placement, outside, hidden, transfer_function, color_channel, color_function,
                                          mask_channel, mask_labels, trail, options)
         call("scene_set_instance", self.pointer, number, byref(instance))
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Sequence
 import numpy as np
 
 from . import _abi
-from ._library import Closed, Progress, Watch, call, choose, encode
+from ._library import Closed, Progress, Watch, call, choose
 from .arrays import Array, corners_of, floats_of, points_of
 from .cancel import CancelToken, own_token, token_of
 from .device import Child
@@ -99,18 +99,17 @@ class Slice(Child):
     def _options(channel: int, kernel: str | None, interval: tuple[float, float], spacing: float, time_length: float,
                  box: Any, space: str | None, cancel: CancelToken | None,
                  options: dict[str, Any]) -> _abi.SliceOptions:
-        corners = corners_of(box)
-        o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
-                              box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
+        o = _abi.SliceOptions(channel=channel, kernel=kernel, spacing=spacing, time_length=time_length,
+                              box=corners_of(box), cancel_token=token_of(cancel),
                               space=choose("SPACE", space), **options)
         o.interval[:] = [*interval]
-        o.held = corners, cancel  # an attribute of the Python object alone, as long as it looks into them
+        o.held = cancel  # an attribute of the Python object alone, as long as it looks into it
         return o
 
     def _cut(self, plane: Any, options: _abi.SliceOptions, progress: Progress | None) -> None:
         watch = Watch(progress)
         options.progress = watch.function
-        self._create("slice_create", self.volume, plane, byref(options), watch=watch, token=options.held[-1])
+        self._create("slice_create", self.volume, plane, byref(options), watch=watch, token=options.held)
 
     @classmethod
     def at(cls, volume: Volume, frame: float, **options: Any) -> Slice:
@@ -148,9 +147,9 @@ class Slice(Child):
         number = volume.channel_number(channel)
         token = own_token(cancel)
         cut._made = "along", (at, axes), {"channel": number, "kernel": kernel, **options}
-        o = _abi.SliceOptions(channel=number, kernel=encode(kernel), point=at.ctypes.data, basis=axes.ctypes.data,
+        o = _abi.SliceOptions(channel=number, kernel=kernel, point=at, basis=axes,
                               cancel_token=token_of(token), **options)
-        o.held = at, axes, token
+        o.held = token
         cut._cut(None, o, progress)
         return cut
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import ctypes
 import os
-from ctypes import POINTER, byref, c_char_p, c_double, c_uint32, c_uint64, cast
+from ctypes import byref, c_char_p, c_double, c_uint32, c_uint64
 from typing import TYPE_CHECKING, Any, Iterator, Sequence
 
 import numpy as np
@@ -14,6 +14,7 @@ from .arrays import Array, bytes_of, corners_of, floats_of, points_of
 from .cancel import CancelToken, own_token, token_of
 from .device import Child, Device
 from .errors import Error
+from .lazy_array import LazyArray
 from .slices import Slice
 from .sources import RemoteFile, opened
 from .streams import Source, read_stream
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from .render import TransferFunction
 
 
-class Volume(Child):
+class Volume(Child, LazyArray):
     """An open .bcc4, which is an array [t, z, y, x] of float32 that is read where it is indexed; bccsplat.open makes one.
 
         volume[12.5]                             # [z, y, x] at frame number 12.5; volume.at(0.48): at a time
@@ -48,7 +49,7 @@ class Volume(Child):
         """cancel: of opening it and of what takes long with it."""
         super().__init__(device)
         token = own_token(cancel)
-        o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, cancel_token=token_of(token), salvage=salvage)
+        o = _abi.VolumeOptions(kernel=kernel, cache_bytes=cache_bytes, cancel_token=token_of(token), salvage=salvage)
         if shape is not None:
             o.shape[:] = [*shape]
         o.held = token  # an attribute of the Python object alone, as long as it looks into it
@@ -84,42 +85,14 @@ class Volume(Child):
         return nt, nz, ny, nx
 
     @property
-    def ndim(self) -> int:
-        """4: [t, z, y, x]."""
-        return 4
-
-    dtype = np.dtype(np.float32)
-
-    @property
-    def size(self) -> int:
-        """Number of values."""
-        return int(np.prod(self.shape, dtype=np.int64))
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all values, as they will be in memory; those of the file are info().bytes_file."""
-        return self.size * self.dtype.itemsize
-
-    @property
     def channels(self) -> list[str]:
         """Names of the channels."""
-        return [decode(self.channel_info(n).name) for n in range(self.info().channel_count)]
+        return [self.channel_info(n).name for n in range(self.info().channel_count)]
 
     @property
     def affine(self) -> Array:
         """[4, 4], from (x, y, z, 1) of samples to the world; unevenly spaced axes are those of `axis`."""
         return np.array(self.info().affine[:], np.float64).reshape(4, 4)
-
-    def astype(self, dtype: Any) -> Array:
-        """All values as an array of another type."""
-        return np.asarray(self.field().read().astype(dtype, copy=False))
-
-    def __iter__(self) -> Iterator[Array]:
-        """Frames, one after the other."""
-        return (self[n] for n in range(len(self)))
-
-    def __len__(self) -> int:
-        return self.shape[0]
 
     def field(self, channel: int | str = 0, level: int = 0) -> FieldArray:
         """A channel, by number or name, as an array [t, z, y, x] of float32 that is read where it is indexed. level: 0, or
@@ -316,7 +289,7 @@ class Volume(Child):
                 if error.name != "BCCSPLAT_ERROR_NOT_FOUND":
                     raise
                 return found
-            found.append(((name.value or b"").decode(), size.value, crc.value))
+            found.append((decode(name.value), size.value, crc.value))
 
     def find_attribute(self, key: str) -> str:
         """One of them; Error NOT_FOUND."""
@@ -370,10 +343,9 @@ class Volume(Child):
         info = _abi.Axis()
         call("volume_get_axis", self.pointer, axis, byref(info))
         if not info.count:
-            return np.empty(0), decode(info.unit), bool(info.flags & _abi.AXIS_DOWN)
-        assert info.coordinates is not None
-        values = np.ctypeslib.as_array(cast(info.coordinates, POINTER(c_double)), (info.count,)).copy()
-        return values, decode(info.unit), bool(info.flags & _abi.AXIS_DOWN)
+            return np.empty(0), info.unit, bool(info.flags & _abi.AXIS_DOWN)
+        values = np.ctypeslib.as_array(info.coordinates, (info.count,)).copy()
+        return values, info.unit, bool(info.flags & _abi.AXIS_DOWN)
 
     def index_to_world(self, points: Any) -> Array:
         """Places [..., 3] of index space in the world; along unevenly spaced axes by their coordinates."""
@@ -413,8 +385,7 @@ class Volume(Child):
         if (frame is None) == (plane is None):
             raise ValueError("give one of frame and plane")
         a, b, c, d, e = (0, 0, 0, 1, -frame) if frame is not None else plane or ()
-        corners = corners_of(box)
-        o = _abi.SliceOptions(kernel=encode(kernel), box=None if corners is None else corners.ctypes.data, **options)
+        o = _abi.SliceOptions(kernel=kernel, box=corners_of(box), **options)
         o.interval[:] = [*interval]
         arguments = (self.pointer, byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), byref(o),
                      _abi.RANGES_MISSING if missing else 0)

@@ -14,6 +14,7 @@ from ._library import Progress, Watch, call, choose, encode
 from .arrays import Array, affine_of, numbers_of, unmasked
 from .cancel import CancelToken, own_token, token_of
 from .device import Child, Device
+from .errors import refuse_existing
 from .streams import Flush, Source, WriteAt, read_stream, write_stream
 
 # points [n, 4] -> n values
@@ -27,7 +28,7 @@ TYPES = {"u1": _abi.TYPE_U8, "u2": _abi.TYPE_U16, "u4": _abi.TYPE_U32, "i1": _ab
 class Channel:
     """One quantity of the file. air: the value of sites that are not stored (None: a Plan finds
     it); range: spread over U8 or U16 codes; labels: whether values are labels, which nothing lies between (None: readers
-    tell by the values); they need lattice="cc"."""
+    tell by the values); they need lattice="cc", which a Plan chooses."""
 
     name: str = "value"
     unit: str | None = None
@@ -41,7 +42,7 @@ class Channel:
     def options(self) -> _abi.ChannelOptions:
         """The C struct of it."""
         out = _abi.ChannelOptions(set_mask=0 if self.air is None else _abi.CHANNEL_SET_AIR,
-                                  name=encode(self.name), unit=encode(self.unit),
+                                  name=self.name, unit=self.unit,
                                   source_type=choose("TYPE", self.source_type),
                                   value_type=choose("TYPE", self.value_type), air=self.air or 0.0,
                                   air_threshold=self.air_threshold)
@@ -53,19 +54,28 @@ class Channel:
         return out
 
 
+def for_channels(name: str, values: Any, count: int) -> Any:
+    """A number for all channels, or one for each, as one for each; ValueError of others."""
+    found = [values] * count if isinstance(values, (int, float)) else values
+    if not hasattr(found, "__len__") or len(found) != count:
+        raise ValueError("%s is a number, or those of all %d channels, not %r" % (name, count, values))
+    return found
+
+
 def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watch, cancel: CancelToken | None, *,
                    lattice: int | str | None = None, filter: int | str | None = None, store: int | str | None = None,
                    nonfinite: int | str | None = None, overwrite: bool = False, affine: Any = None,
                    spatial_unit: str | None = None, time_unit: str | None = None,
                    scale: float | Sequence[float] = 0.0, time_scale: float = 0.0, kernel: str | None = None,
                    ends: int | str | None = None, axes: Sequence[tuple[Any, str | None, bool]] | None = None,
-                   abs_error: float | Sequence[float] = 0.0, **options: Any) -> _abi.WriterOptions:
+                   abs_error: float | Sequence[float] = 0.0, wavelet_errors: float | Sequence[float] | None = None,
+                   **options: Any) -> _abi.WriterOptions:
     """The C struct of a Writer's arguments, which keeps what it points to."""
     o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
                            store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
-                           overwrite=overwrite, channel_count=len(channels), spatial_unit=encode(spatial_unit),
-                           time_unit=encode(time_unit), time_scale=time_scale,
-                           recommended_kernel=encode(kernel), ends=choose("ENDS", ends),
+                           overwrite=overwrite, spatial_unit=spatial_unit,
+                           time_unit=time_unit, time_scale=time_scale,
+                           recommended_kernel=kernel, ends=choose("ENDS", ends),
                            progress=watch.function, cancel_token=token_of(cancel), **options)
     if len(dims) not in (3, 4):
         raise ValueError("dims are the samples along x, y, z and the number of frames, not %r" % (tuple(dims),))
@@ -74,27 +84,23 @@ def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watc
         o.scale = scale
     else:  # x, y, z or x, y, z, t
         o.scales[:] = [*scale, *[0] * (4 - len(scale))]
-    o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
+    o.channels = [channel.options() for channel in channels]
     if isinstance(abs_error, (int, float)):
         o.abs_error = abs_error
-    elif len(abs_error) != len(channels):
-        raise ValueError("abs_error is a number, or those of all %d channels, not %r" % (len(channels), abs_error))
     else:
-        bounds = np.array(abs_error, np.float64)
-        o.abs_errors, o.bounds = bounds.ctypes.data, bounds  # the latter an attribute of the Python object alone
+        o.abs_errors = for_channels("abs_error", abs_error, len(channels))
+    if wavelet_errors is not None:
+        o.wavelet_errors = for_channels("wavelet_errors", wavelet_errors, len(channels))
     if affine is not None:
         o.affine[:] = affine_of(affine).reshape(16).tolist()
     if axes is not None:
-        places = [np.empty(0) if at is None else np.ascontiguousarray(at, np.float64) for at, _, _ in axes]
-        o.axes = (_abi.Axis * 3)(*[
-            _abi.Axis(count=at.size, coordinates=at.ctypes.data if at.size else None, unit=encode(unit),
-                      flags=_abi.AXIS_DOWN if down else 0) for at, (_, unit, down) in zip(places, axes)])
-        o.places = places  # an attribute of the Python object alone
+        o.axes = [_abi.Axis(coordinates=at, unit=unit, flags=_abi.AXIS_DOWN if down else 0) for at, unit, down in axes]
     return o
 
 
 class Writer(Child):
-    """Writes a file: frames by add_frame or lattice layers by add_layer, in order.
+    """Writes a file: frames by add_frame or lattice layers by add_layer, in order. Nothing is chosen by the data: what is not said
+    is as include/bccsplat.h has it, a lattice of half the samples without a bound. bccsplat.save and Plan choose, and keep one.
 
     dims: samples along x, y, z and the number of frames (0: as many as come). A with block that ends without an
     exception finishes the file; one that ends with an exception leaves no file.
@@ -133,8 +139,7 @@ class Writer(Child):
             times = np.ascontiguousarray(numbers_of(part_times, "part_times"))
             if times.size != o.dims[3]:
                 raise ValueError("part_times are those of all %d frames of the series" % o.dims[3])
-            series_part = _abi.SeriesPart(first=part[0], end=part[1], lead=part_lead, times=times.ctypes.data)
-            o.part = ctypes.pointer(series_part)
+            o.part = _abi.SeriesPart(first=part[0], end=part[1], lead=part_lead, times=times)
         if callable(target):
             self._stream = write_stream(target, self._watch, flush)
             self._create("writer_create_stream", device.pointer, byref(self._stream), byref(o), token=token)
@@ -174,7 +179,7 @@ class Writer(Child):
             if not data.dtype.isnative or data.strides == (0, 0, 0):  # all strides 0 would mean packed
                 data = np.ascontiguousarray(data, data.dtype.newbyteorder("="))
             kept.append(data)
-            box.struct_size, box.type, box.data = ctypes.sizeof(_abi.Box), TYPES[data.dtype.str[1:]], data.ctypes.data
+            box.struct_size, box.type, box.data = ctypes.sizeof(_abi.Box), TYPES[data.dtype.str[1:]], data
             box.begin[:], box.dims[:] = [*begin], [*data.shape[::-1]]
             box.stride_bytes[:] = [*data.strides[::-1]]
         self._call("writer_add_frame", channel, time, boxes, len(parts))
@@ -270,6 +275,7 @@ def join_parts(device: Device, parts: Sequence[Union[str, "os.PathLike[str]"]], 
                cancel: CancelToken | None = None) -> _abi.WriterReport:
     """One file of the parts of a series, in any order. compare_levels: coarser levels that no part has measured, as those
     of blocks, are compared with level 0, so that pictures know which of them will do."""
+    refuse_existing(path, overwrite)
     watch, report, token = Watch(progress), _abi.WriterReport(), own_token(cancel)
     names = (ctypes.c_char_p * len(parts))(*[os.fsencode(part) for part in parts])
     options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function, cancel_token=token_of(token),

@@ -62,17 +62,12 @@ def lazy_variable(field: FieldArray, names: dict[str, str], attrs: dict[str, Any
     return xarray.Variable(dims, data, attrs, {"dtype": field.dtype, "_FillValue": np.float32(np.nan)})
 
 
-def text_of(value: bytes | None) -> str:
-    """What the library has as bytes, or ""."""
-    return (value or b"").decode()
-
-
 def names_of(volume: Volume) -> dict[str, str]:
     """The dimensions by t, z, y and x: the names that the file keeps of its source, else those of DIMENSIONS."""
     attributes = volume.attributes()
     names = {role: str(records.read(attributes, "axis." + role).get("name") or usual)
              for role, usual in zip(ROLES, DIMENSIONS)}
-    taken = {text_of(volume.channel_info(channel).name) for channel in range(volume.info().channel_count)}
+    taken = {volume.channel_info(channel).name for channel in range(volume.info().channel_count)}
     return names if len({*names.values()} - taken) == len(ROLES) else dict(zip(ROLES, DIMENSIONS))
 
 
@@ -102,7 +97,7 @@ def space_coordinate(places: Places, names: dict[str, str], role: str, positions
 def time_coordinate(volume: Volume, times: Array) -> Any:
     """The coordinate of time in the file's unit; with the date of its 0 where the file knows that, as CF has it."""
     attributes, attrs = volume.attributes(), {}
-    unit, record = text_of(volume.info().time_unit), records.read(attributes, "axis.t")
+    unit, record = volume.info().time_unit, records.read(attributes, "axis.t")
     if epoch := attributes.get("time_epoch", ""):
         attrs["units"] = "%s since %s" % (unit, epoch)
         calendar = attributes.get("time_calendar", "standard")
@@ -117,11 +112,11 @@ def time_coordinate(volume: Volume, times: Array) -> Any:
 def channel_attrs(volume: Volume, channel: int) -> dict[str, Any]:
     """CF attributes of a channel: those that the file keeps of its source, and what it says of the values itself."""
     info = volume.channel_info(channel)
-    attributes, key = volume.attributes(), "channel." + text_of(info.name)
+    attributes, key = volume.attributes(), "channel." + info.name
     attrs: dict[str, Any] = records.arrays_of(records.read(attributes, key)) if records.is_there(attributes, key) else \
-        {"long_name": text_of(info.name)}
+        {"long_name": info.name}
     attrs["actual_range"] = np.array(info.range[:])
-    if unit := text_of(info.unit):
+    if unit := info.unit:
         attrs["units"] = unit
     if info.error_bound:
         attrs["bcc4_error_bound"] = info.error_bound
@@ -135,7 +130,7 @@ def file_attrs(volume: Volume, level: int) -> dict[str, Any]:
                             if not records.is_record(key) and key not in ("time_epoch", "time_calendar")}
     kept.update(records.arrays_of(records.read(attributes, records.DATASET)))
     info = volume.info()
-    unit = {"bcc4_spatial_unit": text_of(info.spatial_unit)} if info.spatial_unit else {}
+    unit = {"bcc4_spatial_unit": info.spatial_unit} if info.spatial_unit else {}
     return {"Conventions": "CF-1.8", **kept, "bcc4_level": level, "bcc4_affine": np.array(info.affine[:]), **unit}
 
 
@@ -146,7 +141,7 @@ def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = (), decode_
     shape = FieldArray.whole(file, 0, level).shape
     space = chunk_samples(shape[1:], brick_samples(volume, level), _CHUNK_VALUES // max(chunk_frames(volume)))
     for channel in range(volume.info().channel_count):
-        name = text_of(volume.channel_info(channel).name)
+        name = volume.channel_info(channel).name
         if name in drop:
             continue
         field = FieldArray.whole(file, channel, level)

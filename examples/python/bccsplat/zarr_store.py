@@ -85,7 +85,7 @@ class Store(storage.Store):  # type: ignore[misc]
         places = Places(volume)
         step = (info.time_last - info.time_first) / max(1, info.dims[3] - 1) or 1.0
         spacing, origin = zip(*(spacing_of(places, a) for a in (2, 1, 0)))
-        kinds = [("t", "time", (info.time_unit or b"").decode()), ("c", "channel", ""),
+        kinds = [("t", "time", info.time_unit), ("c", "channel", ""),
                  *(("xyz"[a], "space", places.unit(a) if places.is_even(a) else "") for a in (2, 1, 0))]
         axes = [{"name": name, "type": kind, **({"unit": _UNITS.get(unit, unit)} if unit else {})}
                 for name, kind, unit in kinds]
@@ -98,7 +98,7 @@ class Store(storage.Store):  # type: ignore[misc]
         for c in range(self._channels):
             channel = volume.channel_info(c)
             low, high = channel.range[:]
-            channels.append({"label": (channel.name or b"").decode(), "color": "FFFFFF", "active": True,
+            channels.append({"label": channel.name, "color": "FFFFFF", "active": True,
                              "window": {"min": low, "max": high, "start": low, "end": high}})
         return {"multiscales": [{"version": "0.4", "name": "bcc4", "axes": axes, "datasets": datasets}],
                 "omero": {"channels": channels},
