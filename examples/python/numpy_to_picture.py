@@ -13,4 +13,4 @@ bccsplat.save(os.path.join(folder, "blob.bcc4"), blob.astype(np.float32), dt=.04
               overwrite=True)
 volume = bccsplat.open(os.path.join(folder, "blob.bcc4"))
 print("between frames 12 and 13 the largest value is %.3f" % volume[12.5].max())
-volume.show(.5).save(os.path.join(folder, "blob.png"))
+volume.show(.5).save(os.path.join(folder, "blob.png"), overwrite=True)

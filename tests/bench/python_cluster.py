@@ -95,7 +95,7 @@ def main():
         if given.kill:
             threading.Thread(target=kill_one, args=(given.folder, log, killed), daemon=True).start()
         start = time.monotonic()
-        dataset.bcc4.to_file(target, overwrite=True)
+        dataset.bcc4.to_file(target, lattice="d4star", overwrite=True)
         written, held_writing = time.monotonic() - start, max(client.run(peak_bytes).values())
         start = time.monotonic()
         back = xr.open_dataset(target, engine=BccsplatBackend, chunks={}, cache_bytes=CACHE_BYTES)

@@ -26,7 +26,8 @@ class Arrays(unittest.TestCase):
         cls.source = waves(14, 20, 22, 24)
         cls.name = path("s.bcc4")
         cls.report = bccsplat.save(cls.name, cls.source, dt=.04, start=1, spacing=(1, 2, 3), origin=5, name="density",
-                                   unit="g", spatial_unit="mm", time_unit="s", attributes={"made": "up"}, levels=1)
+                                   unit="g", spatial_unit="mm", time_unit="s", attributes={"made": "up"}, levels=1,
+                                   lattice="d4star")
         cls.volume = bccsplat.open(cls.name)
         cls.whole = np.asarray(cls.volume)
 
@@ -73,7 +74,7 @@ class Arrays(unittest.TestCase):
 
     def test_a_part_is_read_without_the_rest(self):
         name = path("large.bcc4")
-        bccsplat.save(name, waves(3, 96, 96, 96), overwrite=True)
+        bccsplat.save(name, waves(3, 96, 96, 96), lattice="d4star", overwrite=True)
         read = {}
         for part, key in (("corner", (1, slice(0, 8), slice(0, 8), slice(0, 8))), ("frame", (1,))):
             v = bccsplat.open(name)
@@ -108,7 +109,7 @@ class Arrays(unittest.TestCase):
         bccsplat.save(name, {"a": self.source, "b": -self.source}, overwrite=True)
         two = bccsplat.open(name)
         np.testing.assert_allclose(two.field("b")[2], -two.field("a")[2], atol=1e-5)
-        self.assertEqual(two.channel_info(1).name, b"b")
+        self.assertEqual(two.channel_info(1).name, "b")
         with self.assertRaises(Error):
             two.field("c")
 
@@ -117,7 +118,7 @@ class Arrays(unittest.TestCase):
         self.assertEqual(self.report.frames, 14)
         np.testing.assert_allclose(self.volume.times(), 1 + .04 * np.arange(14))
         self.assertEqual(info.affine[:], [1, 0, 0, 5, 0, 2, 0, 5, 0, 0, 3, 5, 0, 0, 0, 1])
-        self.assertEqual((info.spatial_unit, info.time_unit, self.volume.channel_info().unit), (b"mm", b"s", b"g"))
+        self.assertEqual((info.spatial_unit, info.time_unit, self.volume.channel_info().unit), ("mm", "s", "g"))
         self.assertEqual(self.volume.attributes()["made"], "up")
 
     def test_saving(self):
@@ -160,7 +161,7 @@ class Arrays(unittest.TestCase):
             bccsplat.save(name, self.source[:3], times=times, time_unit=unit, overwrite=True)
             volume = bccsplat.open(name)
             np.testing.assert_allclose(volume.times(), right, atol=1e-9)
-            self.assertEqual((volume.info().time_unit.decode(), volume.attributes().get("time_epoch")), (unit or "s", epoch))
+            self.assertEqual((volume.info().time_unit, volume.attributes().get("time_epoch")), (unit or "s", epoch))
         for times, unit, text in ((dates, "months", "it is one of ns, us"), (dates[:2], None, "all 3 frames, not 2")):
             with self.assertRaisesRegex(ValueError, text):
                 bccsplat.save(name, self.source[:3], times=times, time_unit=unit, overwrite=True)
@@ -188,7 +189,9 @@ class Arrays(unittest.TestCase):
         self.assertTrue(np.array_equal(volume[1.5], blocks[2]))
         bccsplat.save(path("l.bcc4"), blocks, labels=False, lattice="cc", overwrite=True)
         self.assertGreater(abs(bccsplat.open(path("l.bcc4"))[1.5] - blocks[2]).max(), 10)
-        for options in ({}, {"psnr": 40, "lattice": "d4star"}):
+        bccsplat.save(path("l.bcc4"), blocks, labels=True, overwrite=True)  # a plan has the lattice that they need
+        self.assertTrue(np.array_equal(np.asarray(bccsplat.open(path("l.bcc4"))), blocks))
+        for options in ({"lattice": "d4star"}, {"psnr": 40, "lattice": "d4star"}):
             with self.assertRaisesRegex(Error, "labels come back whole from samples of lattice CC"):
                 bccsplat.save(path("l.bcc4"), blocks, labels=True, overwrite=True, **options)
 
@@ -284,8 +287,8 @@ class Arrays(unittest.TestCase):
             self.assertEqual(report.bytes_file, os.path.getsize(name))
         np.testing.assert_allclose(v.times(), 2 + .5 * np.arange(14))
         self.assertEqual(v.info().affine[:], [1, 0, 0, 4, 0, 2, 0, 4, 0, 0, 3, 4, 0, 0, 0, 1])
-        self.assertEqual((v.info().spatial_unit, v.info().time_unit), (b"mm", b"h"))
-        self.assertEqual((v.channel_info().name, v.channel_info().unit), (b"d", b"K"))
+        self.assertEqual((v.info().spatial_unit, v.info().time_unit), ("mm", "h"))
+        self.assertEqual((v.channel_info().name, v.channel_info().unit), ("d", "K"))
         self.assertEqual(v.attributes()["run"], "7")
         with self.assertRaisesRegex(bccsplat.Error, "bound.bcc4"):
             bccsplat.save(name, self.source, psnr=40)
@@ -297,6 +300,72 @@ class Arrays(unittest.TestCase):
     def decibels(self, volume, source):
         difference = np.asarray(volume) - source
         return 20 * np.log10((source.max() - source.min()) / np.sqrt((difference.astype(float) ** 2).mean()))
+
+    @unittest.skipIf(support.TOOL is None, "NO TOOL IN THIS BUILD")
+    def test_without_options_it_is_what_the_tool_imports(self):
+        random = np.random.default_rng(2)
+        noise = random.normal(size=(6, 20, 21, 22)).astype(np.float32)
+        labels = np.kron(random.integers(0, 4, (1, 4, 4, 4)) * 7, np.ones((6, 5, 5, 5))).astype(np.uint8)
+        cine = (200 * random.random((10, 12, 24, 24))).astype(np.int16)
+        for name, array, exact in (("waves", self.source, False), ("noise", noise, False), ("labels", labels, True), ("cine", cine, False)):
+            nt, nz, ny, nx = array.shape
+            array.tofile(path("in.raw"))
+            kind = {"float32": "f32", "uint8": "u8", "int16": "i16"}[array.dtype.name]
+            subprocess.run([support.TOOL, "import", path("in.raw"), "--dims", "%d,%d,%d,%d" % (nx, ny, nz, nt), "--dtype", kind, "--dt", "1",
+                            "-o", path("tool.bcc4"), "--overwrite", "--quiet"], check=True, stdout=subprocess.DEVNULL)
+            bccsplat.save(path("own.bcc4"), array, overwrite=True)
+            files = bccsplat.open(path("own.bcc4")), bccsplat.open(path("tool.bcc4"))
+            values = [np.asarray(file) for file in files]
+            np.testing.assert_array_equal(*values, name)
+            for told in ("lattice", "store", "kernel", "bytes_values", "level_count", "layer_count"):
+                self.assertEqual(getattr(files[0].info(), told), getattr(files[1].info(), told), name + " " + told)
+            own, its = (file.channel_info() for file in files)
+            for told in ("error_bound", "wavelet_error", "value_type", "source_type", "labels", "air"):
+                self.assertEqual(getattr(own, told), getattr(its, told), name + " " + told)
+            off, spread = abs(values[0] - array.astype(float)).max(), float(array.max()) - float(array.min())
+            self.assertLessEqual(off, 0 if exact else .02 * spread * (1 + 1e-6), name)
+            if not exact and off > 0:
+                self.assertLessEqual(own.error_bound, .02 * spread * (1 + 1e-6))
+                self.assertGreater(own.error_bound, 0)
+            lossy = bccsplat.save(path("lossy.bcc4"), array, lattice="d4star", overwrite=True)
+            self.assertGreater(lossy.bytes_file, 0)
+        self.assertGreater(abs(np.asarray(bccsplat.open(path("lossy.bcc4"))) - cine).max(), .02 * 200)  # as it was asked for
+
+    def test_no_door_replaces_a_file(self):
+        name, ghost = path("kept.bcc4"), [0]
+
+        class Ghost:  # whose frames cost
+            shape = (3, 4, 5, 6)
+
+            def __getitem__(self, key):
+                ghost[0] += 1
+                return np.zeros((4, 5, 6), np.float32)
+
+        bccsplat.save(name, self.source[:2])
+        picture = self.volume.show(frame=1, width=8, height=8)
+        picture.save(path("kept.png"))
+        device = bccsplat.default_device()
+        doors = [lambda: bccsplat.save(name, Ghost()), lambda: bccsplat.save(name, Ghost(), psnr=40), lambda: bccsplat.save(name, Ghost(), abs_error=1),
+                 lambda: bccsplat.save(name, Ghost(), lattice="cc"), lambda: bccsplat.Writer(device, name, (6, 5, 4, 3)),
+                 lambda: bccsplat.join_parts(device, [name], name), lambda: picture.save(path("kept.png")),
+                 lambda: picture.frame.save_png(path("kept.png")), lambda: picture.frame.save_exr(path("kept.png"))]
+        if not without("xarray")[0]:
+            import xarray as xr
+            from bccsplat import accessor  # noqa: F401
+            dataset = xr.Dataset({"f": (("time", "z", "y", "x"), self.source)})
+            doors += [lambda: dataset.bcc4.to_file(name), lambda: dataset.bcc4.to_file(name, psnr=40)]
+            if not without("dask")[0]:
+                doors.append(lambda: dataset.chunk({"time": 4}).bcc4.to_file(name, parts=2))
+        def held():
+            with open(name, "rb") as file, open(path("kept.png"), "rb") as image:
+                return file.read(), image.read()
+
+        before = held()
+        for n, door in enumerate(doors):
+            with self.assertRaisesRegex(FileExistsError, "exists already", msg=str(n)):
+                door()
+        self.assertEqual((ghost[0], held()), (0, before))
+        picture.save(path("kept.png"), overwrite=True)
 
     def test_a_plan(self):
         asked = []
@@ -371,7 +440,7 @@ class Arrays(unittest.TestCase):
         bccsplat.save(name, waves(1, 6, 6, 6), overwrite=True)
         self.assertEqual(chunk_frames(bccsplat.open(name)), (1,))
         # D4*: layers stand 1 / sqrt2 frames apart; slab s begins with layer 8 s, of which two lie before frame 0.
-        bccsplat.save(name, waves(30, 6, 6, 6), ends="predict", overwrite=True)
+        bccsplat.save(name, waves(30, 6, 6, 6), lattice="d4star", ends="predict", overwrite=True)
         v = bccsplat.open(name)
         starts = [int(np.ceil((8 * s - 2) * v.info().scales[3] / np.sqrt(2) - 1e-9)) for s in range(1, 6)]
         self.assertEqual(np.cumsum(chunk_frames(v))[:-1].tolist(), starts)

@@ -65,7 +65,7 @@ class Files(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.source = waves(60, 24, 48, 48)
-        bccsplat.save(path("series.bcc4"), cls.source, dt=.5, levels=1)
+        bccsplat.save(path("series.bcc4"), cls.source, dt=.5, lattice="d4star", levels=1)
         cls.local = bccsplat.open(path("series.bcc4"))
 
     def test_open_files(self):
@@ -100,7 +100,7 @@ class Files(unittest.TestCase):
 class Server(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        bccsplat.save(path("series.bcc4"), waves(60, 24, 48, 48), dt=.5, levels=1, overwrite=True)
+        bccsplat.save(path("series.bcc4"), waves(60, 24, 48, 48), dt=.5, lattice="d4star", levels=1, overwrite=True)
         cls.local = bccsplat.open(path("series.bcc4"))
         os.link(path("series.bcc4"), path("whole.bcc4"))
         cls.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Ranges)

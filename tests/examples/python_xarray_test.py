@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import unittest
+import warnings
 from unittest import mock
 
 import python_support as support
@@ -38,7 +39,7 @@ class Reading(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.source = waves(14, 20, 22, 24)
-        bccsplat.save(path("s.bcc4"), {"d": cls.source, "e": -cls.source}, dt=.04, start=1, spacing=(1, 2, -3), origin=5,
+        bccsplat.save(path("s.bcc4"), {"d": cls.source, "e": -cls.source}, lattice="d4star", dt=.04, start=1, spacing=(1, 2, -3), origin=5,
                       unit="g", spatial_unit="mm", time_unit="s", attributes={"title": "waves"}, levels=1)
         cls.volume = bccsplat.open(path("s.bcc4"))
         cls.whole = np.asarray(cls.volume)
@@ -59,7 +60,7 @@ class Reading(unittest.TestCase):
         self.assertEqual(set(xr.open_dataset(path("s.bcc4")).data_vars), {"d", "e"})  # by the file's name
 
     def test_only_what_is_indexed_is_read(self):
-        bccsplat.save(path("large.bcc4"), waves(6, 96, 96, 96))
+        bccsplat.save(path("large.bcc4"), waves(6, 96, 96, 96), lattice="d4star")
         ds = open_file("large.bcc4")
         volume, read = ds.bcc4.volume, {}
 
@@ -82,7 +83,7 @@ class Reading(unittest.TestCase):
         self.assertEqual(read["again"], 0)
 
     def test_memory_of_what_was_read(self):
-        bccsplat.save(path("cached.bcc4"), waves(6, 96, 96, 96))
+        bccsplat.save(path("cached.bcc4"), waves(6, 96, 96, 96), lattice="d4star")
         held = {}
         for size in (1 << 20, 1 << 30):
             before = bccsplat.default_device().info().memory_used
@@ -199,7 +200,7 @@ class Reading(unittest.TestCase):
         np.testing.assert_allclose(found @ [0, 0, 0, 1], turn @ [4, 0, 0, 1])
         np.testing.assert_allclose(found @ [1, 0, 0, 1], turn @ [6, 0, 0, 1])
         again = bccsplat.open(path("turned2.bcc4"))
-        self.assertEqual(bytes(again.info().spatial_unit), b"mm")
+        self.assertEqual(again.info().spatial_unit, "mm")
         self.assertFalse([key for key in again.attributes() if key in ("axis.x", "axis.y", "axis.z")])  # numbers of samples
 
     def test_holes_are_nan(self):
@@ -373,7 +374,7 @@ class Writing(unittest.TestCase):
                         {"time": dates, "y": ("y", np.linspace(60, 39, 22), {"units": "km"}),
                          "x": ("x", np.arange(24) * .5, {"units": "km"}), "z": ("z", np.arange(20.), {"units": "km"})},
                         {"title": "a", "number": 3})
-        ds.bcc4.to_file(path("w.bcc4"))
+        ds.bcc4.to_file(path("w.bcc4"), abs_error=.03)
         back = open_file("w.bcc4")
         for name, offset in (("T", 0), ("q", 1)):
             np.testing.assert_allclose(back[name].values, self.source + offset, atol=.03)
@@ -434,7 +435,7 @@ class Dask(unittest.TestCase):
     def setUpClass(cls):
         cls.source = waves(120, 16, 18, 20)
         cls.dataset = xr.Dataset({"f": (("time", "z", "y", "x"), cls.source)}, {"time": np.arange(120) * .5})
-        cls.dataset.bcc4.to_file(path("whole.bcc4"), overwrite=True)  # of an array in memory: by one writer
+        cls.dataset.bcc4.to_file(path("whole.bcc4"), lattice="d4star", overwrite=True)  # of an array in memory: by one writer
         with open(path("whole.bcc4"), "rb") as file:
             cls.bytes = file.read()
 
@@ -470,10 +471,27 @@ class Dask(unittest.TestCase):
         for parts, scheduler in ((1, "threads"), (3, "threads"), (4, "synchronous"), (2, "processes")):
             import dask
             with dask.config.set(scheduler=scheduler):
-                self.chunked(log).bcc4.to_file(path("p.bcc4"), parts=parts, overwrite=True)
+                self.chunked(log).bcc4.to_file(path("p.bcc4"), lattice="d4star", parts=parts, overwrite=True)
             self.assert_whole("p.bcc4")
-        self.dataset.chunk({"time": 7}).bcc4.to_file(path("auto.bcc4"))
+        self.dataset.chunk({"time": 7}).bcc4.to_file(path("auto.bcc4"), lattice="d4star")
         self.assert_whole("auto.bcc4")
+
+    def test_parts_without_a_bound_are_told(self):
+        ds = self.dataset.isel(time=slice(0, 20)).chunk({"time": 10})
+        with self.assertWarnsRegex(UserWarning, "bound.bcc4 is written by parts, which have no bound of the error"):
+            ds.bcc4.to_file(path("bound.bcc4"), parts=2)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            ds.bcc4.to_file(path("bound.bcc4"), parts=2, abs_error=1e-3, overwrite=True)
+        self.assertLessEqual(float(abs(open_file("bound.bcc4").f - ds.f).max()), 1e-3 + 1e-6)
+
+    def test_without_options_a_bound_is_kept(self):
+        for chunks in None, {"time": 10}:
+            self.dataset.isel(time=slice(0, 20)).chunk(chunks or {}).bcc4.to_file(path("usual.bcc4"), overwrite=True)
+            back = open_file("usual.bcc4")
+            bound = back.f.attrs["bcc4_error_bound"]
+            self.assertLessEqual(bound, .0201 * float(self.source.max() - self.source.min()))
+            self.assertLessEqual(float(abs(back.f - self.dataset.f[:20]).max()), bound)
 
     def test_one_chunk_of_time_is_held(self):
         from bccsplat.dataset_writer import LazySeries
@@ -510,7 +528,7 @@ class Dask(unittest.TestCase):
         parted["f"] = (ds.f.dims, da.concatenate([data[:90].map_blocks(computing, log=log, dtype=np.float32), late]))
         with dask.config.set(scheduler="synchronous"):
             with self.assertRaisesRegex(OSError, "the disk is away"):
-                parted.bcc4.to_file(path("r.bcc4"), parts=4)
+                parted.bcc4.to_file(path("r.bcc4"), lattice="d4star", parts=4)
             folder, = [n for n in os.listdir(support.SCRATCH) if n.startswith("r.bcc4.parts-")]
             done = len(os.listdir(path(folder)))
             self.assertGreater(done, 0)
@@ -518,7 +536,7 @@ class Dask(unittest.TestCase):
             with open(log, encoding="utf-8") as file:
                 before = len(file.readlines())
             broken[0] = False
-            parted.bcc4.to_file(path("r.bcc4"), parts=4, resume=True)
+            parted.bcc4.to_file(path("r.bcc4"), lattice="d4star", parts=4, resume=True)
             with open(log, encoding="utf-8") as file:
                 after = len(file.readlines())
         self.assert_whole("r.bcc4")
@@ -527,14 +545,14 @@ class Dask(unittest.TestCase):
     def test_parts_of_other_places_are_made_anew(self):
         ds = self.chunked().isel(time=slice(0, 24))
 
-        def failing(parts, path):
+        def failing(parts, path, overwrite):
             raise OSError("the disk is away")
 
         with mock.patch.object(bccsplat.dataset_writer, "join_task", failing), self.assertRaises(OSError):
-            ds.bcc4.to_file(path("o.bcc4"), parts=2)
+            ds.bcc4.to_file(path("o.bcc4"), lattice="d4star", parts=2)
         moved = ds.assign_coords(x=5. * np.arange(ds.sizes["x"]))
         moved.f.attrs["units"] = "K"
-        moved.bcc4.to_file(path("o.bcc4"), parts=2, resume=True)
+        moved.bcc4.to_file(path("o.bcc4"), lattice="d4star", parts=2, resume=True)
         back = open_file("o.bcc4")
         np.testing.assert_allclose(back.x, moved.x)
         self.assertEqual(back.f.attrs["units"], "K")
@@ -546,12 +564,12 @@ class Dask(unittest.TestCase):
         for first, end in (0, 14), (10, 15), (12, 24), (0, 24):
             ds = xr.Dataset({"f": (("time", "z", "y", "x"), source.copy()), "g": (("time", "z", "y", "x"), source + 1)})
             ds.f[first:end] = np.nan
-            ds.bcc4.to_file(path("gap.bcc4"), overwrite=True)
+            ds.bcc4.to_file(path("gap.bcc4"), lattice="d4star", overwrite=True)
             with open(path("gap.bcc4"), "rb") as file:
                 right = file.read()
             for parts in (2, 3):
                 with dask.config.set(scheduler="synchronous"):
-                    ds.chunk({"time": 4}).bcc4.to_file(path("gaps.bcc4"), parts=parts, overwrite=True)
+                    ds.chunk({"time": 4}).bcc4.to_file(path("gaps.bcc4"), lattice="d4star", parts=parts, overwrite=True)
                 with open(path("gaps.bcc4"), "rb") as file:
                     self.assertTrue(file.read() == right, (first, end, parts))
 
@@ -591,13 +609,13 @@ class Dask(unittest.TestCase):
 
             killer = threading.Thread(target=kill_one)
             killer.start()
-            self.chunked(log, .05).bcc4.to_file(path("k.bcc4"), parts=5)
+            self.chunked(log, .05).bcc4.to_file(path("k.bcc4"), lattice="d4star", parts=5)
             killer.join()
             self.assertEqual(len(killed), 1)
             with open(log, encoding="utf-8") as file:
                 computed = [tuple(map(int, line.split())) for line in file]
             held = client.persist(self.dataset.chunk({"time": 30}))
-            held.bcc4.to_file(path("held.bcc4"), parts=2)  # of chunks that lie in the workers' memory
+            held.bcc4.to_file(path("held.bcc4"), lattice="d4star", parts=2)  # of chunks that lie in the workers' memory
         self.assert_whole("k.bcc4")
         self.assert_whole("held.bcc4")
         pids = {pid for pid, _ in computed}

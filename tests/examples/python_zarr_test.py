@@ -20,7 +20,7 @@ class Zarr(unittest.TestCase):
     def setUpClass(cls):
         support.fresh_scratch()
         source = waves(5, 40, 44, 48)
-        bccsplat.save(path("s.bcc4"), {"a": source, "b": 2 * source}, levels=2, dt=.1, start=3, time_unit="s",
+        bccsplat.save(path("s.bcc4"), {"a": source, "b": 2 * source}, lattice="d4star", levels=2, dt=.1, start=3, time_unit="s",
                       spatial_unit="mm", spacing=(1, 2, 3), origin=(7, 8, 9), attributes={"made": "up"})
         cls.volume = bccsplat.open(path("s.bcc4"))
         cls.store = Store(path("s.bcc4"))

@@ -1,5 +1,6 @@
 """python3 -m bccsplat: versions, and what is in this installation.
-python3 -m bccsplat FILE.bcc4 OUT.png [TIME]: a picture in the default view; without TIME the middle of the series."""
+python3 -m bccsplat FILE.bcc4 OUT.png [TIME]: a picture in the default view; without TIME the middle of the series. An
+existing picture is not replaced."""
 from __future__ import annotations
 
 import os
@@ -18,7 +19,7 @@ def main(path: str, picture: str, time: str | None = None) -> None:
         renderer.set_slice(volume.slice(frame=middle if time is None else volume.time_to_index(float(time)), space="even"))
         frame = Frame(device, 512, 512)
         renderer.render(frame)
-        frame.save_png(picture, overwrite=True)
+        frame.save_png(picture)
 
 
 def contents() -> dict[str, str]:

@@ -125,7 +125,9 @@ class Bcc4Accessor:
 
     def to_file(self, path: Path, *, dims: Sequence[str] | None = None, psnr: float | None = None,
                 parts: int | None = None, resume: bool = False, overwrite: bool = False, **options: Any) -> None:
-        """Writes every variable of the dataset as a channel of a .bcc4 file; what is kept is as of bccsplat.save.
+        """Writes every variable of the dataset as a channel of a .bcc4 file. What is kept, and what is promised without
+        options, is as of bccsplat.save; but not of dask arrays that are written by parts: there is no plan of these, which would
+        have to compute the arrays once more, and without abs_error a lattice of half the samples keeps what it can, without a bound.
 
         dims: names of the dimensions of time, z, y and x (or of z, y and x), the slowest first; None: by the attributes and
         names of the coordinates, as CF has them, and by their order where these do not tell. (time, lat, lon) is one plane.
@@ -133,7 +135,8 @@ class Bcc4Accessor:
         parts: of dask arrays, the number of tasks that write a part of the series each, on whatever scheduler is active; a
         task holds a chunk of time of its part, and one that dies costs its part only. None: as many as are large enough.
         resume: take over the parts that a run before this one finished, with the same arrays and options; they lie beside
-        `path` until the file is whole. options: those of Writer, and nonfinite ("hole": NaN is missing data).
+        `path` until the file is whole. overwrite: as of bccsplat.save. options: those of bccsplat.save, of parts of Writer, and
+        nonfinite ("hole": NaN is missing data).
         """
         DatasetWriter(self._dataset, dims, options).write(path, psnr=psnr, parts=parts, resume=resume,
                                                           overwrite=overwrite)

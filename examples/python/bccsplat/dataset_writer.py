@@ -4,6 +4,7 @@ from __future__ import annotations
 import bisect
 import os
 import shutil
+import warnings
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import accumulate
@@ -14,7 +15,8 @@ import numpy as np
 from . import auxiliary, records
 from .arrays import Array, numbers_of
 from .dimensions import ROLES, role_by_attributes, role_by_name, roles_of
-from .files import add_frames, bounds_of, save
+from .errors import refuse_existing
+from .files import CODED, bounds_of, save
 from .places import even_step, is_along_axes
 from .part_task import PartTask, join_task
 from .shared import Path, default_device
@@ -128,18 +130,16 @@ class DatasetWriter:
         return name in dataset.coords and at.ndim == 0 and (role_by_attributes(at) or role_by_name(name)) is not None
 
     def write(self, path: Path, *, psnr: float | None, parts: int | None, resume: bool, overwrite: bool) -> None:
-        """Writes the file. Of dask arrays by parts, unless psnr asks for a plan of the whole."""
-        if not overwrite and os.path.exists(path):
-            raise FileExistsError("%s is there already: give another name, or overwrite=True" % os.fspath(path))
-        if psnr is not None:
-            self._write_bounded(path, psnr, overwrite)
-            return
+        """Writes the file: as a whole, or of dask arrays by parts, unless psnr asks for a plan of the whole."""
+        refuse_existing(path, overwrite)
         count = self._part_count() if parts is None else self._checked_parts(parts)
-        if count > 1:
-            self._write_parts(os.path.abspath(os.fspath(path)), count, resume)
-            return
-        with self.plan.writer(path, overwrite=overwrite) as writer:
-            add_frames(writer, self.series, self.plan.times, range(self.plan.dims[3]))
+        if psnr is None and count > 1:
+            if not self.options.get("abs_error") and not CODED & {*self.options}:
+                warnings.warn("%s is written by parts, which have no bound of the error: give abs_error=, or lattice= where that "
+                              "is meant" % os.fspath(path), stacklevel=3)
+            self._write_parts(os.path.abspath(os.fspath(path)), count, resume, overwrite)
+        else:
+            self._write_whole(path, psnr, overwrite)
 
     def _checked_parts(self, parts: int) -> int:
         """The number of parts that was asked for, if the series has that many."""
@@ -257,7 +257,7 @@ class DatasetWriter:
         size = sum(series.data.nbytes for series in self.series)
         return max(1, min(frames // _PART_FRAMES, int(np.ceil(size / _PART_BYTES))))
 
-    def _write_bounded(self, path: Path, psnr: float, overwrite: bool) -> None:
+    def _write_whole(self, path: Path, psnr: float | None, overwrite: bool) -> None:
         plan, options = self.plan, dict(self.options)
         channels = {channel.name: series for channel, series in zip(plan.channels, self.series)}
         save(path, channels, times=plan.times, affine=plan.affine, axes=plan.axes, psnr=psnr,
@@ -265,7 +265,7 @@ class DatasetWriter:
              spatial_unit=plan.spatial_unit, time_unit=plan.time_unit, nonfinite=options.pop("nonfinite"),
              overwrite=overwrite, **options)
 
-    def _write_parts(self, path: str, count: int, resume: bool) -> None:
+    def _write_parts(self, path: str, count: int, resume: bool, overwrite: bool) -> None:
         dask = import_module("dask")
         if not os.path.isdir(os.path.dirname(path)):
             raise FileNotFoundError("%s: there is no folder of that name to write into" % os.path.dirname(path))
@@ -282,7 +282,7 @@ class DatasetWriter:
                  for n, (first, end) in enumerate(zip(bounds, bounds[1:]))]
         names = [dask.delayed(task.run)(task.take_dependencies(), dask_key_name="bcc4-part%05d-%s" % (n, token))
                  for n, task in enumerate(tasks)]
-        dask.compute(dask.delayed(join_task)(names, path, dask_key_name="bcc4-join-" + token))
+        dask.compute(dask.delayed(join_task)(names, path, overwrite, dask_key_name="bcc4-join-" + token))
         shutil.rmtree(folder)
 
 

@@ -12,7 +12,7 @@ from ._library import Progress
 from .arrays import Array, fills_of, loaded, masked, numbers_of, unmasked
 from .cancel import CancelToken
 from .device import Device
-from .errors import Error
+from .errors import Error, refuse_existing
 from .plan import save_planned
 from .shared import Path, default_device
 from .volume import Volume
@@ -25,9 +25,8 @@ _STEPS = {name: step for step, names in {
     for name in names}
 
 
-# Options that say how samples are coded, or that a plan, which is of a whole series, does not take.
-_CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "kernel", "ends", "faces", "partial", "live",
-          "measure", "fixed_predictions", "periodic_axes"}
+# Options that say how samples are coded, or that go on with a file that is coded already.
+CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "partial", "live", "fixed_predictions", "wavelet_errors"}
 # Options of a plan alone.
 _PLANNED = {"density", "exact"}
 
@@ -51,12 +50,13 @@ def open(source: Any, *, device: Device | None = None, kernel: str | None = None
 
 
 def bounds_of(abs_error: Any, names: Sequence[str]) -> Any:
-    """A bound for all channels as it is; of a mapping one for each, 0 where it has none."""
+    """A bound for all channels as it is; of a mapping one for each, 0 where it has none, or the one that all have."""
     if not isinstance(abs_error, Mapping):
         return abs_error
     if unknown := sorted(map(str, {*abs_error} - {*names})):
         raise ValueError("abs_error has %s, which is no channel: there are %s" % (unknown[0], ", ".join(names)))
-    return [float(abs_error.get(name, 0.0)) for name in names]
+    found = [float(abs_error.get(name, 0.0)) for name in names]
+    return found[0] if len({*found}) == 1 else found
 
 
 def frame_times(count: int, dt: float, start: float, times: Any) -> list[float]:
@@ -108,7 +108,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
          origin: Any = 0.0, affine: Any = None, name: str = "value",
          unit: str | Mapping[str, str | None] | None = None, spatial_unit: str | None = None,
          time_unit: str | None = None, attributes: Mapping[str, str] = {},
-         air: float = 0.0, air_threshold: float = 0.0, nonfinite: str | None = None, labels: bool | None = None,
+         air: float | None = None, air_threshold: float = 0.0, nonfinite: str | None = None, labels: bool | None = None,
          abs_error: float | Mapping[str, float] = 0.0, psnr: float | None = None, overwrite: bool = False,
          device: Device | None = None, progress: Progress | None = None, cancel: CancelToken | None = None,
          lattice: int | str | None = None, scale: float | Sequence[float] | None = None, time_scale: float | None = None,
@@ -116,11 +116,17 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
          ends: int | str | None = None, faces: int | str | None = None, axes: Any = None, levels: int | None = None,
          density: float | None = None, exact: bool | None = None, lowpass: int | None = None,
          measure: int | str | None = None, live: int | None = None, partial: int | None = None,
-         periodic_axes: int | None = None, fixed_predictions: int | None = None) -> _abi.WriterReport:
+         periodic_axes: int | None = None, fixed_predictions: int | None = None,
+         wavelet_errors: float | Sequence[float] | None = None) -> _abi.WriterReport:
     """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
 
-    What the lattice of half the samples cannot hold (noise, detail of one sample) is lost unless abs_error or psnr is given,
-    or lattice="cc", which keeps every sample.
+    Without options it is the file that `bcc4 import` makes: a Plan, which reads some frames once more, or all of them, finds what
+    takes the fewest bytes and keeps 50 dB outside air and every sample within 2 % of the range of its channel, or all of them
+    exactly where that takes less. What was chosen and is promised is told by the volume's info() and channel_info(): store,
+    lattice, error_bound. abs_error and psnr ask for other bounds.
+    Options that say how samples are coded (lattice, scale, time_scale, store, filter, lowpass, partial, live, fixed_predictions,
+    wavelet_errors) are taken at their word, without a bound unless one is given: what a lattice of half the samples cannot
+    hold (noise, detail of one sample) is lost then, where lattice="cc" keeps every sample. density asks for no bound, either.
 
     array: [t, z, y, x], or [z, y, x] of one frame, of numbers of 1 to 8 bytes; anything with a shape whose [t] is a frame
     does, such as a memory map or a variable of a file, of which one frame is held at a time. A mapping of names to such
@@ -131,19 +137,20 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     spacing, origin: distance of samples and place of the first along x, y, z, in spatial_unit, or an affine [4, 4] from
     (x, y, z, 1) of samples to the world.
     name, unit: of the channel and its values; of several units by their names. air: the value of empty space, within
-    air_threshold of which nothing is stored. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp";
+    air_threshold of which nothing is stored; None: 0, or what a plan finds. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp";
     None: "hole" where an array has a mask or fill values, else "error".
-    labels: whether the values of all channels are labels, which nothing lies between; they need lattice="cc". None: readers
-    tell by the values. abs_error: > 0: no finite sample is off by more; of several channels by their names. psnr: in dB.
-    Lattice, steps and store of the smallest file that keeps psnr, or a single abs_error, are found by a Plan, which reads
-    the array once more; with abs_error not where options such as lattice say how it is coded. lattice, scale
-    and the rest: as of Writer; density and exact: as of Plan, where there is one.
+    labels: whether the values of all channels are labels, which nothing lies between and which are stored exactly. None: the
+    values tell. abs_error: > 0: no finite sample is off by more; of several channels by their names, for which there is no
+    plan: a lattice of half the samples, with corrections that keep them. psnr: in dB, also with options that say how samples are
+    coded. overwrite: an existing file is replaced; without it FileExistsError is raised before anything is read. lattice,
+    scale and the rest: as of Writer; density and exact: as of Plan.
     """
     further = {"cancel": cancel, "lattice": lattice, "scale": scale, "time_scale": time_scale, "store": store,
                "kernel": kernel, "filter": filter, "ends": ends, "faces": faces, "axes": axes, "levels": levels,
                "density": density, "exact": exact, "lowpass": lowpass, "measure": measure, "live": live, "partial": partial,
-               "periodic_axes": periodic_axes, "fixed_predictions": fixed_predictions}
+               "periodic_axes": periodic_axes, "fixed_predictions": fixed_predictions, "wavelet_errors": wavelet_errors}
     options: dict[str, Any] = {key: value for key, value in further.items() if value is not None}
+    refuse_existing(path, overwrite or partial is not None)
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
         {name: as_series(array)}
     if not channels:
@@ -164,22 +171,22 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
         nonfinite = "hole" if any(kind.masked for kind in kinds) else "error"
     if psnr is not None and not isinstance(psnr, (int, float)):
         raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
-    # A bound is kept by the smallest file that a plan finds, but for one that says itself how it is coded.
-    if psnr is not None or (isinstance(abs_error, (int, float)) and abs_error > 0 and not _CODED & {*options}):
+    if psnr is not None or (isinstance(abs_error, (int, float)) and not CODED & {*options}):
         try:
             return save_planned(
                 device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,
                 attributes, psnr=psnr or 0.0, affine=place, spatial_unit=spatial_unit, time_unit=time_unit,
                 nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite, types=[kind.given for kind in kinds],
-                channels=[Channel(key, units.get(key), kind.source, air=air or None, air_threshold=air_threshold,
+                channels=[Channel(key, units.get(key), kind.source, air=air, air_threshold=air_threshold,
                                   labels=labels) for key, kind in zip(channels, kinds)],
                 progress=progress, **options)
         except Error as error:
-            if psnr is not None or error.status != _abi.ERROR_BOUND_NOT_MET or _PLANNED & {*options}:
+            if psnr is not None or error.status != _abi.ERROR_BOUND_NOT_MET or _PLANNED & {*options} or not abs_error:
                 raise  # else by the lattice of the defaults, whose corrections keep any bound that floats can
     writer = Writer(device or default_device(), path, (nx, ny, nz, nt), affine=place, spatial_unit=spatial_unit,
                     time_unit=time_unit, nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite,
-                    channels=[Channel(key, units.get(key), kind.source, air=air, air_threshold=air_threshold, labels=labels)
+                    channels=[Channel(key, units.get(key), kind.source, air=air or 0.0, air_threshold=air_threshold,
+                                      labels=labels)
                               for key, kind in zip(channels, kinds)],
                     progress=progress, **options)
     with writer:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Sequence
 
 import numpy as np
 
+from .errors import refuse_existing
 from .files import add_frames, frame_of
 from .shared import default_device
 from .writer import join_parts
@@ -76,8 +77,9 @@ def in_cluster(array: Any) -> bool:
     return any(type(value).__name__ == "Future" for value in dict(array.dask).values())
 
 
-def join_task(parts: Sequence[str], path: str) -> str:
+def join_task(parts: Sequence[str], path: str, overwrite: bool) -> str:
     """Joins the parts to the file, which takes its name when it is whole."""
+    refuse_existing(path, overwrite)
     attempt = "%s.%s" % (parts[0], uuid.uuid4().hex)
     join_parts(default_device(), parts, attempt, compare_levels=True)
     os.replace(attempt, path)

@@ -38,8 +38,8 @@ class Picture:
     def _repr_png_(self) -> bytes:
         return self.frame.to_bytes("png", self.background)
 
-    def save(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = True) -> None:
-        """Writes it as PNG, over the background it was made with."""
+    def save(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False) -> None:
+        """Writes it as PNG, over the background it was made with. overwrite: an existing file is replaced."""
         if not os.fspath(path).lower().endswith(".png"):
             raise ValueError("pictures are written as PNG: %r must end in .png; other programs take `pixels`" %
                              os.fspath(path))
@@ -140,9 +140,9 @@ def plane_of(volume: Volume, frame: float, channel: int = 0, level: int = 0, **p
     unit, *units = ["samples" if places.are_numbers(number) else places.unit(number)
                     for number in map("xyz".index, (name, *axes))]
     info, described = volume.info(), volume.channel_info(channel)
-    title = "%s, %s = %g%s, t = %g %s" % ((described.name or b"").decode(), name, world(name)[0],
+    title = "%s, %s = %g%s, t = %g %s" % (described.name, name, world(name)[0],
                                           " " + unit if unit else "", volume.index_to_time(frame),
-                                          (info.time_unit or b"").decode())
+                                          info.time_unit)
     return Plane(values.squeeze(dropped), axes, (world(axes[0]), world(axes[1])), (units[0], units[1]), title.rstrip())
 
 
@@ -152,12 +152,13 @@ def described(volume: Volume) -> dict[str, str]:
     nx, ny, nz, nt = info.dims[:]
     lattices = {_abi.LATTICE_D4STAR: "D4*", _abi.LATTICE_BCC: "BCC", _abi.LATTICE_CC: "Cartesian"}
     lines = {"samples": "%d x %d x %d, %d frames" % (nx, ny, nz, nt),
-             "time": "%g to %g %s" % (info.time_first, info.time_last, (info.time_unit or b"").decode()),
-             "lattice": "%s, kernel %s" % (lattices[info.lattice], (info.kernel or b"").decode()),
+             "time": "%g to %g %s" % (info.time_first, info.time_last, info.time_unit),
+             "lattice": "%s%s, kernel %s" % (lattices[info.lattice], ", wavelets" if info.store == _abi.STORE_WAVELETS else "",
+                                             info.kernel),
              "file": "%d bytes, %.3g a sample" % (info.bytes_file, info.bytes_file / (info.cc_samples *
                                                                                       info.channel_count))}
     for n in range(info.channel_count):
         channel = volume.channel_info(n)
-        name, unit = (channel.name or b"").decode(), (channel.unit or b"").decode()
+        name, unit = channel.name, channel.unit
         lines["channel " + name] = "%g to %g %s" % (channel.range[0], channel.range[1], unit)
     return {key: text.strip() for key, text in lines.items()}
