@@ -1,6 +1,7 @@
 """python_loader.py FOLDER [--size 64] [--frames 16] [--crops 200] [--workers 4] [--bound .01]: crops for training, by what files.
 
-One run on one machine: a .bcc4 file by Volume.crops, and by places that have nothing to do with its slabs; zarr and h5py in
+One run on one machine: a .bcc4 file by Volume.crops, and by places that have nothing to do with its slabs, indexed and by
+Volume.read_frame into one array; zarr and h5py in
 chunks of a crop, of whole numbers of steps that keep the same bound, deflated by what each has (zstd of Blosc with bits
 shuffled, gzip with bytes shuffled); npz; and an array in memory. Broad-band values (noise whose power falls by the square of the wave
 number) between -1 and 1, crops of 4 x 32^3. Each worker is a process. Prints the table of tests/bench/notes/python.md.
@@ -50,10 +51,22 @@ def by_slabs(file, count, seed, part):
     return sum(float(crop.sum()) for _, crop in volume.crops(CROP, seed=seed, count=count * part[1], part=part))
 
 
+def by_frames(file, shape, count, seed):
+    """Crops that read_frame fills, a frame after another, in an array that is used again."""
+    volume, crop, total = bccsplat.open(file, device=bccsplat.Device(threads=1)), np.empty(CROP, np.float32), 0.0
+    for t, *corner in corners(shape, count, seed):
+        begin, end = corner[::-1], [at + n for at, n in zip(corner[::-1], CROP[:0:-1])]
+        for n, frame in enumerate(crop):
+            volume.read_frame(t + n, begin, end, out=frame)
+        total += float(crop.sum())
+    return total
+
+
 READERS = {
     "bccsplat, crops()": lambda file, shape, count, seed, part: by_slabs(file, count, seed, part),
     "bccsplat, any order": lambda file, shape, count, seed, part: cut(
         bccsplat.open(file, device=bccsplat.Device(threads=1)), shape, count, seed),
+    "bccsplat, read_frame()": lambda file, shape, count, seed, part: by_frames(file, shape, count, seed),
     "zarr": lambda file, shape, count, seed, part: cut(zarr.open(file, mode="r"), shape, count, seed),
     "h5py": lambda file, shape, count, seed, part: cut(h5py.File(file, "r")["a"], shape, count, seed, .02),
     "npz": lambda file, shape, count, seed, part: cut(np.load(file)["a"], shape, count, seed, .02),
@@ -110,7 +123,8 @@ def main():
         file.create_dataset("a", data=codes, chunks=CROP, compression="gzip", shuffle=True)
     np.savez_compressed("a.npz", a=codes)
     np.save("a.npy", values)
-    files = [("bccsplat, crops()", "a.bcc4"), ("bccsplat, any order", "a.bcc4"), ("zarr", "a.zarr"), ("h5py", "a.h5"), ("npz", "a.npz"), ("in memory", "a.npy")]
+    files = [("bccsplat, crops()", "a.bcc4"), ("bccsplat, any order", "a.bcc4"), ("bccsplat, read_frame()", "a.bcc4"),
+             ("zarr", "a.zarr"), ("h5py", "a.h5"), ("npz", "a.npz"), ("in memory", "a.npy")]
     print("| reader | file | MB | largest error | crops a second | crops a CPU second |\n|---|---|---|---|---|---|")
     for name, file in files:
         held = (np.asarray(bccsplat.open(file)) if file.endswith("bcc4") else zarr.open(file, mode="r")[:] if file.endswith("zarr") else

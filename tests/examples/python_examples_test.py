@@ -1,4 +1,5 @@
 """python_examples_test.py TOP EXAMPLES SCRATCH: the short programs of examples/python do what they say."""
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -24,6 +25,10 @@ def run(name, *arguments):
     return done.stdout
 
 
+def bench(name, *arguments):
+    return run(os.path.join(support.TOP, "tests", "bench", name), *arguments)
+
+
 class Examples(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -45,6 +50,27 @@ class Examples(unittest.TestCase):
         with open(path("blob.png"), "rb") as file:
             self.assertGreater(len(file.read()), 2000)
 
+    @unittest.skipIf(*without("netCDF4"))
+    @unittest.skipIf(*without("scipy"))
+    def test_a_field_between_samples_is_measured(self):
+        told = bench("python_speed.py", path("speed"), "--size", 20, "--frames", 16, "--points", 500)
+        rows = [line.split("|") for line in told.splitlines() if line.startswith("| ")][1:]
+        self.assertEqual(len(rows), 6)
+        names = [name for name in os.listdir(path("speed")) if name.endswith(".bcc4")]
+        self.assertEqual((len(names), "waves-no-options.bcc4" in names), (16, True))
+
+    @unittest.skipIf(*without("h5py"))
+    @unittest.skipIf(*without("zarr"))
+    def test_crops_are_measured(self):
+        told = bench("python_loader.py", path("loader"), "--size", 33, "--frames", 5, "--crops", 4, "--workers", 2)
+        rows = {line.split("|")[1].strip(): line.split("|")[4] for line in told.splitlines() if line.startswith("| ")}
+        self.assertEqual([float(rows["bccsplat, " + name]) <= .0101 for name in ("crops()", "any order", "read_frame()")], [True] * 3)
+        spec = importlib.util.spec_from_file_location("loader", os.path.join(support.TOP, "tests", "bench", "python_loader.py"))
+        loader = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(loader)
+        sums = [loader.READERS["bccsplat, " + name](path("loader/a.bcc4"), (5, 33, 33, 33), 3, 1, None) for name in ("any order", "read_frame()")]
+        self.assertAlmostEqual(*sums, delta=1)
+
     def test_retime(self):
         self.assertEqual(run("retime.py", path("a.bcc4"), path("slow.bcc4"), 3), "14 frames became 40\n")
         slow, volume = bccsplat.open(path("slow.bcc4")), bccsplat.open(path("a.bcc4"))
@@ -52,7 +78,7 @@ class Examples(unittest.TestCase):
         for n in (0, 4, 20, 39):
             self.assertLess(abs(slow[n] - volume[n / 3]).max(), .03)
         self.assertEqual((slow.info().affine[:], slow.channel_info().unit, slow.info().time_unit),
-                         (volume.info().affine[:], b"g", b"s"))
+                         (volume.info().affine[:], "g", "s"))
 
     def test_compare_runs(self):
         rows = [line.split() for line in run("compare_runs.py", path("a.bcc4"), path("b.bcc4")).splitlines()[1:]]
