@@ -26,7 +26,7 @@ _STEPS = {name: step for step, names in {
 
 
 # Options that say how samples are coded, or that go on with a file that is coded already.
-CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "partial", "live", "fixed_predictions", "wavelet_errors"}
+CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "partial", "live", "fixed_predictions"}
 # Options of a plan alone.
 _PLANNED = {"density", "exact"}
 
@@ -116,17 +116,17 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
          ends: int | str | None = None, faces: int | str | None = None, axes: Any = None, levels: int | None = None,
          density: float | None = None, exact: bool | None = None, lowpass: int | None = None,
          measure: int | str | None = None, live: int | None = None, partial: int | None = None,
-         periodic_axes: int | None = None, fixed_predictions: int | None = None,
-         wavelet_errors: float | Sequence[float] | None = None) -> _abi.WriterReport:
+         periodic_axes: int | None = None, fixed_predictions: int | None = None) -> _abi.WriterReport:
     """Writes an array to a .bcc4 file, frame by frame, and returns the report of the writer.
 
     Without options it is the file that `bcc4 import` makes: a Plan, which reads some frames once more, or all of them, finds what
     takes the fewest bytes and keeps 50 dB outside air and every sample within 2 % of the range of its channel, or all of them
     exactly where that takes less. What was chosen and is promised is told by the volume's info() and channel_info(): store,
-    lattice, error_bound. abs_error and psnr ask for other bounds.
-    Options that say how samples are coded (lattice, scale, time_scale, store, filter, lowpass, partial, live, fixed_predictions,
-    wavelet_errors) are taken at their word, without a bound unless one is given: what a lattice of half the samples cannot
-    hold (noise, detail of one sample) is lost then, where lattice="cc" keeps every sample. density asks for no bound, either.
+    lattice, error_bound (0 of samples kept exactly, and where no bound can be kept, as of frames of which memory holds no slab).
+    abs_error and psnr ask for other bounds.
+    Options that say how samples are coded (lattice, scale, time_scale, store, filter, lowpass, partial, live, fixed_predictions) are
+    taken at their word, without a bound unless one is given: what a lattice of half the samples cannot
+    hold (noise, detail of one sample) is lost then, where lattice="cc" keeps every sample. With density, exact, air_threshold or some kernels a plan chooses samples, without a bound, too.
 
     array: [t, z, y, x], or [z, y, x] of one frame, of numbers of 1 to 8 bytes; anything with a shape whose [t] is a frame
     does, such as a memory map or a variable of a file, of which one frame is held at a time. A mapping of names to such
@@ -148,7 +148,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     further = {"cancel": cancel, "lattice": lattice, "scale": scale, "time_scale": time_scale, "store": store,
                "kernel": kernel, "filter": filter, "ends": ends, "faces": faces, "axes": axes, "levels": levels,
                "density": density, "exact": exact, "lowpass": lowpass, "measure": measure, "live": live, "partial": partial,
-               "periodic_axes": periodic_axes, "fixed_predictions": fixed_predictions, "wavelet_errors": wavelet_errors}
+               "periodic_axes": periodic_axes, "fixed_predictions": fixed_predictions}
     options: dict[str, Any] = {key: value for key, value in further.items() if value is not None}
     refuse_existing(path, overwrite or partial is not None)
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
