@@ -23,7 +23,8 @@ class Error(Exception):
     def __init__(self, status: int | str, name: str = "", text: str = "") -> None:
         """status: or the text alone, as loaders make errors of the same kind from what a worker of theirs raised."""
         if isinstance(status, str):
-            status, text = next((number for number, kind in _KINDS.items() if kind is type(self)), _abi.ERROR_INTERNAL), status
+            text = status
+            status = next((number for number, kind in _KINDS.items() if kind is type(self)), _abi.ERROR_INTERNAL)
         # Statuses of a newer library stay numbers.
         self.status: int = Status(status) if status in set(Status) else status
         self.name = name

@@ -124,9 +124,10 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     exactly where that takes less. What was chosen and is promised is told by the volume's info() and channel_info(): store,
     lattice, error_bound (0 of samples kept exactly, and where no bound can be kept, as of frames of which memory holds no slab).
     abs_error and psnr ask for other bounds.
-    Options that say how samples are coded (lattice, scale, time_scale, store, filter, lowpass, partial, live, fixed_predictions) are
-    taken at their word, without a bound unless one is given: what a lattice of half the samples cannot
-    hold (noise, detail of one sample) is lost then, where lattice="cc" keeps every sample. With density, exact, air_threshold or some kernels a plan chooses samples, without a bound, too.
+    Options that say how samples are coded (lattice, scale, time_scale, store, filter, lowpass, partial, live, fixed_predictions)
+    are taken at their word, without a bound unless one is given: what a lattice of half the samples cannot hold (noise, detail
+    of one sample) is lost then, where lattice="cc" keeps every sample. With density, exact, air_threshold or some kernels a
+    plan chooses samples, without a bound, too.
 
     array: [t, z, y, x], or [z, y, x] of one frame, of numbers of 1 to 8 bytes; anything with a shape whose [t] is a frame
     does, such as a memory map or a variable of a file, of which one frame is held at a time. A mapping of names to such
