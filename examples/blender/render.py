@@ -24,11 +24,18 @@ frame = float(frame)
 scene.frame_set(int(frame // 1), subframe=frame % 1)
 
 bpy.ops.mesh.primitive_plane_add(size=40)
+slate = bpy.data.materials.new("slate")
+slate.use_nodes = True
+slate.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (.05, .06, .09, 1)
+slate.node_tree.nodes["Principled BSDF"].inputs["Specular"].default_value = 0
+bpy.context.object.data.materials.append(slate)
+scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (.03, .04, .06, 1)
 bpy.ops.object.light_add(type="SUN", rotation=(.7, .5, 0))
-bpy.context.object.data.energy = 6
+bpy.context.object.data.energy = 12
 bpy.ops.object.camera_add(location=(0, -4.4, 1.5), rotation=(1.43, 0, 0))
 scene.camera = bpy.context.object
 scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", samples
+scene.cycles.use_denoising = False  # Debian has none
 scene.render.resolution_x = scene.render.resolution_y = edge
 scene.render.filepath = os.path.abspath(picture)
 bpy.ops.render.render(write_still=True)

@@ -137,6 +137,7 @@ def make_material(channels, size, name):
     density = next((channel for channel in channels if channel.name == "density"), channels[0])
     shader.inputs["Density Attribute"].default_value = density.name
     shader.inputs["Density"].default_value = 20 / (max(density.high - density.air, 1e-30) * max(size, 1e-30))
+    shader.inputs["Color"].default_value = (.9, .9, .9, 1)
     for channel in channels:
         if channel.name in ("color", "temperature"):
             shader.inputs[channel.name.title() + " Attribute"].default_value = channel.name

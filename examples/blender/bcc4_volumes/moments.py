@@ -1,6 +1,7 @@
 """The moments that scenes look at, each a file of a folder, of which the oldest go when they are too many."""
 import hashlib
 import os
+import time
 
 from .series import open_series
 
@@ -35,7 +36,7 @@ def file_of(folder, key, series, frame, wanted, shown, most_bytes):
     name = "%s.%s%s" % (os.path.splitext(os.path.basename(series.path))[0], hashlib.sha256(told.encode()).hexdigest()[:20], SUFFIX)
     path = os.path.join(folder, name)
     if os.path.exists(path):
-        os.utime(path)
+        os.utime(path, ns=(time.time_ns(), os.stat(path).st_mtime_ns))  # it was looked at, and has not changed
         return path
     os.makedirs(folder, exist_ok=True)
     series.write(path, round(frame, 6), *given)
@@ -47,7 +48,7 @@ def thin(folder, kept, most_bytes):
     """Removes the moments of a folder that were looked at longest ago, but for those that are kept, until the others are of
     no more bytes."""
     files = [entry for entry in os.scandir(folder) if entry.name.endswith(SUFFIX) and entry.path not in kept]
-    files.sort(key=lambda entry: -entry.stat().st_mtime_ns)
+    files.sort(key=lambda entry: -entry.stat().st_atime_ns)
     total = 0
     for entry in files:
         total += entry.stat().st_size
