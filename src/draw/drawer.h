@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way from a shot to pixels. Each drawer keeps from picture to picture what the next may need again.
+// The way from shots to pixels. Each drawer keeps from picture to picture what the next may need again.
 #pragma once
 
 #include <functional>
@@ -19,14 +19,16 @@ class Drawer {
   virtual ~Drawer() = default;
 
   [[nodiscard]] virtual const char* name() const = 0;
-  // Returns whether it draws such a shot.
-  [[nodiscard]] virtual bool covers(const Shot& shot) const = 0;
+  // Returns whether it draws these into one picture.
+  [[nodiscard]] virtual bool covers(Shots shots) const = 0;
   // Returns whether it needs no merged bricks of a moment of a series (field/moment.h).
   [[nodiscard]] virtual bool merges() const { return false; }
-  // Makes what is kept with the slice, so that draw() finds it. Throws memory_budget, cancelled, unsupported.
-  virtual void prepare(const Shot& /*shot*/, const Context& /*context*/) {}
-  // Draws; `emit` is called once per tile, from any thread. Throws memory_budget, cancelled.
-  virtual DrawStats draw(const Shot& shot, const Context& context,
+  // Makes what is kept with their slices, so that draw() finds it. Throws memory_budget, cancelled,
+  // unsupported.
+  virtual void prepare(Shots /*shots*/, const Context& /*context*/) {}
+  // Draws; `emit` is called once per tile, from any thread. The first shot says what of the picture is asked
+  // for, and its view what depths are. Throws memory_budget, cancelled.
+  virtual DrawStats draw(Shots shots, const Context& context,
                          const std::function<void(const TilePixels&)>& emit) = 0;
   // Drops what was kept of earlier shots, whose slices may then go.
   virtual void forget() = 0;

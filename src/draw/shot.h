@@ -125,6 +125,10 @@ struct Shot {
   KeptLatticeSums* sums = nullptr;     // of earlier pictures; null: none are kept
 };
 
+// What is drawn into one picture: a shot, or several of mode composite whose views have the same pixels and
+// sheets, each of its own lattice.
+using Shots = std::span<const Shot* const>;
+
 // Returns the world length of one mean voxel of the slice's source, the default unit distance.
 [[nodiscard]] double mean_voxel(const Slice& slice);
 // Returns how many samples of slice space a slice has along each axis of its lattice.

@@ -53,7 +53,7 @@ void GpuDrawer::use(std::shared_ptr<GpuDevice> device) {
   device_ = std::move(device);
 }
 
-bool GpuDrawer::covers(const Shot& shot) const { return device_ && !not_on_gpu(shot); }
+bool GpuDrawer::covers(Shots shots) const { return device_ && !not_on_gpu(shots); }
 
 void GpuDrawer::forget() {
   drop_all();
@@ -254,6 +254,13 @@ GpuPixels GpuDrawer::draw_trail(const Shot& shot, const Context& context, DrawSt
   return behind;
 }
 
+GpuPixels GpuDrawer::draw_instances(Shots shots, const Context& context, DrawStats& stats) {
+  for (auto& kept : kept_) drop(kept);
+  const Shot& first = *shots.front();
+  return draw_objects(instance_objects(shots), first, TrailCombine::physical, packed_ends(*first.view),
+                      context, stats);
+}
+
 namespace {
 
 void count_sites(const Slice& slice, DrawStats& stats) {
@@ -268,30 +275,16 @@ uint64_t sheets_of(const Shot& shot) {
 
 } // namespace
 
-DrawStats GpuDrawer::draw(const Shot& shot, const Context& context,
+DrawStats GpuDrawer::draw(Shots shots, const Context& context,
                           const std::function<void(const TilePixels&)>& emit) {
   const auto start = std::chrono::steady_clock::now();
   (void)device_->info(); // fails before anything is made
   DrawStats stats;
-  if (!shot.trail) objects_.drop(*device_);
-  const GpuPixels pixels = shot.trail ? draw_trail(shot, context, stats) : draw_slice(shot, context, stats);
-  if (!shot.target) emit_bands(shot, pixels, context, emit);
-  count_sites(*shot.slice, stats);
-  stats.ms_shade = ms_since(start);
-  stats.sheets = sheets_of(shot);
-  return stats;
-}
-
-DrawStats GpuDrawer::draw_together(std::span<const Shot* const> shots, const Context& context,
-                                   const std::function<void(const TilePixels&)>& emit) {
-  const auto start = std::chrono::steady_clock::now();
-  (void)device_->info();
-  DrawStats stats;
-  for (auto& kept : kept_) drop(kept);
   const Shot& first = *shots.front();
-  const std::vector<GpuObject> objects = instance_objects(shots);
-  const GpuPixels pixels =
-      draw_objects(objects, first, TrailCombine::physical, packed_ends(*first.view), context, stats);
+  if (shots.size() == 1 && !first.trail) objects_.drop(*device_);
+  const GpuPixels pixels = shots.size() > 1 ? draw_instances(shots, context, stats)
+                           : first.trail    ? draw_trail(first, context, stats)
+                                            : draw_slice(first, context, stats);
   if (!first.target) emit_bands(first, pixels, context, emit);
   for (const Shot* shot : shots)
     count_sites(*shot->slice, stats), stats.sheets = std::max(stats.sheets, sheets_of(*shot));

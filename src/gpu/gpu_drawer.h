@@ -26,15 +26,11 @@ class GpuDrawer : public Drawer {
   void use(std::shared_ptr<GpuDevice> device);
 
   [[nodiscard]] const char* name() const override { return "gpu"; }
-  [[nodiscard]] bool covers(const Shot& shot) const override;
+  [[nodiscard]] bool covers(Shots shots) const override;
   [[nodiscard]] bool merges() const override { return true; }
   // Throws GpuFailure, too; nothing was emitted then.
-  DrawStats draw(const Shot& shot, const Context& context,
+  DrawStats draw(Shots shots, const Context& context,
                  const std::function<void(const TilePixels&)>& emit) override;
-  // Draws several shots of mode composite, without trails, into one picture, as draw_together()
-  // (scene/drawers.h). The first says what of it is asked for. Throws as draw() does.
-  DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
-                          const std::function<void(const TilePixels&)>& emit);
   void forget() override;
 
  private:
@@ -49,6 +45,7 @@ class GpuDrawer : public Drawer {
   GpuPixels draw_pixels(const Shot& shot, const ClassTable& table, Kept& kept, const Context& context);
   GpuPixels draw_slice(const Shot& shot, const Context& context, DrawStats& stats);
   GpuPixels draw_trail(const Shot& shot, const Context& context, DrawStats& stats);
+  GpuPixels draw_instances(Shots shots, const Context& context, DrawStats& stats);
   GpuPixels draw_objects(std::span<const GpuObject> objects, const Shot& shot, TrailCombine combine,
                          const std::vector<float>& ends, const Context& context, DrawStats& stats);
 

@@ -44,7 +44,7 @@ std::vector<GpuObject> trail_objects(const Shot& shot, bool with_slice) {
   return out;
 }
 
-std::vector<GpuObject> instance_objects(std::span<const Shot* const> shots) {
+std::vector<GpuObject> instance_objects(Shots shots) {
   std::vector<GpuObject> out;
   for (const Shot* shot : shots) out.push_back({alone(*shot)});
   return out;
@@ -61,6 +61,13 @@ const char* not_as_objects(std::span<const GpuObject> objects) {
     if (const char* const what = not_on_gpu(o.shot)) return what;
   }
   return nullptr;
+}
+
+const char* not_on_gpu(Shots shots) {
+  if (shots.size() == 1) return not_on_gpu(*shots.front());
+  if (std::any_of(shots.begin(), shots.end(), [](const Shot* s) { return s->trail != nullptr; }))
+    return "trails among several instances";
+  return not_as_objects(instance_objects(shots));
 }
 
 const char* not_with_trail(const Shot& shot) {

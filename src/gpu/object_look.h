@@ -21,12 +21,13 @@ struct GpuObject {
 // The objects of a shot with a trail. with_slice: the slice among them.
 [[nodiscard]] std::vector<GpuObject> trail_objects(const Shot& shot, bool with_slice);
 // The objects of several shots without trails.
-[[nodiscard]] std::vector<GpuObject> instance_objects(std::span<const Shot* const> shots);
+[[nodiscard]] std::vector<GpuObject> instance_objects(Shots shots);
 // Whether the slice of a trail is drawn as a picture of its own.
 [[nodiscard]] bool drawn_apart(const Shot& shot);
 
 // Why the GPU does not draw these in one picture; null: it does.
 [[nodiscard]] const char* not_as_objects(std::span<const GpuObject> objects);
+[[nodiscard]] const char* not_on_gpu(Shots shots);
 
 // The same of a shot with a trail.
 [[nodiscard]] const char* not_with_trail(const Shot& shot);

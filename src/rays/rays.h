@@ -30,12 +30,14 @@ DrawStats draw_rays(const Shot& shot, const Context& context,
 class RayDrawer : public Drawer {
  public:
   [[nodiscard]] const char* name() const override { return "rays"; }
-  [[nodiscard]] bool covers(const Shot& shot) const override {
-    return !shot.trail && !shot.paint && rays_cover(*shot.slice, *shot.view, shot.options);
+  [[nodiscard]] bool covers(Shots shots) const override {
+    const Shot& shot = *shots.front();
+    return shots.size() == 1 && !shot.trail && !shot.paint &&
+           rays_cover(*shot.slice, *shot.view, shot.options);
   }
-  DrawStats draw(const Shot& shot, const Context& context,
+  DrawStats draw(Shots shots, const Context& context,
                  const std::function<void(const TilePixels&)>& emit) override {
-    return draw_rays(shot, context, emit, &cells_);
+    return draw_rays(*shots.front(), context, emit, &cells_);
   }
   void forget() override { cells_.forget(); }
   [[nodiscard]] KeptSurfaceCells& cells() { return cells_; }

@@ -32,11 +32,6 @@ Drawers::Drawers() : gpu_(std::make_unique<GpuDrawer>()) {
 }
 
 KeptSurfaceCells& Drawers::surface_cells() { return rays_->cells(); }
-
-DrawStats draw_together(std::span<const Shot* const> shots, const Context& context,
-                        const std::function<void(const TilePixels&)>& emit) {
-  return draw_sheets_together(shots, context, emit);
-}
 #else
 Drawers::Drawers() : gpu_(std::make_unique<GpuDrawer>()) {}
 #endif
@@ -44,44 +39,16 @@ Drawers::Drawers() : gpu_(std::make_unique<GpuDrawer>()) {}
 Drawers::~Drawers() = default;
 
 #if BCCSPLAT_WITH_GPU
-namespace {
-
-bool is_asked(const DrawerChoice& choice) { return choice.backend == Backend::gpu || !has_cpu_drawers; }
-
-void refuse(const char* what) {
-  fail(Code::unsupported, "render: the GPU does not draw ", what,
-       has_cpu_drawers ? "; let the CPU draw it" : ", and this build has no drawers of the CPU's");
-}
-
-} // namespace
-
-bool Drawers::wants_gpu(const DrawerChoice& choice) {
-  if (choice.backend == Backend::cpu || !choice.gpu) return false;
-  if (!is_asked(choice) && !choice.gpu->preferred()) return false;
+Drawer* Drawers::gpu_drawer_of(Shots shots, const DrawerChoice& choice) {
+  if (choice.backend == Backend::cpu || !choice.gpu) return nullptr;
+  const bool asked = choice.backend == Backend::gpu || !has_cpu_drawers;
+  if (!asked && !choice.gpu->preferred()) return nullptr;
   gpu_->use(choice.gpu);
-  return true;
-}
-
-Drawer* Drawers::gpu_drawer_of(const Shot& shot, const DrawerChoice& choice) {
-  if (!wants_gpu(choice)) return nullptr;
-  const bool asked = is_asked(choice);
-  if (const char* const what = not_on_gpu(shot); what && asked) refuse(what);
-  return asked || gpu_->covers(shot) ? gpu_.get() : nullptr;
-}
-
-bool Drawers::gpu_draws_together(std::span<const Shot* const> shots, const DrawerChoice& choice) {
-  if (!wants_gpu(choice)) return false;
-  const bool trails =
-      std::any_of(shots.begin(), shots.end(), [](const Shot* s) { return s->trail != nullptr; });
-  const char* const what =
-      trails ? "trails among several instances" : not_as_objects(instance_objects(shots));
-  if (what && is_asked(choice)) refuse(what);
-  return !what;
-}
-
-DrawStats Drawers::draw_together_by_gpu(std::span<const Shot* const> shots, const Context& context,
-                                        const std::function<void(const TilePixels&)>& emit) {
-  return gpu_->draw_together(shots, context, emit);
+  const char* const what = not_on_gpu(shots);
+  if (what && asked)
+    fail(Code::unsupported, "render: the GPU does not draw ", what,
+         has_cpu_drawers ? "; let the CPU draw it" : ", and this build has no drawers of the CPU's");
+  return what ? nullptr : gpu_.get();
 }
 
 void draw_nothing(const GpuTarget& target, GpuDevice& gpu) {
@@ -89,34 +56,26 @@ void draw_nothing(const GpuTarget& target, GpuDevice& gpu) {
 }
 #else
 void draw_nothing(const GpuTarget& /*target*/, GpuDevice& /*gpu*/) {} // there is no such target
-Drawer* Drawers::gpu_drawer_of(const Shot& /*shot*/, const DrawerChoice& choice) {
+Drawer* Drawers::gpu_drawer_of(Shots /*shots*/, const DrawerChoice& choice) {
   if (choice.backend == Backend::gpu) (void)gpu_info(nullptr);
   return nullptr;
 }
-
-bool Drawers::gpu_draws_together(std::span<const Shot* const> /*shots*/, const DrawerChoice& choice) {
-  if (choice.backend == Backend::gpu) (void)gpu_info(nullptr);
-  return false;
-}
-
-DrawStats Drawers::draw_together_by_gpu(std::span<const Shot* const> /*shots*/, const Context& /*context*/,
-                                        const std::function<void(const TilePixels&)>& /*emit*/) {
-  return {};
-}
 #endif
 
-Drawer& Drawers::drawer_of(const Shot& shot, const DrawerChoice& choice) {
-  if (shot.slice->scattered && choice.backend == Backend::gpu)
+Drawer& Drawers::drawer_of(Shots shots, const DrawerChoice& choice) {
+  const bool scattered =
+      std::any_of(shots.begin(), shots.end(), [](const Shot* s) { return s->slice->scattered != nullptr; });
+  if (scattered && choice.backend == Backend::gpu)
     fail(Code::unsupported, "render: the GPU does not draw extracted points; let the CPU draw them");
-  if (shot.slice->scattered) return *drawers_.back();
-  if (Drawer* const drawer = gpu_drawer_of(shot, choice)) return *drawer;
+  if (scattered) return *drawers_.back();
+  if (Drawer* const drawer = gpu_drawer_of(shots, choice)) return *drawer;
   if (!has_cpu_drawers)
     fail(Code::missing_feature,
          "render: the library was built without drawers of the CPU's; draw by a GPU, or build it with "
          "BCCSPLAT_WITH_SPLAT");
   if (choice.sheets_only) return *drawers_.back();
   return **std::find_if(drawers_.begin(), drawers_.end() - 1,
-                        [&](const auto& drawer) { return drawer->covers(shot); });
+                        [&](const auto& drawer) { return drawer->covers(shots); });
 }
 
 void Drawers::forget() {

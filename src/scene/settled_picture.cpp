@@ -176,8 +176,7 @@ void SettledPicture::settle_paint() {
 
 void SettledPicture::settle_light() {
   if (!casts_shadows(scene_, options_)) return;
-  Drawers& drawers = scene_.drawers ? *scene_.drawers : of_picture_;
-  light_ = drawers.light.of(shot_, context_);
+  light_ = drawers().light.of(shot_, context_);
   shot_.light = light_.get();
 }
 
@@ -204,25 +203,27 @@ void SettledPicture::settle_trail(const Trail& trail) {
 }
 
 Drawer& SettledPicture::choose_drawer(Backend backend) {
-  Drawers& drawers = scene_.drawers ? *scene_.drawers : of_picture_;
-  shot_.sums = &drawers.sums;
-  Drawer& drawer = drawers.drawer_of(shot_, {!options_.rays || scene_.trail, backend, options_.gpu});
-  if (drawer.merges()) return drawer;
-  shot_.slice->coset.make(context_);
-  if (settled_trail_ && settled_trail_->by_cpu) settle_trail(settled_trail_->by_cpu->get(context_));
+  for (SettledPicture* p : all_) p->shot_.sums = &p->drawers().sums;
+  Drawer& drawer = drawers().drawer_of(shots_, {!options_.rays || scene_.trail, backend, options_.gpu});
+  for (SettledPicture* p : all_) {
+    if (drawer.merges()) break;
+    p->shot_.slice->coset.make(context_);
+    if (const Trail* const trail = p->settled_trail_; trail && trail->by_cpu)
+      p->settle_trail(trail->by_cpu->get(context_));
+  }
   return drawer;
 }
 
 void SettledPicture::settle_drawer() {
   drawer_ = &choose_drawer(options_.backend);
-  drawer_->prepare(shot_, context_);
+  drawer_->prepare(shots_, context_);
 }
 
 // Draws, by the CPU where a GPU fails that nobody insists on.
 DrawStats SettledPicture::draw_tiles(RenderStats& stats, const std::function<void(const TilePixels&)>& emit) {
   try {
     stats.drawer = drawer_->name();
-    return drawer_->draw(shot_, context_, emit);
+    return drawer_->draw(shots_, context_, emit);
   } catch (const GpuFailure& e) {
     if (options_.backend == Backend::gpu || !has_cpu_drawers) throw;
     stats.gpu_failed = e.message();
@@ -230,7 +231,7 @@ DrawStats SettledPicture::draw_tiles(RenderStats& stats, const std::function<voi
   }
   drawer_ = &choose_drawer(Backend::cpu);
   stats.drawer = drawer_->name();
-  return drawer_->draw(shot_, context_, emit);
+  return drawer_->draw(shots_, context_, emit);
 }
 
 RenderStats SettledPicture::draw() {

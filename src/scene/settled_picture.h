@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a shot refers to while a picture is drawn: the level of the slice and its view, by the camera and the
-// quality; the table of the transfer function; the trail's views and tables; and the drawer.
+// quality; the table of the transfer function; the trail's views and tables; and the drawer. Pictures of
+// several slices on the same sheets are one once each is settled.
 #pragma once
 
 #include <chrono>
 #include <deque>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "draw/shot.h"
 #include "draw/tile_pixels.h"
@@ -32,6 +34,9 @@ class SettledPicture {
   void settle_light();
   void settle_trail();
   void settle_trail(const Trail& trail);
+  // Draws another one in the same picture, of mode composite, which is settled so far, too, and outlives
+  // this.
+  void join(SettledPicture& other) { all_.push_back(&other), shots_.push_back(&other.shot_); }
   void settle_drawer();
 
   // World lengths, once the level is settled: how far sheets are from each other, and the nearest that they
@@ -61,6 +66,7 @@ class SettledPicture {
   [[nodiscard]] bool smooths_edges() const {
     return options_.smooth_edges && !scene_.trail && !scene_.paint && !image_.deep && !options_.target;
   }
+  [[nodiscard]] Drawers& drawers() { return scene_.drawers ? *scene_.drawers : of_picture_; }
   [[nodiscard]] Drawer& choose_drawer(Backend backend);
   DrawStats draw_tiles(RenderStats& stats, const std::function<void(const TilePixels&)>& emit);
 
@@ -74,6 +80,8 @@ class SettledPicture {
   std::shared_ptr<const LightVolume> light_;
   std::deque<SheetView> moved_; // of the trail's sources with a domain of their own
   Shot shot_;
+  std::vector<SettledPicture*> all_{this}; // that are drawn into the picture
+  std::vector<const Shot*> shots_{&shot_};
   Drawers of_picture_; // where nothing is kept
   Drawer* drawer_ = nullptr;
 };

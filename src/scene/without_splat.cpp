@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What answers where the library was built without its splatter: the CPU draws nothing.
 #include "base/error.h"
-#include "scene/drawers.h"
 #include "scene/picture.h"
 #include "scene/trail.h"
 
@@ -15,11 +14,6 @@ namespace {
 }
 
 } // namespace
-
-DrawStats draw_together(std::span<const Shot* const> /*shots*/, const Context& /*context*/,
-                        const std::function<void(const TilePixels&)>& /*emit*/) {
-  fail_without("several volumes in one picture");
-}
 
 FieldAt slice_field(const Slice& /*slice*/, std::shared_ptr<const LatticeSums> /*sums*/) {
   fail_without("reference pictures");

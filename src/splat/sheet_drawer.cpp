@@ -3,8 +3,6 @@
 // whether its tables need integrals, which the points decide.
 #include "splat/sheet_drawer.h"
 
-#include <algorithm>
-#include <array>
 #include <deque>
 #include <vector>
 
@@ -49,77 +47,60 @@ class Integrals {
   const SplatPoints& points_;
 };
 
-// The trail of a shot as the sheets see it: sources and stills of `scene`, the slice that it goes with.
-class TrailScenes {
+// A shot as the sheets see it, and what is made for that.
+class ShotScene {
  public:
-  TrailScenes(const Shot& shot, const SplatScene& scene) {
-    if (!shot.trail) return;
-    const ShotTrail& trail = *shot.trail;
-    tables_ = Integrals(shot, *scene.points).tables_of(trail);
-    for (const ShotTrail::Source& s : trail.sources)
-      sources.push_back(
-          {s.slice, s.points, s.view, &tables_.front(), scene.lights, scene.sums, nullptr, nullptr});
-    for (const ShotStill& s : trail.stills) {
-      stills.push_back({s.shares, &tables_[s.function], s.weight, s.frame});
-      stills.back().lit = !trail.unlit;
+  ShotScene(const Shot& shot, const SplatOptions& options, const Context& context)
+      : points_((shot.points ? shot.points : &of_picture_)->of(*shot.slice, context)), table_(*shot.table),
+        lights_(lights_of(shot, options.kernel_form)) {
+    const Integrals integrals(shot, points_);
+    if (options.mode == RenderMode::composite && integrals.needed_by_slice(table_))
+      table_.integrals = integrate_values(*shot.function, table_);
+    integrated = !table_.integrals.empty(), points_total = points_.count;
+    object.scene = {shot.slice, &points_, shot.view, &table_, &lights_, shot.sums, nullptr, shot.light};
+    if (shot.paint) paint_by(*shot.paint, shot.sums, context);
+    if (shot.trail) trail_by(*shot.trail, integrals);
+  }
+  ShotScene(const ShotScene&) = delete;
+  ShotScene& operator=(const ShotScene&) = delete;
+
+  SplatObject object;
+  bool integrated = false; // a table of it
+  uint64_t points_total = 0;
+
+ private:
+  void paint_by(const ShotPaint& by, KeptLatticeSums* sums, const Context& context) {
+    const SplatPoints& points = (by.points ? by.points : &of_paint_)->of(*by.slice, context);
+    paint_ = {by.slice, &points, by.view, by.table, &lights_, sums, nullptr, nullptr};
+    object.scene.paint = &paint_;
+    points_total += points.count;
+  }
+
+  void trail_by(const ShotTrail& trail, const Integrals& integrals) {
+    trail_tables_ = integrals.tables_of(trail);
+    for (const ClassTable& t : trail_tables_) integrated = integrated || !t.integrals.empty();
+    for (const ShotTrail::Source& s : trail.sources) {
+      object.sources.push_back(
+          {s.slice, s.points, s.view, &trail_tables_.front(), &lights_, object.scene.sums, nullptr, nullptr});
+      points_total += s.points->count;
     }
-  }
-  [[nodiscard]] bool integrated() const {
-    return std::any_of(tables_.begin(), tables_.end(),
-                       [](const ClassTable& t) { return !t.integrals.empty(); });
-  }
-  [[nodiscard]] uint64_t points() const {
-    uint64_t sum = 0;
-    for (const SplatScene& s : sources) sum += s.points->count;
-    return sum;
+    for (const ShotStill& s : trail.stills) {
+      object.stills.push_back({s.shares, &trail_tables_[s.function], s.weight, s.frame});
+      object.stills.back().lit = !trail.unlit;
+    }
+    object.combine = trail.combine;
   }
 
-  std::vector<SplatScene> sources;
-  std::vector<TrailStill> stills;
-
- private:
-  std::vector<ClassTable> tables_;
-};
-
-// Draws the slice of `scene` with the shot's trail.
-DrawStats draw_with_trail(const Shot& shot, const SplatScene& scene, SplatOptions& options,
-                          const Context& context, const std::function<void(const TilePixels&)>& emit) {
-  const TrailScenes trail(shot, scene);
-  options.preintegrate = options.preintegrate || trail.integrated();
-  DrawStats stats =
-      splat_with_trail(scene, trail.sources, trail.stills, shot.trail->combine, options, context, emit);
-  stats.points_total += trail.points();
-  return stats;
-}
-
-} // namespace
-
-void SheetDrawer::prepare(const Shot& shot, const Context& context) {
-  if (shot.points) (void)shot.points->of(*shot.slice, context);
-  if (shot.paint && shot.paint->points) (void)shot.paint->points->of(*shot.paint->slice, context);
-}
-
-namespace {
-
-// What a shot is painted by, as the sheets see it; null where it is not.
-class PaintScene {
- public:
-  PaintScene(const Shot& shot, const Lights& lights, const Context& context) {
-    if (!shot.paint) return;
-    const ShotPaint& paint = *shot.paint;
-    const SplatPoints& points = (paint.points ? paint.points : &of_picture_)->of(*paint.slice, context);
-    scene_ = {paint.slice, &points, paint.view, paint.table, &lights, shot.sums, nullptr, nullptr};
-  }
-  [[nodiscard]] const SplatScene* get() const { return scene_.slice ? &scene_ : nullptr; }
-  [[nodiscard]] uint64_t points() const { return scene_.slice ? scene_.points->count : 0; }
-
- private:
-  KeptPoints of_picture_;
-  SplatScene scene_;
+  KeptPoints of_picture_, of_paint_;
+  const SplatPoints& points_;
+  ClassTable table_;
+  Lights lights_;
+  SplatScene paint_;
+  std::vector<ClassTable> trail_tables_;
 };
 
 // What shots that share their sheets are drawn by: as finely as the one that asks for most.
-SplatOptions shared_options(std::span<const Shot* const> shots) {
+SplatOptions shared_options(Shots shots) {
   SplatOptions shared = sheet_options(*shots.front());
   bool differences = false; // the kernel's own gradient is not known to all
   for (const Shot* shot : shots) {
@@ -134,61 +115,41 @@ SplatOptions shared_options(std::span<const Shot* const> shots) {
   return shared;
 }
 
-} // namespace
-
-DrawStats draw_sheets_together(std::span<const Shot* const> shots, const Context& context,
-                               const std::function<void(const TilePixels&)>& emit) {
-  SplatOptions options = shared_options(shots);
-  const std::vector<KeptPoints> of_picture(shots.size());
-  std::vector<ClassTable> tables;
-  std::vector<Lights> lights;
-  std::vector<SplatObject> scenes;
-  std::deque<PaintScene> paints;
-  std::deque<TrailScenes> trails;
-  tables.reserve(shots.size()), lights.reserve(shots.size());
-  uint64_t points_total = 0;
-  for (size_t n = 0; n < shots.size(); ++n) {
-    const Shot& shot = *shots[n];
-    const SplatPoints& points = (shot.points ? shot.points : &of_picture[n])->of(*shot.slice, context);
-    ClassTable& table = tables.emplace_back(*shot.table);
-    if (Integrals(shot, points).needed_by_slice(table))
-      table.integrals = integrate_values(*shot.function, table), options.preintegrate = true;
-    const Lights& lit = lights.emplace_back(lights_of(shot, options.kernel_form));
-    const PaintScene& paint = paints.emplace_back(shot, lit, context);
-    const SplatScene scene{shot.slice, &points, shot.view, &table, &lit, shot.sums, paint.get(), shot.light};
-    const TrailScenes& trail = trails.emplace_back(shot, scene); // whose tables stay where they are
-    options.preintegrate = options.preintegrate || trail.integrated();
-    scenes.push_back(
-        {scene, trail.sources, trail.stills, shot.trail ? shot.trail->combine : TrailCombine::physical});
-    points_total += points.count + paint.points() + trail.points();
-  }
-  DrawStats stats = splat_together(scenes, options, context, emit);
-  stats.points_total += points_total;
-  stats.preintegrated = options.preintegrate;
-  return stats;
+// Whether the sheets of all that is drawn are composited side by side. What has labels, or colours or light
+// from elsewhere, is so in mode composite even where it is alone; a trail's slice may be drawn apart.
+bool side_by_side(Shots shots) {
+  const Shot& shot = *shots.front();
+  return shots.size() > 1 || ((shot.paint || shot.light || shot.slice->labels) && !shot.trail &&
+                              shot.options.mode == RenderMode::composite);
 }
 
-DrawStats SheetDrawer::draw(const Shot& shot, const Context& context,
-                            const std::function<void(const TilePixels&)>& emit) {
-  // What has labels, or colours or light from elsewhere, has sheets side by side.
-  if ((shot.paint || shot.light || shot.slice->labels) && !shot.trail &&
-      shot.options.mode == RenderMode::composite) {
-    const std::array<const Shot*, 1> alone{&shot};
-    return draw_sheets_together(alone, context, emit);
+} // namespace
+
+void SheetDrawer::prepare(Shots shots, const Context& context) {
+  for (const Shot* shot : shots) {
+    if (shot->points) (void)shot->points->of(*shot->slice, context);
+    if (shot->paint && shot->paint->points) (void)shot->paint->points->of(*shot->paint->slice, context);
   }
-  SplatOptions options = sheet_options(shot);
-  const KeptPoints of_picture;
-  const SplatPoints& points = (shot.points ? shot.points : &of_picture)->of(*shot.slice, context);
-  const Lights lights = lights_of(shot, options.kernel_form);
-  ClassTable table = *shot.table;
-  if (options.mode == RenderMode::composite && Integrals(shot, points).needed_by_slice(table))
-    table.integrals = integrate_values(*shot.function, table);
-  options.preintegrate = !table.integrals.empty();
-  const PaintScene paint(shot, lights, context);
-  const SplatScene scene{shot.slice, &points, shot.view, &table, &lights, shot.sums, paint.get(), nullptr};
-  DrawStats stats = shot.trail ? draw_with_trail(shot, scene, options, context, emit)
-                               : splat(scene, options, context, emit, shot.points ? &kept_ : nullptr);
-  stats.points_total += points.count;
+}
+
+DrawStats SheetDrawer::draw(Shots shots, const Context& context,
+                            const std::function<void(const TilePixels&)>& emit) {
+  SplatOptions options = shared_options(shots);
+  std::deque<ShotScene> scenes;
+  std::vector<SplatObject> objects;
+  uint64_t points_total = 0;
+  for (const Shot* shot : shots) {
+    const ShotScene& scene = scenes.emplace_back(*shot, options, context);
+    options.preintegrate = options.preintegrate || scene.integrated;
+    points_total += scene.points_total;
+    objects.push_back(scene.object);
+  }
+  const SplatObject& first = objects.front();
+  DrawStats stats = side_by_side(shots) ? splat_together(objects, options, context, emit)
+                    : shots[0]->trail
+                        ? splat_with_trail(first, options, context, emit)
+                        : splat(first.scene, options, context, emit, shots[0]->points ? &kept_ : nullptr);
+  stats.points_total += points_total;
   stats.preintegrated = options.preintegrate;
   return stats;
 }

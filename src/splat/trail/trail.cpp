@@ -113,11 +113,10 @@ DrawStats draw_tiles(size_t tiles, const Bytes& bytes, const Context& context, c
 
 } // namespace
 
-DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
-                           std::span<const TrailStill> stills, TrailCombine combine,
-                           const SplatOptions& options, const Context& context,
+DrawStats splat_with_trail(const SplatObject& object, const SplatOptions& options, const Context& context,
                            const std::function<void(const TilePixels&)>& emit) {
-  const bool post = combine == TrailCombine::post;
+  const SplatScene& slice = object.scene;
+  const bool post = object.combine == TrailCombine::post;
   const bool apart = post || options.mode == RenderMode::isosurface;
   SplatOptions together = options;
   together.mode = RenderMode::composite;
@@ -128,11 +127,11 @@ DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> 
   }
 
   std::vector<Listed> list{{&slice, &alone}};
-  for (const SplatScene& source : sources) list.push_back({&source, &together});
+  for (const SplatScene& source : object.sources) list.push_back({&source, &together});
   Planned planned;
   TrailJob job;
-  job.stills = stills;
-  job.combine = post ? TrailCombine::physical : combine;
+  job.stills = object.stills;
+  job.combine = post ? TrailCombine::physical : object.combine;
   job.options = &together, job.context = &context, job.main = &slice;
   const auto plan = [&](int tile_size, MemoryBudget* copies) {
     // All objects share one grid of tiles.

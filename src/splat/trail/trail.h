@@ -28,20 +28,18 @@ struct TrailStill {
   size_t group = 1;
 };
 
-// A slice among others in one picture, with its trail.
+// A slice, alone or among others in one picture, with its trail.
 struct SplatObject {
   SplatScene scene;
-  std::vector<SplatScene> sources{}; // of the trail, as splat_with_trail() takes them; none: it has none
+  std::vector<SplatScene> sources{}; // of the trail; none: it has none
   std::vector<TrailStill> stills{};
-  TrailCombine combine = TrailCombine::physical; // of slice and trail; not post
+  TrailCombine combine = TrailCombine::physical; // of slice and trail; among others not post
 };
 
 // Draws in modes composite and isosurface; the mode is the slice's, and the trail is always composited.
 // Sources share the slice's camera and sheets: their views differ by a translation of lattice space at most.
 // A source's table must let everything be seen that a still made of it shows (bricks are left out by it).
-DrawStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
-                           std::span<const TrailStill> stills, TrailCombine combine,
-                           const SplatOptions& options, const Context& context,
+DrawStats splat_with_trail(const SplatObject& object, const SplatOptions& options, const Context& context,
                            const std::function<void(const TilePixels&)>& emit);
 
 // Draws objects in mode composite into one picture, as far as each is in its own domain: slice and trail of
