@@ -8,49 +8,15 @@
 #include <cmath>
 #include <numbers>
 
-#include "gpu/object_look.h"
 #include "kernel/cc_kernel.h"
 #include "kernel/drawn_kernel.h"
 #include "shade/preintegrate.h"
 #include "shade/surface.h"
 
 namespace bccsplat {
-namespace {
-
-// Sheet numbers that floats count by, with room for their fractions.
-constexpr int64_t most_sheet = 1 << 20;
-constexpr int most_entries = 1 << 16;
-
-bool too_many_sheets(const Shot& shot) {
-  const auto [first, last] = sheet_range(*shot.slice, *shot.view);
-  return first < -most_sheet || last > most_sheet;
-}
-
-} // namespace
-
 // To a GPU the shorter forms save nothing, but light shows the ripple that the flat one is without.
 KernelForm gpu_form(const Shot& shot) {
   return sample_form(shot) == KernelForm::flat_form ? KernelForm::flat_form : KernelForm::exact;
-}
-
-const char* not_on_gpu(const Shot& shot) {
-  const Slice& slice = *shot.slice;
-  constexpr size_t sides_of_a_box = 6;
-  if (shot.paint) return "colours by another channel";
-  if (slice.labels && shot.options.mode == RenderMode::composite) return "labels";
-  if (shot.light) return "shadows and ambient occlusion";
-  if (shot.trail) return not_with_trail(shot);
-  if (shot.options.with_deep) return "a deep picture";
-  if (shot.options.with_hits) return "smooth edges of several surfaces or transparent ones";
-  if (slice.empty()) return "an empty slice";
-  if (slice.mask && !slice.mask->grid()) return "missing data along uneven axes or in an oblique slice";
-  if (slice.kernel.space.radius > 2 * coset_pitch(slice.lattice.bcc)) return "a kernel that wide";
-  if (slice.clip.size() + shot.view->clip.size() + sides_of_a_box > most_cuts) return "that many clips";
-  if (shot.lights->lights.size() > most_gpu_lights) return "that many lights";
-  if (shot.options.surfaces.size() > most_gpu_surfaces) return "that many surfaces";
-  if (shot.table->size() > most_entries) return "a transfer function of that many entries";
-  if (too_many_sheets(shot)) return "that many sheets";
-  return nullptr;
 }
 
 bool asks_for_change(const Shot& shot) {

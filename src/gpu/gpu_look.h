@@ -31,9 +31,6 @@ struct PictureBlock {
 inline constexpr int table_row = 1024;
 [[nodiscard]] std::vector<Vec4f> table_texels(const ClassTable& table);
 
-// Why the GPU does not draw a shot; null: it does.
-[[nodiscard]] const char* not_on_gpu(const Shot& shot);
-
 // Whether it depends on how fast values change if a shot is classified by integrals.
 [[nodiscard]] bool asks_for_change(const Shot& shot);
 // change: what change_at_sites() says of the shot's slice, where it is asked for. Returns the table with

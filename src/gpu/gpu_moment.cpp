@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers are sent once and merged where they are: from buffers by a compute shader, layer by layer, from
+// Layers are merged where they are: from buffers by a compute shader, layer by layer, from
 // textures by drawing into the planes of the merged one, several layers at a time.
 #include "gpu/gpu_moment.h"
 
 #include <algorithm>
 #include <array>
-#include <set>
 #include <string>
 
 #include "gpu/gl_state.h"
@@ -14,31 +13,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr size_t most_layers = 12; // that are kept; moments of more keep as many as they have
 constexpr size_t table_width = 1024;
-
-bool needs(const MomentPlan& moment, const GpuLayerKey& key) {
-  return key.first == moment.series() &&
-         std::any_of(moment.parts().begin(), moment.parts().end(),
-                     [&](const MomentPlan::Part& p) { return p.layer == key.second; });
-}
-
-bool needs(const NeededMoments& moments, const GpuLayerKey& key) {
-  return std::any_of(moments.begin(), moments.end(), [&](const MomentPlan* m) { return needs(*m, key); });
-}
-
-size_t count_layers(const NeededMoments& moments) {
-  std::set<GpuLayerKey> keys;
-  for (const MomentPlan* m : moments)
-    for (const MomentPlan::Part& p : m->parts()) keys.emplace(m->series(), p.layer);
-  return keys.size();
-}
-
-// Whether sites of a series are in buffers: those of a moment with every brick fit one.
-bool in_buffers(const FieldBricks& like, const GpuInfo& info) {
-  const uint64_t size = static_cast<uint64_t>(like.edge) * like.edge * like.edge;
-  return GpuBricks::fit_buffer(sizeof(float) * size * (like.brick_at.size() + 1), info);
-}
 
 } // namespace
 
@@ -46,67 +21,6 @@ GpuMomentKey key_of(const MomentPlan& moment, const std::vector<const GpuLayer*>
   GpuMomentKey key{{}, moment.largest_weight()};
   for (const GpuLayer* layer : layers) key.layers.push_back(layer->key);
   return key;
-}
-
-std::unique_ptr<GpuLayer> GpuLayers::make(const Slice& slice, const MomentPlan& moment,
-                                          const NeededMoments& needed, const MomentPlan::Part& part,
-                                          int border, GpuDevice& device, const Context& context) {
-  auto layer = std::make_unique<GpuLayer>();
-  layer->key = {moment.series(), part.layer}, layer->coset = static_cast<size_t>(part.coset);
-  const FieldBricks like = no_bricks(slice, border);
-  layer->bricks = part.of.values ? make_layer_bricks(*part.of.values, like, context)
-                                 : make_layer_bricks(part.of.compact->as_values(), like, context);
-  const size_t size = static_cast<size_t>(like.edge) * like.edge * like.edge;
-  const uint64_t bytes = layer->bricks.value.size() * sizeof(float);
-  make_room(needed, bytes, device);
-  device.reserve(bytes);
-  layer->bytes = bytes;
-  try {
-    device.run([&] {
-      layer->sites.emplace(layer->bricks.value.data(), layer->bricks.value.size() / size, like.edge,
-                           in_buffers(like, device.programs().info()));
-    });
-  } catch (...) {
-    device.release(bytes);
-    throw;
-  }
-  layer->bricks.drop_values();
-  return layer;
-}
-
-void GpuLayers::make_room(const NeededMoments& needed, uint64_t bytes, GpuDevice& device) {
-  const size_t most = std::max(most_layers, count_layers(needed));
-  for (size_t n = layers_.size(); n-- > 0 && (!device.has_room(bytes) || layers_.size() >= most);) {
-    if (needs(needed, layers_[n]->key)) continue;
-    device.release(layers_[n]->bytes);
-    device.clear([&] { layers_[n].reset(); });
-    layers_.erase(layers_.begin() + static_cast<std::ptrdiff_t>(n));
-  }
-}
-
-std::vector<const GpuLayer*> GpuLayers::find(const Slice& slice, const MomentPlan& moment,
-                                             const NeededMoments& needed, int border, GpuDevice& device,
-                                             const Context& context, DrawStats& stats) {
-  std::vector<const GpuLayer*> out;
-  for (const MomentPlan::Part& part : moment.parts()) {
-    const GpuLayerKey key{moment.series(), part.layer};
-    auto found = std::find_if(layers_.begin(), layers_.end(), [&](const auto& l) { return l->key == key; });
-    if (found == layers_.end()) {
-      auto made = make(slice, moment, needed, part, border, device, context); // which may drop others
-      layers_.insert(layers_.begin(), std::move(made));
-      ++stats.layers_sent, stats.bytes_sent += layers_.front()->bytes;
-    } else {
-      std::rotate(layers_.begin(), found, found + 1);
-    }
-    out.push_back(layers_.front().get());
-  }
-  return out;
-}
-
-void GpuLayers::drop_all(GpuDevice& device) {
-  for (const auto& layer : layers_) device.release(layer->bytes);
-  if (!layers_.empty()) device.clear([&] { layers_.clear(); });
-  layers_.clear();
 }
 
 GpuMoment::GpuMoment(const FieldBricks& bricks, const std::vector<const GpuLayer*>& layers) {

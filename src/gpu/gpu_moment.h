@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moments of a series on the GPU: layers of coefficients that stay there while they are used, and what is
-// merged of them by their weights.
+// Moments of a series on the GPU: layers of coefficients, and what is merged of them by their weights.
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "base/context.h"
-#include "draw/stats.h"
 #include "field/moment.h"
-#include "field/slice.h"
 #include "gpu/field_bricks.h"
 #include "gpu/gpu_bricks.h"
-#include "gpu/gpu_device.h"
 #include "gpu/gpu_programs.h"
 
 namespace bccsplat {
@@ -37,29 +31,7 @@ struct GpuLayer {
   std::optional<GpuBricks> sites;
 };
 
-using NeededMoments = std::vector<const MomentPlan*>;
-
 [[nodiscard]] GpuMomentKey key_of(const MomentPlan& moment, const std::vector<const GpuLayer*>& layers);
-
-// The layers that were used last.
-class GpuLayers {
- public:
-  // Returns those of a moment, in the order of its parts; what is not there is made and sent, and stats told.
-  // needed: all moments of the picture, whose layers stay. Throws GpuFailure, memory_budget, cancelled.
-  std::vector<const GpuLayer*> find(const Slice& slice, const MomentPlan& moment, const NeededMoments& needed,
-                                    int border, GpuDevice& device, const Context& context, DrawStats& stats);
-  void drop_all(GpuDevice& device);
-
- private:
-  std::unique_ptr<GpuLayer> make(const Slice& slice, const MomentPlan& moment, const NeededMoments& needed,
-                                 const MomentPlan::Part& part, int border, GpuDevice& device,
-                                 const Context& context);
-  // Drops layers that are not needed, the latest used last, until so many bytes fit and not too many are
-  // there.
-  void make_room(const NeededMoments& needed, uint64_t bytes, GpuDevice& device);
-
-  std::vector<std::unique_ptr<GpuLayer>> layers_; // the latest used first
-};
 
 // Sites merged of layers.
 class GpuMoment {

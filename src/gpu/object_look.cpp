@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists what a trail or several instances are made of, as shots of one slice each, with their tables; says
-// what of that is not drawn, and writes the texels by which the shader knows each.
+// Lists what a trail or several instances are made of, as shots of one slice each, with their tables, and
+// writes the texels by which the shader knows each.
 #include "gpu/object_look.h"
 
 #include <algorithm>
@@ -25,12 +25,6 @@ GpuObject still_object(const Shot& shot, const ShotStill& still) {
   return out;
 }
 
-bool mends(const Slice& s) { return s.corrections || s.mask || s.has_holes; }
-
-bool like(const Slice& a, const Slice& b) {
-  return a.lattice.bcc == b.lattice.bcc && a.kernel.name == b.kernel.name;
-}
-
 } // namespace
 
 bool drawn_apart(const Shot& shot) {
@@ -46,45 +40,8 @@ std::vector<GpuObject> trail_objects(const Shot& shot, bool with_slice) {
 
 std::vector<GpuObject> instance_objects(Shots shots) {
   std::vector<GpuObject> out;
-  for (const Shot* shot : shots) out.push_back({alone(*shot)});
+  for (const Shot* shot : shots) out.push_back({*shot});
   return out;
-}
-
-const char* not_as_objects(std::span<const GpuObject> objects) {
-  if (objects.size() > most_gpu_objects) return "so many stills of a trail, or instances, together";
-  for (const GpuObject& o : objects) {
-    const Slice& slice = *o.shot.slice;
-    if (mends(slice)) return "a trail or several instances with corrections or missing data";
-    if (!like(slice, *objects.front().shot.slice)) return "instances of unlike kernels or lattices together";
-    if (o.shot.options.shading != objects.front().shot.options.shading)
-      return "instances together of which some are too thin to be lit";
-    if (const char* const what = not_on_gpu(o.shot)) return what;
-  }
-  return nullptr;
-}
-
-const char* not_on_gpu(Shots shots) {
-  if (shots.size() == 1) return not_on_gpu(*shots.front());
-  if (std::any_of(shots.begin(), shots.end(), [](const Shot* s) { return s->trail != nullptr; }))
-    return "trails among several instances";
-  return not_as_objects(instance_objects(shots));
-}
-
-const char* not_with_trail(const Shot& shot) {
-  const bool apart = drawn_apart(shot);
-  if (apart && shot.target) return "a trail whose slice is a picture of its own into a texture of the host";
-  if (shot.options.mode == RenderMode::isosurface && shot.trail->combine == TrailCombine::interleaved)
-    return "a trail behind a surface that rays go through (interleaved as printed)";
-  if (shot.trail->stills.empty()) return "a trail without a moment";
-  if (shot.trail->unlit && shot.options.shading) return "a trail that is not lit behind a lit slice";
-  for (const ShotStill& still : shot.trail->stills)
-    if (still.shares.size() > 1) return "stills that are mixed sheet by sheet";
-  if (apart) {
-    Shot front = shot;
-    front.trail = nullptr;
-    if (const char* const what = not_on_gpu(front)) return what;
-  }
-  return not_as_objects(trail_objects(shot, !apart));
 }
 
 std::vector<ClassTable> object_tables(std::span<const GpuObject> objects, std::span<const double> change) {

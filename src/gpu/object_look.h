@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What several objects in one picture look like to the shader.
+// What the objects of a picture, one or several, look like to the shader.
 #pragma once
 
 #include <span>
@@ -11,26 +11,19 @@
 
 namespace bccsplat {
 
-// A slice of several that are composited in one picture.
+// A slice that is drawn alone, or one of several that are composited in one picture.
 struct GpuObject {
-  Shot shot;       // of it alone, of mode composite
+  Shot shot;       // of it alone; of several, of mode composite
   float share = 1; // of its extinction
   int group = 1;   // 0: the slice of a trail, 1: what is combined with it, or all
 };
 
 // The objects of a shot with a trail. with_slice: the slice among them.
 [[nodiscard]] std::vector<GpuObject> trail_objects(const Shot& shot, bool with_slice);
-// The objects of several shots without trails.
+// The objects of shots without trails.
 [[nodiscard]] std::vector<GpuObject> instance_objects(Shots shots);
 // Whether the slice of a trail is drawn as a picture of its own.
 [[nodiscard]] bool drawn_apart(const Shot& shot);
-
-// Why the GPU does not draw these in one picture; null: it does.
-[[nodiscard]] const char* not_as_objects(std::span<const GpuObject> objects);
-[[nodiscard]] const char* not_on_gpu(Shots shots);
-
-// The same of a shot with a trail.
-[[nodiscard]] const char* not_with_trail(const Shot& shot);
 
 // Their tables, all with integrals where one of them asks for it. change: as gpu_table() has it.
 [[nodiscard]] std::vector<ClassTable> object_tables(std::span<const GpuObject> objects,

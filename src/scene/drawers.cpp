@@ -7,10 +7,9 @@
 
 #include "base/error.h"
 #if BCCSPLAT_WITH_GPU
+#include "gpu/gpu_covers.h"
 #include "gpu/gpu_drawer.h"
-#include "gpu/gpu_look.h"
 #include "gpu/gpu_picture.h"
-#include "gpu/object_look.h"
 #endif
 #if BCCSPLAT_WITH_SPLAT
 #include "rays/rays.h"
