@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "base/context.h"
+#include "draw/shot.h"
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
 #include "shade/transfer_function.h"
 #include "slice/hyperslice.h"
 #include "splat/points/points.h"
-#include "splat/trail/trail.h"
 #include "volume/open_slice.h"
 
 namespace bccsplat {

@@ -11,7 +11,7 @@
 #include "splat/points/value_change.h"
 #include "splat/sheet_settings.h"
 #include "splat/splat.h"
-#include "splat/trail/trail.h"
+#include "splat/splat_together.h"
 
 namespace bccsplat {
 namespace {

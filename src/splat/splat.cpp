@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "base/pool.h"
@@ -20,13 +21,21 @@ DrawStats splat(const SplatScene& scene, const SplatOptions& asked, const Contex
   // Sheets that are kept are whole.
   if (use != KeptSheets::Use::draw)
     options.disable_skips |= skip_transfer_function | skip_cells | skip_occlusion;
-  SplatPlan plan = make_plan(scene, options, context, stats, &context.memory, use != KeptSheets::Use::take);
+  const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.kernel_form);
+  TileObject object{&scene,
+                    make_plan(scene, options, context, stats, &context.memory, use != KeptSheets::Use::take),
+                    kernel};
+  SplatPlan& plan = object.plan;
   // Sheets are taken by the tiles that kept them, which are known without their points.
   if (use == KeptSheets::Use::draw && options.tile_size == 0) divide_tiles(plan, context.tasks.threads());
   stats.tiles = plan.tiles.size();
-  const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.kernel_form);
   if (kept) kept->set_tiles(plan.tiles.size());
-  const TileJob job{&scene, &options, &plan, &kernel, &context, kept, use};
+  const TileJob job{.objects = std::span(&object, 1),
+                    .options = &options,
+                    .context = &context,
+                    .main = &scene,
+                    .kept = kept,
+                    .use = use};
 
   std::mutex mutex; // of stats and done
   Pool<TileMemory> memories;
@@ -36,7 +45,7 @@ DrawStats splat(const SplatScene& scene, const SplatOptions& asked, const Contex
   context.tasks.parallel_for(plan.tiles.size(), [&](uint64_t n) {
     auto memory = memories.take([] { return std::make_unique<TileMemory>(); });
     DrawStats mine;
-    emit(draw_tile(job, plan.tiles[order[n]], *memory, mine));
+    emit(draw_tile(job, order[n], nullptr, *memory, mine));
     memories.give_back(std::move(memory));
     double fraction;
     {

@@ -25,7 +25,7 @@ BEGIN {
   ladder("formats/bcc4", "wavelet < coding < . / encode < read < write")
   ladder("field", "footprint < coefficients < .")
   ladder("fit", "frame / axis / kept < beyond < resample < .")
-  ladder("splat", "raise | points | loop < sheet < plan < tile < trail < .")
+  ladder("splat", "raise | points | loop < sheet < plan < tile < .")
 }
 function ladder(place, rungs, levels, rooms, i, j) {
   order[place] = rungs

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "draw/shot.h"
 #include "field/lattice_sums.h"
@@ -36,6 +39,26 @@ struct SplatScene {
   KeptLatticeSums* sums = nullptr;    // of earlier pictures; null: none are kept
   const SplatScene* paint = nullptr;  // whose values say the colours; null: the scene's own
   const LightVolume* light = nullptr; // null: all light comes through
+};
+
+// What is made of scenes and classified, such as a moment of a trail; see ShotStill. A scene's table must let
+// everything be seen that a still made of it shows (bricks are left out by it).
+struct SplatStill {
+  std::span<const SheetShare> shares; // of scenes by their number
+  const ClassTable* table = nullptr;
+  float weight = 1;
+  double frame = 0;
+  std::optional<uint32_t> paint{}; // a scene whose values say the colours; none: the still's own
+  bool lit = true;                 // where the picture is
+  size_t group = 1;                // that it is composited in, see TileJob
+};
+
+// A slice, alone or among others in one picture, with its trail.
+struct SplatObject {
+  SplatScene scene;
+  std::vector<SplatScene> sources{}; // of the trail; none: it has none
+  std::vector<SplatStill> stills{};
+  TrailCombine combine = TrailCombine::physical; // of slice and trail; among others not post
 };
 
 } // namespace bccsplat

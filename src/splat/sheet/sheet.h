@@ -137,7 +137,7 @@ struct SheetArgs {
   SheetClasses classes{};
   SheetShading shading{};
   SheetHalves halves{};
-  SheetPaint paint{};            // of absorb() alone (splat/trail/matter.h)
+  SheetPaint paint{};            // of absorb() alone (splat/sheet/matter.h)
   const uint8_t* hole = nullptr; // per pixel, `pitch` per row; null: none
   std::array<float, 4> time{};   // frame index at (i, j): [0] + [1] i + [2] j
   PixelPlanes pixel{};

@@ -23,7 +23,7 @@ void clear_around(const PixelRect& before, const PixelRect& now, float* plane, i
   }
 }
 
-SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory,
+SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, SheetMemory& memory,
                          DrawStats& stats)
     : scene_(*args.scene), plan_(*args.plan), kernel_(*args.kernel),
       loops_(args.reference_loops ? reference_loops() : simd_loops()), tile_(tile), m_(memory), stats_(stats),
@@ -156,7 +156,7 @@ void SheetSource::take_kept_sheet(int64_t k) {
 
 void SheetSource::prepare_sheets() {
   if (std::exchange(prepared_, true)) return;
-  m_.prepare_sheets(plan_, tile_, quantities_ == 4);
+  m_.prepare(plan_, tile_, quantities_ == 4);
   if (plan_.raise.fan.taps > 0) prepare_fan();
 }
 

@@ -33,7 +33,7 @@ struct SheetSourceArgs {
 class SheetSource {
  public:
   // Everything passed must outlive the source. `memory` is prepared when the first point comes.
-  SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory, DrawStats& stats);
+  SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, SheetMemory& memory, DrawStats& stats);
 
   // Says which sheets will be asked for; none outside of them may be.
   void begin_sheets(int64_t first_sheet, int64_t last_sheet);
@@ -94,7 +94,7 @@ class SheetSource {
   const KernelPolynomial& kernel_;
   const SplatLoops& loops_;
   const PlannedTile& tile_;
-  TileMemory& m_;
+  SheetMemory& m_;
   DrawStats& stats_;
   size_t quantities_ = 1;
   KeptTile* kept_;

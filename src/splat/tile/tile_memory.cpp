@@ -7,13 +7,7 @@
 
 namespace bccsplat {
 
-void TileMemory::prepare(const SplatPlan& plan, const PlannedTile& tile, bool gradients) {
-  size_planes(plan, tile);
-  prepare_sheets(plan, tile, gradients);
-  prepare_pixels(tile.width, tile.height);
-}
-
-void TileMemory::size_planes(const SplatPlan& plan, const PlannedTile& tile) {
+void SheetMemory::size_planes(const SplatPlan& plan, const PlannedTile& tile) {
   width = tile.width + 2 * plan.sheets.border, height = tile.height + 2 * plan.sheets.border;
   ring_width = tile.ring_width, ring_height = tile.ring_height;
   plane_pitch = (width + 15) / 16 * 16 + 16;
@@ -22,7 +16,7 @@ void TileMemory::size_planes(const SplatPlan& plan, const PlannedTile& tile) {
   std::fill_n(zero_plane.data(), floats, 0.0f);
 }
 
-void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, bool gradients) {
+void SheetMemory::prepare(const SplatPlan& plan, const PlannedTile& tile, bool gradients) {
   size_planes(plan, tile);
   // Whole vectors are extracted, which must not reach into the next row.
   ring_pitch = (ring_width + 15) / 16 * 16 + 2 * plan.ring.spare_columns;
@@ -61,12 +55,12 @@ void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, 
   }
 }
 
-void TileMemory::prepare_pixels(int tile_width, int tile_height) {
-  pixel_pitch = (tile_width + 15) / 16 * 16;
-  const size_t pixel_floats = plane_size(pixel_pitch, tile_height);
-  pixels.reserve(pixel_planes * pixel_floats);
-  std::fill_n(pixels.data(), pixel_planes * pixel_floats, 0.0f);
-  hole.reserve(most_sheets_at_once * pixel_floats);
+void TileMemory::prepare_pixels(const PlannedTile& tile, size_t holes) {
+  pixel_pitch = (tile.width + 15) / 16 * 16;
+  const size_t floats = plane_size(pixel_pitch, tile.height);
+  pixels.reserve(pixel_planes * floats);
+  std::fill_n(pixels.data(), pixel_planes * floats, 0.0f);
+  hole.reserve(holes * floats);
 }
 
 TilePixels finished_tile(const PlannedTile& tile, int pitch, const PixelPlanes& pixel, const DeepTile* deep) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory that a tile works in, which is kept from tile to tile.
+// The memory that a tile and the sheets of its objects work in, which is kept from tile to tile.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/aligned.h"
@@ -17,13 +18,16 @@
 namespace bccsplat {
 
 // Pixels are read and written once for all sheets composited together: 3 to 5 % less time than one by one
-// (tests/bench/notes/render-speed.md). More would need more finished sheets.
+// (tests/bench/notes/render-speed.md). Of several objects each one's ring and planes are fetched once for all
+// of them, which saves 6 to 20 % (tests/bench/notes/trail.md). More would need more finished sheets. A power
+// of two.
 inline constexpr int most_sheets_at_once = 4;
 
 // Spare floats before the first pixel of a plane: vectors may look two pixels to the left.
 inline constexpr int plane_margin = 16;
 
-struct TileMemory {
+// What the sheets of one object of a tile are made in.
+struct SheetMemory {
   // Sizes of the tile at hand.
   int width = 0, height = 0;           // pixels of its planes, with their border
   int ring_width = 0, ring_height = 0; // samples of its ring
@@ -42,15 +46,6 @@ struct TileMemory {
   static_assert(most_taps <= finished_sheets);
   FinishedSheets<AlignedArray<float>> stack; // the ring's sheets that sheets are raised from
 
-  // Pixels of the tile without its border, planes of pixel_pitch floats per row.
-  int pixel_pitch = 0;
-  AlignedArray<float> pixels;
-  static constexpr size_t pixel_planes = 13;
-  AlignedArray<uint8_t> hole; // per pixel, for each of the sheets at once
-  std::vector<SheetCrossing> crossings;
-  std::vector<SurfaceHit> hits; // where the options ask for them
-  DeepTile deep;                // where the options ask for it
-
   // Points that wait for their gap, in the bin of its number modulo the count of bins, a power of two. One
   // more bin takes what is rejected.
   std::vector<AlignedArray<SplatRecord>> bins;
@@ -64,12 +59,10 @@ struct TileMemory {
     bin_end[bin] = bins[bin].data() + used;
   }
 
-  // Sizes everything for a tile and clears the ring, the pixels and the bins.
-  void prepare(const SplatPlan& plan, const PlannedTile& tile, bool gradients);
-  // These are its parts: the planes' sizes and the plane of zeros; ring, planes and bins; the pixels.
+  // Sizes the planes for a tile, and clears the plane of zeros.
   void size_planes(const SplatPlan& plan, const PlannedTile& tile);
-  void prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, bool gradients);
-  void prepare_pixels(int tile_width, int tile_height);
+  // The same of all, whose ring, planes and bins are cleared.
+  void prepare(const SplatPlan& plan, const PlannedTile& tile, bool gradients);
 
   [[nodiscard]] size_t plane_floats() const {
     return plane_size(plane_pitch, height) + 2 * plane_margin + 16;
@@ -79,12 +72,24 @@ struct TileMemory {
   [[nodiscard]] float* plane_origin(int64_t sheet, size_t quantity) const {
     return plane[sheet][quantity].data() + plane_margin;
   }
-  [[nodiscard]] float* pixel_plane(size_t n, int tile_height) const {
-    return pixels.data() + n * plane_size(pixel_pitch, tile_height);
-  }
-  [[nodiscard]] uint8_t* hole_plane(size_t n, int tile_height) {
-    return hole.data() + n * plane_size(pixel_pitch, tile_height);
-  }
+};
+
+struct TileMemory {
+  std::vector<SheetMemory> sheets; // per object
+  // Planes of the tile's pixels without its border, of pixel_pitch floats per row: what is drawn, its rays,
+  // and of stills what their groups absorb and what they have from elsewhere.
+  int pixel_pitch = 0;
+  AlignedArray<float> pixels, rays, matter, paint;
+  static constexpr size_t pixel_planes = 7;
+  AlignedArray<float> mixed;  // sheets of stills
+  AlignedArray<uint8_t> hole; // per pixel, for each of the sheets at once
+  std::vector<SheetCrossing> crossings;
+  std::vector<SurfaceHit> hits;      // where the options ask for them
+  DeepTile deep;                     // where the options ask for it
+  std::unique_ptr<TileMemory> apart; // of what is drawn apart, before the tile
+
+  // Sizes the pixels for a tile, and clears them. holes: planes.
+  void prepare_pixels(const PlannedTile& tile, size_t holes);
 };
 
 // Describes a tile whose pixels are done; pitch is in floats per row of its planes.

@@ -24,8 +24,8 @@ Crossing way_out(const Crossing& in, double end) {
 
 TileSurfaces::TileSurfaces(const TileJob& job, const PlannedTile& tile, TileMemory& memory,
                            const SurfaceField& field, const SheetSource& source, const PixelPlanes& pixel)
-    : scene_(*job.scene), options_(*job.options), plan_(*job.plan), tile_(tile), m_(memory), field_(field),
-      source_(source), pixel_(pixel), view_(*scene_.view),
+    : scene_(*job.main), options_(*job.options), plan_(job.objects.front().plan), tile_(tile), m_(memory),
+      field_(field), source_(source), pixel_(pixel), view_(*scene_.view),
       loops_(options_.reference_loops ? reference_sheet_loops() : simd_sheet_loops()), time_(*scene_.slice),
       stop_(static_cast<float>(options_.opacity_stop)) {
   const bool all = options_.with_deep && options_.opacity_stop >= 1;

@@ -62,7 +62,7 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   MemoryBudget memory_budget(UINT64_MAX);
   Progress progress;
   const SplatPlan plan = make_plan(scene, options, {tasks, memory_budget, progress}, stats);
-  TileMemory memory;
+  SheetMemory memory;
   memory.prepare(plan, plan_tile(plan, 0, 0, tile, tile), gradient);
   const KernelPolynomial kernel = kernel_polynomial(slice.kernel.space, KernelForm::flat_form);
   const int64_t gap = (plan.gaps.first + plan.gaps.last) / 2;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -366,6 +367,13 @@ TEST(Rays, LeaveTheRestToSheets) {
     return rays_cover(slice, make_view(slice, resolve_camera(camera), size, size, step), o);
   };
   ASSERT_TRUE(covers(s));
+  const SheetView view =
+      make_view(s, resolve_camera(fit_camera(s, false, 20, 30, size, size)), size, size, 0.5);
+  Shot shot;
+  shot.slice = &s, shot.view = &view, shot.options = o;
+  const std::array<const Shot*, 2> shots{&shot, &shot};
+  EXPECT_TRUE(RayDrawer().covers(Shots(shots).first(1)));
+  EXPECT_FALSE(RayDrawer().covers(shots)); // sheets draw several
   EXPECT_TRUE(covers(s, 30));
   EXPECT_FALSE(covers(s, 150));
   EXPECT_FALSE(covers(s, 0, 5e-7));

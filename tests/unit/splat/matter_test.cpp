@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The loops of trails, in vectors, against their reference forms, and the law that extinctions add.
-#include "splat/trail/matter.h"
+#include "splat/sheet/matter.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimates what a tile of a trail takes, array by array, before it is drawn, and lends memory for it: a
+// Estimates what a tile takes, array by array, before it is drawn, and lends memory for it: a
 // thread that finds none waits for another tile to end.
-#include "splat/trail/trail_memory.h"
+#include "splat/tile/tile_pool.h"
 
 #include <algorithm>
 
+#include "splat/tile/drawn_sheets.h"
+#include "splat/tile/sheet_painter.h"
+#include "splat/tile/tile_matter.h"
 #include "splat/tile/tile_rays.h"
-#include "splat/trail/sheet_painter.h"
 
 namespace bccsplat {
 namespace {
@@ -17,9 +19,9 @@ uint64_t bytes_of(const RaiseAxis& axis) {
   return axis.sample.capacity() * sizeof(int32_t) + axis.weight.capacity() * sizeof(float);
 }
 
-uint64_t bytes_of(const TileMemory& m) {
-  uint64_t sum = bytes_of(m.zero_plane) + bytes_of(m.pixels) + bytes_of(m.hole) + bytes_of(m.samples) +
-                 bytes_of(m.scratch) + bytes_of(m.fan_x) + bytes_of(m.fan_y);
+uint64_t bytes_of(const SheetMemory& m) {
+  uint64_t sum = bytes_of(m.zero_plane) + bytes_of(m.samples) + bytes_of(m.scratch) + bytes_of(m.fan_x) +
+                 bytes_of(m.fan_y);
   for (const auto& sheet : m.stack.slot) sum += bytes_of(sheet);
   for (const auto& ring : m.ring) sum += bytes_of(ring);
   for (const auto& sheet : m.plane.slot)
@@ -28,16 +30,16 @@ uint64_t bytes_of(const TileMemory& m) {
   return sum;
 }
 
-uint64_t bytes_of(const TrailMemory& m) {
-  uint64_t sum = bytes_of(m.slice) + bytes_of(m.pixels) + bytes_of(m.matter) + bytes_of(m.mixed) +
-                 bytes_of(m.rays) + bytes_of(m.paint) + bytes_of(m.hole);
-  for (const TileMemory& sheets : m.sheets) sum += bytes_of(sheets);
-  return sum;
+uint64_t bytes_of(const TileMemory& m) {
+  uint64_t sum = bytes_of(m.pixels) + bytes_of(m.rays) + bytes_of(m.matter) + bytes_of(m.paint) +
+                 bytes_of(m.mixed) + bytes_of(m.hole);
+  for (const SheetMemory& sheets : m.sheets) sum += bytes_of(sheets);
+  return sum + (m.apart ? bytes_of(*m.apart) : 0);
 }
 
 uint64_t rounded(int width) { return (width + 15) / 16 * 16; }
 
-// Returns the floats of one plane of a tile with its border, as TileMemory has them.
+// Returns the floats of one plane of a tile with its border, as SheetMemory has them.
 uint64_t plane_floats(const SplatPlan& plan, const PlannedTile& tile) {
   return (rounded(tile.width + 2 * plan.sheets.border) + 16) * (tile.height + 2 * plan.sheets.border) +
          2 * plane_margin + 16;
@@ -55,9 +57,9 @@ uint64_t raise_floats(const SplatPlan& plan, const PlannedTile& tile) {
   return sum;
 }
 
-// Returns the bytes of the planes, ring and bins of an object as TileMemory prepares them, every bin with
+// Returns the bytes of the planes, ring and bins of an object as SheetMemory prepares them, every bin with
 // room for its largest brick and, because bricks follow each other, doubled once.
-uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
+uint64_t sheet_bytes(const TileObject& object, size_t n, bool gradients) {
   const SplatPlan& plan = object.plan;
   const PlannedTile& tile = plan.tiles[n];
   const uint64_t plane = plane_floats(plan, tile);
@@ -76,30 +78,26 @@ uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
 
 } // namespace
 
-uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
+uint64_t tile_bytes(const TileJob& job, size_t n) {
   const bool gradients = job.options->shading && job.options->gradient == GradientMethod::analytic;
-  uint64_t sum = 0, mixed = 0;
-  if (apart) sum += sheet_bytes(*apart, n, gradients);
-  if (job.slice) sum += sheet_bytes(*job.slice, n, gradients);
-  for (const TrailObject& o : job.sources) sum += sheet_bytes(o, n, gradients);
-  for (const TrailStill& s : job.stills) mixed += s.shares.size() > 1 ? 1 : 0;
-  const TrailObject& first = job.sources.front();
-  const PlannedTile& tile = first.plan.tiles[n];
+  uint64_t sum = 0, mixed = 0, painted = 0;
+  for (const TileObject& o : job.objects) {
+    sum += sheet_bytes(o, n, gradients);
+    if (!job.alone()) painted = std::max<uint64_t>(painted, paint_planes(*o.scene));
+  }
+  for (const SplatStill& s : job.stills) mixed += s.shares.size() > 1 ? 1 : 0;
+  const SplatPlan& plan = job.objects.front().plan;
+  const PlannedTile& tile = plan.tiles[n];
   const uint64_t pixels = rounded(tile.width) * tile.height;
-  // There are planes of pixels and matter (trail_tile.cpp), of the slice where it is drawn apart, and of
-  // rays.
-  size_t painted = 0;
-  for (const TrailObject& o : job.sources) painted = std::max(painted, paint_planes(*o.scene));
-  if (apart) painted = std::max(painted, paint_planes(*apart->scene));
-  const uint64_t planes = 7 + painted + matter_planes(job) + (apart ? TileMemory::pixel_planes : 0) +
-                          (job.sources.size() + 2) * ray_planes;
+  const uint64_t planes = TileMemory::pixel_planes + painted + matter_planes(job) +
+                          (job.alone() ? 1 : job.objects.size() + 1) * ray_planes;
   return sum +
-         (planes * pixels + mixed * (finished_sheets + gradient_planes) * plane_floats(first.plan, tile)) *
+         (planes * pixels + mixed * (finished_sheets + gradient_planes) * plane_floats(plan, tile)) *
              sizeof(float) +
-         pixels;
+         pixels * (job.alone() ? most_sheets_at_once : 1);
 }
 
-std::unique_ptr<TrailMemoryPool::Held> TrailMemoryPool::take(uint64_t bytes) {
+std::unique_ptr<TilePool::Held> TilePool::take(uint64_t bytes) {
   std::unique_lock lock(mutex_);
   for (;;) {
     idle_.reserve(idle_.size() + static_cast<size_t>(taken_) + 1); // so that giving back allocates nothing
@@ -126,14 +124,14 @@ std::unique_ptr<TrailMemoryPool::Held> TrailMemoryPool::take(uint64_t bytes) {
       return held;
     }
     if (taken_ == 0) { // fails, and says what the budget lacks
-      [[maybe_unused]] const Reservation failed(budget_, bytes, "a tile of the trail");
+      [[maybe_unused]] const Reservation failed(budget_, bytes, "a tile of several objects");
       continue;
     }
     ended_.wait(lock);
   }
 }
 
-void TrailMemoryPool::give_back(std::unique_ptr<Held> held) {
+void TilePool::give_back(std::unique_ptr<Held> held) {
   const std::scoped_lock lock(mutex_);
   --taken_;
   // Bins may have grown beyond what was reserved.
@@ -149,13 +147,13 @@ void TrailMemoryPool::give_back(std::unique_ptr<Held> held) {
   ended_.notify_all();
 }
 
-void TrailMemoryPool::drop(std::unique_ptr<Held> held) {
+void TilePool::drop(std::unique_ptr<Held> held) {
   const uint64_t bytes = held->reserved;
   held.reset();
   budget_.release(bytes);
 }
 
-void TrailMemoryPool::drop_idle() {
+void TilePool::drop_idle() {
   for (auto& held : idle_) drop(std::move(held));
   idle_.clear();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splat/trail/trail_memory.h"
+#include "splat/tile/tile_pool.h"
 
 #include <atomic>
 #include <thread>
@@ -10,10 +10,10 @@
 namespace bccsplat {
 namespace {
 
-TEST(TrailMemory, FailsWhenThereIsNothingToWaitFor) {
+TEST(TilePool, FailsWhenThereIsNothingToWaitFor) {
   MemoryBudget budget(1000);
   {
-    TrailMemoryPool pool(budget);
+    TilePool pool(budget);
     EXPECT_THROW((void)pool.take(1001), Error);
     auto held = pool.take(1000);
     EXPECT_EQ(budget.used(), 1000u);
@@ -24,9 +24,9 @@ TEST(TrailMemory, FailsWhenThereIsNothingToWaitFor) {
 }
 
 // Eight threads that want 400 of 1000 bytes: all come through, never more than two at once.
-TEST(TrailMemory, WaitsForOthers) {
+TEST(TilePool, WaitsForOthers) {
   MemoryBudget budget(1000);
-  TrailMemoryPool pool(budget);
+  TilePool pool(budget);
   std::atomic<int> at_once{0}, most{0}, done{0};
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i)
@@ -49,10 +49,10 @@ TEST(TrailMemory, WaitsForOthers) {
 }
 
 // What a tile grew to beyond what was reserved is reserved while it is kept, and given back with it.
-TEST(TrailMemory, CountsWhatATileHolds) {
+TEST(TilePool, CountsWhatATileHolds) {
   MemoryBudget budget(10000);
   {
-    TrailMemoryPool pool(budget);
+    TilePool pool(budget);
     auto held = pool.take(100);
     held->memory.pixels.reserve(1000);
     pool.give_back(std::move(held));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory of the tiles of a trail, within the budget: as many tiles are drawn at once as fit it.
+// The memory of the tiles of several objects, within the budget: as many tiles are drawn at once as fit it.
 #pragma once
 
 #include <condition_variable>
@@ -8,24 +8,23 @@
 #include <vector>
 
 #include "base/memory.h"
-#include "splat/trail/trail_tile.h"
+#include "splat/tile/tile.h"
 
 namespace bccsplat {
 
-// Returns about how many bytes drawing tile `n` takes. `apart` is the slice where it is drawn apart, and so
-// not in the job, or null.
-[[nodiscard]] uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n);
+// Returns about how many bytes drawing tile `n` takes.
+[[nodiscard]] uint64_t tile_bytes(const TileJob& job, size_t n);
 
-class TrailMemoryPool {
+class TilePool {
  public:
-  explicit TrailMemoryPool(MemoryBudget& budget) : budget_(budget) {}
-  TrailMemoryPool(const TrailMemoryPool&) = delete;
-  TrailMemoryPool& operator=(const TrailMemoryPool&) = delete;
-  ~TrailMemoryPool() { drop_idle(); }
+  explicit TilePool(MemoryBudget& budget) : budget_(budget) {}
+  TilePool(const TilePool&) = delete;
+  TilePool& operator=(const TilePool&) = delete;
+  ~TilePool() { drop_idle(); }
 
   // A tile's memory; `bytes` are reserved as long as it is kept.
   struct Held {
-    TrailMemory memory;
+    TileMemory memory;
     uint64_t reserved = 0;
   };
   // Waits for other tiles to end until `bytes` are to be had; fails when there is none to wait for. Any

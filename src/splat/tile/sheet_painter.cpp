@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splat/trail/sheet_painter.h"
+#include "splat/tile/sheet_painter.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The reference form of matter.h, which reads like the formulae; matter_simd.cpp has the fast one.
-#include "splat/trail/matter.h"
+#include "splat/sheet/matter.h"
 
 #include <algorithm>
 #include <cmath>

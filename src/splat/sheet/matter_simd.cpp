@@ -2,13 +2,13 @@
 // The loops of matter.h through Highway: one body is compiled for every target, and the best is chosen at run
 // time.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "splat/trail/matter_simd.cpp"
+#define HWY_TARGET_INCLUDE "splat/sheet/matter_simd.cpp"
 #include <hwy/foreach_target.h>
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include "splat/sheet/matter.h"
 #include "splat/sheet/sheet_classify-inl.h"
-#include "splat/trail/matter.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
