@@ -9,6 +9,7 @@
 
 #include "draw/deep.h"
 #include "slice/hyperslice.h"
+#include "splat/sheet/sheet.h"
 #include "tests/support/emulated.h"
 #include "tests/support/splat_scene.h"
 
