@@ -1,6 +1,6 @@
 """A picture of a moment of a series, by Cycles on the CPU, with the add-on of this folder:
 
-    blender -b --python-use-system-env --python render.py -- smoke.bcc4 44.5 smoke.png [EDGE [SAMPLES]]
+    blender -b --python-use-system-env --python render.py -- smoke.bcc4 26.5 smoke.png [EDGE [SAMPLES]]
 """
 import os
 import sys
@@ -35,6 +35,7 @@ bpy.context.object.data.energy = 12
 bpy.ops.object.camera_add(location=(0, -4.4, 1.5), rotation=(1.43, 0, 0))
 scene.camera = bpy.context.object
 scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", samples
+scene.render.image_settings.color_mode = "RGB"
 scene.cycles.use_denoising = False  # Debian has none
 scene.render.resolution_x = scene.render.resolution_y = edge
 scene.render.filepath = os.path.abspath(picture)
