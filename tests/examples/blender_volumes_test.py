@@ -33,7 +33,7 @@ def make_files():
                     "--heat", "-o", support.path("raw")], check=True, stdout=subprocess.DEVNULL)
     channels = {name: np.stack([np.fromfile(support.path("raw/%s.%04d.raw" % (file, n)), np.float32).reshape([SIZE] * 3)
                                 for n in range(FRAMES)]) for name, file in (("density", "smoke"), ("heat", "heat"))}
-    options = {"air_threshold": .004, "spacing": 2.0, "origin": (1.0, 2.0, 3.0)}
+    options = {"lattice": "d4star", "air_threshold": .004, "spacing": 2.0, "origin": (1.0, 2.0, 3.0)}
     bccsplat.save(support.path("smoke.bcc4"), channels, dt=.5, start=10, time_unit="s", levels=2, **options)
     bccsplat.save(support.path("uneven.bcc4"), channels["density"], times=[n * n for n in range(FRAMES)], **options)
     blocks = np.add.outer(np.arange(4), np.arange(16) // 8)[:, None, None, :] * np.ones((16, 16, 1))
