@@ -119,8 +119,15 @@ def module(header):
     for name, value in header.defines + header.constants:
         yield f"{name} = {value}"
     yield ""
+    # A callback that is handed a struct follows it.
+    after = {camel(name): [] for name, _ in header.structs}
     for name, result, arguments in header.callbacks:
-        yield from wrapped(f"{name} = CFUNCTYPE(", [result, *arguments], ")")
+        lines = wrapped(f"{name} = CFUNCTYPE(", [result, *arguments], ")")
+        handed = [kind for kind in after if f"POINTER({kind})" in arguments]
+        if handed:
+            after[max(handed, key=list(after).index)] += lines
+        else:
+            yield from lines
     yield "\n"
     yield "def constant(kind: str, name: str) -> int:"
     yield '    """A constant of the header by its name without the prefix: constant("LATTICE", "d4star")."""'
@@ -138,6 +145,9 @@ def module(header):
         for field, kind in fields[sized:]:
             yield f"    {field}: {annotation(kind)}"
         yield from wrapped("    _fields_ = [", [f'("{field}", {kind})' for field, kind in fields], "]")
+        if after[camel(name)]:
+            yield "\n"
+            yield from after[camel(name)]
     yield "\n"
     yield "# Result and arguments of every function."
     yield "FUNCTIONS: dict[str, tuple[Any, ...]] = {"

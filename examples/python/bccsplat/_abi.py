@@ -225,7 +225,6 @@ bccsplat_flush_fn = CFUNCTYPE(c_int32, c_void_p)
 bccsplat_field_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_void_p, c_void_p)
 bccsplat_source_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint32, c_void_p)
 bccsplat_release_fn = CFUNCTYPE(None, c_void_p)
-bccsplat_boxes_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint32, c_void_p, c_void_p, POINTER(SourceBoxes))
 bccsplat_tile_fn = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_uint32, c_uint32, c_uint32)
 
 
@@ -483,6 +482,9 @@ class SourceBoxes(Struct):
     keeper: Any
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("boxes", POINTER(Box)),
         ("count", c_uint64), ("release", bccsplat_release_fn), ("keeper", c_void_p)]
+
+
+bccsplat_boxes_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint32, c_void_p, c_void_p, POINTER(SourceBoxes))
 
 
 class PlanChannel(Struct):
