@@ -15,7 +15,7 @@ namespace bccsplat {
 namespace {
 
 // Optical depths across the object: of solids a surface is seen, of fog the inside, too.
-constexpr double solid_depth = 10, fog_depth = 3, tissue_depth = 5, dense_depth = 8, box_depth = 5;
+constexpr double solid_depth = 10, fog_depth = 3, tissue_depth = 5, dense_depth = 8, box_depth = 3;
 // Per voxel: thin parts of a large solid are to be seen, and labels through the shells that lie between two.
 constexpr double least_solid = 0.06, label_depth = 0.5, surface_depth = 2;
 constexpr double most_opacity = 0.95;
@@ -86,6 +86,14 @@ Profile surface(const Side& e, double depth) {
           {e.far, depth * std::min(densest, 1 + denser * (e.far - e.object) / e.object)}};
 }
 
+Profile rising(const Side& e, double depth) {
+  Profile p;
+  for (const double d :
+       {0.0, 0.25 * e.mean, 0.5 * e.mean, 0.75 * e.mean, e.mean, 0.5 * (e.mean + e.far), e.far})
+    p.push_back({d, depth * (d / e.mean) * (d / e.mean)});
+  return p;
+}
+
 Profile profile_of(const ValueSurvey& s, const Side& e) {
   switch (s.kind) {
   case ValueKind::solid:
@@ -96,8 +104,8 @@ Profile profile_of(const ValueSurvey& s, const Side& e) {
     return {{0, 0}, {0.5 * e.far, std::max(solid_depth / e.crossing, least_solid)}};
   case ValueKind::level_set:
     return {{0, 0}, {level_set_rise * e.far, surface_depth}};
-  case ValueKind::dense:
-    return ramp(e, box_depth / e.crossing);
+  case ValueKind::dense: // noise around an object is little of it
+    return rising(e, box_depth / e.crossing);
   case ValueKind::empty:
   case ValueKind::labels:
   case ValueKind::fog:

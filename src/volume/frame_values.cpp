@@ -135,14 +135,9 @@ void sample_slice(const OpenVolume& volume, uint32_t channel, int64_t frame, con
     grid.step[a] = 1, grid.dims[a] = box.end[a] - box.begin[a];
     all = all && grid.dims[a] == static_cast<int64_t>(volume.lattice(0).dims[a]);
   }
-  // No more is looked at than values.
-  const Lattice4& lattice = volume.lattice(0);
-  const BrickBox region =
-      all ? BrickBox{} : bricks_around(part, lattice, sites_in_reach(lattice, volume.kernel()));
   if (!all) cut.box = part;
   const Hyperplane plane{0, 0, 0, 1, -static_cast<double>(frame)};
-  const SliceRequest request{channel, 0, plane, cut, volume.coefficients(channel, nullptr, 0, region)};
-  const OpenSlice slice = cut_slice(volume, request, context);
+  const OpenSlice slice = cut_slice(volume, request_slice(volume, channel, nullptr, 0, plane, cut), context);
   slice.sample(grid, values, context);
 }
 

@@ -260,12 +260,12 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel
   std::shared_ptr<const Coefficients> all = coefficients(channel_index, nullptr, 0, BrickBox{});
   const Lattice4& lattice = this->lattice(0);
   const BrickBox region = bricks_of_values(points, lattice, kernel_);
-  const double share = part_of_bricks(region, lattice.space);
+  const double share = part_of_bricks(region.widened(), lattice.space); // of the samples these are made of
   const std::scoped_lock lock(mutex_);
   Probed& probed = probed_[channel_index];
   if (share > few || probed.made >= 1) return all;
   if (probed.part.coefficients && covers(probed.part.region, region)) return probed.part.coefficients;
-  probed.made += part_of_bricks(region.widened(), lattice.space); // of the samples that these are made of
+  probed.made += share;
   probed.part = {region, make_coefficients(channel_index, kernel_, 0, region,
                                            static_cast<uint64_t>(few * static_cast<double>(cache_bytes_)))};
   return probed.part.coefficients;

@@ -76,7 +76,7 @@ class Examples(unittest.TestCase):
         slow, volume = bccsplat.open(path("slow.bcc4")), bccsplat.open(path("a.bcc4"))
         np.testing.assert_allclose(slow.times(), 1 + np.arange(40) / 6, atol=1e-12)
         for n in (0, 4, 20, 39):
-            self.assertLess(abs(slow[n] - volume[n / 3]).max(), .03)
+            self.assertLess(abs(slow[n] - volume[n / 3]).max(), .02 * 4.1)  # what a file without options keeps, of the range
         self.assertEqual((slow.info().affine[:], slow.channel_info().unit, slow.info().time_unit),
                          (volume.info().affine[:], "g", "s"))
 
@@ -114,7 +114,7 @@ class Examples(unittest.TestCase):
         mean = bccsplat.open(path("a.bcc4")).at(4.25).mean()
         self.assertIn("%.3f" % mean, told)
         expected = self.source - self.source.mean(0)
-        self.assertLess(abs(np.asarray(bccsplat.open(path("anomaly.bcc4"))) - expected).max(), .06)
+        self.assertLess(abs(np.asarray(bccsplat.open(path("anomaly.bcc4"))) - expected).max(), .02 * (np.ptp(self.source) + np.ptp(expected)))
 
 
 if __name__ == "__main__":

@@ -786,6 +786,7 @@ def planned(device, folder):
     frames = [blob(x, y, z, 0.2 * t).astype(np.float32) for t in range(9)]
     plan = bccsplat.Plan(device, (22, 20, 18, 9), lambda frame, channel: frames[frame], psnr=45)
     assert "45" in plan.text and plan.writer_options().psnr == 45, plan.text
+    assert plan.found["channels"][0]["nonfinite"] == 0 and plan.found["wavelets"]["psnr"] == 45, plan.found
     with plan.writer(os.path.join(folder, "planned.bcc4")) as writer:
         for t, values in enumerate(frames):
             writer.add_frame(values, t)

@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import os
 from ctypes import byref
-from typing import Any, Callable, Mapping, Sequence, Union
+from typing import Any, Callable, Dict, Mapping, Sequence, Union
 
 import numpy as np
 
@@ -80,6 +81,14 @@ class Plan(Child):
         text = ctypes.c_char_p()
         call("plan_get_text", self.pointer, byref(text))
         return decode(text.value)
+
+    @property
+    def found(self) -> Dict[str, Any]:
+        """What was found and tried, as `bcc4 import --dry-run --json` shows it."""
+        told = ctypes.c_char_p()
+        call("plan_get_json", self.pointer, byref(told))
+        found: Dict[str, Any] = json.loads(decode(told.value))
+        return found
 
     def writer_options(self) -> _abi.WriterOptions:
         """The C struct of all that was chosen; it belongs to the plan, until refine."""
