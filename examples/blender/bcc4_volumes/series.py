@@ -82,7 +82,7 @@ class PackageSeries(Series):
         nx, ny, nz, frames = info.dims[:]
         super().__init__(path, (nx, ny, nz), self._volume.affine, frames, frames if info.time_periodic else frames - 1,
                          bool(info.time_periodic), (info.time_first, info.time_last),
-                         [Channel(of.name.decode(), of.percentile_998, of.air, bool(of.labels)) for of in self._of])
+                         [Channel(of.name, of.percentile_998, of.air, bool(of.labels)) for of in self._of])
 
     def frame_at(self, time):
         """The frame number of a time in the file's unit, which may lie outside the series."""
