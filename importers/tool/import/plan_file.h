@@ -20,7 +20,7 @@ struct PlannedSource {
   bool operator==(const PlannedSource&) const = default;
 };
 
-struct PlanFile {
+struct PlanFile { // NOLINT(bugprone-exception-escape): moving a Json asserts, and throws nothing
   std::vector<std::string> inputs;
   std::vector<std::pair<std::string, std::string>> options; // of the reader, as typed, without the dashes
   std::vector<WriterSettings> attempts;                     // one, and where it misses a PSNR the next

@@ -54,8 +54,8 @@ std::vector<bccsplat_box> library_boxes(const Frame& frame) {
 }
 
 SeriesOptions::SeriesOptions(const SeriesDescription& s, const WriterSettings& settings)
-    : options(settings), channels_(settings.values), spatial_unit_(bccsplat::utf8_of(s.spatial_unit)),
-      time_unit_(bccsplat::utf8_of(s.times.unit)) {
+    : options(static_cast<const bccsplat_writer_options&>(settings)), channels_(settings.values),
+      spatial_unit_(bccsplat::utf8_of(s.spatial_unit)), time_unit_(bccsplat::utf8_of(s.times.unit)) {
   bool has_fill = false;
   for (size_t c = 0; c < channels_.size(); ++c) {
     channels_[c].name = s.channels[c].name.c_str(), channels_[c].unit = text_or_null(s.channels[c].unit);
