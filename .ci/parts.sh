@@ -2,11 +2,18 @@
 # shellcheck source=tests/packages.sh
 source tests/packages.sh
 
-part() { # NAME COMMAND...: into failed, when it did
-  local start=$SECONDS
+# part NAME COMMAND...: into failed, when it did, with the lines that say what: of a long log often the end alone is kept.
+part() {
+  local start=$SECONDS log
+  log=$(mktemp)
   printf '\n==== %s\n' "$1"
-  "${@:2}" || failed+=("$1")
+  "${@:2}" 2>&1 | tee "$log" || failed+=("$1$(reasons "$log")")
+  rm "$log"
   echo "==== $1: $((SECONDS - start)) s"
+}
+reasons() {
+  grep -E '\[  FAILED  \]|\*\*\*|(error|warning|performance|portability): |runtime error|AddressSanitizer: |ThreadSanitizer: ' "$1" |
+    tail -n 8 | cut -c 1-200 | awk '{ printf "\n  %s", $0 }'
 }
 
 # cpp_checked SOURCE...: cppcheck on sources, or on all in folders
