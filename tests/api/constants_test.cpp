@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <random>
 #include <thread>
 
@@ -64,7 +65,8 @@ ConstantErrors errors_of(const OpenVolume& volume, double constant, double signa
       off += std::pow(double(gradients[4 * i + a]) - signal * g[a], 2);
     }
   }
-  return {std::sqrt(squares / double(points.size())), 10 * std::log10(steep / off)};
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  return {std::sqrt(squares / double(points.size())), off > 0 ? 10 * std::log10(steep / off) : infinite};
 }
 
 // Infinity where less than a sixth of the values are numbers: outside of an oblique slice they are not.
