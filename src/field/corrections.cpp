@@ -64,7 +64,8 @@ std::shared_ptr<const SparseGrid> Corrections::brick(int64_t frame, const Correc
 void Corrections::list_reads(int64_t number, bool missing, std::vector<ByteRange>& out) const {
   if (!missing || !frames_.contains(number))
     for (const ByteRange& place : source_->places(number)) out.push_back(place);
-  for (const CorrectionBrick& entry : frame(number)->table)
+  const auto held = frame(number); // the budget may have no room to keep it
+  for (const CorrectionBrick& entry : held->table)
     if (!missing || !bricks_.contains({number, entry.brick})) out.push_back(entry.block.range());
 }
 
