@@ -406,8 +406,9 @@ class Tile {
   TileMemory& m_;
   DrawStats& stats_;
   const SheetView& view_;
-  bool alone_, surface_;
+  bool alone_;
   TileFront front_;
+  bool surface_;
   bool analytic_ = false;
   int differences_ = 0, halfway_ = 0; // neighbours on either side that gradients, and segments, look at
   int around_ = 0;                    // sheets on either side that are looked at
