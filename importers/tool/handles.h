@@ -4,23 +4,22 @@
 
 #include <array>
 
-#include "bccsplat.hpp"
 #include "readers/clock.h"
 #include "readers/error.h"
+#include "series/library.h"
 
 namespace bcc4 {
 
-using bccsplat::client::Device;
 using bccsplat::client::Renderer;
-using bccsplat::client::sized;
-using bccsplat::client::Slice;
-using bccsplat::client::Volume;
-using bccsplat::client::Writer;
 using Image = bccsplat::client::Frame;
+using bccsplat::series::check;
+using bccsplat::series::Device;
+using bccsplat::series::lattice_name;
+using bccsplat::series::sized;
+using bccsplat::series::Slice;
+using bccsplat::series::Volume;
+using bccsplat::series::Writer;
 
-// Throws an Error of the library's text, with `what` before it, unless status is OK.
-void check(bccsplat_status status, const std::string& what);
-[[nodiscard]] const char* lattice_name(int32_t lattice);
 // Returns what to try after a call has failed so, as the end of a sentence; "" where nothing is known.
 [[nodiscard]] const char* advice_on(Code code);
 // INVALID_ARGUMENT and the like about a kernel name get the nearest one.

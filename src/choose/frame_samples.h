@@ -5,8 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "choose/status.h"
-#include "series/frame_reader.h"
+#include "series/library.h"
 
 namespace bccsplat::series {
 

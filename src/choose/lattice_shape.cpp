@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "choose/status.h"
+#include "series/library.h"
 #include "series/text.h"
 
 namespace bccsplat::series {

@@ -44,7 +44,7 @@ class SeriesPlan {
   WriterSettings settings_;
   std::vector<uint32_t> kinds_;
   std::vector<ChannelScan> scans_;
-  std::optional<SeriesOptions> options_;
+  std::optional<ChosenOptions> options_;
   std::string text_, json_;
   size_t missed_ = 0;
 };

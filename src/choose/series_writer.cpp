@@ -9,17 +9,8 @@
 #include <limits>
 #include <utility>
 
-#include "base/utf8.h"
-
 namespace bccsplat::series {
 namespace {
-
-constexpr std::pair<int32_t, Type> kTypes[] = {
-    {BCCSPLAT_TYPE_U8, Type::u8},   {BCCSPLAT_TYPE_I8, Type::i8},   {BCCSPLAT_TYPE_U16, Type::u16},
-    {BCCSPLAT_TYPE_I16, Type::i16}, {BCCSPLAT_TYPE_U32, Type::u32}, {BCCSPLAT_TYPE_I32, Type::i32},
-    {BCCSPLAT_TYPE_F16, Type::f16}, {BCCSPLAT_TYPE_F32, Type::f32}, {BCCSPLAT_TYPE_F64, Type::f64}};
-
-int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return size; }
 
 // The smallest and the largest value that a scaled source can have.
 std::array<double, 2> scaled_range(const Channel& channel) {
@@ -44,18 +35,6 @@ double nearest_scaled(const Channel& channel, double air) {
 }
 
 } // namespace
-
-int32_t library_type(Type type) {
-  for (const auto& [known, ours] : kTypes)
-    if (ours == type) return known;
-  return BCCSPLAT_TYPE_I32; // integers of 64 bits, as which export may write them
-}
-
-Type type_of(int32_t number) {
-  for (const auto& [known, ours] : kTypes)
-    if (known == number) return ours;
-  return Type::f32;
-}
 
 std::optional<ScaledCoding> scaled_coding(const Channel& channel, const WriterSettings& settings) {
   if (!channel.scaled() || type_size(channel.precision) > 2) return std::nullopt;
@@ -192,13 +171,11 @@ void set_range(bccsplat_channel_options& options, double low, double high) {
   options.range[0] = low, options.range[1] = high;
 }
 
-// The texts are those of `channel`. scan: of a channel whose range is needed.
+// Without its texts. scan: of a channel whose range is needed.
 bccsplat_channel_options channel_options(const Channel& channel, const WriterSettings& settings,
                                          const StepCoding& coding, const ChannelScan* scan) {
   auto options = sized<bccsplat_channel_options>();
   options.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
-  options.name = channel.name.c_str();
-  options.unit = channel.unit.empty() ? nullptr : channel.unit.c_str();
   // Scaled integers are no whole numbers: who gives them back gives floats.
   options.source_type = channel.scaled() ? BCCSPLAT_TYPE_F32 : library_type(channel.precision);
   options.value_type = settings.quantize;
@@ -221,46 +198,21 @@ bccsplat_channel_options channel_options(const Channel& channel, const WriterSet
   return options;
 }
 
-const char* text_or_null(const std::string& text) { return text.empty() ? nullptr : text.c_str(); }
-
-// Its coordinates are those of `places`.
-bccsplat_axis axis_of(const Places& places, const std::string& unit) {
-  auto axis = sized<bccsplat_axis>();
-  axis.count = places.coordinates.size();
-  axis.coordinates = places.coordinates.data();
-  axis.flags = places.down ? BCCSPLAT_AXIS_DOWN : 0;
-  axis.unit = text_or_null(unit);
-  return axis;
-}
-
-} // namespace
-
-SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettings& settings,
-                             const std::vector<ChannelScan>& scans)
-    : spatial_unit(utf8_of(series.spatial_unit)), time_unit(utf8_of(series.times.unit)),
-      kernel(kernel_of(settings)) {
-  for (size_t a = 0; a < axes.size(); ++a) {
-    axis_units[a] = utf8_of(series.places[a].unit);
-    axes[a] = axis_of(series.places[a], axis_units[a]);
-  }
-  bool has_fill = false;
+std::vector<bccsplat_channel_options> options_of_channels(const SeriesDescription& series,
+                                                          const WriterSettings& settings,
+                                                          const std::vector<ChannelScan>& scans) {
+  std::vector<bccsplat_channel_options> channels;
   for (size_t c = 0; c < series.channels.size(); ++c) {
     channels.push_back(channel_options(series.channels[c], settings,
                                        c < settings.steps.size() ? settings.steps[c] : StepCoding{},
                                        c < scans.size() ? &scans[c] : nullptr));
     channels.back().set_mask |= kind_of(settings, c);
-    has_fill |= series.channels[c].has_fill;
   }
-  options.channel_count = static_cast<uint32_t>(channels.size());
-  options.channels = channels.data();
-  if (settings.wavelet_errors.size() == channels.size())
-    options.wavelet_errors = settings.wavelet_errors.data();
-  if (settings.abs_errors.size() == channels.size()) options.abs_errors = settings.abs_errors.data();
-  for (size_t a = 0; a < 3; ++a) options.dims[a] = static_cast<uint32_t>(series.dims[a]);
-  std::copy(series.affine.begin(), series.affine.end(), options.affine);
-  options.spatial_unit = text_or_null(spatial_unit);
-  options.time_unit = text_or_null(time_unit);
-  if (has_coordinates(series)) options.axes = axes.data();
+  return channels;
+}
+
+bccsplat_writer_options plain_options(const WriterSettings& settings) {
+  auto options = sized<bccsplat_writer_options>();
   options.lattice = settings.lattice;
   options.filter = settings.filter;
   options.lowpass = settings.lowpass ? 1 : 0;
@@ -274,26 +226,30 @@ SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettin
   options.levels = settings.levels;
   options.fixed_predictions = settings.fixed_predictions ? 1 : 0;
   options.nonfinite = settings.nonfinite;
-  if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)
-    options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
   options.abs_error = settings.abs_error;
   options.psnr = settings.psnr;
   options.measure = settings.measure;
-  options.recommended_kernel = text_or_null(kernel);
   options.overwrite = settings.overwrite;
   options.cancel_token = settings.cancel_token;
+  return options;
 }
+
+} // namespace
+
+ChosenOptions::ChosenOptions(const SeriesDescription& series, const WriterSettings& settings,
+                             const std::vector<ChannelScan>& scans)
+    : SeriesOptions(series, plain_options(settings), options_of_channels(series, settings, scans),
+                    kernel_of(settings), settings.wavelet_errors, settings.abs_errors) {}
 
 Writer create_writer(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
                      const std::vector<ChannelScan>& scans, uint64_t frames,
                      const bccsplat_write_stream* stream) {
-  SeriesOptions made(series, settings, scans);
+  ChosenOptions made(series, settings, scans);
   made.options.dims[3] = static_cast<uint32_t>(frames);
   if (stream) made.options.levels = 0; // who compares files of a stream looks at level 0
-  auto nowhere = sized<bccsplat_write_stream>();
-  nowhere.write_at = write_nowhere;
+  const bccsplat_write_stream none = nowhere();
   bccsplat_writer* writer = nullptr;
-  check(bccsplat_writer_create_stream(device.get(), stream ? stream : &nowhere, &made.options, &writer), "");
+  check(bccsplat_writer_create_stream(device.get(), stream ? stream : &none, &made.options, &writer), "");
   return Writer(writer);
 }
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "choose/status.h"
 #include "series/frame_reader.h"
+#include "series/library.h"
 #include "series/scan.h"
 
 namespace bccsplat::series {
@@ -52,10 +52,6 @@ struct WriterSettings {
   bccsplat_cancel_token* cancel_token = nullptr; // borrowed; may be null
 };
 
-// The number of a type in the C ABI, and the type of such a number; f32 where it tells none.
-[[nodiscard]] int32_t library_type(Type type);
-[[nodiscard]] Type type_of(int32_t number);
-
 // Codes a step apart that are the integers of a scaled source, or lie between them where air does.
 struct ScaledCoding {
   int32_t type = BCCSPLAT_TYPE_DEFAULT;
@@ -90,18 +86,10 @@ struct ScaledCoding {
 // Returns the air of a channel; unless given, that of scaled integers is a value that the source has.
 [[nodiscard]] double air_of(const Channel& channel, const WriterSettings& settings);
 
-// The options of a writer and the texts that they point to.
-struct SeriesOptions {
-  SeriesOptions(const SeriesDescription& series, const WriterSettings& settings,
+// The options of a writer as they were chosen.
+struct ChosenOptions : SeriesOptions {
+  ChosenOptions(const SeriesDescription& series, const WriterSettings& settings,
                 const std::vector<ChannelScan>& scans);
-  SeriesOptions(const SeriesOptions&) = delete;
-  SeriesOptions& operator=(const SeriesOptions&) = delete;
-
-  std::vector<bccsplat_channel_options> channels;
-  std::array<bccsplat_axis, 3> axes{};
-  std::array<std::string, 3> axis_units;
-  std::string spatial_unit, time_unit, kernel;
-  bccsplat_writer_options options = sized<bccsplat_writer_options>();
 };
 
 // A writer of a trial. `frames` replaces the number of frames of the description. `scans` may be empty unless

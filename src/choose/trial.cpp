@@ -12,7 +12,7 @@
 
 #include "choose/beyond.h"
 #include "choose/frame_samples.h"
-#include "choose/status.h"
+#include "series/library.h"
 #include "series/text.h"
 
 namespace bccsplat::series {

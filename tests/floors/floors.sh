@@ -1,8 +1,8 @@
 #!/bin/bash
 # floors.sh TOP: checks the includes below TOP against the floors of the house and prints each that does not hold.
 # A room includes only its own floor or lower ones, and no circle closes among the rooms of one floor; the folders of some
-# rooms are ladders of their own. src/api, src/choose and src/plan alone include the public header; src/api asks no room that
-# draws, src/choose does not print; what reads by a plan of its bytes waits for none. Importers and examples know nothing but
+# rooms are ladders of their own. src/api, src/choose and src/plan alone include the public header, and series/library.h, which they
+# and the tool share; src/api asks no room that draws, src/choose does not print; what reads by a plan of its bytes waits for none. Importers and examples know nothing but
 # the public header and their own files; importers besides what is known of a series, src/series, and errors. Readers know nothing of the tool and of JSON; the operating system is called
 # in src/base only, CLI11 in importers/tool/cli.cpp. Then classes.sh checks how large classes are.
 set -euo pipefail
@@ -86,7 +86,9 @@ function leads(place, from, to, steps, e, p) {
   if (home == "include") {
     if (target != "stddef.h" && target != "stdint.h") wrong("the public header includes <stddef.h> and <stdint.h> only")
   } else if (core) {
-    if (public && home !~ /^(api|choose|plan)$/) wrong("only src/api, src/choose and src/plan include the public header")
+    if (public && home !~ /^(api|choose|plan)$/ && path != "series/library.h")
+      wrong("only src/api, src/choose and src/plan include the public header")
+    else if (target == "series/library.h" && home !~ /^(series|choose|plan)$/) wrong("series/library.h calls the library")
     else if (quoted && !public && !ours) wrong("write includes from src/ or the top, as \"folder/file.h\"")
     else if (ours) {
       if (target == "base/would_block.h" && path !~ /^(base|volume|api|formats)\// &&

@@ -78,7 +78,7 @@ WriterSettings settings_of(const Plan& plan, const WriterSettings& asked) {
 void plan_series(FrameReader& reader, const Device& device, const WriterSettings& settings,
                  const PlanWish& wish, const std::string& output, bool shown, ImportPlan& plan) {
   const SeriesDescription& s = plan.series;
-  SeriesOptions asked(s, settings);
+  SeriesOptions asked = series_options(s, settings);
   asked.options.nonfinite = settings.nonfinite;
   Progress line("plan", Progress::fraction_steps, false, !shown);
   asked.options.progress = Progress::show_fraction, asked.options.progress_user = &line;
