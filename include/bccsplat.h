@@ -439,14 +439,6 @@ enum {
   BCCSPLAT_LATTICE_CC = 3
 };
 
-typedef int32_t bccsplat_filter;
-enum {
-  BCCSPLAT_FILTER_DEFAULT = 0,
-  BCCSPLAT_FILTER_KAISER8 = 1,
-  BCCSPLAT_FILTER_KAISER6 = 2,
-  BCCSPLAT_FILTER_BSPLINE3 = 3
-};
-
 /* SAMPLES: as the lattice has them. WAVELETS: samples as wavelet coefficients, rounded as far as an
  * error allows: a fraction of the bytes, and a moment reads and decodes all layers of a slab.
  * Stored as U8 or U16; on LATTICE_CC, where the error is half a step between these or more, samples
@@ -684,11 +676,20 @@ typedef struct bccsplat_writer_options {
   /* DEFAULT: D4* for a series, BCC for one frame. */
   bccsplat_lattice lattice;
   /* Cartesian frames -> lattice sites. */
-  bccsplat_filter filter;
   bccsplat_store store;
   bccsplat_nonfinite nonfinite;
   /* Non-zero: replace an existing file at finish. */
   int32_t overwrite;
+  /* Non-zero: what lies outside faces and beyond ends is predicted with the same boldness for all
+   * data, else with what does best next to each (FACES_PREDICT, ENDS_PREDICT). Parts that are
+   * blocks of space know too little for a choice; a file that is to be the same byte for byte has
+   * it, too. Frames of coarser levels then are filtered as they are, to some units in the last
+   * place of a float, else as their difference from their least value where all are of one sign and
+   * within a factor of two; their errors are not measured. With abs_error air is the base of the
+   * field (air). With NONFINITE_HOLE data are continued over missing samples for a few distances of
+   * the coarsest level, behind which these are air; a frame without a finite value is refused
+   * (NONFINITE_VALUE; of blocks by bccsplat_join_parts). 0: chosen. */
+  int32_t fixed_predictions;
   /* 0: one channel with default options. */
   uint32_t channel_count;
   const bccsplat_channel_options* channels;
@@ -783,17 +784,6 @@ typedef struct bccsplat_writer_options {
   /* For each channel its own abs_error, in units of its values; NULL, or 0 for a channel:
    * abs_error. */
   const double* abs_errors;
-  /* Non-zero: what lies outside faces and beyond ends is predicted with the same boldness for all
-   * data, else with what does best next to each (FACES_PREDICT, ENDS_PREDICT). Parts that are
-   * blocks of space know too little for a choice; a file that is to be the same byte for byte has
-   * it, too. Frames of coarser levels then are filtered as they are, to some units in the last
-   * place of a float, else as their difference from their least value where all are of one sign and
-   * within a factor of two; their errors are not measured. With abs_error air is the base of the
-   * field (air). With NONFINITE_HOLE data are continued over missing samples for a few distances of
-   * the coarsest level, behind which these are air; a frame without a finite value is refused
-   * (NONFINITE_VALUE; of blocks by bccsplat_join_parts). 0: chosen. */
-  int32_t fixed_predictions;
-  int32_t reserved; /* 0 */
 } bccsplat_writer_options;
 
 /* A dense box of one frame; samples that no box covers are air. Boxes of a frame must not overlap

@@ -179,7 +179,6 @@ ChannelSettings read_channel(const bccsplat_channel_options& in, uint32_t number
 
 WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char* path) {
   require_zero(o.set_mask, "bccsplat_writer_options.set_mask");
-  require_zero(static_cast<uint32_t>(o.reserved), "bccsplat_writer_options.reserved");
   WriterSettings s;
   s.path = text_or(path, "");
   s.overwrite = o.overwrite != 0;
@@ -187,7 +186,6 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   std::copy(std::begin(o.dims), std::end(o.dims), s.dims.begin());
   s.lattice = choose(o.lattice, LatticeKind::d4star, BCCSPLAT_LATTICE_CC, "lattice");
   s.scales = read_scales(o);
-  s.filter = choose(o.filter, Filter::kaiser8, BCCSPLAT_FILTER_BSPLINE3, "filter");
   s.lowpass = o.lowpass != 0;
   s.nonfinite = choose(o.nonfinite, NonFinite::error, BCCSPLAT_NONFINITE_CLAMP, "nonfinite");
   s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_PERIODIC, "ends");

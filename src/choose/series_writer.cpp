@@ -214,7 +214,6 @@ std::vector<bccsplat_channel_options> options_of_channels(const SeriesDescriptio
 bccsplat_writer_options plain_options(const WriterSettings& settings) {
   auto options = sized<bccsplat_writer_options>();
   options.lattice = settings.lattice;
-  options.filter = settings.filter;
   options.lowpass = settings.lowpass ? 1 : 0;
   options.ends = settings.ends;
   options.faces = settings.faces;

@@ -26,7 +26,6 @@ struct WriterSettings {
   std::map<std::string, double> own_air; // of channels, where `air` is not given
   double air_threshold = 0;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
-  int32_t filter = BCCSPLAT_FILTER_DEFAULT;
   bool lowpass = false;
   int32_t ends = BCCSPLAT_ENDS_DEFAULT;
   int32_t faces = BCCSPLAT_FACES_DEFAULT;

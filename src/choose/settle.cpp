@@ -132,8 +132,8 @@ double wavelet_error(const ErrorBound& bound, const ChannelScan& scan) {
 bool leaves_store(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s) {
   return unsettled.open_store && settings.store == BCCSPLAT_STORE_DEFAULT && unsettled.auto_lattice &&
          unsettled.density == 0 && !unsettled.exact && !settings.lowpass && !settings.fixed_predictions &&
-         settings.filter == BCCSPLAT_FILTER_DEFAULT && settings.air_threshold == 0 &&
-         settings.quantize == BCCSPLAT_TYPE_DEFAULT && has_cartesian(settings.kernel) && !is_scattered(s);
+         settings.air_threshold == 0 && settings.quantize == BCCSPLAT_TYPE_DEFAULT &&
+         has_cartesian(settings.kernel) && !is_scattered(s);
 }
 
 // A slab of wavelets is held as a whole while it is written: is there room for that?

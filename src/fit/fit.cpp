@@ -59,7 +59,7 @@ Lattice4 lattice_over(const std::array<int64_t, 3>& dims, Lattice4 lattice) {
 }
 
 Region seen_samples(const FitOptions& options, const Lattice4& lattice, const std::array<int64_t, 3>& dims) {
-  const SpatialResampler resampler(lattice_over(dims, lattice), options.filter);
+  const SpatialResampler resampler(lattice_over(dims, lattice));
   const BrickBox bricks = options.part ? options.part->bricks.made : BrickBox{};
   const Region seen = resampler.seen_by(resampler.whole_tiles(bricks));
   return seen.empty() ? Region{} : whole_cells(seen, dims);

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "base/context.h"
-#include "fit/axis/filter.h"
 #include "fit/beyond/face_noise.h"
 #include "fit/direct_layer.h"
 #include "fit/frame/frame.h"
@@ -77,7 +76,6 @@ struct FitOptions {
   // Planes outside both faces of each axis, even, made of predicted samples; 0: none, and samples beyond a
   // face are mirror images. Layers that are given hold them.
   Int3 margins{0, 0, 0};
-  Filter filter = Filter::kaiser8;
   bool lowpass = false; // frames first lose what the lattice cannot hold (lowpass.h); not CC
   NonFinite nonfinite = NonFinite::error;
   bool masks = false; // holes of frames are told as masks of the source, not marked on the lattice

@@ -177,7 +177,7 @@ const SpatialResampler& Fit::State::resampler_of(const FrameImage& image) {
   const auto found = resamplers.find(image.faces);
   if (found != resamplers.end()) return found->second;
   const Lattice4 seen = lattice_over(image.frame.dims(), lattice);
-  return resamplers.try_emplace(image.faces, seen, options.filter, image.faces).first->second;
+  return resamplers.try_emplace(image.faces, seen, image.faces).first->second;
 }
 
 DirectLayerScan Fit::State::check_layer(int index, std::span<const float> samples) const {

@@ -23,8 +23,8 @@ void Fit::State::make_layers(Channel& c) {
 
 bool Fit::State::waits_for_data(const Channel& c) const {
   const int64_t there = int64_t{c.frames} - turn.first_frame;
-  return !c.any_known && there <= 2 * filter_reach(options.filter, time_widening(lattice)) +
-                                      (options.lead > 0 ? ends.used() : 0);
+  return !c.any_known &&
+         there <= 2 * filter_reach(time_widening(lattice)) + (options.lead > 0 ? ends.used() : 0);
 }
 
 void Fit::State::make_still_layers(Channel& c) {
@@ -37,7 +37,7 @@ void Fit::State::make_still_layers(Channel& c) {
 void Fit::State::make_moving_layers(Channel& c, int64_t frames, bool complete) {
   const double widening = time_widening(lattice);
   for (; !length_known() || c.next_layer < end_layer(); ++c.next_layer) {
-    const FilterTable table = layer_table(lattice, c.next_layer, length_known(), options.filter, widening);
+    const FilterTable table = layer_table(lattice, c.next_layer, length_known(), widening);
     int64_t end = table.first[0] + table.taps;
     if (table.first[0] < 0) end = std::max(end, options.lead > 0 ? ends.used() : 0);
     if (!complete && end > c.frames) break;
@@ -85,12 +85,12 @@ void Fit::State::forget_made(Channel& c, size_t kept) {
 
 void Fit::State::forget_frames(Channel& c, int64_t frames) const {
   if (layers_are_frames()) return forget_made(c, 1); // missing frames take what the last one holds
-  const int reach = filter_reach(options.filter, time_widening(lattice));
+  const int reach = filter_reach(time_widening(lattice));
   // The table of the last layer begins earlier (layer_table).
   const bool before_last = length_known() && c.next_layer < lattice.last_layer;
-  const auto direct =
-      before_last ? layer_table(lattice, c.next_layer, true, options.filter, time_widening(lattice)).first[0]
-                  : static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) - reach;
+  const auto direct = before_last
+                          ? layer_table(lattice, c.next_layer, true, time_widening(lattice)).first[0]
+                          : static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) - reach;
   const auto mirrored = frames - 2 - reach - static_cast<int64_t>(std::ceil(lattice.time_step));
   const int64_t predicted = frames - ends.used();
   const int64_t needed = std::min(direct, options.lead > 0 ? predicted : mirrored);

@@ -14,7 +14,7 @@ namespace bccsplat {
 // need the last frames where there is none.
 void Fit::State::begin_turn() {
   if (options.lowpass) turn.first_frame = lowpass_time_reach(lattice);
-  const int reach = filter_reach(options.filter, time_widening(lattice));
+  const int reach = filter_reach(time_widening(lattice));
   const double needed = turn.first_frame + reach - 1.0;
   const auto layer = static_cast<int64_t>(std::ceil(needed / lattice.time_step));
   const int64_t slab = (layer + options.slab_layers - 1) / options.slab_layers * options.slab_layers;
@@ -38,7 +38,7 @@ void Fit::State::make_turning_layers(Channel& c, bool complete) {
   const double widening = time_widening(lattice);
   for (; c.next_layer < end_layer(); ++c.next_layer) {
     const double position = lattice.layer_frame(c.next_layer);
-    const FilterTable table = filter_table(options.filter, widening, std::span(&position, 1));
+    const FilterTable table = filter_table(widening, std::span(&position, 1));
     const int64_t begin = table.first[0], end = begin + table.taps;
     if (!complete && (begin < turn.first_frame || end > c.frames)) break;
     std::vector<std::pair<int64_t, float>> frames;
@@ -59,7 +59,7 @@ void Fit::State::make_turning_layers(Channel& c, bool complete) {
 
 void Fit::State::turn_frames(Channel& c) const {
   const auto needed = static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) -
-                      filter_reach(options.filter, time_widening(lattice));
+                      filter_reach(time_widening(lattice));
   while (c.window.size() > 1 && c.window_first < needed) {
     if (c.window_first - turn.first_frame < turn.head_frames) c.head.push_back(std::move(c.window.front()));
     c.forget_first();

@@ -24,8 +24,8 @@ std::string bounds_text(const WriterSettings& settings) {
 
 uint32_t options_checksum(const FitOptions& options, uint32_t levels, const std::string& bounds,
                           std::optional<double> psnr, const Rules& rules) {
-  std::string text = concat(static_cast<int>(options.filter), " ", static_cast<int>(options.nonfinite), " ",
-                            bounds, " rules ", rules.resampling);
+  std::string text =
+      concat("1 ", static_cast<int>(options.nonfinite), " ", bounds, " rules ", rules.resampling);
   if (rules.tiles > 1) text += concat(" of tiles ", rules.tiles);
   if (options.lowpass) text += " lowpass";
   if (options.masks) text += " masks";

@@ -71,7 +71,6 @@ JournalOptions journal_options(const WriterSettings& s, const std::string& kerne
   JournalOptions out{{"dims", list_of(s.dims)},
                      {"lattice", name_of(s.lattice)},
                      {"lattice distances", list_of(s.scales)},
-                     {"filter", concat(static_cast<int>(s.filter))},
                      {"lowpass", concat(static_cast<int>(s.lowpass))},
                      {"nonfinite", name_of(s.nonfinite)},
                      {"ends", s.ends == Ends::periodic ? "periodic" : concat(lead, " layers predicted")},

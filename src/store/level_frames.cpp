@@ -29,8 +29,7 @@ LevelFrames::LevelFrames(const std::vector<FitOptions>& levels, const Context& c
       predicted[a] = halved[a] && options.margins[a] > 0;
     }
     if (halved != AxisFlags{}) {
-      halvers_.emplace_back(dims, halved, predicted, options.filter, options.turning,
-                            options.fixed_predictions);
+      halvers_.emplace_back(dims, halved, predicted, options.turning, options.fixed_predictions);
       dims = halvers_.back().dims();
     }
     used_.push_back(halvers_.size());

@@ -94,7 +94,6 @@ struct WriterSettings {
   std::array<uint32_t, 4> dims{1, 1, 1, 0}; // source samples; dims[3] = 0: as many frames as are given
   LatticeKind lattice = LatticeKind::d4star;
   LatticeScales scales{1, 1, 1, 1};
-  Filter filter = Filter::kaiser8;
   bool lowpass = false;
   NonFinite nonfinite = NonFinite::error;
   Ends ends = Ends::automatic;

@@ -146,7 +146,6 @@ FitOptions fit_options_of(const WriterSettings& s, const Bcc4Reader* old) {
   options.lattice = s.lattice;
   options.dims = s.dims;
   options.scales = s.scales;
-  options.filter = s.filter;
   options.lowpass = s.lowpass;
   options.nonfinite = s.nonfinite;
   options.masks = s.nonfinite == NonFinite::hole && !marks_holes(old);

@@ -219,7 +219,6 @@ TEST(Misfit, IsNotResumed) {
           {"lattice: D4*, not CC", [](Asked& a) { a.o.lattice = BCCSPLAT_LATTICE_CC; }},
           {"lattice distances", [](Asked& a) { a.o.scale = 1.5; }},
           {"lattice distances", [](Asked& a) { a.o.time_scale = 1.5; }},
-          {"filter", [](Asked& a) { a.o.filter = BCCSPLAT_FILTER_KAISER6; }},
           {"lowpass", [](Asked& a) { a.o.lowpass = 1; }},
           {"nonfinite: refused, not holes", [](Asked& a) { a.o.nonfinite = BCCSPLAT_NONFINITE_HOLE; }},
           {"ends", [](Asked& a) { a.o.ends = BCCSPLAT_ENDS_MIRROR; }},

@@ -80,7 +80,6 @@ struct Host {
     auto c = sized<bccsplat_channel_options>();
     for (size_t a = 0; a < 4; ++a) o.dims[a] = dims[a] = in.below(a < 3 ? edge : 8);
     o.lattice = in.below(5);
-    o.filter = in.below(5);
     const uint32_t store = in.below(12);
     static constexpr int32_t stores[] = {BCCSPLAT_STORE_DEFAULT, BCCSPLAT_STORE_SAMPLES,
                                          BCCSPLAT_STORE_WAVELETS};

@@ -246,14 +246,11 @@ class Import(ToolTest):
             self.assertGreater(self.json('verify', 'a.bcc4', '--against', 'a.raw')['psnr'], 40)
         self.assertEqual(info('--kernel', 'fine')['kernel'], self.json('info', 'a.bcc4')['recommended_kernel'])
         files = set()
-        for name in ('kaiser8', 'kaiser6', 'bspline3'):
-            info('--filter', name)
+        for more in ((), ('--lowpass',)):
+            info(*more)
             with open(self.path('a.bcc4'), 'rb') as f:
                 files.add(f.read())
-        info('--lowpass')
-        with open(self.path('a.bcc4'), 'rb') as f:
-            files.add(f.read())
-        self.assertEqual(len(files), 4)
+        self.assertEqual(len(files), 2)
         self.refused(2, 'a low-pass is of use on D4* and BCC only', 'import', *args, '--lowpass', '--lattice', 'cc',
                      '-o', 'b.bcc4')
 

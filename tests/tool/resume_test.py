@@ -154,8 +154,7 @@ class Resume(ToolTest):
         self.assertIn('--resume goes on from there', err)
         self.assertFalse(os.path.exists(self.path('x.bcc4')))
         # With other options or another source it is not the same import.
-        self.refused(2, 'made with other options (filter', 'import', 'a.raw', *self.dims, '--filter', 'kaiser6', '-o',
-                     'x.bcc4', '--resume')
+        self.refused(2, 'made with other options (lowpass', 'import', 'a.raw', *self.dims, '--lowpass', '-o', 'x.bcc4', '--resume')
         os.rename(self.path('a.raw'), self.path('b.raw'))
         self.write('a.raw', bytes(len(self.data)))
         self.refused(2, 'the unfinished file was made', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4',
@@ -310,8 +309,7 @@ class Resume(ToolTest):
                   expect=2)
         self.run_import('--append', '--resume', expect=2)
         # Frames filtered in another way would not fit to those that are copied.
-        for more, text in ((['--filter', 'kaiser6'], 'the new ones would be with kaiser6'), (['--lowpass'], 'with lowpass')):
-            self.refused(2, text, 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--append', *more)
+        self.refused(2, 'the new ones would be with', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--append', '--lowpass')
         self.assertEqual(self.read('x.bcc4'), old)
         # Nor are options taken that would be heard by nobody, or other places.
         self.write('b.raw', self.data[:N * N * N * (FRAMES - 1)])

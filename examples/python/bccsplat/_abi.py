@@ -61,10 +61,6 @@ LATTICE_DEFAULT = 0
 LATTICE_D4STAR = 1
 LATTICE_BCC = 2
 LATTICE_CC = 3
-FILTER_DEFAULT = 0
-FILTER_KAISER8 = 1
-FILTER_KAISER6 = 2
-FILTER_BSPLINE3 = 3
 STORE_DEFAULT = 0
 STORE_SAMPLES = 1
 STORE_WAVELETS = 3
@@ -341,10 +337,10 @@ class WriterOptions(Struct):
     set_mask: int
     dims: Array[c_uint32]
     lattice: int
-    filter: int
     store: int
     nonfinite: int
     overwrite: int
+    fixed_predictions: int
     channel_count: int
     channels: Any
     affine: Array[c_double]
@@ -371,19 +367,16 @@ class WriterOptions(Struct):
     axes: Any
     wavelet_errors: Any
     abs_errors: Any
-    fixed_predictions: int
-    reserved: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
-        ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
-        ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
+        ("lattice", c_int32), ("store", c_int32), ("nonfinite", c_int32), ("overwrite", c_int32),
+        ("fixed_predictions", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
         ("affine", c_double * 16), ("spatial_unit", c_char_p), ("time_unit", c_char_p), ("scale", c_double),
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
         ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
         ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4), ("live", c_uint32),
         ("periodic_axes", c_uint32), ("cancel_token", c_void_p), ("axes", POINTER(Axis)),
-        ("wavelet_errors", POINTER(c_double)), ("abs_errors", POINTER(c_double)),
-        ("fixed_predictions", c_int32), ("reserved", c_int32)]
+        ("wavelet_errors", POINTER(c_double)), ("abs_errors", POINTER(c_double))]
 
 
 class Box(Struct):

@@ -26,7 +26,7 @@ _STEPS = {name: step for step, names in {
 
 
 # Options that say how samples are coded, or that go on with a file that is coded already.
-CODED = {"lattice", "scale", "time_scale", "filter", "lowpass", "store", "partial", "live", "fixed_predictions"}
+CODED = {"lattice", "scale", "time_scale", "lowpass", "store", "partial", "live", "fixed_predictions"}
 # Options of a plan alone.
 _PLANNED = {"density", "exact"}
 
@@ -112,7 +112,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
          abs_error: float | Mapping[str, float] = 0.0, psnr: float | None = None, overwrite: bool = False,
          device: Device | None = None, progress: Progress | None = None, cancel: CancelToken | None = None,
          lattice: int | str | None = None, scale: float | Sequence[float] | None = None, time_scale: float | None = None,
-         store: int | str | None = None, kernel: str | None = None, filter: int | str | None = None,
+         store: int | str | None = None, kernel: str | None = None,
          ends: int | str | None = None, faces: int | str | None = None, axes: Any = None, levels: int | None = None,
          density: float | None = None, exact: bool | None = None, lowpass: int | None = None,
          measure: int | str | None = None, live: int | None = None, partial: int | None = None,
@@ -124,7 +124,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     exactly where that takes less. What was chosen and is promised is told by the volume's info() and channel_info(): store,
     lattice, error_bound (0 of samples kept exactly, and where no bound can be kept, as of frames of which memory holds no slab).
     abs_error and psnr ask for other bounds.
-    Options that say how samples are coded (lattice, scale, time_scale, store, filter, lowpass, partial, live, fixed_predictions)
+    Options that say how samples are coded (lattice, scale, time_scale, store, lowpass, partial, live, fixed_predictions)
     are taken at their word, without a bound unless one is given: what a lattice of half the samples cannot hold (noise, detail
     of one sample) is lost then, where lattice="cc" keeps every sample. With density, exact, air_threshold or some kernels a
     plan chooses samples, without a bound, too.
@@ -147,7 +147,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     scale and the rest: as of Writer; density and exact: as of Plan.
     """
     further = {"cancel": cancel, "lattice": lattice, "scale": scale, "time_scale": time_scale, "store": store,
-               "kernel": kernel, "filter": filter, "ends": ends, "faces": faces, "axes": axes, "levels": levels,
+               "kernel": kernel, "ends": ends, "faces": faces, "axes": axes, "levels": levels,
                "density": density, "exact": exact, "lowpass": lowpass, "measure": measure, "live": live, "partial": partial,
                "periodic_axes": periodic_axes, "fixed_predictions": fixed_predictions}
     options: dict[str, Any] = {key: value for key, value in further.items() if value is not None}

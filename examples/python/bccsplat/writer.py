@@ -63,7 +63,7 @@ def for_channels(name: str, values: Any, count: int) -> Any:
 
 
 def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watch, cancel: CancelToken | None, *,
-                   lattice: int | str | None = None, filter: int | str | None = None, store: int | str | None = None,
+                   lattice: int | str | None = None, store: int | str | None = None,
                    nonfinite: int | str | None = None, overwrite: bool = False, affine: Any = None,
                    spatial_unit: str | None = None, time_unit: str | None = None,
                    scale: float | Sequence[float] = 0.0, time_scale: float = 0.0, kernel: str | None = None,
@@ -71,7 +71,7 @@ def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watc
                    abs_error: float | Sequence[float] = 0.0, wavelet_errors: float | Sequence[float] | None = None,
                    **options: Any) -> _abi.WriterOptions:
     """The C struct of a Writer's arguments, which keeps what it points to."""
-    o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
+    o = _abi.WriterOptions(lattice=choose("LATTICE", lattice),
                            store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
                            overwrite=overwrite, spatial_unit=spatial_unit,
                            time_unit=time_unit, time_scale=time_scale,
@@ -120,7 +120,7 @@ class Writer(Child):
 
     def __init__(self, device: Device, target: Union[str, "os.PathLike[str]", WriteAt], dims: Sequence[int], *,
                  channels: Sequence[Channel] = (Channel(),), lattice: int | str | None = None,
-                 filter: int | str | None = None, store: int | str | None = None, nonfinite: int | str | None = None,
+                 store: int | str | None = None, nonfinite: int | str | None = None,
                  overwrite: bool = False, affine: Any = None, spatial_unit: str | None = None,
                  time_unit: str | None = None, scale: float | Sequence[float] = 0.0, time_scale: float = 0.0,
                  kernel: str | None = None, ends: int | str | None = None, part: tuple[int, int] | None = None,
@@ -130,7 +130,7 @@ class Writer(Child):
         super().__init__(device)
         self._watch, self._finished, self._plan = Watch(progress), False, None
         token = own_token(cancel)
-        o = writer_options(dims, channels, self._watch, token, lattice=lattice, filter=filter, store=store,
+        o = writer_options(dims, channels, self._watch, token, lattice=lattice, store=store,
                            nonfinite=nonfinite, overwrite=overwrite, affine=affine, spatial_unit=spatial_unit,
                            time_unit=time_unit, scale=scale, time_scale=time_scale, kernel=kernel, ends=ends, axes=axes,
                            **options)

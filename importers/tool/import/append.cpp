@@ -132,9 +132,8 @@ AppendedFile read_appended(const Volume& old, const std::string& path, const Ser
   const bccsplat_volume_info info = volume_info(old);
   const std::string was = told(old, "import.filtering");
   if (was != filtering)
-    fail_usage(path, ": its frames were filtered with ", was.empty() ? "kaiser8" : was,
-               ", the new ones would be with ", filtering.empty() ? "kaiser8" : filtering,
-               "; --append needs the same --filter and --lowpass");
+    fail_usage(path, ": its frames were filtered ", was.empty() ? "without --lowpass" : "with --lowpass",
+               ", the new ones would be ", filtering.empty() ? "without" : "with");
   if (info.part_end > 0) fail_usage(path, ": a part of a series; join all parts first, by bcc4 concat");
   const auto& n = series.dims;
   if (!std::equal(n.begin(), n.begin() + 3, std::begin(info.dims)))

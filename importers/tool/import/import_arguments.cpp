@@ -78,8 +78,6 @@ void add_fit_options(const Command& import, ImportArguments& a) {
   add_choice<int32_t>(import, "--on-nonfinite", a.settings.nonfinite, kNonfiniteChoices,
                       "NaN and infinities: stop (error), mark as missing (hole), or replace by air and the "
                       "largest value (clamp)");
-  add_choice<int32_t>(import, "--filter", a.settings.filter, kFilterChoices,
-                      "Resampling filter (default kaiser8)");
   import.add_flag("--lowpass", a.lowpass,
                   "First remove the frequencies that the lattice cannot hold (outside_cell of --dry-run)");
   add_choice<int32_t>(

@@ -41,7 +41,7 @@ template<class Channel, class Field> void visit_channel(Channel& c, const Field&
 // The same of settings, but for their channels.
 template<class Settings, class Field> void visit_settings(Settings& s, const Field& field) {
   field("lattice", s.lattice, &kLatticeChoices);
-  field("filter", s.filter, &kFilterChoices), field("lowpass", s.lowpass);
+  field("lowpass", s.lowpass);
   field("ends", s.ends, &kEndsChoices), field("faces", s.faces, &kFacesChoices);
   field("periodic", s.periodic_axes, &kPeriodicChoices);
   field("store", s.store, &kStoreChoices);

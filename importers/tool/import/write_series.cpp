@@ -124,12 +124,7 @@ ImportResult write_once(FrameReader& reader, const Device& device, const WriterS
   }
 }
 
-std::string filtering_text(const WriterSettings& settings) {
-  std::string text;
-  for (const auto& [name, filter] : kFilterChoices)
-    if (filter == settings.filter && filter != BCCSPLAT_FILTER_KAISER8) text = name;
-  return settings.lowpass ? text + (text.empty() ? "lowpass" : ", lowpass") : text;
-}
+std::string filtering_text(const WriterSettings& settings) { return settings.lowpass ? "lowpass" : ""; }
 
 ImportResult with_finer_steps(std::vector<WriterSettings>& attempts, const CommonOptions& common,
                               bool resumes, const std::function<ImportResult(const WriterSettings&)>& write) {

@@ -14,9 +14,6 @@ inline const Choices<int32_t> kNonfiniteChoices{{"error", BCCSPLAT_NONFINITE_ERR
                                                 {"clamp", BCCSPLAT_NONFINITE_CLAMP}};
 inline const Choices<int32_t> kLatticeChoices{
     {"d4star", BCCSPLAT_LATTICE_D4STAR}, {"bcc", BCCSPLAT_LATTICE_BCC}, {"cc", BCCSPLAT_LATTICE_CC}};
-inline const Choices<int32_t> kFilterChoices{{"kaiser8", BCCSPLAT_FILTER_KAISER8},
-                                             {"kaiser6", BCCSPLAT_FILTER_KAISER6},
-                                             {"bspline3", BCCSPLAT_FILTER_BSPLINE3}};
 inline const Choices<int32_t> kMeasureChoices{
     {"none", BCCSPLAT_MEASURE_DEFAULT}, {"some", BCCSPLAT_MEASURE_SOME}, {"all", BCCSPLAT_MEASURE_ALL}};
 inline const Choices<int32_t> kTypeChoices{{"u8", BCCSPLAT_TYPE_U8},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The resampling filters as functions, and tables of their weights at given positions.
+// The resampling filter, a Kaiser-windowed sinc of 8 taps, as tables of its weights at given positions.
 #include "fit/axis/filter.h"
 
 #include <algorithm>
@@ -9,18 +9,9 @@
 namespace bccsplat {
 namespace {
 
-// Half width of the filters at widening 1, in samples.
-int half_width(Filter filter) {
-  switch (filter) {
-  case Filter::kaiser8:
-    return 4;
-  case Filter::kaiser6:
-    return 3;
-  case Filter::bspline3:
-    return 10;
-  }
-  return 0;
-}
+// Half width of the filter at widening 1, in samples, and the shape of its Kaiser window.
+constexpr int half_width = 4;
+constexpr double window_beta = 5.5;
 
 double sinc(double x) {
   if (x == 0) return 1;
@@ -36,37 +27,6 @@ double bessel_i0(double x) {
     sum += term;
   }
   return sum;
-}
-
-double kaiser_sinc(double x, double half, double beta) { return sinc(x) * kaiser_window(x / half, beta); }
-
-double cubic_bspline(double x) {
-  x = std::fabs(x);
-  if (x < 1) return 2.0 / 3 - x * x + x * x * x / 2;
-  return x < 2 ? (2 - x) * (2 - x) * (2 - x) / 6 : 0;
-}
-
-// The spline that is 1 at 0 and 0 at the other integers (Unser 1999, "Splines: a perfect fit"): the prefilter
-// of the interpolating B-spline, -6z/(1-z^2) z^|k| with z = sqrt3 - 2, folded into the weights.
-double cardinal_bspline(double x) {
-  if (x == std::round(x)) return x == 0 ? 1 : 0;
-  const double z = std::numbers::sqrt3 - 2;
-  double sum = 0;
-  for (double k = std::floor(x) - 1; k <= std::floor(x) + 2; ++k)
-    sum += std::pow(std::fabs(z), std::fabs(k)) * (std::fmod(k, 2) == 0 ? 1 : -1) * cubic_bspline(x - k);
-  return -6 * z / (1 - z * z) * sum;
-}
-
-double filter_value(Filter filter, double x) {
-  switch (filter) {
-  case Filter::kaiser8:
-    return kaiser_sinc(x, 4, 5.5);
-  case Filter::kaiser6:
-    return kaiser_sinc(x, 3, 5);
-  case Filter::bspline3:
-    return cardinal_bspline(x);
-  }
-  return 0;
 }
 
 // Columns that are 0 for every position go: a table of whole samples has one tap.
@@ -95,12 +55,10 @@ double kaiser_window(double u, double beta) {
   return bessel_i0(beta * std::sqrt(std::max(0.0, 1 - u * u))) / bessel_i0(beta);
 }
 
-int filter_reach(Filter filter, double widening) {
-  return static_cast<int>(std::ceil(half_width(filter) * widening));
-}
+int filter_reach(double widening) { return static_cast<int>(std::ceil(half_width * widening)); }
 
-FilterTable filter_table(Filter filter, double widening, std::span<const double> positions) {
-  const int reach = filter_reach(filter, widening);
+FilterTable filter_table(double widening, std::span<const double> positions) {
+  const int reach = filter_reach(widening);
   FilterTable table;
   table.taps = 2 * reach;
   std::vector<double> w(static_cast<size_t>(table.taps));
@@ -110,7 +68,7 @@ FilterTable filter_table(Filter filter, double widening, std::span<const double>
     double sum = 0;
     for (size_t k = 0; k < w.size(); ++k) {
       const double x = (p - static_cast<double>(first + static_cast<int64_t>(k))) / widening;
-      w[k] = std::fabs(x) < half_width(filter) ? filter_value(filter, x) : 0;
+      w[k] = std::fabs(x) < half_width ? sinc(x) * kaiser_window(x / half_width, window_beta) : 0;
       sum += w[k];
     }
     table.first.push_back(first);

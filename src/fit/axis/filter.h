@@ -8,14 +8,6 @@
 
 namespace bccsplat {
 
-// Numbers of the C ABI.
-enum class Filter : uint8_t {
-  kaiser8 = 1, // Kaiser-windowed sinc, 8 taps, beta 5.5
-  kaiser6 = 2, // the same with 6 taps, beta 5
-  bspline3 =
-      3 // interpolating cubic B-spline; its weights fall by 3.7 per sample and are cut at 2e-6 (20 taps)
-};
-
 // Position p takes samples first[p] .. first[p] + taps - 1 with weight[p * taps ..]; indices outside 0 .. n-1
 // mean the mirror image (mirror_index). The weights of a position sum to 1.
 struct FilterTable {
@@ -28,10 +20,10 @@ struct FilterTable {
 [[nodiscard]] double kaiser_window(double u, double beta);
 // A value depends on samples less than this far from its position. `widening` >= 1 stretches the filter, so
 // that it passes only what a lattice coarser than the source by that factor can hold.
-[[nodiscard]] int filter_reach(Filter filter, double widening);
+[[nodiscard]] int filter_reach(double widening);
 // positions: in source samples; one that is a sample to within 1e-9 takes that sample as it is (unless
 // widened).
-[[nodiscard]] FilterTable filter_table(Filter filter, double widening, std::span<const double> positions);
+[[nodiscard]] FilterTable filter_table(double widening, std::span<const double> positions);
 // Returns where mirroring puts index i of an axis of n samples: -i -> i, n-1+i -> n-1-i, as often as needed.
 [[nodiscard]] int64_t mirror_index(int64_t i, int64_t n);
 // The same of an axis that may be periodic, whose sample n is sample 0 again.

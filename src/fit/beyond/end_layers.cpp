@@ -30,8 +30,7 @@ FilterTable summed(const FilterTable& parts, const std::vector<float>& factors) 
 
 } // namespace
 
-FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, Filter filter,
-                        double widening) {
+FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, double widening) {
   std::vector<double> positions{lattice.layer_frame(layer)};
   std::vector<float> factors{1};
   const bool first = layer == 0, last = end_known && layer == lattice.last_layer;
@@ -41,7 +40,7 @@ FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, 
           lattice.layer_frame(first ? mended_plane - outside : layer - mended_plane + outside));
       factors.push_back(factor);
     }
-  const FilterTable parts = filter_table(filter, widening, positions);
+  const FilterTable parts = filter_table(widening, positions);
   return factors.size() == 1 ? parts : summed(parts, factors);
 }
 

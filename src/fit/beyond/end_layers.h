@@ -21,7 +21,7 @@ namespace bccsplat {
 // The filter in time for one layer, a table of one position; on D4* the outermost of two layers outside an
 // end makes up for the mirrors behind it (against_mirrors.h). end_known: the lattice ends where the series
 // does.
-[[nodiscard]] FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, Filter filter,
+[[nodiscard]] FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known,
                                       double widening);
 
 // Returns which of the end_noises predicts a frame best of those behind it, at some of the sites. frames:

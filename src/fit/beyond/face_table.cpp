@@ -24,12 +24,11 @@ std::vector<double> outside_positions(const Lattice4& lattice, size_t axis) {
 
 } // namespace
 
-FilterTable face_table(const Lattice4& lattice, int coset, size_t axis, Filter filter, double widening,
-                       double noise) {
+FilterTable face_table(const Lattice4& lattice, int coset, size_t axis, double widening, double noise) {
   std::vector<double> positions = site_positions(lattice, coset, axis);
   const size_t sites = positions.size();
   for (const double p : outside_positions(lattice, axis)) positions.push_back(p);
-  FilterTable table = filter_table(filter, widening, positions);
+  FilterTable table = filter_table(widening, positions);
   EndFrames ends(widening, noise);
   continue_rows(table, lattice.dims[axis], ends);
   const size_t taps = table.taps;

@@ -11,7 +11,7 @@
 namespace bccsplat {
 
 // noise: of the predictions.
-[[nodiscard]] FilterTable face_table(const Lattice4& lattice, int coset, size_t axis, Filter filter,
-                                     double widening, double noise);
+[[nodiscard]] FilterTable face_table(const Lattice4& lattice, int coset, size_t axis, double widening,
+                                     double noise);
 
 } // namespace bccsplat

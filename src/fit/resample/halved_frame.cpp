@@ -35,13 +35,12 @@ Lattice4 grid_of(const std::array<int64_t, 3>& dims, const AxisFlags& halved, co
   return Lattice4::fit(LatticeKind::cc, n, scales, 0, {}, false, turning);
 }
 
-Tables::Axis axis_of(const Lattice4& grid, size_t a, Filter filter, bool predicted, double noise) {
+Tables::Axis axis_of(const Lattice4& grid, size_t a, bool predicted, double noise) {
   Tables::Axis axis;
   const double widening = std::max(1.0, grid.space_step[a]);
   std::vector<double> positions = site_positions(grid, 0, a);
   if (grid.dims[a] == 1) positions.resize(1); // a lattice has two planes
-  axis.table =
-      predicted ? face_table(grid, 0, a, filter, widening, noise) : filter_table(filter, widening, positions);
+  axis.table = predicted ? face_table(grid, 0, a, widening, noise) : filter_table(widening, positions);
   const int64_t n = grid.dims[a];
   axis.turns = grid.turns(a);
   for (size_t i = 0; i < positions.size(); ++i) {
@@ -374,8 +373,8 @@ float pivot_of(const CellRanges& cells) {
 } // namespace
 
 FrameHalver::FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved,
-                         const AxisFlags& predicted, Filter filter, const AxisFlags& turning, bool local)
-    : from_(dims), predicted_(predicted), filter_(filter), local_(local),
+                         const AxisFlags& predicted, const AxisFlags& turning, bool local)
+    : from_(dims), predicted_(predicted), local_(local),
       grid_(grid_of(dims, halved, turning)), made_{{}, this->dims()} {}
 
 std::array<int64_t, 3> FrameHalver::dims() const {
@@ -390,7 +389,7 @@ const Tables& FrameHalver::tables_of(const FaceLevels& faces) {
   Tables& t = found->second;
   if (!is_new) return t;
   t.from = from_, t.to = dims();
-  for (size_t a = 0; a < 3; ++a) t.axis[a] = axis_of(grid_, a, filter_, predicted_[a], end_noises[faces[a]]);
+  for (size_t a = 0; a < 3; ++a) t.axis[a] = axis_of(grid_, a, predicted_[a], end_noises[faces[a]]);
   add_bricks(t);
   return t;
 }

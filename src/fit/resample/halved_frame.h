@@ -37,7 +37,7 @@ class FrameHalver {
   // samples at the other face. local: what varies little around a large value is filtered as it is, to some
   // units in the last place, and not as the difference from the least of all samples.
   FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved, const AxisFlags& predicted,
-              Filter filter, const AxisFlags& turning = {}, bool local = false);
+              const AxisFlags& turning = {}, bool local = false);
 
   [[nodiscard]] std::array<int64_t, 3> dims() const;
   // Lets a box of the halved frame, of whole cells, be all that is made and given of it from now on.
@@ -80,7 +80,6 @@ class FrameHalver {
 
   std::array<int64_t, 3> from_;
   AxisFlags predicted_;
-  Filter filter_;
   bool local_;
   Lattice4 grid_; // of the halved samples
   Region made_;

@@ -69,7 +69,7 @@ struct SpatialResampler::Scratch {
   }
 };
 
-SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const FaceLevels& faces)
+SpatialResampler::SpatialResampler(const Lattice4& lattice, const FaceLevels& faces)
     : turning_(lattice.space.periodic), cosets_(lattice.space.cosets()) {
   double widest = 1;
   for (int c = 0; c < cosets_; ++c) {
@@ -82,8 +82,8 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const
       const std::vector<double> positions = site_positions(lattice, c, a);
       Axis& axis = coset.axis[a];
       axis.table = lattice.before[a] + lattice.behind[a] > 0
-                       ? face_table(lattice, c, a, filter, widening, end_noises[faces[a]])
-                       : filter_table(filter, widening, positions);
+                       ? face_table(lattice, c, a, widening, end_noises[faces[a]])
+                       : filter_table(widening, positions);
       for (const double p : positions)
         axis.nearest.push_back(nearest_sample(p, n_[a] + (turning_[a] ? 1 : 0)));
       for (size_t i = 0; i < positions.size(); ++i)

@@ -25,7 +25,7 @@ namespace bccsplat {
 class SpatialResampler {
  public:
   // faces: how samples beyond the faces are predicted, where planes lie outside.
-  SpatialResampler(const Lattice4& lattice, Filter filter, const FaceLevels& faces = usual_face_levels);
+  SpatialResampler(const Lattice4& lattice, const FaceLevels& faces = usual_face_levels);
 
   // Returns null for a brick where all samples within its reach are air. The result has the same bits for any
   // number of threads and however the frame is divided into boxes. unit: as of packing_unit.

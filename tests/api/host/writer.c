@@ -31,7 +31,6 @@ static void wrong_options(bccsplat_device* device) {
   WRONG(INVALID_ARGUMENT, "set_mask", o.set_mask = 1);
   WRONG(INVALID_ARGUMENT, "lattice", o.lattice = 4);
   WRONG(INVALID_ARGUMENT, "lattice BCC", o.lattice = BCCSPLAT_LATTICE_BCC);
-  WRONG(INVALID_ARGUMENT, "filter", o.filter = -1);
   WRONG(INVALID_ARGUMENT, "nonfinite", o.nonfinite = 9);
   WRONG(INVALID_ARGUMENT, "store is 2", o.store = 2);
   WRONG(INVALID_ARGUMENT, "scale", o.scale = -2);

@@ -23,15 +23,9 @@
 namespace bccsplat::bench {
 namespace {
 
-const char* name_of(Filter filter) {
-  return filter == Filter::kaiser8 ? "kaiser8" : filter == Filter::kaiser6 ? "kaiser6" : "bspline3";
-}
-constexpr Filter filters[] = {Filter::kaiser8, Filter::kaiser6, Filter::bspline3};
-
 // One thread; frames in memory, layers thrown away.
-Row speed_row(const FitSource& s, Filter filter) {
+Row speed_row(const FitSource& s) {
   FitOptions options;
-  options.filter = filter;
   FitReport report;
   const double time = median_cpu_seconds([&] { report = fit_source(s, options, 1, nullptr); });
   std::vector<std::byte> copy(s.bytes.size());
@@ -43,7 +37,7 @@ Row speed_row(const FitSource& s, Filter filter) {
   MemoryBudget memory;
   Progress progress;
   const Context context{tasks, memory, progress};
-  const SpatialResampler resampler(report.lattice, filter);
+  const SpatialResampler resampler(report.lattice);
   SiteBlockPool pool(memory);
   const FrameBox box = s.box(s.dims[3] / 2);
   const Frame frame({&box, 1}, box.dims, 0, s.name);
@@ -55,7 +49,6 @@ Row speed_row(const FitSource& s, Filter filter) {
 
   const FitChannelReport& c = report.channels[0];
   return {word("series", s.name),
-          word("filter", name_of(filter)),
           figure("fit MB/s", bytes / time / 1e6, 0),
           figure("fit Msamples/s", static_cast<double>(c.source_samples) / time / 1e6, 0),
           figure("memcpy MB/s", bytes / copy_time / 1e6, 0),
@@ -83,15 +76,13 @@ Row kept_row(const FitSource& s, float threshold, float ringing) {
           figure("clamped", static_cast<double>(c.clamped), 0)};
 }
 
-Row round_trip_row(const FitSource& s, double scale, float ringing, Filter filter, const char* kernel) {
+Row round_trip_row(const FitSource& s, double scale, float ringing, const char* kernel) {
   FitOptions options;
   options.scales = {scale, scale, scale, scale};
-  options.filter = filter;
   options.channels[0].ringing = ringing;
   const RoundTrip r = round_trip(s, options, kernel);
   const FitChannelReport& c = r.report.channels[0];
   return {word("series", s.name),
-          word("filter", name_of(filter)),
           word("kernel", kernel),
           figure("scale", scale, 2),
           figure("ringing", ringing, 5),
@@ -152,10 +143,10 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     if (asked("--ends")) report_ends(s, report);
     if (!asked("--round-trip")) return 0;
     for (const float ringing : {0.0f, 1.0f / 2048, 1.0f / 512, 1.0f / 256, 1.0f / 64, 1.0f})
-      rows.push_back(round_trip_row(s, 1, ringing, Filter::kaiser8, "default"));
+      rows.push_back(round_trip_row(s, 1, ringing, "default"));
     report.table("round trip: source -> D4* -> source samples", rows);
     report.table("samples kept", {kept_row(s, 0, 0), kept_row(s, 0, FitChannel{}.ringing)});
-    report.table("speed, one thread", {speed_row(s, Filter::kaiser8)});
+    report.table("speed, one thread", {speed_row(s)});
     return 0;
   }
   const auto wanted = [&](const char* table) {
@@ -168,26 +159,20 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     FitSeries full{n, {}};
     for (size_t i = 0; i < size_t{n[0]} * n[1] * n[2] * n[3]; ++i)
       full.values.push_back(static_cast<float>(0.5 + 0.4 * std::sin(0.013 * static_cast<double>(i))));
-    for (const Filter f : filters)
-      rows.push_back(speed_row(source_of<float>(full, SourceType::f32, 1, "full f32"), f));
-    rows.push_back(speed_row(source_of<uint16_t>(full, SourceType::u16, 60000, "full u16"), Filter::kaiser8));
-    rows.push_back(speed_row(source_of<uint8_t>(full, SourceType::u8, 255, "full u8"), Filter::kaiser8));
-    rows.push_back(
-        speed_row(source_of<float>(smoke_like(n), SourceType::f32, 1, "smoke-like f32"), Filter::kaiser8));
+    rows.push_back(speed_row(source_of<float>(full, SourceType::f32, 1, "full f32")));
+    rows.push_back(speed_row(source_of<uint16_t>(full, SourceType::u16, 60000, "full u16")));
+    rows.push_back(speed_row(source_of<uint8_t>(full, SourceType::u8, 255, "full u8")));
+    rows.push_back(speed_row(source_of<float>(smoke_like(n), SourceType::f32, 1, "smoke-like f32")));
     report.table("speed, one thread", rows);
   }
   if (wanted("--accuracy")) {
-    rows.clear();
-    for (const Filter f : filters) {
-      Row row{word("filter", name_of(f))};
-      for (const double rho : {0.3, 0.5, 0.7, 0.9})
-        row.push_back(figure("PSNR dB at rho " + concat(rho),
-                             report.quick ? sample_psnr(f, rho, {24, 24, 24, 24}, 20, 11)
-                                          : sample_psnr(f, rho, {40, 40, 40, 40}, 200, 11),
-                             1));
-      rows.push_back(row);
-    }
-    report.table("accuracy of the samples on D4*", rows);
+    Row row;
+    for (const double rho : {0.3, 0.5, 0.7, 0.9})
+      row.push_back(figure("PSNR dB at rho " + concat(rho),
+                           report.quick ? sample_psnr(rho, {24, 24, 24, 24}, 20, 11)
+                                        : sample_psnr(rho, {40, 40, 40, 40}, 200, 11),
+                           1));
+    report.table("accuracy of the samples on D4*", {row});
   }
   if (folder.empty() && std::find(tables.begin(), tables.end(), "--held-out") != tables.end())
     fail(Code::invalid_argument, "fit --held-out looks at the real sets of --data DIR");
@@ -220,13 +205,10 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
   if (wanted("--round-trip")) {
     rows.clear();
     const FitSource source = source_of<float>(smoke, SourceType::f32, 1, "smoke-like f32");
-    for (const float r : {0.0f, ringing, 1.0f})
-      rows.push_back(round_trip_row(source, 1, r, Filter::kaiser8, "default"));
-    for (const Filter f : filters)
-      for (const double scale : {1.0, 1.25, 1.5, 2.0})
-        if (!report.quick || scale != 1.25)
-          rows.push_back(round_trip_row(source, scale, ringing, f, "default"));
-    rows.push_back(round_trip_row(source, 1, ringing, Filter::kaiser8, "fine"));
+    for (const float r : {0.0f, ringing, 1.0f}) rows.push_back(round_trip_row(source, 1, r, "default"));
+    for (const double scale : {1.0, 1.25, 1.5, 2.0})
+      if (!report.quick || scale != 1.25) rows.push_back(round_trip_row(source, scale, ringing, "default"));
+    rows.push_back(round_trip_row(source, 1, ringing, "fine"));
     report.table("round trip: source -> D4* -> source samples", rows);
   }
   return 0;

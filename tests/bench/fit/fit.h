@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Suite `fit`: import onto the lattice - speed against a memory copy, accuracy per filter, samples kept.
+// Suite `fit`: import onto the lattice - speed against a memory copy, accuracy, samples kept.
 #pragma once
 
 #include <span>

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "fit/axis/filter.h"
 #include "fit/axis/site_axis.h"
 
 namespace bccsplat::bench {
@@ -94,7 +95,7 @@ FitSeries smoke_like(const std::array<uint32_t, 4>& dims) {
   return s;
 }
 
-double sample_psnr(Filter filter, double rho, const std::array<uint32_t, 4>& dims, int waves, uint32_t seed) {
+double sample_psnr(double rho, const std::array<uint32_t, 4>& dims, int waves, uint32_t seed) {
   const SeriesWaves field(rho, waves, seed);
   std::array<std::vector<double>, 4> grid;
   for (size_t a = 0; a < 4; ++a)
@@ -107,7 +108,6 @@ double sample_psnr(Filter filter, double rho, const std::array<uint32_t, 4>& dim
   Progress progress;
   FitOptions options;
   options.dims = dims;
-  options.filter = filter;
   std::vector<BrickLayer> layers;
   Fit fit(options,
           [&](int32_t, int, std::span<const BrickLayer> given) {
@@ -122,7 +122,7 @@ double sample_psnr(Filter filter, double rho, const std::array<uint32_t, 4>& dim
   }
   const Lattice4 lattice = fit.finish().lattice;
 
-  const double margin = filter_reach(filter, 1);
+  const double margin = filter_reach(1);
   double square = 0, low = INFINITY, high = -INFINITY;
   uint64_t count = 0;
   for (int32_t m = 0; m < lattice.layers(); ++m) {

@@ -33,7 +33,6 @@ struct SeriesWaves {
 
 // Accuracy of the samples on D4*: PSNR in dB (peak: the range of the signal) against the plane waves
 // themselves, over the sites that see no mirrored sample.
-[[nodiscard]] double sample_psnr(Filter filter, double rho, const std::array<uint32_t, 4>& dims, int waves,
-                                 uint32_t seed);
+[[nodiscard]] double sample_psnr(double rho, const std::array<uint32_t, 4>& dims, int waves, uint32_t seed);
 
 } // namespace bccsplat::bench

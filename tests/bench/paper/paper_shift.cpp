@@ -25,21 +25,17 @@ struct Picture {
 struct Way {
   const char *name, *kernel;
   LatticeKind lattice;
-  Filter filter;
 };
-constexpr Way ways[] = {
-    {"CC, default kernel", "default", LatticeKind::cc, Filter::kaiser8},
-    {"BCC, our filter, default kernel", "default", LatticeKind::d4star, Filter::kaiser8},
-    {"BCC, cubic spline, default kernel", "default", LatticeKind::d4star, Filter::bspline3},
-    {"CC, paper's Gaussian", "paper", LatticeKind::cc, Filter::kaiser8},
-    {"BCC, our filter, paper's Gaussian", "paper", LatticeKind::d4star, Filter::kaiser8},
-    {"BCC, cubic spline, paper's Gaussian", "paper", LatticeKind::d4star, Filter::bspline3}};
+constexpr Way ways[] = {{"CC, default kernel", "default", LatticeKind::cc},
+                        {"BCC, default kernel", "default", LatticeKind::d4star},
+                        {"CC, paper's Gaussian", "paper", LatticeKind::cc},
+                        {"BCC, paper's Gaussian", "paper", LatticeKind::d4star}};
 
 Picture draw(const FitSource& source, const Way& way, float top, const Slice* seen_by, Slice& slice,
              int size) {
   TestContext context(1);
   FitOptions options;
-  options.lattice = way.lattice, options.filter = way.filter;
+  options.lattice = way.lattice;
   std::vector<BrickLayer> layers;
   const FitReport fit = fit_source(source, options, 0, &layers);
   const MemorySamples samples(fit.lattice, {0.0f}, {layers});

@@ -251,7 +251,7 @@ TEST(LayerTable, TheOutermostOfTwoLayersMakesUpForMirrors) {
     const Lattice4 lattice = Lattice4::fit(kind, {9, 9, 9, 12}, {1, 1, 1, 1}, lead);
     const auto wave = [](double t) { return std::cos(.3 * t + .5); };
     for (int32_t m = 0; m < lattice.layers(); ++m) {
-      const FilterTable table = layer_table(lattice, m, true, Filter::kaiser8, 1);
+      const FilterTable table = layer_table(lattice, m, true, 1);
       double sum = 0, weights = 0;
       for (int k = 0; k < table.taps; ++k) {
         const double w = table.weight[k];

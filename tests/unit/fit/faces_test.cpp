@@ -26,9 +26,9 @@ TEST(FaceTable, TakesNoSampleFromOutside) {
     for (size_t axis = 0; axis < 3; ++axis)
       for (int c = 0; c < lattice.space.cosets(); ++c) {
         const double widening = std::max(1.0, lattice.space_step[axis] / lattice.space.plane_distance());
-        const FilterTable table = face_table(lattice, c, axis, Filter::kaiser8, widening, 1e-3);
+        const FilterTable table = face_table(lattice, c, axis, widening, 1e-3);
         const auto positions = site_positions(lattice, c, axis);
-        const FilterTable plain = filter_table(Filter::kaiser8, widening, positions);
+        const FilterTable plain = filter_table(widening, positions);
         ASSERT_EQ(table.first.size(), positions.size());
         for (size_t i = 0; i < positions.size(); ++i) {
           const size_t taps = table.taps;
@@ -55,7 +55,7 @@ TEST(FaceTable, PredictsASlowWave) {
     const Lattice4 lattice = lattice_with_margins(kind);
     const double h = lattice.space_step[0];
     for (int c = 0; c < lattice.space.cosets(); ++c) {
-      const FilterTable table = face_table(lattice, c, 0, Filter::kaiser8, 1, 1e-5);
+      const FilterTable table = face_table(lattice, c, 0, 1, 1e-5);
       const auto positions = site_positions(lattice, c, 0);
       for (size_t i = 0; i < positions.size(); ++i) {
         double sum = 0, want = wave(positions[i]);

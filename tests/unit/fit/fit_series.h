@@ -90,23 +90,11 @@ inline Fitted run_fit(const FitOptions& options, const Series& s, int threads = 
       options, [&](uint32_t t) { return std::vector{s.box(t)}; }, s.dims[3], threads, std::move(masks));
 }
 
-// Weight of the sample `distance` away, before they are divided by their sum: the formulae of the filters,
+// Weight of the sample `distance` away, before they are divided by their sum: the formula of the filter,
 // written anew.
-inline double reference_weight(Filter filter, double distance) {
+inline double reference_weight(double distance) {
+  constexpr double half = 4, beta = 5.5;
   const double pi = std::numbers::pi, x = std::fabs(distance);
-  if (filter == Filter::bspline3) {
-    // Sum over all k of the prefilter's impulse response times the B-spline at x - k; far terms vanish below
-    // 1e-16.
-    const double z = std::sqrt(3.0) - 2;
-    double sum = 0;
-    for (int k = -40; k <= 40; ++k) {
-      const double d = std::fabs(distance - k);
-      const double b = d < 1 ? 2.0 / 3 - d * d * (1 - d / 2) : d < 2 ? std::pow(2 - d, 3) / 6 : 0;
-      sum += -6 * z / (1 - z * z) * std::pow(z, std::abs(k)) * b;
-    }
-    return sum;
-  }
-  const double half = filter == Filter::kaiser8 ? 4 : 3, beta = filter == Filter::kaiser8 ? 5.5 : 5;
   if (x >= half) return 0;
   const double sinc = x < 1e-12 ? 1 : std::sin(pi * x) / (pi * x);
   return sinc * std::cyl_bessel_i(0.0, beta * std::sqrt(1 - x * x / half / half)) /
@@ -115,13 +103,13 @@ inline double reference_weight(Filter filter, double distance) {
 
 // out[i] = the axis `axis` of `in` at `positions`, ends mirrored.
 inline std::vector<double> reference_axis(const std::vector<double>& in, std::array<size_t, 4>& n,
-                                          size_t axis, const std::vector<double>& positions, Filter filter,
+                                          size_t axis, const std::vector<double>& positions,
                                           double widening) {
   std::array<size_t, 4> m = n;
   m[axis] = positions.size();
   std::vector<double> out(m[0] * m[1] * m[2] * m[3]);
   const int64_t count = n[axis];
-  const auto reach = (filter == Filter::bspline3 ? 14 : 4) * static_cast<int64_t>(std::ceil(widening)) + 1;
+  const auto reach = 4 * static_cast<int64_t>(std::ceil(widening)) + 1;
   for (size_t p = 0; p < positions.size(); ++p) {
     std::vector<double> weight(n[axis], 0.0);
     double sum = 0;
@@ -130,7 +118,7 @@ inline std::vector<double> reference_axis(const std::vector<double>& in, std::ar
       int64_t folded = j;
       while (folded < 0 || folded >= count)
         folded = count == 1 ? 0 : folded < 0 ? -folded : 2 * (count - 1) - folded;
-      const double w = reference_weight(filter, (positions[p] - static_cast<double>(j)) / widening);
+      const double w = reference_weight((positions[p] - static_cast<double>(j)) / widening);
       weight[folded] += w;
       sum += w;
     }
@@ -156,7 +144,7 @@ inline std::vector<double> reference_axis(const std::vector<double>& in, std::ar
 
 // All layers of the lattice by whole-array sums; values relative to air.
 inline std::vector<std::vector<double>> reference_layers(const Lattice4& lattice, const Series& s,
-                                                         Filter filter, double air = 0) {
+                                                         double air = 0) {
   std::vector<std::vector<double>> layers;
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     const int c = lattice.coset(m);
@@ -174,7 +162,7 @@ inline std::vector<std::vector<double>> reference_layers(const Lattice4& lattice
           positions.push_back(lattice.space.plane(c, i) * lattice.space_step[a]);
         widening = lattice.space_step[a] / lattice.space.plane_distance();
       }
-      v = reference_axis(v, n, a, positions, filter, std::max(1.0, widening));
+      v = reference_axis(v, n, a, positions, std::max(1.0, widening));
     }
     layers.push_back(std::move(v));
   }

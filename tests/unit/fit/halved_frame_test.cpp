@@ -41,7 +41,7 @@ HalvedFrame halve(const std::vector<float>& values, std::span<const FrameBox> bo
   whole.data = values.data(), whole.dims = frame_dims;
   const Frame frame(boxes.empty() ? std::span(&whole, 1) : boxes, frame_dims, 0, "frame");
   const FrameScan scan = scan_frame(frame, 0, bench.context);
-  FrameHalver halver(frame_dims, {true, true, true}, predicted, Filter::kaiser8);
+  FrameHalver halver(frame_dims, {true, true, true}, predicted);
   HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, ringing, bench.context);
   made.memory = {}; // of a budget that ends here
   return made;
@@ -57,7 +57,7 @@ TEST(HalvedFrame, IsTheFilteredFrameAtTwiceTheDistance) {
     const double step = (static_cast<double>(frame_dims[a]) - 1) / (static_cast<double>(n[a]) - 1);
     std::vector<double> positions;
     for (int64_t i = 0; i < n[a]; ++i) positions.push_back(static_cast<double>(i) * step);
-    table[a] = filter_table(Filter::kaiser8, step, positions);
+    table[a] = filter_table(step, positions);
   }
   for (int64_t z = 0; z < n[2]; z += 6)
     for (int64_t y = 0; y < n[1]; y += 5)
@@ -105,7 +105,7 @@ TEST(HalvedFrame, OneSampleStaysOne) {
       const FrameScan scan = scan_frame(frame, 0, bench.context);
       AxisFlags axes{true, true, true};
       axes[thin] = false;
-      FrameHalver halver(n, axes, {}, Filter::kaiser8);
+      FrameHalver halver(n, axes, {});
       HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, 0, bench.context);
       made.memory = {};
       EXPECT_EQ(made.frame->dims(), halver.dims());
@@ -176,7 +176,7 @@ TEST(HalvedFrame, ABoxNeedsWhatIsNearAlone) {
     FrameBox whole;
     whole.data = values.data(), whole.dims = frame_dims;
     const auto made_of = [&](const Region* box) {
-      FrameHalver halver(frame_dims, {true, true, true}, {true, false, true}, Filter::kaiser8, {}, true);
+      FrameHalver halver(frame_dims, {true, true, true}, {true, false, true}, {}, true);
       Frame frame(std::span(&whole, 1), frame_dims, 0, "frame");
       if (box) halver.make_only(*box), frame.set_given(halver.seen());
       const FrameScan scan = scan_frame(frame, 0, bench.context);
@@ -213,7 +213,7 @@ TEST(HalvedFrame, WhatVariesLittleLosesNextToNothing) {
     whole.data = values.data(), whole.dims = frame_dims;
     const Frame frame(std::span(&whole, 1), frame_dims, 0, "frame");
     const FrameScan scan = scan_frame(frame, 0, bench.context);
-    FrameHalver halver(frame_dims, {true, true, true}, {}, Filter::kaiser8, {}, local);
+    FrameHalver halver(frame_dims, {true, true, true}, {}, {}, local);
     made[local ? 1 : 0] = halver.halve(frame, scan.cells, usual_face_levels, 0, bench.context).values;
   }
   const float unit = std::ldexp(1.0f, -15); // in the last place, of 256 to 512
@@ -265,7 +265,7 @@ TEST(HalvedFrame, AirIsFoundBeyondEndsThatTurn) {
     whole.data = values.data(), whole.dims = {n, n, n};
     const Frame frame(std::span(&whole, 1), whole.dims, 0, "frame");
     const FrameScan scan = scan_frame(frame, 0, bench.context);
-    FrameHalver halver({n, n, n}, {true, true, true}, {}, Filter::kaiser8, {true, false, false});
+    FrameHalver halver({n, n, n}, {true, true, true}, {}, {true, false, false});
     HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, 1.0f / 512, bench.context);
     made.memory = {};
     return made;

@@ -162,7 +162,7 @@ TEST(HolesFill, SitesNearestToMissingVoxelsAreHoles) {
   o.nonfinite = NonFinite::hole;
   const Fitted f = run_fit(o, s, 2);
   const Series smooth = with_holes([](double, double, double, double) { return false; });
-  const auto reference = reference_layers(f.report.lattice, smooth, o.filter);
+  const auto reference = reference_layers(f.report.lattice, smooth);
   const Lattice4& l = f.report.lattice;
   uint64_t holes = 0;
   for (int32_t m = 0; m < l.layers(); ++m) {

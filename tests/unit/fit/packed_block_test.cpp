@@ -82,7 +82,7 @@ TEST(PackedBlock, MakesTheSameLayersButForTheUnit) {
   for (float& v : s.values) v = std::round(100 * v);
   s.values[s.values.size() / 2] = 7000;
   FitOptions o = options_for(s);
-  const auto floats = reference_layers(Lattice4::fit(o.lattice, o.dims), s, o.filter);
+  const auto floats = reference_layers(Lattice4::fit(o.lattice, o.dims), s);
   for (FitChannel& c : o.channels) c.unit = 1.0f / 64, c.ringing = 0;
   for_targets([&] {
     const auto packed = run_fit(o, s);

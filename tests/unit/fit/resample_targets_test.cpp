@@ -15,7 +15,7 @@ TEST(ResampleTargets, AgreeWithTheReference) {
     FitOptions o = options_for(s);
     o.scales = scales;
     const Lattice4 lattice = Lattice4::fit(o.lattice, o.dims, o.scales);
-    const auto reference = reference_layers(lattice, s, o.filter);
+    const auto reference = reference_layers(lattice, s);
     int targets = 0;
     for_targets([&] {
       EXPECT_LT(worst_difference(run_fit(o, s), reference), 2e-6);

@@ -2,7 +2,6 @@
 // Laws of the streaming fit: what a series of frames becomes on the lattice.
 #include <gtest/gtest.h>
 
-#include "fit/axis/filter.h"
 #include "fit/axis/near_source.h"
 #include "tests/unit/fit/fit_series.h"
 
@@ -10,24 +9,17 @@ namespace bccsplat::test {
 namespace {
 
 constexpr LatticeKind kinds[] = {LatticeKind::d4star, LatticeKind::cc};
-constexpr Filter filters[] = {Filter::kaiser8, Filter::kaiser6, Filter::bspline3};
 
 TEST(FitSeries, EqualsTheWholeArrayReference) {
   const std::array<uint32_t, 4> shapes[] = {{11, 7, 9, 12}, {24, 5, 3, 6}, {2, 3, 40, 5},
                                             {37, 1, 1, 4},  {5, 6, 7, 1},  {1, 1, 1, 9}};
   for (const auto& dims : shapes)
-    for (const Filter filter : filters)
-      for (const LatticeKind kind : kinds) {
-        const Series s = noise(dims, 7);
-        FitOptions o = options_for(s, kind);
-        o.filter = filter;
-        const Fitted f = run_fit(o, s);
-        // Sums of floats; the B-spline's cut tails besides.
-        EXPECT_LT(worst_difference(f, reference_layers(f.report.lattice, s, filter)),
-                  filter == Filter::bspline3 ? 3e-5 : 2e-6)
-            << dims[0] << "x" << dims[1] << "x" << dims[2] << "x" << dims[3] << " filter " << int(filter)
-            << " kind " << int(kind);
-      }
+    for (const LatticeKind kind : kinds) {
+      const Series s = noise(dims, 7);
+      const Fitted f = run_fit(options_for(s, kind), s);
+      EXPECT_LT(worst_difference(f, reference_layers(f.report.lattice, s)), 2e-6)
+          << dims[0] << "x" << dims[1] << "x" << dims[2] << "x" << dims[3] << " kind " << int(kind);
+    }
 }
 
 TEST(FitSeries, EqualsTheReferenceOnCoarserAndFinerLattices) {
@@ -37,22 +29,19 @@ TEST(FitSeries, EqualsTheReferenceOnCoarserAndFinerLattices) {
       FitOptions o = options_for(s, kind);
       o.scales = {scale, scale, scale, time_scale};
       const Fitted f = run_fit(o, s);
-      EXPECT_LT(worst_difference(f, reference_layers(f.report.lattice, s, o.filter)), 2e-6)
+      EXPECT_LT(worst_difference(f, reference_layers(f.report.lattice, s)), 2e-6)
           << scale << " " << time_scale;
     }
 }
 
 TEST(FitSeries, ConstantStaysConstantToTheLastBit) {
-  for (const Filter filter : filters)
-    for (const float value : {1.0f, -0.1f, 1e-30f, 1e30f, 273.15f})
-      for (const uint32_t frames : {1u, 2u, 7u}) {
-        const Series s({20, 9, 33, frames}, [&](double, double, double, double) { return value; });
-        FitOptions o = options_for(s);
-        o.filter = filter;
-        const Fitted f = run_fit(o, s);
-        for (const BrickLayer& layer : f.layers)
-          for (const float v : layer_to_dense(layer)) ASSERT_EQ(v, value);
-      }
+  for (const float value : {1.0f, -0.1f, 1e-30f, 1e30f, 273.15f})
+    for (const uint32_t frames : {1u, 2u, 7u}) {
+      const Series s({20, 9, 33, frames}, [&](double, double, double, double) { return value; });
+      const Fitted f = run_fit(options_for(s), s);
+      for (const BrickLayer& layer : f.layers)
+        for (const float v : layer_to_dense(layer)) ASSERT_EQ(v, value);
+    }
 }
 
 TEST(FitSeries, AirIsWhatValuesAreRelativeTo) {
@@ -63,7 +52,7 @@ TEST(FitSeries, AirIsWhatValuesAreRelativeTo) {
   const Fitted plain = run_fit(o, s);
   o.channels[0].quantiser = quantiser_of_source(SourceType::f32, 4);
   const Fitted f = run_fit(o, shifted);
-  EXPECT_LT(worst_difference(f, reference_layers(f.report.lattice, shifted, o.filter, 4)), 2e-6);
+  EXPECT_LT(worst_difference(f, reference_layers(f.report.lattice, shifted, 4)), 2e-6);
   EXPECT_FLOAT_EQ(static_cast<float>(f.report.channels[0].source_range.low),
                   static_cast<float>(plain.report.channels[0].source_range.low + 4));
 }
@@ -88,27 +77,23 @@ TEST(FitSeries, OffsetCostsNoPrecision) {
   const Series s({32, 24, 24, 12},
                  [&](double x, double y, double z, double t) { return 1e6 + wave(x, y, z, t); });
   const Fitted f = run_fit(options_for(s), s);
-  const auto reference = reference_layers(f.report.lattice, s, Filter::kaiser8);
+  const auto reference = reference_layers(f.report.lattice, s);
   // Rounding (1/32) of each frame on the sites, as weighted in time (1.6 in absolute sum), and of the result.
   EXPECT_LT(worst_difference(f, reference), (1.6 + 1) / 32);
 }
 
 TEST(FitSeries, SitesOnSamplesTakeThem) {
-  // Layer 0, coset 0: the corner sites lie on the corner samples, along edges whatever the filter.
+  // Layer 0, coset 0: the corner sites lie on the corner samples, along edges as well.
   const Series s = noise({10, 15, 12, 9}, 3);
-  for (const Filter filter : filters) {
-    FitOptions o = options_for(s);
-    o.filter = filter;
-    const Fitted f = run_fit(o, s);
-    const Lattice4& l = f.report.lattice;
-    for (const int x : {0, 1})
-      for (const int y : {0, 1})
-        for (const int z : {0, 1}) {
-          const int end[3] = {x * l.space.last[0], y * l.space.last[1], z * l.space.last[2]};
-          if (end[0] % 2 || end[1] % 2 || end[2] % 2) continue;
-          EXPECT_EQ(f.layers[0].value(end[0] / 2, end[1] / 2, end[2] / 2), s.at(x * 9, y * 14, z * 11, 0));
-        }
-  }
+  const Fitted f = run_fit(options_for(s), s);
+  const Lattice4& l = f.report.lattice;
+  for (const int x : {0, 1})
+    for (const int y : {0, 1})
+      for (const int z : {0, 1}) {
+        const int end[3] = {x * l.space.last[0], y * l.space.last[1], z * l.space.last[2]};
+        if (end[0] % 2 || end[1] % 2 || end[2] % 2) continue;
+        EXPECT_EQ(f.layers[0].value(end[0] / 2, end[1] / 2, end[2] / 2), s.at(x * 9, y * 14, z * 11, 0));
+      }
 }
 
 TEST(FitSeries, CartesianLatticeKeepsIntegersExactly) {

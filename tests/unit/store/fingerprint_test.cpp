@@ -20,7 +20,6 @@ namespace {
 TEST(Fingerprint, EveryOptionThatChangesSamplesAndIsNotInTheFileCounts) {
   const std::vector<std::function<void(FitOptions&)>> changes{
       [](FitOptions&) {},
-      [](FitOptions& o) { o.filter = Filter::bspline3; },
       [](FitOptions& o) { o.nonfinite = NonFinite::clamp; },
       [](FitOptions& o) { o.lowpass = true; },
       [](FitOptions& o) { o.masks = true; },
@@ -72,7 +71,7 @@ TEST(Fingerprint, ANewRuleHasANewNumber) {
   const FrameBox box = ball.box(0);
   const Frame frame(std::span(&box, 1), {40, 40, 40}, 0, "frame");
   const FrameScan scan = scan_frame(frame, 0, bench.context);
-  FrameHalver halver({40, 40, 40}, {true, true, true}, {}, Filter::kaiser8);
+  FrameHalver halver({40, 40, 40}, {true, true, true}, {});
   HalvedFrame halved = halver.halve(frame, scan.cells, usual_face_levels, 1.0f / 512, bench.context);
   halved.memory = {};
   const auto air = std::count(halved.values.begin(), halved.values.end(), 0.0f);
