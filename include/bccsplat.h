@@ -2415,11 +2415,7 @@ enum {
    * the opacity 1 on the sheet that it is hit in and on all behind it, as an object has whose
    * opacity is a threshold of the value: half of the trail there, and a half, a quarter and so on
    * of the matter behind, show through. */
-  BCCSPLAT_TRAIL_INTERLEAVED = 2,
-  /* Two pictures, the slice's over the trail's: no mutual occlusion. */
-  BCCSPLAT_TRAIL_POST = 3,
-  /* Equation (8) made independent of the step: a = 1 - sqrt((1-a1)(1-a2)). */
-  BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT = 4
+  BCCSPLAT_TRAIL_INTERLEAVED = 2
 };
 
 /* 3.5D motion blur: the volume over an interval of time, drawn together with a time slice of it; or
@@ -2606,7 +2602,7 @@ enum {
    * it counts on: below 0 before frame 0, above dims[3] behind the end. */
   BCCSPLAT_FRAME_TIME = 8,
   /* No plane but a list of samples per pixel, bccsplat_frame_get_deep; modes composite and
-   * isosurface, no reference, no trail combined POST (render answers UNSUPPORTED). It counts
+   * isosurface, no reference (render answers UNSUPPORTED). It counts
    * against the memory budget, twice while a render ends. */
   BCCSPLAT_FRAME_DEEP = 16
 };
@@ -2841,7 +2837,7 @@ typedef struct bccsplat_instance {
   /* What moved around its moment, drawn with it, in the volume's own frames whatever time_scale is,
    * and with its transfer function unless the trail has one; copied. Among several instances the
    * combine of each joins its own moment and trail, and extinctions of instances add. UNSUPPORTED
-   * as of a renderer, with color_channel and mask_channel, and of several instances combined POST.
+   * as of a renderer, with color_channel and mask_channel.
    * NULL: none. */
   const bccsplat_trail* trail;
 } bccsplat_instance;

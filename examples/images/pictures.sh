@@ -20,7 +20,6 @@ moving() {
   render --time 46 --rotate-x 10 --rotate-y 15 --tf "$here/solid.json" --trail-tf "$here/thin.json" "$@"
 }
 moving --trail 16f -o "$out/trail.png"
-moving --trail 16f --trail-mode post -o "$out/trail-post.png"
 # Five parts of twenty frames, from blue to orange.
 moving --trail 20f,5 -o "$out/trail-colours.png"
 # A surface, and where the smoke was before it, in a function for each of five parts, which nothing lights.

@@ -61,7 +61,7 @@ AskedTrail read_trail(const bccsplat_trail* trail) {
   require_zero(in.reserved, "bccsplat_trail.reserved");
   require_zero(in.reserved2, "bccsplat_trail.reserved2");
   require_choice(in.content, BCCSPLAT_TRAIL_MAXIMUM, "bccsplat_trail.content");
-  require_choice(in.combine, BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT, "bccsplat_trail.combine");
+  require_choice(in.combine, BCCSPLAT_TRAIL_INTERLEAVED, "bccsplat_trail.combine");
   if (in.samples > most_stills || in.intervals > most_intervals)
     fail(Code::invalid_argument, "trail: at most ", most_stills, " samples in each of ", most_intervals,
          " sub-intervals");

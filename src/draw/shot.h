@@ -59,10 +59,8 @@ struct ShotOptions {
 };
 
 enum class TrailCombine : uint8_t {
-  physical = 1,              // extinctions add along the ray
-  interleaved = 2,           // Neophytou & Mueller 2002, equation (8), sheet by sheet as printed
-  post = 3,                  // two pictures, the slice's over the trail's
-  interleaved_consistent = 4 // equation (8) made independent of the step: a = 1 - sqrt((1 - a1)(1 - a2))
+  physical = 1,   // extinctions add along the ray
+  interleaved = 2 // Neophytou & Mueller 2002, equation (8), sheet by sheet as printed
 };
 
 struct SheetShare {

@@ -60,20 +60,20 @@ const char* not_side_by_side(std::span<const GpuObject> objects) {
 }
 
 const char* not_with_trail(const Shot& shot) {
-  const bool apart = drawn_apart(shot);
-  if (apart && shot.target) return "a trail whose slice is a picture of its own into a texture of the host";
-  if (shot.options.mode == RenderMode::isosurface && shot.trail->combine == TrailCombine::interleaved)
+  const bool surface = shot.options.mode == RenderMode::isosurface;
+  if (surface && shot.target) return "a trail behind a surface into a texture of the host";
+  if (surface && shot.trail->combine == TrailCombine::interleaved)
     return "a trail behind a surface that rays go through (interleaved as printed)";
   if (shot.trail->stills.empty()) return "a trail without a moment";
   if (shot.trail->unlit && shot.options.shading) return "a trail that is not lit behind a lit slice";
   for (const ShotStill& still : shot.trail->stills)
     if (still.shares.size() > 1) return "stills that are mixed sheet by sheet";
-  if (apart) {
+  if (surface) {
     Shot front = shot;
     front.trail = nullptr;
     if (const char* const what = not_alone(front)) return what;
   }
-  return not_side_by_side(trail_objects(shot, !apart));
+  return not_side_by_side(trail_objects(shot, !surface));
 }
 
 } // namespace

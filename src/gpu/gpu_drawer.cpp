@@ -123,19 +123,15 @@ GpuPixels GpuDrawer::draw_shots(Shots shots, const Context& context, DrawStats& 
 
 GpuPixels GpuDrawer::draw_trail(const Shot& shot, const Context& context, DrawStats& stats) {
   const std::vector<float> ends = packed_ends(*shot.view);
-  if (!drawn_apart(shot))
+  if (shot.options.mode != RenderMode::isosurface)
     return draw_objects(trail_objects(shot, true), shot, shot.trail->combine, ends, context, stats);
   Shot apart = shot;
   apart.trail = nullptr, apart.options.with_depth = true;
   const Shot* const slice = &apart;
   const GpuPixels front = draw_shots(Shots(&slice, 1), context, stats);
-  const bool post = shot.trail->combine == TrailCombine::post;
   GpuPixels behind = draw_objects(trail_objects(shot, false), shot, TrailCombine::physical,
-                                  post ? ends : ends_at(front, *shot.view, ends), context, stats);
-  if (post)
-    lay_over(front, behind);
-  else
-    add_surface(front, shot.options, behind);
+                                  ends_at(front, *shot.view, ends), context, stats);
+  add_surface(front, shot.options, behind);
   return behind;
 }
 

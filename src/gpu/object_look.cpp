@@ -27,10 +27,6 @@ GpuObject still_object(const Shot& shot, const ShotStill& still) {
 
 } // namespace
 
-bool drawn_apart(const Shot& shot) {
-  return shot.options.mode == RenderMode::isosurface || shot.trail->combine == TrailCombine::post;
-}
-
 std::vector<GpuObject> trail_objects(const Shot& shot, bool with_slice) {
   std::vector<GpuObject> out;
   if (with_slice) out.push_back({alone(shot), 1, 0});

@@ -22,8 +22,6 @@ struct GpuObject {
 [[nodiscard]] std::vector<GpuObject> trail_objects(const Shot& shot, bool with_slice);
 // The objects of shots without trails.
 [[nodiscard]] std::vector<GpuObject> instance_objects(Shots shots);
-// Whether the slice of a trail is drawn as a picture of its own.
-[[nodiscard]] bool drawn_apart(const Shot& shot);
 
 // Their tables, all with integrals where one of them asks for it. change: as gpu_table() has it.
 [[nodiscard]] std::vector<ClassTable> object_tables(std::span<const GpuObject> objects,

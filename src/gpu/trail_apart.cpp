@@ -47,12 +47,4 @@ void add_surface(const GpuPixels& surface, const ShotOptions& options, GpuPixels
   }
 }
 
-void lay_over(const GpuPixels& front, GpuPixels& onto) {
-  onto.more.resize(onto.color.size());
-  for (size_t p = 0; p < onto.color.size(); ++p) {
-    onto.more[p][depth] = std::min(onto.more[p][depth], front.more[p][depth]);
-    lay_pixel(front.color[p], front.more[p], 1 - front.color[p][3], onto.color[p], onto.more[p]);
-  }
-}
-
 } // namespace bccsplat

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trail whose slice is a picture of its own: a surface that ends the trail's rays, or what is laid over it.
+// A trail behind a surface, which is drawn first and ends the trail's rays.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,5 @@ namespace bccsplat {
                                          const std::vector<float>& ends);
 // Adds the surface behind what was drawn up to it.
 void add_surface(const GpuPixels& surface, const ShotOptions& options, GpuPixels& onto);
-// Lays a finished picture over another.
-void lay_over(const GpuPixels& front, GpuPixels& onto);
 
 } // namespace bccsplat

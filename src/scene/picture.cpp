@@ -42,9 +42,6 @@ void check_picture(const Scene& scene, const RenderOptions& options, const Image
     if (options.mode == RenderMode::xray || options.mode == RenderMode::maximum)
       fail(Code::unsupported, "render: deep pictures are of modes composite and isosurface");
     if (options.reference) fail(Code::unsupported, "render: the reference integrator draws no deep pictures");
-    if (scene.trail && scene.combine == TrailCombine::post)
-      fail(Code::unsupported,
-           "render: a trail laid under a finished picture has no depth; combine it in depth");
   }
   if (image.deep && image.depth.pixels && options.opacity_stop == 1 && options.depth_opacity > 0.5)
     fail(Code::unsupported,

@@ -72,13 +72,7 @@ RenderStats render_together(std::span<const Scene> scenes, const RenderOptions& 
     fail(Code::unsupported, "render: several instances are drawn in modes composite and isosurface");
   if (image.value.pixels || image.time.pixels)
     fail(Code::unsupported, "render: values and times of several instances have no place in one picture");
-  for (const Scene& scene : scenes) {
-    check_picture(scene, options, image);
-    if (scene.trail && scene.combine == TrailCombine::post)
-      fail(Code::unsupported,
-           "render: a trail that is laid under a finished picture has no place among several "
-           "instances; combine it in depth");
-  }
+  for (const Scene& scene : scenes) check_picture(scene, options, image);
   RenderStats stats;
   if (options.mode == RenderMode::composite && !options.reference &&
       draw_by_sheets(scenes, options, context, image, stats))

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plans all objects on one grid of tiles, with tiles small enough for every thread to find memory for one,
-// and has each tile drawn. Where a slice with a trail is drawn apart, as a surface or a picture of its own,
-// it is drawn first; a surface then ends the trail's rays, and a picture is laid over the trail's.
+// and has each tile drawn. A surface with a trail is drawn first and ends the trail's rays.
 #include "splat/splat_together.h"
 
 #include <algorithm>
@@ -52,30 +51,6 @@ Planned plan_objects(std::span<const Listed> list, const Context& context, Memor
   });
   for (const DrawStats& s : stats) planned.stats += s;
   return planned;
-}
-
-// Lays a finished picture over another, in place.
-TilePixels lay_over(const TilePixels& front, const TilePixels& back, TileMemory& memory) {
-  float* const base = memory.pixels.data(); // of `back`
-  const auto writable = [&](const float* plane) { return plane ? base + (plane - base) : nullptr; };
-  float *const red = writable(back.red), *const green = writable(back.green),
-               *const blue = writable(back.blue);
-  float *const alpha = writable(back.alpha), *const depth = writable(back.depth);
-  for (int y = 0; y < back.height; ++y)
-    for (int x = 0; x < back.width; ++x) {
-      const auto p = plane_index(x, y, back.pitch);
-      const auto f = plane_index(x, y, front.pitch);
-      const float a = front.alpha[f], b = (1 - a) * back.alpha[p], sum = a + b;
-      const auto mean = [&](float* plane, const float* of) { // NaN where a picture has nothing
-        if (plane) plane[p] = sum > 0 ? ((a > 0 ? a * of[f] : 0) + (b > 0 ? b * plane[p] : 0)) / sum : of[f];
-      };
-      mean(writable(back.value), front.value), mean(writable(back.time), front.time);
-      red[p] = front.red[f] + (1 - a) * red[p], green[p] = front.green[f] + (1 - a) * green[p],
-      blue[p] = front.blue[f] + (1 - a) * blue[p];
-      alpha[p] = sum;
-      depth[p] = std::min(depth[p], front.depth[f]);
-    }
-  return back;
 }
 
 // Returns whether as many of the largest tiles as there are threads find room.
@@ -153,20 +128,15 @@ struct ObjectList {
 DrawStats splat_with_trail(const SplatObject& object, const SplatOptions& options, const Context& context,
                            const std::function<void(const TilePixels&)>& emit) {
   const SplatScene& slice = object.scene;
-  const bool post = object.combine == TrailCombine::post;
-  const bool apart = post || options.mode == RenderMode::isosurface;
+  const bool apart = options.mode == RenderMode::isosurface;
   SplatOptions together = options;
   together.mode = RenderMode::composite;
-  SplatOptions alone = apart ? options : together;
-  if (apart) { // what is drawn apart goes into the trail's picture
-    alone.with_deep = false;
-    alone.preintegrate = post && options.mode == RenderMode::composite && !slice.table->integrals.empty();
-  }
+  SplatOptions alone = options; // of the surface, which goes into the trail's picture
+  alone.with_deep = alone.preintegrate = false;
 
-  ObjectList all, front; // `front` where that is of labels, which only sheets side by side are classified by
+  ObjectList all;
   if (!apart) all.add_slice(object, 0);
   all.add_trail(object, 1);
-  if (slice.slice->labels && alone.mode == RenderMode::composite) front.add_slice(object, 1);
   std::vector<Listed> list; // the slice first
   if (apart) list.push_back({&slice, &alone});
   for (const SplatScene* scene : all.scenes) list.push_back({scene, &together});
@@ -174,12 +144,11 @@ DrawStats splat_with_trail(const SplatObject& object, const SplatOptions& option
   Planned planned;
   TileJob job{.objects = {},
               .stills = all.stills,
-              .combine = post ? TrailCombine::physical : object.combine,
+              .combine = object.combine,
               .options = &together,
               .context = &context,
               .main = &slice};
-  TileJob front_job{
-      .objects = {}, .stills = front.stills, .options = &alone, .context = &context, .main = &slice};
+  TileJob front_job{.objects = {}, .options = &alone, .context = &context, .main = &slice};
   const auto plan = [&](int tile_size, MemoryBudget* copies) {
     // All objects share one grid of tiles.
     together.tile_size = alone.tile_size = options.tile_size > 0 ? options.tile_size : tile_size;
@@ -192,8 +161,7 @@ DrawStats splat_with_trail(const SplatObject& object, const SplatOptions& option
     if (!apart) return emit(draw_tile(job, n, nullptr, memory, mine));
     if (!memory.apart) memory.apart = std::make_unique<TileMemory>();
     const TilePixels before = draw_tile(front_job, n, nullptr, *memory.apart, mine);
-    const TilePixels trail = draw_tile(job, n, post ? nullptr : &before, memory, mine);
-    emit(post ? lay_over(before, trail, memory) : trail);
+    emit(draw_tile(job, n, &before, memory, mine));
   });
 }
 

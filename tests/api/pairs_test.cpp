@@ -131,7 +131,7 @@ const std::vector<Option> options{
       {"mean",
        [](Asked& a) {
          a.has_trail = true, a.trail.interval[0] = -1, a.trail.interval[1] = 1;
-         a.trail.content = BCCSPLAT_TRAIL_MEAN, a.trail.combine = BCCSPLAT_TRAIL_POST;
+         a.trail.content = BCCSPLAT_TRAIL_MEAN;
        }}}},
     {"backend", {{"cpu", nothing}, {"gpu", [](Asked& a) { a.render.backend = BCCSPLAT_BACKEND_GPU; }}}},
     {"light", {{"one", nothing}, {"shadow", [](Asked& a) { a.lights.shadow = 1, a.lights.occlusion = 1; }}}},
@@ -172,10 +172,8 @@ const std::vector<Refused> refused{
     {{"axes=uneven", "drawn by=mask"}, BCCSPLAT_ERROR_UNSUPPORTED, "uneven"},
     {{"drawn by=budget", "frame=deep"}, BCCSPLAT_ERROR_UNSUPPORTED, "a deep picture has no budget"},
     {{"drawn by=two", "frame=planes"}, BCCSPLAT_ERROR_UNSUPPORTED, "values and times of several instances"},
-    {{"drawn by=two", "trail=mean"}, BCCSPLAT_ERROR_UNSUPPORTED, "instances"},
     {{"drawn by=paint", "trail"}, BCCSPLAT_ERROR_UNSUPPORTED, "a trail has no colours by another channel"},
     {{"drawn by=mask", "trail"}, BCCSPLAT_ERROR_UNSUPPORTED, "leave mask_channel out"},
-    {{"trail=mean", "frame=deep"}, BCCSPLAT_ERROR_UNSUPPORTED, "laid under a finished picture has no depth"},
     {{"trail", "light"}, BCCSPLAT_ERROR_UNSUPPORTED, "shadow and ambient occlusion are not drawn"},
     {{"backend=gpu", "frame=deep"}, BCCSPLAT_ERROR_UNSUPPORTED, "the GPU does not draw"},
     {{"backend=gpu", "light"}, BCCSPLAT_ERROR_UNSUPPORTED, "the GPU does not draw"},
@@ -188,7 +186,7 @@ const std::vector<Refused> refused{
     {{"backend=gpu", "missing=hole", "cut=oblique"}, BCCSPLAT_ERROR_UNSUPPORTED, "in an oblique slice"},
     {{"backend=gpu", "missing=hole", "drawn by=two"}, BCCSPLAT_ERROR_UNSUPPORTED, "the GPU does not draw"},
     {{"backend=gpu", "bound=abs", "drawn by=two"}, BCCSPLAT_ERROR_UNSUPPORTED, "the GPU does not draw"},
-    {{"backend=gpu", "trail=stills", "drawn by=two"}, BCCSPLAT_ERROR_UNSUPPORTED, "trails among several"},
+    {{"backend=gpu", "trail", "drawn by=two"}, BCCSPLAT_ERROR_UNSUPPORTED, "trails among several"},
     {{"backend=gpu", "mode=isosurface|surfaces", "drawn by=two"}, BCCSPLAT_ERROR_UNSUPPORTED, "in this mode"},
     {{"mode=xray|maximum", "drawn by=two"},
      BCCSPLAT_ERROR_UNSUPPORTED,

@@ -90,11 +90,6 @@ TEST_F(RefusedPicture, LeavesTheFrame) {
   ASSERT_OK(bccsplat_renderer_set_camera(renderer_.get(), &camera));
   expect_refused(BCCSPLAT_ERROR_INVALID_ARGUMENT, "a camera that is too far away");
   ASSERT_OK(bccsplat_renderer_set_camera(renderer_.get(), nullptr));
-  auto trail = sized<bccsplat_trail>();
-  trail.interval[0] = -2, trail.combine = BCCSPLAT_TRAIL_POST;
-  ASSERT_OK(bccsplat_renderer_set_trail(renderer_.get(), &trail));
-  expect_refused(BCCSPLAT_ERROR_UNSUPPORTED, "deep samples of a trail laid under");
-  ASSERT_OK(bccsplat_renderer_set_trail(renderer_.get(), nullptr));
   ASSERT_OK(bccsplat_renderer_set_slice(renderer_.get(), nullptr));
   expect_refused(BCCSPLAT_ERROR_WRONG_STATE, "no slice");
 }

@@ -155,7 +155,6 @@ class Beside(ToolTest):
                             (('--with', 'h.bcc4,trail=1,color-channel=0'), 'not both'), (('--with', 'h.bcc4,trail=x'), 'a number'),
                             (('--with', 'c.bcc4,trail=1'), 'c.bcc4 has one frame'), (('--with', 'h.bcc4', '--shutter', 'box'), '--trail DT'),
                             (('--with', 'h.bcc4,trail=1', '--trail-opacity', 2), 'go with --trail DT'),
-                            (('--trail', 1, '--trail-mode', 'post', '--with', 'h.bcc4'), 'no place'),
                             (('--with', 'h.bcc4,trail=1', '--shadow'), '--trail')):
             self.refused(2, words, *go, *args, output='w.png')
 

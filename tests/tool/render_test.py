@@ -72,7 +72,6 @@ class Render(ToolTest):
         for wrong in (0, .0009, 1.5):
             self.refused(2, '--opacity-stop', *go, '--deep', '--opacity-stop', wrong, '-o', 'x.exr', output='x.exr')
         self.refused(2, 'composite and iso', *go, '--deep', '--mode', 'mip', '-o', 'x.exr', output='x.exr')
-        self.refused(2, '--trail-mode', *go, '--deep', '--trail', 1, '--trail-mode', 'post', '-o', 'x.exr', output='x.exr')
 
     def test_exr_holds_the_standard_attributes(self):
         with open(self.path('c.json'), 'w') as f:
@@ -198,7 +197,7 @@ class Render(ToolTest):
         self.assertEqual(past, self.picture('--index', '--time', 4, '--trail', 2))
         self.assertNotEqual(past, self.picture('--time', 4, '--trail', -1))  # the future
         self.assertNotEqual(past, self.picture('--time', 4, '--trail', '2,3'))
-        for more in (['--trail-content', 'mean'], ['--trail-content', 'max'], ['--trail-mode', 'interleaved'], ['--trail-mode', 'post']):
+        for more in (['--trail-content', 'mean'], ['--trail-content', 'max'], ['--trail-mode', 'interleaved']):
             self.assertNotEqual(past, self.picture('--time', 4, '--trail', 2, *more), more)
         # Clipped to the series.
         self.assertEqual(self.picture('--time', 4, '--trail', 4), self.picture('--time', 4, '--trail', 40))
@@ -458,7 +457,7 @@ class Render(ToolTest):
         self.refused(2, 'WxH', *go, '--size', '0x5', output='x.png')
         self.refused(2, 'WxH', *go, '--size', '512x', output='x.png')
         self.refused(2, 'did you mean composite?', *go, '--mode', 'compsite', output='x.png')
-        self.refused(2, '--trail DT', *go, '--trail-mode', 'post', output='x.png')
+        self.refused(2, '--trail DT', *go, '--trail-mode', 'interleaved', output='x.png')
         self.refused(2, '0 to 1', *go, '--background', '255,0,0', output='x.png')
         self.refused(2, 'exclude', *go, '--tf', 'a.json', '--colormap', 'fire', output='x.png')
         self.refused(2, 'camera read from a file', *go, '--camera', 'c.json', '--rotate-x', 3, output='x.png') if self.write(

@@ -118,8 +118,6 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--shadow and --ao are of lit composites, without --no-shading, --reference and --trail");
   if (a.deep && (a.mode == BCCSPLAT_MODE_XRAY || a.mode == BCCSPLAT_MODE_MAXIMUM || a.reference))
     fail_usage("--deep goes with --mode composite and iso, without --reference");
-  if (a.deep && a.trail_mode == BCCSPLAT_TRAIL_POST)
-    fail_usage("--deep: --trail-mode post lays two pictures over each other, which has no order in depth");
   if (!a.iso.empty() && a.mode != BCCSPLAT_MODE_DEFAULT && a.mode != BCCSPLAT_MODE_ISOSURFACE)
     fail_usage("--iso is the value of an isosurface; another --mode has none");
   if (has_trail(a) &&

@@ -299,10 +299,7 @@ void add_trail(const Command& command, RenderArguments& a) {
                        {"max", BCCSPLAT_TRAIL_MAXIMUM}},
                       "What the trail holds (default classified)");
   add_choice<int32_t>(command, "--trail-mode", a.trail_mode,
-                      {{"physical", BCCSPLAT_TRAIL_PHYSICAL},
-                       {"interleaved", BCCSPLAT_TRAIL_INTERLEAVED},
-                       {"post", BCCSPLAT_TRAIL_POST},
-                       {"interleaved-consistent", BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT}},
+                      {{"physical", BCCSPLAT_TRAIL_PHYSICAL}, {"interleaved", BCCSPLAT_TRAIL_INTERLEAVED}},
                       "How trail and slice meet (default physical)");
 }
 

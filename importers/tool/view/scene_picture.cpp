@@ -85,8 +85,6 @@ void check_scene(const RenderArguments& a, const std::vector<Picture>& pictures)
       fail_usage("--with: a volume has a trail or a color-channel, not both");
   if (a.trail && !(a.beside.color_channel.empty() && a.beside.mask_channel.empty()))
     fail_usage("--trail goes with --with, but without --color-channel and --mask-channel");
-  if (has_trail(a) && a.trail_mode == BCCSPLAT_TRAIL_POST)
-    fail_usage("--trail-mode post lays two pictures over each other, in which other volumes have no place");
   refuse(a.which.region.has_value(), "--roi (but --box does what it does)");
   refuse(a.which.level.has_value(), "--level");
   refuse(a.which.thickness.has_value(), "--thickness");

@@ -58,7 +58,7 @@ struct SplatObject {
   SplatScene scene;
   std::vector<SplatScene> sources{}; // of the trail; none: it has none
   std::vector<SplatStill> stills{};
-  TrailCombine combine = TrailCombine::physical; // of slice and trail; among others not post
+  TrailCombine combine = TrailCombine::physical; // of slice and trail
 };
 
 } // namespace bccsplat

@@ -39,7 +39,7 @@ std::array<float, 2> shares(float a, float b, TrailCombine combine) {
   if (combine == TrailCombine::interleaved)
     return {a > 0 ? absorbed(a) / (2 * a) : 0, b > 0 ? absorbed(b) / (2 * b) : 0};
   const float sum = a + b;
-  const float share = absorbed(combine == TrailCombine::interleaved_consistent ? sum / 2 : sum) / sum;
+  const float share = absorbed(sum) / sum;
   return {share, share};
 }
 

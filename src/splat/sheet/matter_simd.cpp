@@ -140,8 +140,7 @@ int Join(const JoinArgs& j) {
         fa = part(a), fb = part(b);
       } else {
         const V sum = hn::Add(a, b);
-        const V depth = j.combine == TrailCombine::interleaved_consistent ? hn::Mul(half, sum) : sum;
-        fa = fb = hn::Mul(open, hn::Div(Absorbed(depth), hn::Max(sum, tiny)));
+        fa = fb = hn::Mul(open, hn::Div(Absorbed(sum), hn::Max(sum, tiny)));
       }
       const auto add = [&](float* out, float* MatterPlanes::*plane) HWY_ATTR {
         if (!out) return;

@@ -379,9 +379,6 @@ TEST(DeepTrail, FlattensToTheFlatPicture) {
       // By equation (8) a surface is segments that rays go through.
       EXPECT_EQ(surfaces > 20, mode == RenderMode::isosurface && combine == TrailCombine::physical);
     }
-  Deep deep;
-  scene.combine = TrailCombine::post;
-  EXPECT_THROW(deep.draw(scene, options), Error);
 }
 
 TEST_F(DeepPicture, IsRefusedWhereThereIsNoOrderInDepth) {

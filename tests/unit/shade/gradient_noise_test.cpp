@@ -270,10 +270,7 @@ TEST_F(WeakGradient, IsNoSurfaceInTrailsEither) {
   trail.sources.push_back(std::move(source));
   scene.trail = &trail, scene.trail_functions = {white()};
   RenderOptions o;
-  for (const auto combine : {TrailCombine::physical, TrailCombine::post}) {
-    scene.combine = combine;
-    expect_follows(o, "trail");
-  }
+  expect_follows(o, "trail");
 }
 
 // The splatter and the reference weigh gradients alike.

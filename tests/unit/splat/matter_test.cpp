@@ -121,8 +121,7 @@ TEST(Matter, AbsorbingByIntegralsIsTheSameInVectors) {
 }
 
 TEST(Matter, JoiningIsTheSameInVectors) {
-  for (const TrailCombine combine :
-       {TrailCombine::physical, TrailCombine::interleaved, TrailCombine::interleaved_consistent})
+  for (const TrailCombine combine : {TrailCombine::physical, TrailCombine::interleaved})
     for (const unsigned groups : {1u, 2u, 3u}) {
       Sheet reference, vectors;
       int closed[2];
@@ -158,18 +157,15 @@ TEST(Matter, ExtinctionsAdd) {
 
 // Equation (8) of Neophytou & Mueller 2002 in numbers: behind an opacity of 1/2, a slice of opacity 1/2 and
 // red 0.8, and a trail of 3/4 and 0.4. As printed, c += (1 - a)(c1 a1 + c2 a2) / 2 and a += (1 - a)(a1 + a2)
-// / 2; in the form that does not depend on the step, 1 - sqrt(1/2 1/4) is shared by optical depths 1 : 2;
-// physically 1 - 1/2 1/4 is.
+// / 2; physically 1 - 1/2 1/4 is shared by optical depths 1 : 2.
 TEST(Matter, SliceAndTrailAreJoinedByTheEquation) {
   struct Case {
     TrailCombine combine;
     double alpha, red;
   };
-  const double consistent = 1 - std::sqrt(0.125), mean = (0.8 + 2 * 0.4) / 3;
-  for (const Case& c :
-       {Case{TrailCombine::interleaved, 0.5 + 0.5 * 0.625, 0.2 + 0.5 * (0.4 + 0.3) / 2},
-        Case{TrailCombine::interleaved_consistent, 0.5 + 0.5 * consistent, 0.2 + 0.5 * consistent * mean},
-        Case{TrailCombine::physical, 0.5 + 0.5 * 0.875, 0.2 + 0.5 * 0.875 * mean}})
+  const double mean = (0.8 + 2 * 0.4) / 3;
+  for (const Case& c : {Case{TrailCombine::interleaved, 0.5 + 0.5 * 0.625, 0.2 + 0.5 * (0.4 + 0.3) / 2},
+                        Case{TrailCombine::physical, 0.5 + 0.5 * 0.875, 0.2 + 0.5 * 0.875 * mean}})
     for (const MatterLoops* loops : {&reference_matter_loops(), &simd_matter_loops()}) {
       Sheet s;
       const size_t pixels = size_t{Sheet::pitch} * Sheet::height;
