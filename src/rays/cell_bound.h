@@ -22,7 +22,4 @@ inline constexpr int cell_parts = 2, refined_parts = 4;
 // The bound for one of these of the kernels whose radius is at most 2; none of others.
 [[nodiscard]] std::optional<CellBound> cell_bound(const Kernel& kernel, int parts = cell_parts);
 
-// The proof: largest sums on a fine grid, and what sums between its points may have more. Slow.
-[[nodiscard]] CellBound prove_cell_bound(const RadialKernel& kernel, int parts);
-
 } // namespace bccsplat

@@ -7,9 +7,9 @@
 #include <cstring>
 
 #include "base/error.h"
-#include "rays/cell_bound.h"
 #include "rays/rays.h"
 #include "tests/bench/render/render.h"
+#include "tests/support/cell_bound_proof.h"
 
 namespace bccsplat::bench {
 namespace {
@@ -133,7 +133,7 @@ int run_rays_suite(std::span<const std::string> args, const Report& report) {
   std::vector<Row> bounds, times, others;
   for (const char* name : {"radial16+b2", "radial18+b3", "radial20+b3", "radial24+b4"})
     for (const int parts : {1, 2, 4}) {
-      const CellBound b = prove_cell_bound(make_kernel(name).space, parts);
+      const CellBound b = test::prove_cell_bound(make_kernel(name).space, parts);
       bounds.push_back({word("kernel", name), figure("parts", parts, 0),
                         figure("of half the range", b.of_range, 4), figure("of the middle", b.of_middle, 5)});
     }

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "rays/cell_bound.h"
 #include "rays/cell_marker.h"
+#include "tests/support/cell_bound_proof.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"
 
