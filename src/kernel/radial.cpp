@@ -33,18 +33,6 @@ double radial_integral(const RadialKernel& phi) {
   return 4 * std::numbers::pi * phi.radius * phi.radius * phi.radius * sum;
 }
 
-double radial_variance(const RadialKernel& phi) {
-  // One third of the mean of r^2: int_0^1 s^4 (1 - s^2)^j ds starts at 1/5 and steps by 2 j / (2 j + 5).
-  double second = 0;
-  double factor = 1.0 / 5;
-  for (int j = 0; j < phi.terms; ++j) {
-    if (j > 0) factor *= 2.0 * j / (2.0 * j + 5);
-    second += phi.a[j] * factor;
-  }
-  second *= 4 * std::numbers::pi * std::pow(phi.radius, 5);
-  return second / 3 / radial_integral(phi);
-}
-
 void normalise_on_bcc(RadialKernel& phi) {
   const double scale = std::numbers::sqrt2 / radial_integral(phi);
   for (double& a : phi.a) a *= scale;

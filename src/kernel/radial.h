@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moments and normalisation of the spatial kernels, and the Gaussian in polynomial form.
+// Integral and normalisation of the spatial kernels, and the Gaussian in polynomial form.
 #pragma once
 
 #include <numbers>
@@ -10,9 +10,6 @@ namespace bccsplat {
 
 // Returns the integral of phi over space.
 [[nodiscard]] double radial_integral(const RadialKernel& phi);
-
-// Returns the second moment of phi along one axis, for unit integral (T^2).
-[[nodiscard]] double radial_variance(const RadialKernel& phi);
 
 // Scales phi so that its sum over the sites of BCC is 1 in the mean: integral = cell volume = sqrt2.
 void normalise_on_bcc(RadialKernel& phi);

@@ -126,8 +126,7 @@ class BrickLayer : public BrickSlots<std::shared_ptr<const Brick>> {
   [[nodiscard]] uint64_t bytes() const; // memory held by the bricks
 };
 
-// These turn one layer of a dense array into bricks and back; `dense` has dims() sites, x fastest.
-[[nodiscard]] BrickLayer layer_from_dense(const Lattice3& lattice, int coset, std::span<const float> dense);
+// Returns a layer as a dense array of dims() sites, x fastest.
 [[nodiscard]] std::vector<float> layer_to_dense(const BrickLayer& layer);
 
 } // namespace bccsplat

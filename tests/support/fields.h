@@ -10,6 +10,7 @@
 
 #include "base/context.h"
 #include "points/sample_source.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/plane_waves.h"
 
 namespace bccsplat::test {

@@ -16,6 +16,7 @@
 #include "slice/time_slice.h"
 #include "tests/bench/kernels/kernels_cartesian_field.h"
 #include "tests/support/band_limited.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {
@@ -150,7 +151,7 @@ int run_evaluate_suite(std::span<const std::string> args, const Report& report) 
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     const std::vector<double> v = field.on_grid(test::layer_grid(lattice, m));
     layers[0].push_back(
-        layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
+        test::layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
   }
   const MemorySamples samples(lattice, {0}, std::move(layers));
 

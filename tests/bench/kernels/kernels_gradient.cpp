@@ -9,6 +9,7 @@
 #include "tests/bench/kernels/kernels_cartesian_field.h"
 #include "tests/bench/kernels/kernels_chain.h"
 #include "tests/support/band_limited.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {
@@ -110,7 +111,7 @@ void run_kernel_gradients(const Report& report) {
     for (int32_t m = 0; m < lattice.layers(); ++m) {
       const std::vector<double> v = field.on_grid(test::layer_grid(lattice, m));
       layers[0].push_back(
-          layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
+          test::layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
     }
     const MemorySamples samples(lattice, {0}, std::move(layers));
     for (const char* name : {"fast", "radial18+b3", "default", "fine", "gauss09"}) {

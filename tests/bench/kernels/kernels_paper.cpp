@@ -11,6 +11,7 @@
 #include "slice/time_slice.h"
 #include "tests/bench/kernels/kernels_chain.h"
 #include "tests/support/band_limited.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {
@@ -48,7 +49,7 @@ PaperField sampled(const PlaneWaves& waves, LatticeKind kind, uint32_t edge) {
 MemorySamples memory_samples(const PaperField& field) {
   std::vector<std::vector<BrickLayer>> layers(1);
   for (int32_t m = 0; m < field.lattice.layers(); ++m)
-    layers[0].push_back(layer_from_dense(field.lattice.space, field.lattice.coset(m), field.layers[m]));
+    layers[0].push_back(test::layer_from_dense(field.lattice.space, field.lattice.coset(m), field.layers[m]));
   return {field.lattice, {0}, std::move(layers)};
 }
 

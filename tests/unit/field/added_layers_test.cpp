@@ -11,6 +11,7 @@
 #include "points/rounded_brick.h"
 #include "slice/cut_plan.h"
 #include "slice/time_slice.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat {
@@ -75,7 +76,7 @@ MemorySamples layers_of_noise(const Lattice4& lattice) {
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     std::vector<float> dense(static_cast<size_t>(lattice.space.sites(0)));
     for (float& v : dense) v = value(random);
-    layers.push_back(layer_from_dense(lattice.space, 0, dense));
+    layers.push_back(test::layer_from_dense(lattice.space, 0, dense));
   }
   std::vector<std::vector<BrickLayer>> channels;
   channels.push_back(std::move(layers));

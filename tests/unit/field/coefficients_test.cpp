@@ -9,6 +9,7 @@
 #include "formats/bcc4/coding/layer_codes.h"
 #include "kernel/cc_kernel.h"
 #include "slice/time_slice.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/emulated.h"
 #include "tests/support/fields.h"
 #include "tests/support/larger.h"
@@ -29,7 +30,7 @@ MemorySamples noise_samples(const Lattice4& lattice, uint32_t seed) {
     const int c = lattice.coset(m);
     std::vector<float> dense(static_cast<size_t>(lattice.space.sites(c)));
     for (float& v : dense) v = value(random);
-    layers.push_back(layer_from_dense(lattice.space, c, dense));
+    layers.push_back(test::layer_from_dense(lattice.space, c, dense));
     for (size_t s = 0; s < layers.back().brick_slots() && layers.back().brick_slots() > 1; ++s)
       if (random() % 3 == 0) layers.back().set(s, nullptr);
   }
@@ -271,7 +272,7 @@ TEST(Coefficients, OfCodesAreThoseOfValues) {
         const int c = lattice.coset(m);
         std::vector<float> dense(static_cast<size_t>(lattice.space.sites(c)));
         for (float& v : dense) v = static_cast<float>(random() % 30);
-        channels[0].push_back(layer_from_dense(lattice.space, c, dense));
+        channels[0].push_back(test::layer_from_dense(lattice.space, c, dense));
         for (size_t s = 0; s < channels[0].back().brick_slots(); ++s)
           if (random() % 4 < static_cast<uint32_t>(air)) channels[0].back().set(s, nullptr);
       }

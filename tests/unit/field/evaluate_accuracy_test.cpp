@@ -10,6 +10,7 @@
 #include "fit/fit.h"
 #include "slice/time_slice.h"
 #include "tests/support/band_limited.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat {
@@ -46,7 +47,7 @@ MemorySamples on_sites(const Lattice4& lattice, const PlaneWaves& field) {
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     const std::vector<double> v = field.on_grid(test::layer_grid(lattice, m));
     layers[0].push_back(
-        layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
+        test::layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
   }
   return {lattice, {0}, std::move(layers)};
 }

@@ -9,6 +9,7 @@
 #include "field/evaluate.h"
 #include "tests/bench/kernels/kernel_spectrum.h"
 #include "tests/support/band_limited.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 #include "tests/support/larger.h"
 
@@ -28,7 +29,7 @@ MemorySamples samples_of(const Lattice4& lattice, const Sample& f) {
     for (Int3 i{0, 0, 0}; i[2] < n[2]; ++i[2])
       for (i[1] = 0; i[1] < n[1]; ++i[1])
         for (i[0] = 0; i[0] < n[0]; ++i[0]) dense.push_back(f(m, i));
-    layers[0].push_back(layer_from_dense(lattice.space, lattice.coset(m), dense));
+    layers[0].push_back(test::layer_from_dense(lattice.space, lattice.coset(m), dense));
   }
   return {lattice, {0}, std::move(layers)};
 }
@@ -134,7 +135,7 @@ TEST_P(Prefilter, LeavesAStatedResidualAtTheSites) {
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     const std::vector<double> v = field.on_grid(test::layer_grid(lattice, m));
     layers[0].push_back(
-        layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
+        test::layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
   }
   const MemorySamples samples(lattice, {0}, std::move(layers));
   const Coefficients c(samples, 0, kernel, 0, large_cache);

@@ -9,6 +9,7 @@
 #include "field/evaluate.h"
 #include "field/point_order.h"
 #include "field/slice.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 #include "tests/support/targets.h"
 
@@ -32,7 +33,7 @@ struct Noise {
     for (int m = 0; m < count; ++m) {
       std::vector<float> dense(static_cast<size_t>(lattice.sites(m & 1)));
       for (float& v : dense) v = value(random);
-      layers.push_back(layer_from_dense(lattice, m & 1, dense));
+      layers.push_back(test::layer_from_dense(lattice, m & 1, dense));
       for (size_t s = 0; s < layers.back().brick_slots(); ++s)
         if (random() % 4 == 0) layers.back().set(s, nullptr);
     }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 #include "tests/support/targets.h"
 
@@ -24,7 +25,7 @@ Slice noise_slice(const char* kernel, const Int3& last) {
     std::vector<float> dense(static_cast<size_t>(s.lattice.sites(c)));
     for (float& v : dense) v = value(random);
     BrickLayer& layer = s.coset[c];
-    layer = layer_from_dense(s.lattice, c, dense);
+    layer = test::layer_from_dense(s.lattice, c, dense);
     for (size_t slot = 0; slot < layer.brick_slots() && layer.brick_slots() > 1; ++slot)
       if (random() % 4 == 0) layer.set(slot, nullptr);
   }

@@ -10,6 +10,7 @@
 #include "kernel/radial.h"
 #include "slice/plane_slice.h"
 #include "slice/time_slice.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/fields.h"
 #include "tests/support/larger.h"
 #include "tests/unit/field/evaluated.h"
@@ -279,7 +280,7 @@ TEST(ExactKernel, HolesStayAndAirIsPruned) {
   const auto lattice = Lattice4::fit(LatticeKind::cc, {60, 20, 20, 1});
   std::vector<float> dense(60 * 20 * 20, 0.0f);
   dense[10 * 20 * 60 + 10 * 60 + 8] = 100;
-  BrickLayer layer = layer_from_dense(lattice.space, 0, dense);
+  BrickLayer layer = test::layer_from_dense(lattice.space, 0, dense);
   auto hole = std::make_shared<Brick>();
   hole->hole = std::make_unique<BrickMask>();
   (*hole->hole)[5] = 1;

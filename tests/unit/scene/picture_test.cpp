@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/dense_layer.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -106,7 +107,7 @@ TEST(Render, XrayOfASingleSiteIsTheKernelsLineIntegral) {
   const Int3 n = slice.coset[0].dims();
   std::vector<float> dense(static_cast<size_t>(n[0]) * n[1] * n[2]);
   dense[(site[2] * n[1] + site[1]) * n[0] + site[0]] = 3;
-  slice.coset[0] = layer_from_dense(slice.lattice, 0, dense);
+  slice.coset[0] = test::layer_from_dense(slice.lattice, 0, dense);
   slice.bounds = {0, 3 * slice.kernel.space.value(0)};
   for (const bool perspective : {false, true}) {
     const int size = 41;

@@ -11,6 +11,7 @@
 #include "splat/points/brick_sites.h"
 #include "splat/points/cell_ranges.h"
 #include "splat/points/point_sizes.h"
+#include "tests/support/dense_layer.h"
 #include "tests/support/splat_scene.h"
 #include "tests/support/targets.h"
 
@@ -37,7 +38,7 @@ Slice random_slice(bool bcc, const Int3& last, double filled, unsigned seed) {
       const float v = value(random);
       dense[n] = box && (v + 3) / 6 < filled ? v : 0.0f;
     }
-    slice.coset[c] = layer_from_dense(slice.lattice, c, dense);
+    slice.coset[c] = test::layer_from_dense(slice.lattice, c, dense);
   }
   slice.bounds = {-3, 3};
   return slice;
