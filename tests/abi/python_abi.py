@@ -112,7 +112,7 @@ def module(header):
     yield ""
     yield "from ctypes import (CFUNCTYPE, POINTER, Array, c_char_p, c_double, c_float, c_int32, c_int64, c_uint32,"
     yield "                    c_uint64, c_void_p)"
-    yield "from typing import Any"
+    yield "from typing import TYPE_CHECKING, Any"
     yield ""
     yield "from ._structs import Fields, Struct"
     yield ""
@@ -144,6 +144,10 @@ def module(header):
         yield f"class {camel(name)}({'Struct' if sized else 'Fields'}):"
         for field, kind in fields[sized:]:
             yield f"    {field}: {annotation(kind)}"
+        if sized:
+            yield "    if TYPE_CHECKING:"
+            named = [f"{field}: Any = ..." for field, _ in fields[1:] if not field.startswith("reserved")]
+            yield from wrapped("        def __init__(self, *, ", named, ") -> None: ...")
         yield from wrapped("    _fields_ = [", [f'("{field}", {kind})' for field, kind in fields], "]")
         if after[camel(name)]:
             yield "\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ctypes import (CFUNCTYPE, POINTER, Array, c_char_p, c_double, c_float, c_int32, c_int64, c_uint32,
                     c_uint64, c_void_p)
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ._structs import Fields, Struct
 
@@ -246,6 +246,10 @@ class DeviceOptions(Struct):
     backend: int
     reserved2: int
     gpu_memory: int
+    if TYPE_CHECKING:
+        def __init__(self, *, thread_count: Any = ..., memory_budget: Any = ..., log: Any = ...,
+            log_user: Any = ..., runner: Any = ..., runner_user: Any = ..., max_sites: Any = ...,
+            max_reads: Any = ..., backend: Any = ..., gpu_memory: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("thread_count", c_int32), ("memory_budget", c_uint64),
         ("log", bccsplat_log_fn), ("log_user", c_void_p), ("runner", bccsplat_runner_fn),
         ("runner_user", c_void_p), ("max_sites", c_uint64), ("max_reads", c_uint32), ("reserved", c_uint32),
@@ -257,6 +261,9 @@ class DeviceInfo(Struct):
     memory_budget: int
     memory_used: int
     memory_peak: int
+    if TYPE_CHECKING:
+        def __init__(self, *, thread_count: Any = ..., memory_budget: Any = ..., memory_used: Any = ...,
+            memory_peak: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("thread_count", c_int32), ("memory_budget", c_uint64),
         ("memory_used", c_uint64), ("memory_peak", c_uint64)]
 
@@ -270,6 +277,9 @@ class GpuInfo(Struct):
     vendor: str
     renderer: str
     version: str
+    if TYPE_CHECKING:
+        def __init__(self, *, software: Any = ..., compute: Any = ..., memory: Any = ...,
+            memory_used: Any = ..., vendor: Any = ..., renderer: Any = ..., version: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("software", c_int32), ("compute", c_int32),
         ("reserved", c_uint32), ("memory", c_uint64), ("memory_used", c_uint64), ("vendor", c_char_p),
         ("renderer", c_char_p), ("version", c_char_p)]
@@ -281,6 +291,9 @@ class ReadStream(Struct):
     read_at: Any
     user: Any
     merge_gap: int
+    if TYPE_CHECKING:
+        def __init__(self, *, size: Any = ..., read_at: Any = ..., user: Any = ...,
+            merge_gap: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("size", c_uint64),
         ("read_at", bccsplat_read_at_fn), ("user", c_void_p), ("merge_gap", c_uint64)]
 
@@ -290,6 +303,8 @@ class WriteStream(Struct):
     write_at: Any
     user: Any
     flush: Any
+    if TYPE_CHECKING:
+        def __init__(self, *, write_at: Any = ..., user: Any = ..., flush: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("write_at", bccsplat_write_at_fn),
         ("user", c_void_p), ("flush", bccsplat_flush_fn)]
 
@@ -304,6 +319,10 @@ class ChannelOptions(Struct):
     air_threshold: float
     range: Array[c_double]
     value_step: float
+    if TYPE_CHECKING:
+        def __init__(self, *, set_mask: Any = ..., name: Any = ..., unit: Any = ..., source_type: Any = ...,
+            value_type: Any = ..., air: Any = ..., air_threshold: Any = ..., range: Any = ...,
+            value_step: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("name", c_char_p), ("unit", c_char_p),
         ("source_type", c_int32), ("value_type", c_int32), ("air", c_double), ("air_threshold", c_double),
         ("range", c_double * 2), ("value_step", c_double)]
@@ -317,6 +336,9 @@ class SeriesPart(Struct):
     times: Any
     box_begin: Array[c_uint64]
     box_end: Array[c_uint64]
+    if TYPE_CHECKING:
+        def __init__(self, *, first: Any = ..., end: Any = ..., lead: Any = ..., times: Any = ...,
+            box_begin: Any = ..., box_end: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("first", c_uint64), ("end", c_uint64),
         ("lead", c_uint64), ("times", POINTER(c_double)), ("box_begin", c_uint64 * 3),
         ("box_end", c_uint64 * 3)]
@@ -327,6 +349,9 @@ class Axis(Struct):
     count: int
     coordinates: Any
     unit: str
+    if TYPE_CHECKING:
+        def __init__(self, *, flags: Any = ..., count: Any = ..., coordinates: Any = ...,
+            unit: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("flags", c_uint32), ("count", c_uint64),
         ("coordinates", POINTER(c_double)), ("unit", c_char_p)]
 
@@ -365,6 +390,16 @@ class WriterOptions(Struct):
     axes: Any
     wavelet_errors: Any
     abs_errors: Any
+    if TYPE_CHECKING:
+        def __init__(self, *, set_mask: Any = ..., dims: Any = ..., lattice: Any = ..., store: Any = ...,
+            nonfinite: Any = ..., overwrite: Any = ..., fixed_predictions: Any = ...,
+            channel_count: Any = ..., channels: Any = ..., affine: Any = ..., spatial_unit: Any = ...,
+            time_unit: Any = ..., scale: Any = ..., time_scale: Any = ..., recommended_kernel: Any = ...,
+            progress: Any = ..., progress_user: Any = ..., abs_error: Any = ..., psnr: Any = ...,
+            measure: Any = ..., partial: Any = ..., lowpass: Any = ..., levels: Any = ..., part: Any = ...,
+            ends: Any = ..., faces: Any = ..., scales: Any = ..., live: Any = ..., periodic_axes: Any = ...,
+            cancel_token: Any = ..., axes: Any = ..., wavelet_errors: Any = ...,
+            abs_errors: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("store", c_int32), ("nonfinite", c_int32), ("overwrite", c_int32),
         ("fixed_predictions", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
@@ -383,6 +418,9 @@ class Box(Struct):
     begin: Array[c_int64]
     dims: Array[c_int64]
     stride_bytes: Array[c_int64]
+    if TYPE_CHECKING:
+        def __init__(self, *, type: Any = ..., data: Any = ..., begin: Any = ..., dims: Any = ...,
+            stride_bytes: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("data", c_void_p), ("begin", c_int64 * 3),
         ("dims", c_int64 * 3), ("stride_bytes", c_int64 * 3)]
 
@@ -394,6 +432,9 @@ class LayerGeometry(Struct):
     step: Array[c_double]
     frame: float
     layer_count: int
+    if TYPE_CHECKING:
+        def __init__(self, *, coset: Any = ..., dims: Any = ..., origin: Any = ..., step: Any = ...,
+            frame: Any = ..., layer_count: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("coset", c_int32), ("dims", c_int64 * 3),
         ("origin", c_double * 3), ("step", c_double * 3), ("frame", c_double), ("layer_count", c_int64)]
 
@@ -419,6 +460,13 @@ class WriterReport(Struct):
     coding_max: float
     coding_rmse: float
     sites_outside: int
+    if TYPE_CHECKING:
+        def __init__(self, *, slabs_reused: Any = ..., frames: Any = ..., cc_samples: Any = ...,
+            cc_relevant: Any = ..., sites_total: Any = ..., sites_kept: Any = ..., holes: Any = ...,
+            clamped: Any = ..., nonfinite: Any = ..., bytes_source: Any = ..., bytes_file: Any = ...,
+            bytes_runs: Any = ..., bytes_values: Any = ..., bytes_index: Any = ...,
+            frames_measured: Any = ..., corrected: Any = ..., bytes_corrections: Any = ...,
+            coding_max: Any = ..., coding_rmse: Any = ..., sites_outside: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("slabs_reused", c_uint32), ("frames", c_uint64),
         ("cc_samples", c_uint64), ("cc_relevant", c_uint64), ("sites_total", c_uint64),
         ("sites_kept", c_uint64), ("holes", c_uint64), ("clamped", c_uint64), ("nonfinite", c_uint64),
@@ -446,6 +494,12 @@ class ErrorReport(Struct):
     uncorrected_max_abs: float
     corrected: int
     lost: int
+    if TYPE_CHECKING:
+        def __init__(self, *, frame: Any = ..., samples: Any = ..., max_abs: Any = ..., rmse: Any = ...,
+            peak: Any = ..., psnr: Any = ..., non_air_samples: Any = ..., non_air_max_abs: Any = ...,
+            non_air_rmse: Any = ..., non_air_psnr: Any = ..., voxel: Any = ..., expected: Any = ...,
+            got: Any = ..., uncorrected_max_abs: Any = ..., corrected: Any = ...,
+            lost: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("frame", c_uint64), ("samples", c_uint64),
         ("max_abs", c_double), ("rmse", c_double), ("peak", c_double), ("psnr", c_double),
         ("non_air_samples", c_uint64), ("non_air_max_abs", c_double), ("non_air_rmse", c_double),
@@ -460,6 +514,9 @@ class JoinOptions(Struct):
     cancel_token: Any
     compare_levels: int
     reserved: int
+    if TYPE_CHECKING:
+        def __init__(self, *, overwrite: Any = ..., progress: Any = ..., progress_user: Any = ...,
+            cancel_token: Any = ..., compare_levels: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("cancel_token", c_void_p), ("compare_levels", c_int32),
         ("reserved", c_int32)]
@@ -471,6 +528,9 @@ class SourceBoxes(Struct):
     count: int
     release: Any
     keeper: Any
+    if TYPE_CHECKING:
+        def __init__(self, *, boxes: Any = ..., count: Any = ..., release: Any = ...,
+            keeper: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("boxes", POINTER(Box)),
         ("count", c_uint64), ("release", bccsplat_release_fn), ("keeper", c_void_p)]
 
@@ -485,6 +545,9 @@ class PlanChannel(Struct):
     step: float
     offset: float
     active: Any
+    if TYPE_CHECKING:
+        def __init__(self, *, type: Any = ..., missing: Any = ..., kind: Any = ..., step: Any = ...,
+            offset: Any = ..., active: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("missing", c_int32), ("kind", c_uint32),
         ("step", c_double), ("offset", c_double), ("active", POINTER(c_uint64))]
 
@@ -502,6 +565,10 @@ class PlanOptions(Struct):
     boxes: Any
     memory: int
     name: str
+    if TYPE_CHECKING:
+        def __init__(self, *, set_mask: Any = ..., wish: Any = ..., channels: Any = ..., times: Any = ...,
+            frame: Any = ..., frame_user: Any = ..., density: Any = ..., exact: Any = ..., boxes: Any = ...,
+            memory: Any = ..., name: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("wish", POINTER(WriterOptions)),
         ("channels", POINTER(PlanChannel)), ("times", POINTER(c_double)), ("frame", bccsplat_source_fn),
         ("frame_user", c_void_p), ("density", c_double), ("exact", c_int32), ("reserved", c_uint32),
@@ -514,6 +581,9 @@ class VolumeOptions(Struct):
     cache_bytes: int
     cancel_token: Any
     shape: Array[c_double]
+    if TYPE_CHECKING:
+        def __init__(self, *, salvage: Any = ..., kernel: Any = ..., cache_bytes: Any = ...,
+            cancel_token: Any = ..., shape: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("salvage", c_int32), ("kernel", c_char_p),
         ("cache_bytes", c_uint64), ("cancel_token", c_void_p), ("shape", c_double * 3)]
 
@@ -558,6 +628,18 @@ class VolumeInfo(Struct):
     series_state: int
     part_box_begin: Array[c_uint64]
     part_box_end: Array[c_uint64]
+    if TYPE_CHECKING:
+        def __init__(self, *, lattice: Any = ..., dims: Any = ..., cc_samples: Any = ...,
+            sites_total: Any = ..., layer_count: Any = ..., scale: Any = ..., time_scale: Any = ...,
+            affine: Any = ..., time_first: Any = ..., time_last: Any = ..., mean_voxel: Any = ...,
+            spatial_unit: Any = ..., time_unit: Any = ..., kernel: Any = ..., recommended_kernel: Any = ...,
+            channel_count: Any = ..., time_uniform: Any = ..., store: Any = ..., has_holes: Any = ...,
+            bytes_file: Any = ..., bytes_runs: Any = ..., bytes_values: Any = ..., bytes_index: Any = ...,
+            bytes_read: Any = ..., attribute_count: Any = ..., part_first: Any = ..., part_end: Any = ...,
+            scales: Any = ..., planes_before: Any = ..., planes_behind: Any = ..., sites_outside: Any = ...,
+            level_count: Any = ..., time_periodic: Any = ..., time_end: Any = ..., frames_expected: Any = ...,
+            periodic_axes: Any = ..., series_state: Any = ..., part_box_begin: Any = ...,
+            part_box_end: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -581,6 +663,9 @@ class LevelInfo(Struct):
     sites_kept: int
     bytes: int
     relative_rmse: float
+    if TYPE_CHECKING:
+        def __init__(self, *, scales: Any = ..., layer_count: Any = ..., sites_total: Any = ...,
+            sites_kept: Any = ..., bytes: Any = ..., relative_rmse: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("scales", c_double * 4),
         ("layer_count", c_uint64), ("sites_total", c_uint64), ("sites_kept", c_uint64), ("bytes", c_uint64),
         ("relative_rmse", c_double)]
@@ -612,6 +697,14 @@ class ChannelInfo(Struct):
     corrections: int
     missing: int
     wavelet_error: float
+    if TYPE_CHECKING:
+        def __init__(self, *, value_type: Any = ..., name: Any = ..., unit: Any = ..., air: Any = ...,
+            air_threshold: Any = ..., value_scale: Any = ..., value_offset: Any = ..., range: Any = ...,
+            kept_range: Any = ..., percentile_2: Any = ..., percentile_998: Any = ..., sites_kept: Any = ...,
+            cc_relevant: Any = ..., holes: Any = ..., histogram: Any = ..., source_type: Any = ...,
+            labels: Any = ..., error_bound: Any = ..., lattice_rmse: Any = ..., lattice_max_abs: Any = ...,
+            rmse: Any = ..., max_abs: Any = ..., corrections: Any = ..., missing: Any = ...,
+            wavelet_error: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("value_type", c_int32), ("name", c_char_p), ("unit", c_char_p),
         ("air", c_double), ("air_threshold", c_double), ("value_scale", c_double), ("value_offset", c_double),
         ("range", c_double * 2), ("kept_range", c_double * 2), ("percentile_2", c_double),
@@ -631,6 +724,10 @@ class VerifyReport(Struct):
     damages: int
     unreadable: int
     first_unreadable_offset: int
+    if TYPE_CHECKING:
+        def __init__(self, *, chunks: Any = ..., chunks_damaged: Any = ..., bytes_checked: Any = ...,
+            first_damaged_offset: Any = ..., damages: Any = ..., unreadable: Any = ...,
+            first_unreadable_offset: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("chunks", c_uint64),
         ("chunks_damaged", c_uint64), ("bytes_checked", c_uint64), ("first_damaged_offset", c_uint64),
         ("damages", c_uint64), ("unreadable", c_uint64), ("first_unreadable_offset", c_uint64)]
@@ -643,6 +740,9 @@ class Hyperplane(Struct):
     c: float
     d: float
     e: float
+    if TYPE_CHECKING:
+        def __init__(self, *, a: Any = ..., b: Any = ..., c: Any = ..., d: Any = ...,
+            e: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("a", c_double), ("b", c_double),
         ("c", c_double), ("d", c_double), ("e", c_double)]
 
@@ -667,6 +767,12 @@ class SliceOptions(Struct):
     space: int
     reserved2: int
     bandwidth: Array[c_double]
+    if TYPE_CHECKING:
+        def __init__(self, *, channel: Any = ..., kernel: Any = ..., interval: Any = ..., spacing: Any = ...,
+            time_length: Any = ..., lattice: Any = ..., level: Any = ..., progress: Any = ...,
+            progress_user: Any = ..., thickness: Any = ..., point: Any = ..., basis: Any = ...,
+            slab: Any = ..., method: Any = ..., box: Any = ..., cancel_token: Any = ..., space: Any = ...,
+            bandwidth: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
@@ -691,6 +797,11 @@ class SliceInfo(Struct):
     kernel: str
     level: int
     reserved: int
+    if TYPE_CHECKING:
+        def __init__(self, *, lattice: Any = ..., hyperplane: Any = ..., origin: Any = ..., basis: Any = ...,
+            extent: Any = ..., dims: Any = ..., affine: Any = ..., bounds: Any = ..., air: Any = ...,
+            points: Any = ..., bytes_read: Any = ..., milliseconds: Any = ..., kernel: Any = ...,
+            level: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("hyperplane", c_double * 5),
         ("origin", c_double * 4), ("basis", c_double * 4 * 3), ("extent", c_double * 2 * 3),
         ("dims", c_uint64 * 3), ("affine", c_double * 16), ("bounds", c_double * 2), ("air", c_double),
@@ -703,6 +814,8 @@ class Grid(Struct):
     origin: Array[c_double]
     step: Array[c_double]
     dims: Array[c_uint64]
+    if TYPE_CHECKING:
+        def __init__(self, *, origin: Any = ..., step: Any = ..., dims: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("origin", c_double * 3),
         ("step", c_double * 3), ("dims", c_uint64 * 3)]
 
@@ -715,6 +828,9 @@ class BrickOptions(Struct):
     reserved: int
     spacing: float
     range: Array[c_double]
+    if TYPE_CHECKING:
+        def __init__(self, *, grid: Any = ..., type: Any = ..., edge: Any = ..., border: Any = ...,
+            spacing: Any = ..., range: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("grid", c_int32), ("type", c_int32), ("edge", c_uint32),
         ("border", c_uint32), ("reserved", c_uint32), ("spacing", c_double), ("range", c_double * 2)]
 
@@ -734,6 +850,11 @@ class BrickInfo(Struct):
     kernel: Array[c_double]
     kernel_terms: int
     kernel_normalised: int
+    if TYPE_CHECKING:
+        def __init__(self, *, cosets: Any = ..., bricks: Any = ..., edge: Any = ..., dims: Any = ...,
+            origin: Any = ..., step: Any = ..., brick_bytes: Any = ..., scale: Any = ..., offset: Any = ...,
+            empty: Any = ..., kernel_radius: Any = ..., kernel: Any = ..., kernel_terms: Any = ...,
+            kernel_normalised: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("cosets", c_uint32), ("bricks", c_uint32 * 3), ("edge", c_uint32),
         ("dims", c_uint64 * 3), ("origin", c_double * 3 * 2), ("step", c_double * 3),
         ("brick_bytes", c_uint64), ("scale", c_double), ("offset", c_double), ("empty", c_double),
@@ -748,6 +869,9 @@ class Camera(Struct):
     up: Array[c_double]
     fovy_degrees: float
     ortho_height: float
+    if TYPE_CHECKING:
+        def __init__(self, *, projection: Any = ..., position: Any = ..., target: Any = ..., up: Any = ...,
+            fovy_degrees: Any = ..., ortho_height: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("projection", c_int32), ("position", c_double * 3),
         ("target", c_double * 3), ("up", c_double * 3), ("fovy_degrees", c_double),
         ("ortho_height", c_double)]
@@ -760,6 +884,9 @@ class Fit(Struct):
     rotate_x_degrees: float
     rotate_y_degrees: float
     bounds: Array[c_double]
+    if TYPE_CHECKING:
+        def __init__(self, *, projection: Any = ..., side: Any = ..., rotate_x_degrees: Any = ...,
+            rotate_y_degrees: Any = ..., bounds: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("projection", c_int32), ("side", c_int32), ("reserved", c_uint32),
         ("rotate_x_degrees", c_double), ("rotate_y_degrees", c_double), ("bounds", c_double * 6)]
 
@@ -779,6 +906,11 @@ class View(Struct):
     depth_row_bytes: int
     background: Any
     background_row_bytes: int
+    if TYPE_CHECKING:
+        def __init__(self, *, use_matrices: Any = ..., camera: Any = ..., world_to_view: Any = ...,
+            projection: Any = ..., column_major: Any = ..., depth_range: Any = ..., y_down: Any = ...,
+            depth_kind: Any = ..., picture_size: Any = ..., region_begin: Any = ..., depth: Any = ...,
+            depth_row_bytes: Any = ..., background: Any = ..., background_row_bytes: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("use_matrices", c_uint32), ("camera", POINTER(Camera)),
         ("world_to_view", c_double * 16), ("projection", c_double * 16), ("column_major", c_uint32),
         ("depth_range", c_int32), ("y_down", c_uint32), ("depth_kind", c_int32),
@@ -803,6 +935,9 @@ class TransferFunction(Struct):
     opacity_count: int
     reserved: int
     unit_distance: float
+    if TYPE_CHECKING:
+        def __init__(self, *, color_count: Any = ..., colors: Any = ..., opacities: Any = ...,
+            opacity_count: Any = ..., unit_distance: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("color_count", c_uint32), ("colors", POINTER(c_double)),
         ("opacities", POINTER(c_double)), ("opacity_count", c_uint32), ("reserved", c_uint32),
         ("unit_distance", c_double)]
@@ -817,6 +952,10 @@ class Look(Struct):
     opacity_count: int
     colors: Array[Array[c_double]]
     opacities: Array[Array[c_double]]
+    if TYPE_CHECKING:
+        def __init__(self, *, kind: Any = ..., empty: Any = ..., range: Any = ..., iso_value: Any = ...,
+            color_count: Any = ..., opacity_count: Any = ..., colors: Any = ...,
+            opacities: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("kind", c_int32), ("empty", c_double * 2),
         ("range", c_double * 2), ("iso_value", c_double), ("color_count", c_uint32),
         ("opacity_count", c_uint32), ("colors", c_double * 4 * 64), ("opacities", c_double * 2 * 32)]
@@ -837,6 +976,9 @@ class Lights(Struct):
     shininess: float
     shadow: int
     occlusion: int
+    if TYPE_CHECKING:
+        def __init__(self, *, count: Any = ..., lights: Any = ..., ambient: Any = ..., diffuse: Any = ...,
+            specular: Any = ..., shininess: Any = ..., shadow: Any = ..., occlusion: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("count", c_uint32), ("lights", POINTER(Light)),
         ("ambient", c_double), ("diffuse", c_double), ("specular", c_double), ("shininess", c_double),
         ("shadow", c_uint32), ("occlusion", c_uint32)]
@@ -850,6 +992,9 @@ class Ray(Struct):
     end: float
     threshold: float
     transfer_function: Any
+    if TYPE_CHECKING:
+        def __init__(self, *, pick: Any = ..., origin: Any = ..., direction: Any = ..., begin: Any = ...,
+            end: Any = ..., threshold: Any = ..., transfer_function: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("pick", c_int32), ("origin", c_double * 3),
         ("direction", c_double * 3), ("begin", c_double), ("end", c_double), ("threshold", c_double),
         ("transfer_function", POINTER(TransferFunction))]
@@ -862,6 +1007,9 @@ class Hit(Struct):
     uvw: Array[c_double]
     value: float
     gradient: Array[c_double]
+    if TYPE_CHECKING:
+        def __init__(self, *, found: Any = ..., distance: Any = ..., world: Any = ..., uvw: Any = ...,
+            value: Any = ..., gradient: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("found", c_int32), ("distance", c_double),
         ("world", c_double * 3), ("uvw", c_double * 3), ("value", c_double), ("gradient", c_double * 3)]
 
@@ -902,6 +1050,13 @@ class RenderOptions(Struct):
     tile_user: Any
     backend: int
     reserved2: int
+    if TYPE_CHECKING:
+        def __init__(self, *, set_mask: Any = ..., mode: Any = ..., quality: Any = ..., shading: Any = ...,
+            disable_skips: Any = ..., sheet_step: Any = ..., iso_value: Any = ..., opacity_stop: Any = ...,
+            reference: Any = ..., tile_size: Any = ..., progress: Any = ..., progress_user: Any = ...,
+            deep_tolerance: Any = ..., preintegrate: Any = ..., smooth_edges: Any = ...,
+            gradient_noise: Any = ..., cancel_token: Any = ..., surfaces: Any = ..., surface_count: Any = ...,
+            depth_opacity: Any = ..., tile: Any = ..., tile_user: Any = ..., backend: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
@@ -918,6 +1073,9 @@ class PictureNeeds(Struct):
     seen: int
     reserved: int
     distances_per_pixel: float
+    if TYPE_CHECKING:
+        def __init__(self, *, level: Any = ..., box: Any = ..., seen: Any = ...,
+            distances_per_pixel: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("level", c_uint32), ("box", c_double * 6), ("seen", c_int32),
         ("reserved", c_int32), ("distances_per_pixel", c_double)]
 
@@ -935,6 +1093,10 @@ class Trail(Struct):
     weights: Any
     unlit: int
     reserved2: int
+    if TYPE_CHECKING:
+        def __init__(self, *, content: Any = ..., combine: Any = ..., samples: Any = ..., interval: Any = ...,
+            transfer_function: Any = ..., colors: Any = ..., intervals: Any = ...,
+            transfer_functions: Any = ..., weights: Any = ..., unlit: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("content", c_int32), ("combine", c_int32), ("samples", c_uint32),
         ("interval", c_double * 2), ("transfer_function", POINTER(TransferFunction)),
         ("colors", POINTER(c_double)), ("intervals", c_uint32), ("reserved", c_uint32),
@@ -974,6 +1136,16 @@ class RenderStats(Struct):
     reserved3: int
     backend: int
     reserved4: int
+    if TYPE_CHECKING:
+        def __init__(self, *, threads: Any = ..., ms_transform: Any = ..., ms_splat: Any = ...,
+            ms_shade: Any = ..., ms_total: Any = ..., cpu_ms: Any = ..., points_total: Any = ...,
+            points_after_cull: Any = ..., points_splatted: Any = ..., points_occluded: Any = ...,
+            tiles: Any = ..., sheets: Any = ..., sheet_step: Any = ..., coarse_level: Any = ...,
+            preintegrated: Any = ..., sheets_reused: Any = ..., bricks_total: Any = ...,
+            bricks_invisible: Any = ..., bricks_outside: Any = ..., brick_visits: Any = ...,
+            visits_hidden: Any = ..., visits_unread: Any = ..., points_invisible: Any = ...,
+            sheets_skipped: Any = ..., bytes_read: Any = ..., level: Any = ...,
+            backend: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("threads", c_uint32), ("ms_transform", c_double),
         ("ms_splat", c_double), ("ms_shade", c_double), ("ms_total", c_double), ("cpu_ms", c_double),
         ("points_total", c_uint64), ("points_after_cull", c_uint64), ("points_splatted", c_uint64),
@@ -993,6 +1165,9 @@ class Deep(Struct):
     sample_count: int
     first: Any
     samples: Any
+    if TYPE_CHECKING:
+        def __init__(self, *, components: Any = ..., width: Any = ..., height: Any = ...,
+            sample_count: Any = ..., first: Any = ..., samples: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("components", c_uint32), ("width", c_uint32),
         ("height", c_uint32), ("sample_count", c_uint64), ("first", POINTER(c_uint64)),
         ("samples", POINTER(c_float))]
@@ -1004,6 +1179,9 @@ class Plane(Struct):
     height: int
     pixels: Any
     row_bytes: int
+    if TYPE_CHECKING:
+        def __init__(self, *, components: Any = ..., width: Any = ..., height: Any = ..., pixels: Any = ...,
+            row_bytes: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("components", c_uint32), ("width", c_uint32),
         ("height", c_uint32), ("pixels", c_void_p), ("row_bytes", c_uint64)]
 
@@ -1019,6 +1197,10 @@ class ImageOptions(Struct):
     progress: Any
     progress_user: Any
     cancel_token: Any
+    if TYPE_CHECKING:
+        def __init__(self, *, overwrite: Any = ..., use_background: Any = ..., background: Any = ...,
+            frames_per_second: Any = ..., exposure_seconds: Any = ..., comments: Any = ...,
+            progress: Any = ..., progress_user: Any = ..., cancel_token: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("use_background", c_uint32),
         ("reserved", c_uint32), ("background", c_double * 3), ("frames_per_second", c_int32 * 2),
         ("exposure_seconds", c_double), ("comments", c_char_p), ("progress", bccsplat_progress_fn),
@@ -1039,6 +1221,9 @@ class GlTarget(Struct):
     height: int
     depth_texture: int
     replace: int
+    if TYPE_CHECKING:
+        def __init__(self, *, texture: Any = ..., width: Any = ..., height: Any = ...,
+            depth_texture: Any = ..., replace: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("texture", c_uint32), ("width", c_uint32), ("height", c_uint32),
         ("depth_texture", c_uint32), ("replace", c_int32)]
 
@@ -1059,6 +1244,12 @@ class Instance(Struct):
     mask_label_count: int
     mask_labels: Any
     trail: Any
+    if TYPE_CHECKING:
+        def __init__(self, *, channel: Any = ..., placement: Any = ..., time_scale: Any = ...,
+            time_offset: Any = ..., outside: Any = ..., hidden: Any = ..., transfer_function: Any = ...,
+            density: Any = ..., set_mask: Any = ..., color_channel: Any = ..., color_function: Any = ...,
+            mask_channel: Any = ..., mask_label_count: Any = ..., mask_labels: Any = ...,
+            trail: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("placement", c_double * 16),
         ("time_scale", c_double), ("time_offset", c_double), ("outside", c_int32), ("hidden", c_uint32),
         ("transfer_function", POINTER(TransferFunction)), ("density", c_double), ("set_mask", c_uint32),
@@ -1080,6 +1271,10 @@ class SceneStatus(Struct):
     ms_total: float
     backend: int
     reserved2: int
+    if TYPE_CHECKING:
+        def __init__(self, *, complete: Any = ..., progress: Any = ..., drawn: Any = ..., cut: Any = ...,
+            level: Any = ..., bytes_read: Any = ..., ms_cut: Any = ..., ms_draw: Any = ...,
+            ms_total: Any = ..., backend: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("complete", c_uint32), ("progress", c_double),
         ("drawn", c_uint32), ("cut", c_uint32), ("level", c_uint32), ("reserved", c_uint32),
         ("bytes_read", c_uint64), ("ms_cut", c_double), ("ms_draw", c_double), ("ms_total", c_double),

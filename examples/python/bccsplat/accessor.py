@@ -5,16 +5,19 @@ Any dataset has it once `bccsplat.accessor` is imported, which opening one with 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any, Sequence
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 
 from . import _abi, held, records
+from ._library import Progress
 from . import xarray_backend as engine
 from .arrays import Array
+from .cancel import CancelToken
 from .dataset_writer import DatasetWriter
 from .errors import Error
 from .field_array import FieldArray, evaluate_or_nan
+from .keywords import given
 from .places import Places
 from .shared import Path, SharedFile
 from .volume import Volume
@@ -124,7 +127,16 @@ class Bcc4Accessor:
         return self._interpolated(places)
 
     def to_file(self, path: Path, *, dims: Sequence[str] | None = None, psnr: float | None = None,
-                parts: int | None = None, resume: bool = False, overwrite: bool = False, **options: Any) -> None:
+                parts: int | None = None, resume: bool = False, overwrite: bool = False,
+                abs_error: float | Mapping[str, float] | None = None, nonfinite: str | None = None, air: float | None = None,
+                air_threshold: float | None = None, labels: bool | None = None, progress: Progress | None = None,
+                cancel: CancelToken | None = None, lattice: int | str | None = None,
+                scale: float | Sequence[float] | None = None, time_scale: float | None = None,
+                store: int | str | None = None, kernel: str | None = None, filter: int | str | None = None,
+                ends: int | str | None = None, faces: int | str | None = None, levels: int | None = None,
+                density: float | None = None, exact: bool | None = None, lowpass: int | None = None,
+                measure: int | str | None = None, live: int | None = None, partial: int | None = None,
+                periodic_axes: int | None = None, fixed_predictions: int | None = None) -> None:
         """Writes every variable of the dataset as a channel of a .bcc4 file. What is kept, and what is promised without
         options, is as of bccsplat.save; but not of dask arrays that are written by parts: there is no plan of these, which would
         have to compute the arrays once more, and without abs_error a lattice of half the samples keeps what it can, without a bound.
@@ -135,9 +147,14 @@ class Bcc4Accessor:
         parts: of dask arrays, the number of tasks that write a part of the series each, on whatever scheduler is active; a
         task holds a chunk of time of its part, and one that dies costs its part only. None: as many as are large enough.
         resume: take over the parts that a run before this one finished, with the same arrays and options; they lie beside
-        `path` until the file is whole. overwrite: as of bccsplat.save. options: those of bccsplat.save, of parts of Writer, and
-        nonfinite ("hole": NaN is missing data).
+        `path` until the file is whole. nonfinite: None, "hole": NaN is missing data. The others are as of bccsplat.save; a Writer
+        of parts has no air, air_threshold, labels, density and exact.
         """
+        options = given(abs_error=abs_error, nonfinite=nonfinite, air=air, air_threshold=air_threshold, labels=labels,
+                        progress=progress, cancel=cancel, lattice=lattice, scale=scale, time_scale=time_scale, store=store,
+                        kernel=kernel, filter=filter, ends=ends, faces=faces, levels=levels, density=density, exact=exact,
+                        lowpass=lowpass, measure=measure, live=live, partial=partial, periodic_axes=periodic_axes,
+                        fixed_predictions=fixed_predictions)
         DatasetWriter(self._dataset, dims, options).write(path, psnr=psnr, parts=parts, resume=resume,
                                                           overwrite=overwrite)
 

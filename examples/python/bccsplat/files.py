@@ -13,6 +13,7 @@ from .arrays import Array, fills_of, loaded, masked, numbers_of, unmasked
 from .cancel import CancelToken
 from .device import Device
 from .errors import Error, refuse_existing
+from .keywords import given
 from .plan import save_planned
 from .shared import Path, default_device
 from .volume import Volume
@@ -146,11 +147,10 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     coded. overwrite: an existing file is replaced; without it FileExistsError is raised before anything is read. lattice,
     scale and the rest: as of Writer; density and exact: as of Plan.
     """
-    further = {"cancel": cancel, "lattice": lattice, "scale": scale, "time_scale": time_scale, "store": store,
-               "kernel": kernel, "ends": ends, "faces": faces, "axes": axes, "levels": levels,
-               "density": density, "exact": exact, "lowpass": lowpass, "measure": measure, "live": live, "partial": partial,
-               "periodic_axes": periodic_axes, "fixed_predictions": fixed_predictions}
-    options: dict[str, Any] = {key: value for key, value in further.items() if value is not None}
+    options = given(cancel=cancel, lattice=lattice, scale=scale, time_scale=time_scale, store=store, kernel=kernel,
+                    ends=ends, faces=faces, axes=axes, levels=levels, density=density, exact=exact,
+                    lowpass=lowpass, measure=measure, live=live, partial=partial, periodic_axes=periodic_axes,
+                    fixed_predictions=fixed_predictions)
     refuse_existing(path, overwrite or partial is not None)
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
         {name: as_series(array)}
@@ -166,26 +166,26 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     units = unit if isinstance(unit, Mapping) else dict.fromkeys(channels, unit)
     if unknown := set(units) - set(channels):
         raise ValueError("unit has %s, which is no channel: there are %s" % (sorted(unknown)[0], ", ".join(channels)))
-    series, abs_error = [*channels.values()], bounds_of(abs_error, [*channels])
+    series, bounds = [*channels.values()], bounds_of(abs_error, [*channels])
     kinds = [kind_of(values) for values in series]
     if nonfinite is None:
         nonfinite = "hole" if any(kind.masked for kind in kinds) else "error"
     if psnr is not None and not isinstance(psnr, (int, float)):
         raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
-    if psnr is not None or (isinstance(abs_error, (int, float)) and not CODED & {*options}):
+    if psnr is not None or (isinstance(bounds, (int, float)) and not CODED & {*options}):
         try:
             return save_planned(
                 device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,
                 attributes, psnr=psnr or 0.0, affine=place, spatial_unit=spatial_unit, time_unit=time_unit,
-                nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite, types=[kind.given for kind in kinds],
+                nonfinite=nonfinite, abs_error=bounds, overwrite=overwrite, types=[kind.given for kind in kinds],
                 channels=[Channel(key, units.get(key), kind.source, air=air, air_threshold=air_threshold,
                                   labels=labels) for key, kind in zip(channels, kinds)],
                 progress=progress, **options)
         except Error as error:
-            if psnr is not None or error.status != _abi.ERROR_BOUND_NOT_MET or _PLANNED & {*options} or not abs_error:
+            if psnr is not None or error.status != _abi.ERROR_BOUND_NOT_MET or _PLANNED & {*options} or not bounds:
                 raise  # else by the lattice of the defaults, whose corrections keep any bound that floats can
     writer = Writer(device or default_device(), path, (nx, ny, nz, nt), affine=place, spatial_unit=spatial_unit,
-                    time_unit=time_unit, nonfinite=nonfinite, abs_error=abs_error, overwrite=overwrite,
+                    time_unit=time_unit, nonfinite=nonfinite, abs_error=bounds, overwrite=overwrite,
                     channels=[Channel(key, units.get(key), kind.source, air=air or 0.0, air_threshold=air_threshold,
                                       labels=labels)
                               for key, kind in zip(channels, kinds)],

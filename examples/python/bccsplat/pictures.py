@@ -7,11 +7,13 @@ from typing import Any, Sequence, Union
 import numpy as np
 
 from . import _abi
+from ._library import Progress
 from .arrays import Array
 from .cameras import fit_camera
+from .cancel import CancelToken
 from .field_array import FieldArray
 from .places import Places, even_step
-from .render import Frame, Renderer, TransferFunction, background_of
+from .render import Frame, Renderer, Tile, TransferFunction, background_of
 from .slices import Slice
 from .volume import Volume
 
@@ -48,23 +50,31 @@ class Picture:
 
 def draw(cut: Slice, width: int = 512, height: int = 512, *, transfer_function: TransferFunction | None = None,
          look: int | str | None = None, rotate_x: float = 20, rotate_y: float = 30,
-         background: Sequence[float] | None = (0, 0, 0), **options: Any) -> Picture:
+         background: Sequence[float] | None = (0, 0, 0), mode: int | str | None = None, quality: int | str | None = None,
+         shading: int | str | None = None, preintegrate: int | str | None = None, smooth_edges: int | str | None = None,
+         backend: int | str | None = None, iso_value: float | None = None, gradient_noise: float | None = None,
+         surfaces: Sequence[Sequence[Any]] = (), progress: Progress | None = None, tile: Tile | None = None,
+         cancel: CancelToken | None = None, sheet_step: float = 0.0, opacity_stop: float = 0.0, depth_opacity: float = 0.0,
+         tile_size: int = 0, reference: int = 0, disable_skips: int = 0) -> Picture:
     """A picture of a slice, width x height pixels, filled by what is seen, from the front (of a patient the face) turned
     by angles in degrees.
 
     transfer_function: None, that of `look` ("ct-bone" ...), or of the file's histogram. background: linear RGB, or None
-    for a transparent picture. options: those of RenderOptions, such as mode="maximum" or quality="draft".
+    for a transparent picture. The rest is as of RenderOptions, such as mode="maximum" or quality="draft".
     """
     if not (width >= 1 and height >= 1):
         raise ValueError("a picture has a width and a height of 1 and more pixels, not %r x %r" % (width, height))
     renderer = Renderer(cut.device)
     renderer.set_slice(cut)
     if transfer_function is None and look is not None:
-        transfer_function = TransferFunction.of(cut.look(look, options.get("mode")))
+        transfer_function = TransferFunction.of(cut.look(look, mode))
     renderer.set_transfer_function(transfer_function)
     renderer.set_camera(fit_camera(cut.seen_bounds(transfer_function), width, height, rotate_x=rotate_x, rotate_y=rotate_y,
                                    side=cut.volume.side()))
-    renderer.set_options(**options)
+    renderer.set_options(mode=mode, quality=quality, shading=shading, preintegrate=preintegrate, smooth_edges=smooth_edges,
+                         backend=backend, iso_value=iso_value, gradient_noise=gradient_noise, surfaces=surfaces,
+                         progress=progress, tile=tile, cancel=cancel, sheet_step=sheet_step, opacity_stop=opacity_stop,
+                         depth_opacity=depth_opacity, tile_size=tile_size, reference=reference, disable_skips=disable_skips)
     frame = Frame(cut.device, width, height)
     renderer.render(frame)
     return Picture(frame, background)

@@ -28,7 +28,7 @@ class Plan(Child):
     dims: samples along x, y, z and the number of frames. source(frame, channel) returns an array [z, y, x]; it is asked
     for some frames, or for all, and for some more than once. types: of those arrays, by channel, as numpy has them.
     times: of the frames, rising; None: 0, 1, 2 ... density: sites per sample to choose distances for. exact: values as
-    precise as the source's. levels: None, by the size of the frames. options: further ones of Writer.
+    precise as the source's. levels: None, by the size of the frames. The others are those of Writer.
     """
 
     _kind = "plan"
@@ -36,11 +36,24 @@ class Plan(Child):
     def __init__(self, device: Device, dims: Sequence[int], source: Source, *, channels: Sequence[Channel] = (Channel(),),
                  types: Sequence[Any] = (np.float32,), times: Sequence[float] | None = None, density: float = 0.0,
                  exact: bool = False, levels: int | None = None, progress: Progress | None = None,
-                 cancel: CancelToken | None = None, **options: Any) -> None:
+                 cancel: CancelToken | None = None, lattice: int | str | None = None, filter: int | str | None = None,
+                 store: int | str | None = None, nonfinite: int | str | None = None, overwrite: bool = False,
+                 affine: Any = None, spatial_unit: str | None = None, time_unit: str | None = None,
+                 scale: float | Sequence[float] = 0.0, time_scale: float = 0.0, kernel: str | None = None,
+                 ends: int | str | None = None, axes: Sequence[tuple[Any, str | None, bool]] | None = None,
+                 abs_error: float | Sequence[float] = 0.0, wavelet_errors: float | Sequence[float] | None = None,
+                 psnr: float = 0.0, measure: int | str | None = None, lowpass: int = 0, faces: int | str | None = None,
+                 partial: int | str | None = None, live: int = 0, periodic_axes: int = 0,
+                 fixed_predictions: int = 0) -> None:
         super().__init__(device)
         self._watch = Watch(progress)
         token = own_token(cancel)
-        self._wish = writer_options(dims, channels, self._watch, token, levels=levels or 0, **options)
+        self._wish = writer_options(dims, channels, self._watch, token, levels=levels or 0, lattice=lattice, filter=filter,
+                                    store=store, nonfinite=nonfinite, overwrite=overwrite, affine=affine,
+                                    spatial_unit=spatial_unit, time_unit=time_unit, scale=scale, time_scale=time_scale,
+                                    kernel=kernel, ends=ends, axes=axes, abs_error=abs_error, wavelet_errors=wavelet_errors,
+                                    psnr=psnr, measure=measure, lowpass=lowpass, faces=faces, partial=partial, live=live,
+                                    periodic_axes=periodic_axes, fixed_predictions=fixed_predictions)
         kinds = [np.dtype(kind) for kind in types]
         if len(kinds) != len(channels):
             raise ValueError("types are those of all %d channels, not %d" % (len(channels), len(kinds)))

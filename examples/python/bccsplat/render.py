@@ -227,8 +227,8 @@ class Frame(Child):
 
 class RenderOptions:
     """How pictures are drawn. surfaces: (value, opacity) or (value, opacity, linear RGB) of each isosurface, instead of
-    iso_value. tile(x, y, width, height) hears of each rectangle of the frame that is final; True cancels. Further options
-    by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
+    iso_value. tile(x, y, width, height) hears of each rectangle of the frame that is final; True cancels. The others are as of
+    bccsplat_render_options."""
 
     def __init__(self, *, mode: int | str | None = None, quality: int | str | None = None,
                  shading: int | str | None = None, preintegrate: int | str | None = None,
@@ -236,14 +236,17 @@ class RenderOptions:
                  iso_value: float | None = None,
                  gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
                  progress: Progress | None = None, tile: Tile | None = None, cancel: CancelToken | None = None,
-                 **options: Any) -> None:
+                 sheet_step: float = 0.0, opacity_stop: float = 0.0, depth_opacity: float = 0.0, deep_tolerance: float = 0.0,
+                 tile_size: int = 0, reference: int = 0, disable_skips: int = 0) -> None:
         self.token = own_token(cancel)
         o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
                                shading=choose("SHADING", shading),
                                preintegrate=choose("PREINTEGRATE", preintegrate),
                                smooth_edges=choose("SMOOTH_EDGES", smooth_edges),
                                backend=choose("BACKEND", backend), cancel_token=token_of(self.token),
-                               **options)
+                               sheet_step=sheet_step, opacity_stop=opacity_stop, depth_opacity=depth_opacity,
+                               deep_tolerance=deep_tolerance, tile_size=tile_size, reference=reference,
+                               disable_skips=disable_skips)
         if iso_value is not None:
             o.set_mask |= _abi.RENDER_SET_ISO
             o.iso_value = iso_value
@@ -356,7 +359,7 @@ def clip_array(clips: Sequence[Any]) -> Any:
 def trail_struct(interval: Sequence[float], *, content: int | str | None = None, combine: int | str | None = None,
                  samples: int = 0, intervals: int = 0, transfer_function: TransferFunction | None = None,
                  colors: Any = None, transfer_functions: Sequence[TransferFunction] = (),
-                 weights: Sequence[float] = (), unlit: bool = False, **options: Any) -> _abi.Trail:
+                 weights: Sequence[float] = (), unlit: bool = False) -> _abi.Trail:
     """A trail over an interval of frames relative to a slice.
 
     transfer_functions: one for each sub-interval, the earliest first, which there are then as many of; so are weights,
@@ -367,7 +370,7 @@ def trail_struct(interval: Sequence[float], *, content: int | str | None = None,
             if intervals not in (0, len(given)):
                 raise ValueError(f"{len(given)} {what} for {intervals} sub-intervals")
             intervals = len(given)
-    trail = _abi.Trail(content=choose("TRAIL", content), samples=samples, intervals=intervals, unlit=int(unlit), **options)
+    trail = _abi.Trail(content=choose("TRAIL", content), samples=samples, intervals=intervals, unlit=int(unlit))
     trail.combine = choose("TRAIL", combine)
     trail.interval[:] = [*interval]
     if transfer_function is not None:
@@ -400,12 +403,18 @@ class Renderer(Child):
 
     _slice: Slice | None
 
-    def set_trail(self, interval: tuple[float, float] | None, **options: Any) -> None:
-        """3.5D motion blur over an interval of frames relative to the slice; None: no trail. Options: those of trail_struct."""
+    def set_trail(self, interval: tuple[float, float] | None, *, content: int | str | None = None,
+                  combine: int | str | None = None, samples: int = 0, intervals: int = 0,
+                  transfer_function: TransferFunction | None = None, colors: Any = None,
+                  transfer_functions: Sequence[TransferFunction] = (), weights: Sequence[float] = (),
+                  unlit: bool = False) -> None:
+        """3.5D motion blur over an interval of frames relative to the slice, as of trail_struct; None: no trail."""
         if interval is None:
             call("renderer_set_trail", self.pointer, None)
             return
-        trail = trail_struct(interval, **options)
+        trail = trail_struct(interval, content=content, combine=combine, samples=samples, intervals=intervals,
+                             transfer_function=transfer_function, colors=colors, transfer_functions=transfer_functions,
+                             weights=weights, unlit=unlit)
         call("renderer_set_trail", self.pointer, byref(trail))
 
     def set_camera(self, camera: _abi.Camera | None) -> None:
@@ -441,15 +450,18 @@ class Renderer(Child):
     def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
                     shading: int | str | None = None, preintegrate: int | str | None = None,
                     smooth_edges: int | str | None = None, backend: int | str | None = None,
-                    iso_value: float | None = None,
-                    gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
-                    progress: Progress | None = None, tile: Tile | None = None, cancel: CancelToken | None = None,
-                    **options: Any) -> None:
+                    iso_value: float | None = None, gradient_noise: float | None = None,
+                    surfaces: Sequence[Sequence[Any]] = (), progress: Progress | None = None, tile: Tile | None = None,
+                    cancel: CancelToken | None = None, sheet_step: float = 0.0, opacity_stop: float = 0.0,
+                    depth_opacity: float = 0.0, deep_tolerance: float = 0.0, tile_size: int = 0, reference: int = 0,
+                    disable_skips: int = 0) -> None:
         """As RenderOptions."""
         made = RenderOptions(mode=mode, quality=quality, shading=shading, preintegrate=preintegrate,
                              smooth_edges=smooth_edges, backend=backend, iso_value=iso_value,
-                             gradient_noise=gradient_noise, surfaces=surfaces, progress=progress, tile=tile,
-                             cancel=cancel, **options)
+                             gradient_noise=gradient_noise, surfaces=surfaces, progress=progress, tile=tile, cancel=cancel,
+                             sheet_step=sheet_step, opacity_stop=opacity_stop, depth_opacity=depth_opacity,
+                             deep_tolerance=deep_tolerance, tile_size=tile_size, reference=reference,
+                             disable_skips=disable_skips)
         call("renderer_set_options", self.pointer, byref(made.struct))
         self._watch = made.watch  # the one before is of no use to the library any more
         self._made, self._pointer.token = made, made.token  # with the function of tiles

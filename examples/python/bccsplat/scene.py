@@ -36,14 +36,13 @@ class Scene(Child):
     def _instance(volume: Volume | None, placement: Any, outside: int | str | None, hidden: bool,
                   transfer_function: TransferFunction | None, color_channel: int | str | None,
                   color_function: TransferFunction | None, mask_channel: int | str | None,
-                  mask_labels: Sequence[float],
-                  trail: dict[str, Any] | None, options: dict[str, Any]) -> _abi.Instance:
+                  mask_labels: Sequence[float], trail: dict[str, Any] | None, channel: int | str, time_scale: float,
+                  time_offset: float, density: float) -> _abi.Instance:
         def channel_number(channel: int | str) -> Any:
             return channel if volume is None else volume.channel_number(channel)
 
-        if "channel" in options:
-            options = {**options, "channel": channel_number(options["channel"])}
-        instance = _abi.Instance(outside=choose("OUTSIDE", outside), hidden=int(hidden), **options)
+        instance = _abi.Instance(outside=choose("OUTSIDE", outside), hidden=int(hidden), channel=channel_number(channel),
+                                 time_scale=time_scale, time_offset=time_offset, density=density)
         if placement is not None:
             instance.placement[:] = affine_of(placement).reshape(16).tolist()
         if transfer_function is not None:
@@ -63,14 +62,15 @@ class Scene(Child):
     def add(self, volume: Volume, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
             transfer_function: TransferFunction | None = None, color_channel: int | str | None = None,
             color_function: TransferFunction | None = None, mask_channel: int | str | None = None,
-            mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, **options: Any) -> int:
+            mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, channel: int | str = 0,
+            time_scale: float = 0.0, time_offset: float = 0.0, density: float = 0.0) -> int:
         """Returns the instance's number. placement: 4x4. outside: "hide", "hold" or "loop". color_channel: another channel,
         whose values say the colours, by color_function. mask_channel: one of labels, of which only mask_labels are drawn.
         Channels go by number or name.
         trail: what moved, as arguments of Renderer.set_trail: {"interval": (-2, 0)}.
-        Further options by the names of bccsplat_instance: channel, time_scale, time_offset, density."""
+        channel, time_scale, time_offset, density: as of bccsplat_instance."""
         instance = self._instance(volume, placement, outside, hidden, transfer_function, color_channel, color_function,
-                                         mask_channel, mask_labels, trail, options)
+                                  mask_channel, mask_labels, trail, channel, time_scale, time_offset, density)
         number = ctypes.c_uint64()
         call("scene_add", self.pointer, volume.pointer, byref(instance), byref(number))
         self._volumes[number.value] = volume.share()  # and with it what the volume borrows from Python
@@ -79,10 +79,11 @@ class Scene(Child):
     def set_instance(self, number: int, *, placement: Any = None, outside: int | str | None = None, hidden: bool = False,
                      transfer_function: TransferFunction | None = None, color_channel: int | str | None = None,
                      color_function: TransferFunction | None = None, mask_channel: int | str | None = None,
-                     mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, **options: Any) -> None:
+                     mask_labels: Sequence[float] = (), trail: dict[str, Any] | None = None, channel: int | str = 0,
+                     time_scale: float = 0.0, time_offset: float = 0.0, density: float = 0.0) -> None:
         """All of it anew: what is not given is the default."""
-        instance = self._instance(self._volumes.get(number), placement, outside, hidden, transfer_function, color_channel, color_function,
-                                         mask_channel, mask_labels, trail, options)
+        instance = self._instance(self._volumes.get(number), placement, outside, hidden, transfer_function, color_channel,
+                                  color_function, mask_channel, mask_labels, trail, channel, time_scale, time_offset, density)
         call("scene_set_instance", self.pointer, number, byref(instance))
 
     def remove(self, number: int) -> None:

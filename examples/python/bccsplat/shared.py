@@ -39,12 +39,12 @@ os.register_at_fork(after_in_child=_renew_lock)
 class SharedFile:
     """A file by name, which can be sent to other processes; all that use it in one of them share one open volume.
 
-    path: made absolute, or a URL. options: those of Volume, such as kernel. A file that was replaced since is opened anew.
+    path: made absolute, or a URL. kernel, cache_bytes, salvage: as of Volume. A file that was replaced since is opened anew.
     """
 
-    def __init__(self, path: Path, **options: Any) -> None:
+    def __init__(self, path: Path, *, kernel: str | None = None, cache_bytes: int = 0, salvage: int = 0) -> None:
         self.path: str = path if is_url(path) else os.path.abspath(os.fspath(path))  # type: ignore[assignment]
-        self.options = options
+        self.options: dict[str, Any] = {"kernel": kernel, "cache_bytes": cache_bytes, "salvage": salvage}
         self._opened: Volume | None = None
 
     @property

@@ -12,9 +12,11 @@ from ._library import Closed, Progress, Watch, call, choose
 from .arrays import Array, corners_of, floats_of, points_of
 from .cancel import CancelToken, own_token, token_of
 from .device import Child
+from .keywords import given
 
 if TYPE_CHECKING:
     from .pictures import Picture
+    from .render import Tile, TransferFunction
     from .volume import Volume
 
 
@@ -66,10 +68,23 @@ class Slice(Child):
         """It is cut anew of the volume, which is opened where it is sent to."""
         return _cut_there, (self.volume, *self._made)
 
-    def show(self, width: int = 512, height: int = 512, **options: Any) -> Picture:
-        """A picture of it, which a notebook shows; options: those of draw."""
+    def show(self, width: int = 512, height: int = 512, *, transfer_function: TransferFunction | None = None,
+             look: int | str | None = None, rotate_x: float = 20, rotate_y: float = 30,
+             background: Sequence[float] | None = (0, 0, 0), mode: int | str | None = None,
+             quality: int | str | None = None, shading: int | str | None = None, preintegrate: int | str | None = None,
+             smooth_edges: int | str | None = None, backend: int | str | None = None, iso_value: float | None = None,
+             gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (), progress: Progress | None = None,
+             tile: Tile | None = None, cancel: CancelToken | None = None, sheet_step: float = 0.0,
+             opacity_stop: float = 0.0, depth_opacity: float = 0.0, tile_size: int = 0, reference: int = 0,
+             disable_skips: int = 0) -> Picture:
+        """A picture of it, which a notebook shows, as of draw."""
         from .pictures import draw
-        return draw(self, width, height, **options)
+        return draw(self, width, height, transfer_function=transfer_function, look=look, rotate_x=rotate_x,
+                    rotate_y=rotate_y, background=background, mode=mode, quality=quality, shading=shading,
+                    preintegrate=preintegrate, smooth_edges=smooth_edges, backend=backend, iso_value=iso_value,
+                    gradient_noise=gradient_noise, surfaces=surfaces, progress=progress, tile=tile, cancel=cancel,
+                    sheet_step=sheet_step, opacity_stop=opacity_stop, depth_opacity=depth_opacity, tile_size=tile_size,
+                    reference=reference, disable_skips=disable_skips)
 
     def _repr_png_(self) -> bytes:
         return self.show(256, 256)._repr_png_()
@@ -82,7 +97,9 @@ class Slice(Child):
     def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int | str = 0,
                  kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,
                  time_length: float = 0.0, box: Any = None, space: str | None = None, progress: Progress | None = None,
-                 cancel: CancelToken | None = None, **options: Any) -> None:
+                 cancel: CancelToken | None = None, lattice: int | str | None = None, level: int | None = None,
+                 thickness: float | None = None, slab: int | str | None = None, method: int | str | None = None,
+                 bandwidth: Sequence[float] | None = None) -> None:
         """channel: number or name. box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it.
         space: "index" or "even", which pictures of volumes with unevenly spaced axes are made of. cancel: of
         making it and of what takes long with it."""
@@ -90,6 +107,8 @@ class Slice(Child):
         self.volume = volume
         number = volume.channel_number(channel)
         token = own_token(cancel)
+        options = given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method,
+                        bandwidth=None if bandwidth is None else tuple(bandwidth))
         self._made = "Slice", (a, b, c, d, e), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
                                                 "time_length": time_length, "box": box, "space": space, **options}
         o = self._options(number, kernel, interval, spacing, time_length, box, space, token, options)
@@ -112,21 +131,32 @@ class Slice(Child):
         self._create("slice_create", self.volume, plane, byref(options), watch=watch, token=options.held)
 
     @classmethod
-    def at(cls, volume: Volume, frame: float, **options: Any) -> Slice:
+    def at(cls, volume: Volume, frame: float, *, channel: int | str = 0, kernel: str | None = None,
+           interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0, time_length: float = 0.0, box: Any = None,
+           space: str | None = None, progress: Progress | None = None, cancel: CancelToken | None = None,
+           lattice: int | str | None = None, level: int | None = None, thickness: float | None = None,
+           slab: int | str | None = None, method: int | str | None = None,
+           bandwidth: Sequence[float] | None = None) -> Slice:
         """The time slice at a frame number, which may be fractional."""
-        return cls(volume, 0, 0, 0, 1, -frame, **options)
+        return cls(volume, 0, 0, 0, 1, -frame, channel=channel, kernel=kernel, interval=interval, spacing=spacing,
+                   time_length=time_length, box=box, space=space, progress=progress, cancel=cancel, lattice=lattice,
+                   level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth)
 
     @classmethod
     def at_time(cls, volume: Volume, time: float, *, channel: int | str = 0, kernel: str | None = None,
                 interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0, time_length: float = 0.0,
                 box: Any = None, space: str | None = None, progress: Progress | None = None,
-                cancel: CancelToken | None = None, **options: Any) -> Slice:
+                cancel: CancelToken | None = None, lattice: int | str | None = None, level: int | None = None,
+                thickness: float | None = None, slab: int | str | None = None, method: int | str | None = None,
+                bandwidth: Sequence[float] | None = None) -> Slice:
         """The time slice at a time in the file's unit."""
         cut = cls.__new__(cls)
         Child.__init__(cut, volume.device)
         cut.volume = volume
         number = volume.channel_number(channel)
         token = own_token(cancel)
+        options = given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method,
+                        bandwidth=None if bandwidth is None else tuple(bandwidth))
         cut._made = "at_time", (time,), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
                                          "time_length": time_length, "box": box, "space": space, **options}
         o = cls._options(number, kernel, interval, spacing, time_length, box, space, token, options)
@@ -137,7 +167,10 @@ class Slice(Child):
 
     @classmethod
     def along(cls, volume: Volume, point: Any, basis: Any, *, channel: int | str = 0, kernel: str | None = None,
-              progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> Slice:
+              progress: Progress | None = None, cancel: CancelToken | None = None,
+              interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0, lattice: int | str | None = None,
+              level: int | None = None, thickness: float | None = None, slab: int | str | None = None,
+              method: int | str | None = None, bandwidth: Sequence[float] | None = None) -> Slice:
         """With an origin (x, y, z, t) and three directions [3, 4] of slice space in index space."""
         cut = cls.__new__(cls)
         Child.__init__(cut, volume.device)
@@ -146,9 +179,13 @@ class Slice(Child):
         axes = np.ascontiguousarray(basis, np.float64).reshape(3, 4)
         number = volume.channel_number(channel)
         token = own_token(cancel)
-        cut._made = "along", (at, axes), {"channel": number, "kernel": kernel, **options}
-        o = _abi.SliceOptions(channel=number, kernel=kernel, point=at, basis=axes,
+        options = given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method,
+                        bandwidth=None if bandwidth is None else tuple(bandwidth))
+        cut._made = "along", (at, axes), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
+                                          **options}
+        o = _abi.SliceOptions(channel=number, kernel=kernel, spacing=spacing, point=at, basis=axes,
                               cancel_token=token_of(token), **options)
+        o.interval[:] = [*interval]
         o.held = token
         cut._cut(None, o, progress)
         return cut

@@ -14,6 +14,7 @@ from .arrays import Array, bytes_of, corners_of, floats_of, points_of
 from .cancel import CancelToken, own_token, token_of
 from .device import Child, Device
 from .errors import Error
+from .keywords import given
 from .lazy_array import LazyArray
 from .slices import Slice
 from .sources import RemoteFile, opened
@@ -379,13 +380,18 @@ class Volume(Child, LazyArray):
 
     def ranges(self, *, frame: float | None = None, plane: Sequence[float] | None = None, missing: bool = False,
                box: Any = None, interval: tuple[float, float] = (0.0, 0.0), kernel: str | None = None,
-               **options: Any) -> Array:
+               channel: int | str = 0, spacing: float = 0.0, time_length: float = 0.0, level: int = 0,
+               thickness: float = 0.0, slab: int | str | None = None, method: int | str | None = None,
+               lattice: int | str | None = None, space: str | None = None) -> Array:
         """Bytes [n, 2] (offset, size) of the file that a slice reads: at a frame number or on a plane (a, b, c, d, e),
         options as of Slice. missing: without what the volume's caches hold."""
         if (frame is None) == (plane is None):
             raise ValueError("give one of frame and plane")
         a, b, c, d, e = (0, 0, 0, 1, -frame) if frame is not None else plane or ()
-        o = _abi.SliceOptions(kernel=kernel, box=corners_of(box), **options)
+        o = _abi.SliceOptions(kernel=kernel, box=corners_of(box), channel=self.channel_number(channel), spacing=spacing,
+                              time_length=time_length, level=level, thickness=thickness, slab=choose("SLAB", slab),
+                              method=choose("METHOD", method), lattice=choose("LATTICE", lattice),
+                              space=choose("SPACE", space))
         o.interval[:] = [*interval]
         arguments = (self.pointer, byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), byref(o),
                      _abi.RANGES_MISSING if missing else 0)
@@ -399,15 +405,14 @@ class Volume(Child, LazyArray):
               channel: int | str = 0, kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0),
               spacing: float = 0.0, time_length: float = 0.0, box: Any = None, space: str | None = None,
               lattice: int | str | None = None, level: int | None = None, thickness: float | None = None,
-              slab: int | str | None = None, method: int | str | None = None, progress: Progress | None = None,
-              cancel: CancelToken | None = None) -> Slice:
+              slab: int | str | None = None, method: int | str | None = None, bandwidth: Sequence[float] | None = None,
+              progress: Progress | None = None, cancel: CancelToken | None = None) -> Slice:
         """At a time in the file's unit, at a frame number, or on a plane (a, b, c, d, e); options as of Slice, and of
         bccsplat_slice_options."""
         options: dict[str, Any] = {"channel": channel, "kernel": kernel, "interval": interval, "spacing": spacing,
                                    "time_length": time_length, "box": box, "space": space, "progress": progress,
                                    "cancel": cancel}
-        further = {"lattice": lattice, "level": level, "thickness": thickness, "slab": slab, "method": method}
-        options.update({key: value for key, value in further.items() if value is not None})
+        options.update(given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth))
         if sum(given is not None for given in (time, frame, plane)) != 1:
             raise ValueError("give one of time, frame and plane")
         if time is not None:

@@ -69,14 +69,19 @@ def writer_options(dims: Sequence[int], channels: Sequence[Channel], watch: Watc
                    scale: float | Sequence[float] = 0.0, time_scale: float = 0.0, kernel: str | None = None,
                    ends: int | str | None = None, axes: Sequence[tuple[Any, str | None, bool]] | None = None,
                    abs_error: float | Sequence[float] = 0.0, wavelet_errors: float | Sequence[float] | None = None,
-                   **options: Any) -> _abi.WriterOptions:
+                   psnr: float = 0.0, measure: int | str | None = None, lowpass: int = 0,
+                   faces: int | str | None = None, levels: int = 0, partial: int | str | None = None, live: int = 0,
+                   periodic_axes: int = 0, fixed_predictions: int = 0) -> _abi.WriterOptions:
     """The C struct of a Writer's arguments, which keeps what it points to."""
     o = _abi.WriterOptions(lattice=choose("LATTICE", lattice),
                            store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
                            overwrite=overwrite, spatial_unit=spatial_unit,
                            time_unit=time_unit, time_scale=time_scale,
                            recommended_kernel=kernel, ends=choose("ENDS", ends),
-                           progress=watch.function, cancel_token=token_of(cancel), **options)
+                           progress=watch.function, cancel_token=token_of(cancel), psnr=psnr,
+                           measure=choose("MEASURE", measure), lowpass=lowpass,
+                           faces=choose("FACES", faces), levels=levels, partial=choose("PARTIAL", partial), live=live,
+                           periodic_axes=periodic_axes, fixed_predictions=fixed_predictions)
     if len(dims) not in (3, 4):
         raise ValueError("dims are the samples along x, y, z and the number of frames, not %r" % (tuple(dims),))
     o.dims[:] = [*dims, *[0] * (4 - len(dims))]
@@ -126,14 +131,20 @@ class Writer(Child):
                  kernel: str | None = None, ends: int | str | None = None, part: tuple[int, int] | None = None,
                  part_times: Sequence[float] = (), part_lead: int = 0,
                  axes: Sequence[tuple[Any, str | None, bool]] | None = None, progress: Progress | None = None,
-                 cancel: CancelToken | None = None, flush: Flush | None = None, **options: Any) -> None:
+                 cancel: CancelToken | None = None, flush: Flush | None = None,
+                 abs_error: float | Sequence[float] = 0.0, wavelet_errors: float | Sequence[float] | None = None,
+                 psnr: float = 0.0, measure: int | str | None = None, lowpass: int = 0,
+                 faces: int | str | None = None, levels: int = 0, partial: int | str | None = None, live: int = 0,
+                 periodic_axes: int = 0, fixed_predictions: int = 0) -> None:
         super().__init__(device)
         self._watch, self._finished, self._plan = Watch(progress), False, None
         token = own_token(cancel)
         o = writer_options(dims, channels, self._watch, token, lattice=lattice, store=store,
                            nonfinite=nonfinite, overwrite=overwrite, affine=affine, spatial_unit=spatial_unit,
                            time_unit=time_unit, scale=scale, time_scale=time_scale, kernel=kernel, ends=ends, axes=axes,
-                           **options)
+                           abs_error=abs_error, wavelet_errors=wavelet_errors, psnr=psnr, measure=measure, lowpass=lowpass,
+                           faces=faces, levels=levels, partial=partial, live=live, periodic_axes=periodic_axes,
+                           fixed_predictions=fixed_predictions)
         self._shape = tuple(dims[2::-1])
         if part is not None:
             times = np.ascontiguousarray(numbers_of(part_times, "part_times"))

@@ -45,14 +45,14 @@ def spacing_of(places: Places, axis: int) -> tuple[float, float]:
 class Store(storage.Store):  # type: ignore[misc]
     """The store. Keys are texts, values bytes; arrays "0", "1", ... are the levels, [t, c, z, y, x] of float32.
 
-    path: of the file. options: those of Volume, such as kernel. It can be sent to other processes. Whatever would write
+    path: of the file. kernel, cache_bytes, salvage: as of Volume. It can be sent to other processes. Whatever would write
     raises zarr.errors.ReadOnlyError.
     """
 
     _readable, _writeable, _erasable, _listable = True, False, False, True
 
-    def __init__(self, path: Path, **options: Any) -> None:
-        self.file = SharedFile(path, **options)
+    def __init__(self, path: Path, *, kernel: str | None = None, cache_bytes: int = 0, salvage: int = 0) -> None:
+        self.file = SharedFile(path, kernel=kernel, cache_bytes=cache_bytes, salvage=salvage)
         volume = self.file.volume
         self._levels = range(volume.info().level_count + 1)
         self._channels = volume.info().channel_count
