@@ -1,7 +1,8 @@
 """assemble_wheel.py STAGE LICENSE OUTPUT [ROOT]: a wheel of what `cmake --install` put into STAGE; prints its name. ROOT is where
 the root of the system is that it was built for, /.
 
-Inside are the package, the library in bccsplat/lib, the tool in bccsplat/bin, and copies of the shared libraries that the
+Inside are the package, the library in bccsplat/lib, the tool in bccsplat/bin, the viewer for browsers in bccsplat/web where
+examples/web/build.sh has made it, and copies of the shared libraries that the
 policy manylinux_2_36 does not count on, under names of their own so that they do not meet those of other packages in one
 process. Their licences are those of Debian's packages. The same input gives the same bytes.
 """
@@ -140,6 +141,9 @@ def lay_out(stage, tree):
         glob.glob(os.path.join(stage, "lib*", "*", "libbccsplat.so.[0-9]"))
     shutil.copyfile(library, os.path.join(tree, "bccsplat", "lib", os.path.basename(library)))
     shutil.copyfile(os.path.join(stage, "bin", "bcc4"), os.path.join(tree, "bccsplat", "bin", "bcc4"))
+    site = os.path.join(stage, "share", "bccsplat", "web")
+    if os.path.isdir(site):
+        shutil.copytree(site, os.path.join(tree, "bccsplat", "web"))
     with open(os.path.join(tree, "bccsplat", "library_path"), "w", encoding="utf-8") as file:
         file.write("lib\n")
     return os.path.basename(info)

@@ -9,8 +9,10 @@ import io
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import urllib.request
 import zipfile
 
 top, _examples, scratch, build, *emulator = sys.argv[1:]
@@ -113,6 +115,29 @@ def check_contents(archive, info, folder):
             assert any(package in licence.replace("-", "") for licence in licences), (name, licences)
 
 
+def check_viewer(bcc4, environment, folder):
+    """`bcc4 view` serves the viewer that the wheel has, or that of a folder."""
+    def view(*arguments):
+        return subprocess.Popen([bcc4, "view", "b.bcc4", *arguments], env=environment, cwd=folder, text=True, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE)
+
+    page = os.path.join(folder, "page")
+    os.makedirs(page, exist_ok=True)
+    for name in ("core.wasm", "index.html"):
+        with open(os.path.join(page, name), "w", encoding="utf-8") as file:
+            file.write("the page")
+    has_viewer = os.path.isdir(os.path.join(top, "build-web", "site"))
+    if not has_viewer:
+        assert "no viewer is installed" in view().communicate(timeout=60)[1]
+    with view(*(() if has_viewer else ("--page", page))) as running:
+        link = running.stdout.readline().strip()
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?url=file\.bcc4", link), link
+        with urllib.request.urlopen(link.replace("?url=", "")) as answer, open(os.path.join(folder, "b.bcc4"), "rb") as file:
+            assert answer.read() == file.read()
+        running.send_signal(signal.SIGINT)
+        assert running.wait(20) == 0, running.stderr.read()
+
+
 def check_installed(wheel, folder):
     environment = os.path.join(folder, "venv")
     subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", environment], check=True)
@@ -135,7 +160,9 @@ def check_installed(wheel, folder):
     run("bcc4", "render", "a.bcc4", "--time", "1", "-o", "a.exr", "--size", "64x64")
     with open(os.path.join(folder, "a.nc"), "wb") as file:
         file.write(b"CDF\1" + bytes(40))
-    assert "was built with NetCDF, but its module" in run("bcc4", "import", "a.nc", "-o", "x.bcc4", code=3)
+    said = run("bcc4", "import", "a.nc", "-o", "x.bcc4", code=3)
+    assert "a wheel has no module for NetCDF" in said and "xarray" in said, said
+    check_viewer(os.path.join(binaries, "bcc4"), alone, folder)
     run("pip", "uninstall", "--quiet", "--yes", "bccsplat")
     packages, = glob.glob(os.path.join(environment, "lib", "python3*", "site-packages"))
     left = [name for name in os.listdir(packages) if "bccsplat" in name]

@@ -6,6 +6,7 @@
     volume = bccsplat.open("smoke.bcc4")                       # or "https://...", of which parts are read
     volume[12.5]                                               # [z, y, x] between frames 12 and 13
     volume.show(0.5).save("smoke.png")                         # drawn at time 0.5; a notebook shows it
+    volume.view().open()                                       # in a browser, to turn and play
 
 With xarray: xarray.open_dataset("smoke.bcc4", engine="bccsplat"), and dataset.bcc4 (bccsplat.accessor); with zarr:
 bccsplat.zarr_store.Store("smoke.bcc4"). Thirty tasks, in a few lines each: tests/examples/python_tasks_test.py.
@@ -33,11 +34,12 @@ from .scene import Scene
 from .shared import SharedFile, default_device
 from .slices import Slice
 from .tool import tool_path
+from .viewing import Viewing
 from .volume import Volume
 from .writer import Channel, Writer, join_parts, join_streams
 
 __all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "FieldArray", "Frame", "Picture", "Plane", "Plan",
-           "RenderOptions", "Renderer", "Scene", "SharedFile", "Slice", "Status", "TransferFunction", "View", "Volume",
+           "RenderOptions", "Renderer", "Scene", "SharedFile", "Slice", "Status", "TransferFunction", "View", "Viewing", "Volume",
            "WouldBlock", "Writer", "abi", "box_clips", "build_info", "camera_matrices", "default_device", "draw",
            "fit_camera", "join_parts", "join_streams", "kernel_names", "look_at", "save", "tool_path", "version"]
 

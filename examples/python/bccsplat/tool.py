@@ -1,9 +1,11 @@
 """The tool bcc4 that comes with the package: where it is, and the command `bcc4` of a wheel."""
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import sys
+from typing import Sequence
 
 
 def tool_path() -> str | None:
@@ -20,8 +22,29 @@ def inside_path() -> str:
     return os.path.join(os.path.dirname(os.path.abspath(__file__)), "bin", "bcc4")
 
 
+def view(arguments: Sequence[str]) -> None:
+    """bcc4 view FILE [--page FOLDER] [--port N] by this package: a wheel has no server for the tool."""
+    from . import Error, open
+    from .viewing import Viewing
+    parser = argparse.ArgumentParser("bcc4 view", description="Look at a .bcc4 file in a browser on this machine.")
+    parser.add_argument("file", metavar="FILE", help="a .bcc4 file")
+    parser.add_argument("--page", metavar="FOLDER", help="of the viewer, as examples/web/build.sh makes it (default: installed)")
+    parser.add_argument("--port", type=int, default=0, help="of 127.0.0.1 (default: any that is free)")
+    given = parser.parse_args(arguments)
+    try:
+        open(given.file)  # says what is wrong with it before a browser does
+        viewing = Viewing(given.file, given.page, given.port)
+    except (Error, OSError, OverflowError) as error:
+        sys.exit("bcc4: %s" % error)
+    print(viewing.url, flush=True)
+    print("Open this link in a browser; Ctrl-C ends.", file=sys.stderr, flush=True)
+    viewing.wait()
+
+
 def main() -> None:
     """Becomes the tool of this package, with the arguments of the process."""
+    if sys.argv[1:2] == ["view"]:
+        return view(sys.argv[2:])
     inside = inside_path()
     if not os.path.exists(inside):
         sys.exit("this installation of bccsplat has no tool inside: install a wheel of it, or the package bccsplat-tools")

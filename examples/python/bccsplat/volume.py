@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .field_array import FieldArray
     from .pictures import Picture, Plane
     from .render import TransferFunction
+    from .viewing import Viewing
 
 
 class Volume(Child, LazyArray):
@@ -168,6 +169,17 @@ class Volume(Child, LazyArray):
         """
         from .crops import crops_of
         return crops_of(self, size, seed, count, self.channel_number(channel), part, memory)
+
+    def view(self, *, page: str | os.PathLike[str] | None = None, port: int = 0) -> Viewing:
+        """The viewer for browsers with this volume, at an address of this machine, which a notebook shows by itself:
+
+            volume.view().open()                 # in a browser
+
+        page: the folder of the viewer, as examples/web/build.sh makes it; None, the one that is installed, as a wheel has it.
+        port: of 127.0.0.1; 0, one that is free. It is there until it is closed or the process ends."""
+        from .viewing import Viewing
+        source = self._given[0]
+        return Viewing(source if isinstance(source, RemoteFile) else opened(source) or source, page, port)
 
     def __repr__(self) -> str:
         if isinstance(self.pointer, Closed):

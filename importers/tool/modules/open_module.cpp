@@ -28,6 +28,11 @@ const Module& open_module(const std::string& file, const char* library) {
   const auto folder = program_folder();
   auto path = folder / file;
   if (!std::filesystem::exists(path)) path = (folder / BCC4_MODULE_FOLDER / file).lexically_normal();
+  if (!std::filesystem::exists(path) &&
+      std::filesystem::exists(folder / "../library_path")) // of a Python package
+    fail_input("a wheel has no module for ", library,
+               ": open the file in Python, as with xarray, and write it by dataset.bcc4.to_file or "
+               "bccsplat.save; the package bccsplat-tools has one");
   void* const module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!module)
     fail_input("this bcc4 was built with ", library, ", but its module ", path.string(),
