@@ -129,7 +129,7 @@ bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, ui
     bccsplat_level_info out{};
     const LatticeScales scales = lattice.scales();
     std::copy(scales.begin(), scales.end(), out.scales);
-    out.layer_count = lattice.layers();
+    out.layer_count = lattice.layers(), out.slab_layers = v.level(level).slab_layers;
     out.sites_total = lattice.sites() - lattice.sites_outside(0, lattice.layers());
     for (size_t c = 0; c < v.channels.size(); ++c)
       out.sites_kept += level == 0 ? v.channels[c].sites_kept : v.levels[level - 1].channels[c].sites_kept;

@@ -437,6 +437,18 @@ class Arrays(unittest.TestCase):
         name = path("cc.bcc4")
         bccsplat.save(name, waves(20, 6, 6, 6), lattice="cc", overwrite=True)
         self.assertEqual(chunk_frames(bccsplat.open(name)), (8, 8, 4))
+        for store in {}, {"lattice": "cc"}, {"lattice": "d4star"}:  # the first of a chunk alone reads it
+            bccsplat.save(name, noise := waves(40, 12, 13, 14) + np.random.default_rng(1).normal(size=(40, 12, 13, 14)), overwrite=True,
+                          **store)
+            v, reads = bccsplat.open(name), []
+            for t in range(40):
+                before = v.info().bytes_read
+                v.read_frame(t)
+                reads.append(v.info().bytes_read - before)
+            starts = {0, *np.cumsum(chunk_frames(v))[:-1].tolist()}
+            self.assertEqual({t for t, read in enumerate(reads) if read} - starts, set(), (store, reads))
+            self.assertGreater(len(starts), 2)
+        self.assertEqual(noise.shape, v.shape)
         bccsplat.save(name, waves(1, 6, 6, 6), overwrite=True)
         self.assertEqual(chunk_frames(bccsplat.open(name)), (1,))
         # D4*: layers stand 1 / sqrt2 frames apart; slab s begins with layer 8 s, of which two lie before frame 0.

@@ -656,7 +656,7 @@ class VolumeInfo(Struct):
 
 
 class LevelInfo(Struct):
-    reserved: int
+    slab_layers: int
     scales: Array[c_double]
     layer_count: int
     sites_total: int
@@ -664,9 +664,10 @@ class LevelInfo(Struct):
     bytes: int
     relative_rmse: float
     if TYPE_CHECKING:
-        def __init__(self, *, scales: Any = ..., layer_count: Any = ..., sites_total: Any = ...,
-            sites_kept: Any = ..., bytes: Any = ..., relative_rmse: Any = ...) -> None: ...
-    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("scales", c_double * 4),
+        def __init__(self, *, slab_layers: Any = ..., scales: Any = ..., layer_count: Any = ...,
+            sites_total: Any = ..., sites_kept: Any = ..., bytes: Any = ...,
+            relative_rmse: Any = ...) -> None: ...
+    _fields_ = [("struct_size", c_uint32), ("slab_layers", c_uint32), ("scales", c_double * 4),
         ("layer_count", c_uint64), ("sites_total", c_uint64), ("sites_kept", c_uint64), ("bytes", c_uint64),
         ("relative_rmse", c_double)]
 

@@ -227,17 +227,16 @@ def evaluate_or_nan(field: Volume | Slice, points: Array, values: Array, **optio
     return values
 
 
-def chunk_frames(volume: Volume) -> tuple[int, ...]:
-    """Numbers of frames, in order, that lie in one slab of the file each: frames of one are read together."""
-    info = volume.info()
-    frames = info.dims[3]
+def chunk_frames(volume: Volume, level: int = 0) -> tuple[int, ...]:
+    """Numbers of frames, in order, that lie in one slab of a level each: frames of one are read together."""
+    info, at = volume.info(), volume.level_info(level)
+    frames, per_slab = info.dims[3], at.slab_layers
     if frames == 1:
         return (1,)
-    per_slab = 8
-    distance = info.scales[3] / (np.sqrt(2) if info.lattice == _abi.LATTICE_D4STAR else 1)
-    extra = info.layer_count - int(np.ceil((frames - 1) / distance - 1e-9)) - 1
+    distance = at.scales[3] / (np.sqrt(2) if info.lattice == _abi.LATTICE_D4STAR else 1)
+    extra = at.layer_count - int(np.ceil((frames - 1) / distance - 1e-9)) - 1
     lead = extra // 4 * 2  # of those before frame 0, an even number, there are as many behind the last frame
-    starts = np.ceil((np.arange(0, info.layer_count, per_slab) - lead) * distance - 1e-9)
+    starts = np.ceil((np.arange(0, at.layer_count, per_slab) - lead) * distance - 1e-9)
     starts = np.unique(np.clip(starts, 0, frames))
     return tuple(int(n) for n in np.diff([*starts[starts < frames], frames]) if n > 0)
 
@@ -256,7 +255,8 @@ def chunk_samples(shape: Sequence[int], bricks: Sequence[float], most: int) -> t
 
 
 def brick_samples(volume: Volume, level: int) -> list[float]:
-    """Samples of a level along z, y, x that one brick of the file holds: 16 sites of a coset."""
+    """Samples of a level along z, y, x that are stored together: 16 sites of a coset, or a tile of 64 of wavelets."""
     info, at = volume.info(), volume.level_info(level)
+    edge = 64 if info.store == _abi.STORE_WAVELETS else 16
     planes = 1 if info.lattice == _abi.LATTICE_CC else np.sqrt(2)
-    return [max(1.0, round(16 * planes * at.scales[a] / (1 << level))) for a in (2, 1, 0)]
+    return [max(1.0, round(edge * planes * at.scales[a] / (1 << level))) for a in (2, 1, 0)]

@@ -139,7 +139,8 @@ def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = (), decode_
     volume, variables, attrs = file.volume, {}, file_attrs(file.volume, level)
     names, places = names_of(volume), Places(volume)
     shape = FieldArray.whole(file, 0, level).shape
-    space = chunk_samples(shape[1:], brick_samples(volume, level), _CHUNK_VALUES // max(chunk_frames(volume)))
+    frames = chunk_frames(volume, level)
+    space = chunk_samples(shape[1:], brick_samples(volume, level), _CHUNK_VALUES // max(frames))
     for channel in range(volume.info().channel_count):
         name = volume.channel_info(channel).name
         if name in drop:
@@ -147,7 +148,7 @@ def make_dataset(file: SharedFile, level: int, drop: Iterable[str] = (), decode_
         field = FieldArray.whole(file, channel, level)
         variable = lazy_variable(field, names, channel_attrs(volume, channel))
         variable.encoding["bcc4"] = file, channel, level
-        variable.encoding["preferred_chunks"] = dict(zip(names.values(), (chunk_frames(volume), *space)))
+        variable.encoding["preferred_chunks"] = dict(zip(names.values(), (frames, *space)))
         variables[name] = variable
     axes = FieldArray.whole(file, 0, level).axes
     coords = {names[role]: space_coordinate(places, names, role, at) for role, at in zip("zyx", axes[1:])}
@@ -190,8 +191,7 @@ class BccsplatBackend(backends.BackendEntrypoint):  # type: ignore[misc]
         sample. kernel: of reconstruction, None for the file's. decode_times: dates where the file knows them. cache_bytes:
         of memory for what was read, in each process; 0: what playing forward needs, which is much for a small worker."""
         drop = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
-        options = {"kernel": kernel, "cache_bytes": cache_bytes}
-        file = SharedFile(filename_or_obj, **{key: value for key, value in options.items() if value})
+        file = SharedFile(filename_or_obj, kernel=kernel, cache_bytes=cache_bytes)
         dataset, time = make_dataset(file, level, drop, decode_times), names_of(file.volume)["t"]
         if decode_times and time not in drop:
             dataset = decoded(dataset, time, file.volume.attributes(), use_cftime)

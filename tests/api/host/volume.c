@@ -164,6 +164,7 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
 
   OK(bccsplat_volume_get_level_info(volume, 0, &level_info));
   EXPECT(info.level_count == 0 && level_info.sites_total == info.sites_total);
+  EXPECT(level_info.slab_layers >= 4 && level_info.slab_layers <= 32);
   EXPECT(level_info.layer_count == info.layer_count && level_info.scales[2] == info.scales[2]);
   EXPECT(level_info.bytes >= info.bytes_values + info.bytes_runs && level_info.bytes < file_size);
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_level_info(NULL, 0, &level_info));
