@@ -132,7 +132,7 @@ class Bcc4Accessor:
                 air_threshold: float | None = None, labels: bool | None = None, progress: Progress | None = None,
                 cancel: CancelToken | None = None, lattice: int | str | None = None,
                 scale: float | Sequence[float] | None = None, time_scale: float | None = None,
-                store: int | str | None = None, kernel: str | None = None, filter: int | str | None = None,
+                store: int | str | None = None, kernel: str | None = None,
                 ends: int | str | None = None, faces: int | str | None = None, levels: int | None = None,
                 density: float | None = None, exact: bool | None = None, lowpass: int | None = None,
                 measure: int | str | None = None, live: int | None = None, partial: int | None = None,
@@ -152,7 +152,7 @@ class Bcc4Accessor:
         """
         options = given(abs_error=abs_error, nonfinite=nonfinite, air=air, air_threshold=air_threshold, labels=labels,
                         progress=progress, cancel=cancel, lattice=lattice, scale=scale, time_scale=time_scale, store=store,
-                        kernel=kernel, filter=filter, ends=ends, faces=faces, levels=levels, density=density, exact=exact,
+                        kernel=kernel, ends=ends, faces=faces, levels=levels, density=density, exact=exact,
                         lowpass=lowpass, measure=measure, live=live, partial=partial, periodic_axes=periodic_axes,
                         fixed_predictions=fixed_predictions)
         DatasetWriter(self._dataset, dims, options).write(path, psnr=psnr, parts=parts, resume=resume,

@@ -36,7 +36,7 @@ class Plan(Child):
     def __init__(self, device: Device, dims: Sequence[int], source: Source, *, channels: Sequence[Channel] = (Channel(),),
                  types: Sequence[Any] = (np.float32,), times: Sequence[float] | None = None, density: float = 0.0,
                  exact: bool = False, levels: int | None = None, progress: Progress | None = None,
-                 cancel: CancelToken | None = None, lattice: int | str | None = None, filter: int | str | None = None,
+                 cancel: CancelToken | None = None, lattice: int | str | None = None,
                  store: int | str | None = None, nonfinite: int | str | None = None, overwrite: bool = False,
                  affine: Any = None, spatial_unit: str | None = None, time_unit: str | None = None,
                  scale: float | Sequence[float] = 0.0, time_scale: float = 0.0, kernel: str | None = None,
@@ -48,7 +48,7 @@ class Plan(Child):
         super().__init__(device)
         self._watch = Watch(progress)
         token = own_token(cancel)
-        self._wish = writer_options(dims, channels, self._watch, token, levels=levels or 0, lattice=lattice, filter=filter,
+        self._wish = writer_options(dims, channels, self._watch, token, levels=levels or 0, lattice=lattice,
                                     store=store, nonfinite=nonfinite, overwrite=overwrite, affine=affine,
                                     spatial_unit=spatial_unit, time_unit=time_unit, scale=scale, time_scale=time_scale,
                                     kernel=kernel, ends=ends, axes=axes, abs_error=abs_error, wavelet_errors=wavelet_errors,
