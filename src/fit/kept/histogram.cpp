@@ -40,33 +40,35 @@ inline std::vector<uint64_t>& SampleHistogram::octave(size_t o) {
   return bins;
 }
 
-inline void SampleHistogram::count_value(float relative, uint32_t key) {
-  low_ = std::min(low_, key);
-  high_ = std::max(high_, key);
-  if (!codes_.empty()) {
-    const double code = (relative - code_shift_) * codes_per_unit_ + 0.5;
-    ++codes_[std::min(codes_.size() - 1, static_cast<size_t>(static_cast<int64_t>(code)))];
+inline void SampleHistogram::count_values(std::span<const float> relative) {
+  uint32_t keys[brick_edge], low = low_, high = high_;
+  for (size_t x = 0; x < relative.size(); ++x) keys[x] = ordered_key(relative[x]);
+  for (size_t x = 0; x < relative.size(); ++x) low = std::min(low, keys[x]), high = std::max(high, keys[x]);
+  low_ = low, high_ = high, count_ += relative.size();
+  if (codes_.empty()) {
+    for (size_t x = 0; x < relative.size(); ++x)
+      ++octave(keys[x] >> 23)[keys[x] >> drop_bits & (octave_bins - 1)];
     return;
   }
-  ++octave(key >> 23)[key >> drop_bits & (octave_bins - 1)];
+  const auto last = static_cast<double>(codes_.size() - 1);
+  int32_t codes[brick_edge];
+  for (size_t x = 0; x < relative.size(); ++x) {
+    const double code = (relative[x] - code_shift_) * codes_per_unit_ + 0.5;
+    codes[x] = static_cast<int32_t>(std::clamp(code, 0.0, last)); // samples of linear tiles go beyond codes
+  }
+  for (size_t x = 0; x < relative.size(); ++x) ++codes_[codes[x]];
 }
 
 void SampleHistogram::add(const Brick& brick) {
-  uint32_t keys[brick_edge];
   for (size_t r = 0; r < brick_rows; ++r) {
-    const float* row = brick.value.data() + r * brick_edge;
+    const std::span<const float> row(brick.value.data() + r * brick_edge, brick_edge);
     uint32_t bits = brick.kept[r];
     if (brick.hole) bits &= ~uint32_t{(*brick.hole)[r]};
     if (bits == 0xffff) {
-      for (size_t x = 0; x < brick_edge; ++x) keys[x] = ordered_key(row[x]);
-      for (size_t x = 0; x < brick_edge; ++x) count_value(row[x], keys[x]);
-      count_ += brick_edge;
+      count_values(row);
       continue;
     }
-    for (; bits; bits &= bits - 1, ++count_) {
-      const float v = row[std::countr_zero(bits)];
-      count_value(v, ordered_key(v));
-    }
+    for (; bits; bits &= bits - 1) count_values(row.subspan(std::countr_zero(bits), 1));
   }
 }
 

@@ -48,7 +48,7 @@ class SampleHistogram {
   };
   template<class Body> void for_bins(const Body& body) const; // rising
   [[nodiscard]] std::vector<uint64_t>& octave(size_t o);
-  void count_value(float relative, uint32_t key);
+  void count_values(std::span<const float> relative); // at most a row
 
   Quantiser quantiser_;
   double code_shift_ = 0, codes_per_unit_ = 1;

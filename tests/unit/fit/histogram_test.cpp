@@ -88,6 +88,16 @@ TEST(QuantizeHistogram, CodesCountAsTheirValues) {
     }
 }
 
+// Samples that are what coefficients add up to lie beyond the codes that there are.
+TEST(QuantizeHistogram, WhatIsBeyondCodesCountsAsTheNearest) {
+  SampleHistogram h(quantiser_of_source(SourceType::u8, 0));
+  h.add(brick_of(std::vector<float>{-3.25F, -1.75F, 0, 128, 255, 257.5F}));
+  EXPECT_EQ(h.range(), (Range{-3.25, 257.5}));
+  EXPECT_EQ(h.percentile(.5), 0);
+  EXPECT_EQ(h.percentile(.66), 128);
+  EXPECT_EQ(h.percentile(.9), 255);
+}
+
 TEST(QuantizeHistogram, CodesAreExact) {
   const Quantiser q = quantiser_of_range(ValueType::u16, {-2, 5}, 1);
   SampleHistogram h(q);
