@@ -14,21 +14,20 @@ namespace {
 
 int16_t rounded(double v) { return static_cast<int16_t>(std::lround(v * basis_unit)); }
 
-// Makes each layer of a slab the sum of all, in place, some samples at a time.
+// Makes each layer of a slab the sum of all, in place, some samples at a time. These are copied side by side
+// first: layers are as many bytes apart as makes caches hold few of them at once.
 void change_basis(int layers, std::span<float> slab, const std::vector<float>& weights) {
   constexpr size_t block = 256;
   const size_t samples = slab.size() / layers;
-  std::vector<float> out(block * layers);
-  std::vector<WeighedLayer> sum;
+  std::vector<float> in(block * layers);
+  std::vector<WeighedLayer> sum(layers);
   for (size_t first = 0; first < samples; first += block) {
     const size_t n = std::min(block, samples - first);
+    for (int k = 0; k < layers; ++k) std::copy_n(slab.data() + k * samples + first, n, in.data() + k * block);
     for (int to = 0; to < layers; ++to) {
-      sum.clear();
-      for (int k = 0; k < layers; ++k) sum.push_back({slab.data() + k * samples, weights[to * layers + k]});
-      sum_layers(sum, first, n, out.data() + to * block);
+      for (int k = 0; k < layers; ++k) sum[k] = {in.data() + k * block, weights[to * layers + k]};
+      sum_layers(sum, 0, n, slab.data() + to * samples + first);
     }
-    for (int to = 0; to < layers; ++to)
-      std::copy_n(out.data() + to * block, n, slab.data() + to * samples + first);
   }
 }
 
