@@ -70,10 +70,9 @@ void keep_but_blocks_of_air(ChunkSites& sites, uint32_t air) {
   sites.codes = std::move(codes);
 }
 
-std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const ChunkCodes& codes) {
-  std::array<std::vector<float>, 2> out;
+CosetValues tile_values(const TileSites& sites, const ChunkCodes& codes, CosetValues out) {
   const auto boxes = sites.place.boxes();
-  for (size_t c = 0; c < 2; ++c) out[c].resize(boxes[c].sites());
+  for (size_t c = 0; c < 2; ++c) out[c].assign(boxes[c].sites(), 0);
   for (int i = 0; i < sites.place.bricks(); ++i) {
     const ChunkSites& b = sites.bricks[i];
     const uint32_t* next = b.codes.data();
@@ -98,17 +97,18 @@ std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const Chun
 EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const TileRule& asked, int level,
                         bool linear, TileRoom& room) {
   const auto boxes = sites.place.boxes();
-  std::array<std::vector<float>, 2> values = tile_values(sites, coder.codes());
+  CosetValues values = tile_values(sites, coder.codes(), std::move(room.values));
   std::array<TileBands, 2> bands;
-  for (size_t c = 0; c < 2; ++c)
+  for (size_t c = 0; c < 2; ++c) {
     bands[c] = analyse_tile(boxes[c], std::move(values[c]), asked.steps.step, asked.halvings_along_z);
+    if (!bands[c].coefficients.empty()) bands[c].steps = std::move(room.steps[c]);
+  }
   TileRule rule = asked;
   fit_into_steps(bands, rule.steps);
   std::vector<TileLayers> layers(2);
   for (size_t c = 0; c < 2; ++c) {
     if (bands[c].coefficients.empty()) continue;
-    choose_steps(bands[c], rule, room.walk);
-    bands[c].coefficients = {}; // all that follows is made of steps
+    choose_steps(bands[c], rule, room.walk); // of which all that follows is made
     if (!linear) layers[c] = TileLayers(coefficients_of(bands[c], rule.steps), room.layers[c]);
   }
   EncodedTile tile;
@@ -123,6 +123,8 @@ EncodedTile encode_tile(const TileSites& sites, const SampleCoder& coder, const 
   std::vector<std::byte>& bytes = tile.chunk.bytes = code_tile(bands, rule.steps, room.walk);
   entry.values_bytes = static_cast<uint32_t>(bytes.size());
   finish_entry(runs, wavelet_part, tile.chunk);
+  for (size_t c = 0; c < 2; ++c)
+    room.values[c] = std::move(bands[c].coefficients), room.steps[c] = std::move(bands[c].steps);
   return tile;
 }
 

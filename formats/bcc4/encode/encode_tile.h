@@ -20,8 +20,9 @@ inline constexpr int tile_rules = 1;
 // sites cost more than wavelets make of them. The code of air must stand for it.
 void keep_but_blocks_of_air(ChunkSites& sites, uint32_t air);
 
-// The codes of a tile less that of air, by coset; 0 where a site is not kept.
-[[nodiscard]] std::array<std::vector<float>, 2> tile_values(const TileSites& sites, const ChunkCodes& codes);
+// The codes of a tile less that of air, by coset; 0 where a site is not kept. room: is used for them.
+using CosetValues = std::array<std::vector<float>, 2>;
+[[nodiscard]] CosetValues tile_values(const TileSites& sites, const ChunkCodes& codes, CosetValues room = {});
 
 struct EncodedTile {
   EncodedChunk chunk;

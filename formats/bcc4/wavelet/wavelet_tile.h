@@ -63,10 +63,12 @@ class LayerRoom {
   std::shared_ptr<float[]> floats_;
   size_t count_ = 0;
 };
-// What coding takes, box after box.
+// What coding takes, box after box: the system clears memory that it hands out anew.
 struct TileRoom {
   WalkRoom walk;
-  std::array<LayerRoom, 2> layers; // by coset
+  std::array<LayerRoom, 2> layers; // by coset, as are the others
+  std::array<std::vector<float>, 2> values;
+  std::array<std::vector<int32_t>, 2> steps;
 };
 
 // A box whose layers are put together in space, but not yet in time: any frame can be made of them. Layers

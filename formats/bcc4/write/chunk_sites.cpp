@@ -78,6 +78,7 @@ ChunkSites collect_sites(const ChunkShape& shape, std::span<const SampleLayer> l
       collect_codes(sites, m, *codes);
     else
       collect_layer(sites, m, *brick.as_values(), position, coder, clamped);
+    if (m == 0) sites.codes.reserve(sites.codes.size() * layers.size());
   }
   return sites;
 }
