@@ -2090,6 +2090,16 @@ enum {
   BCCSPLAT_KIND_DENSE = 7      /* no background: all is data */
 };
 
+/* What a first picture shows of a file. */
+typedef int32_t bccsplat_layout;
+enum {
+  BCCSPLAT_LAYOUT_DEFAULT = 0, /* by the kind of data: as bccsplat_look.layout says */
+  BCCSPLAT_LAYOUT_VOLUME = 1,
+  BCCSPLAT_LAYOUT_PLANES = 2, /* three along the axes, through the middle of what is seen */
+  BCCSPLAT_LAYOUT_BOTH = 3,   /* of a patient's scan: these and the volume beside them */
+  BCCSPLAT_LAYOUT_FLAT = 4    /* of a map: one plane, seen from above */
+};
+
 /* A transfer function made from a channel's stored histogram: air and noise transparent, the rest
  * with an opacity by the number of voxels that a ray crosses of it. The same for all frames of a
  * series. */
@@ -2111,6 +2121,12 @@ typedef struct bccsplat_look {
   double colors[64][4];
   /* Per mean voxel. */
   double opacities[32][2];
+  /* What follows from the kind of data alone, whatever look was asked for. */
+  bccsplat_layout layout;
+  /* The frame that shows most: whose values span most of the range, by those that the file holds of
+   * each frame, of several like it the one nearest to the middle of the series; the first that
+   * there is where the file holds none. */
+  uint32_t frame;
 } bccsplat_look;
 
 /* Makes a look for a channel. `look` is a BCCSPLAT_LOOK_, `mode` the BCCSPLAT_MODE_ that it is for:

@@ -5,13 +5,15 @@
 #include "api/numbers.h"
 #include "api/structs.h"
 #include "scene/default_look.h"
+#include "volume/first_picture.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
 
 namespace {
 
-void write_look(const ValueSurvey& survey, Look wanted, int32_t mode, bccsplat_look* out) {
+void write_look(const ValueSurvey& survey, const FirstPicture& first, Look wanted, int32_t mode,
+                bccsplat_look* out) {
   const TransferFunction f = look_function(
       survey, wanted, mode == BCCSPLAT_MODE_DEFAULT ? RenderMode::composite : static_cast<RenderMode>(mode));
   bccsplat_look made{};
@@ -27,6 +29,7 @@ void write_look(const ValueSurvey& survey, Look wanted, int32_t mode, bccsplat_l
   }
   for (uint32_t i = 0; i < made.opacity_count; ++i)
     made.opacities[i][0] = f.opacities[i].value, made.opacities[i][1] = f.opacities[i].opacity;
+  made.layout = static_cast<int32_t>(first.layout), made.frame = first.frame;
   write_struct(out, made, "out");
 }
 
@@ -42,7 +45,9 @@ bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume, uint32_t
     require(volume, "volume");
     require_look(look, mode);
     const auto wanted = static_cast<Look>(look);
-    write_look(survey_for(value_counts(volume->file, channel), wanted), wanted, mode, out);
+    const ValueCounts counts = value_counts(volume->file, channel);
+    write_look(survey_for(counts, wanted), first_picture(volume->file, channel, counts.data), wanted, mode,
+               out);
   });
 }
 
@@ -53,6 +58,8 @@ bccsplat_status bccsplat_slice_get_look(const bccsplat_slice* slice, int32_t loo
     require_look(look, mode);
     if (slice->open.slice.empty()) fail(Code::wrong_state, "slice: it misses the volume, and has no values");
     const auto wanted = static_cast<Look>(look);
-    write_look(survey_of_slice(slice->volume->file, slice->open, wanted), wanted, mode, out);
+    const OpenVolume& file = slice->volume->file;
+    const ValueSurvey survey = survey_of_slice(file, slice->open, wanted);
+    write_look(survey, first_picture(file, slice->open.channel, survey.data), wanted, mode, out);
   });
 }

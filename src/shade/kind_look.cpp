@@ -30,15 +30,15 @@ const std::vector<Vec3> flame{
 
 const KindLook& kind_look(series::DataKind kind) {
   static const KindLook looks[] = {
-      /* unknown */ {{}, thin, faint, few},
-      /* ct */ {greys(0.16, 1), body, faint, bright},
-      /* mr */ {greys(0.08, 1), body, faint, bright},
-      /* statistic */ {heat, thin, spots, few},
-      /* labels */ {{}, thin, faint, few},
-      /* map */ {{}, thin, faint, few},
-      /* field */ {{}, thin, faint, few},
-      /* smoke */ {greys(0.35, 0.95), puff, faint, few},
-      /* fire */ {flame, thin, faint, few},
+      /* unknown */ {{}, thin, faint, few, Layout::volume},
+      /* ct */ {greys(0.16, 1), body, faint, bright, Layout::both},
+      /* mr */ {greys(0.08, 1), body, faint, bright, Layout::both},
+      /* statistic */ {heat, thin, spots, few, Layout::volume},
+      /* labels */ {{}, thin, faint, few, Layout::volume},
+      /* map */ {{}, thin, faint, few, Layout::flat},
+      /* field */ {{}, thin, faint, few, Layout::volume},
+      /* smoke */ {greys(0.35, 0.95), puff, faint, few, Layout::volume},
+      /* fire */ {flame, thin, faint, few, Layout::volume},
   };
   static_assert(std::size(looks) == std::size(series::data_kind_names));
   return looks[static_cast<size_t>(kind)];

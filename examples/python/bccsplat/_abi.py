@@ -157,6 +157,11 @@ KIND_SIGNED = 4
 KIND_SOLID = 5
 KIND_FOG = 6
 KIND_DENSE = 7
+LAYOUT_DEFAULT = 0
+LAYOUT_VOLUME = 1
+LAYOUT_PLANES = 2
+LAYOUT_BOTH = 3
+LAYOUT_FLAT = 4
 PICK_VALUE = 1
 PICK_MAXIMUM = 2
 PICK_OPACITY = 3
@@ -953,13 +958,16 @@ class Look(Struct):
     opacity_count: int
     colors: Array[Array[c_double]]
     opacities: Array[Array[c_double]]
+    layout: int
+    frame: int
     if TYPE_CHECKING:
         def __init__(self, *, kind: Any = ..., empty: Any = ..., range: Any = ..., iso_value: Any = ...,
-            color_count: Any = ..., opacity_count: Any = ..., colors: Any = ...,
-            opacities: Any = ...) -> None: ...
+            color_count: Any = ..., opacity_count: Any = ..., colors: Any = ..., opacities: Any = ...,
+            layout: Any = ..., frame: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("kind", c_int32), ("empty", c_double * 2),
         ("range", c_double * 2), ("iso_value", c_double), ("color_count", c_uint32),
-        ("opacity_count", c_uint32), ("colors", c_double * 4 * 64), ("opacities", c_double * 2 * 32)]
+        ("opacity_count", c_uint32), ("colors", c_double * 4 * 64), ("opacities", c_double * 2 * 32),
+        ("layout", c_int32), ("frame", c_uint32)]
 
 
 class Light(Fields):

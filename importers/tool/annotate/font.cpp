@@ -97,6 +97,8 @@ double scale_of(double em) { return stbtt_ScaleForMappingEmToPixels(&font(), sta
 
 } // namespace
 
+bool has_font() { return true; }
+
 void require_font() { (void)font(); }
 
 double text_width(std::string_view text, double em) {
@@ -158,7 +160,10 @@ std::string fitted_text(const std::string& text, double em, double width) {
 
 namespace bcc4 {
 
-void require_font() { fail_usage("--annotate: this bcc4 was built without a font (BCCSPLAT_WITH_TEXT)"); }
+bool has_font() { return false; }
+void require_font() {
+  fail_usage("--annotate, --layout: this bcc4 was built without a font (BCCSPLAT_WITH_TEXT)");
+}
 double text_width(std::string_view, double) {
   require_font();
   return 0;

@@ -16,7 +16,9 @@ struct TextMask {
   std::vector<float> coverage;
 };
 
-// Throws where the program was built without a font (BCCSPLAT_WITH_TEXT).
+// Whether the program was built with a font (BCCSPLAT_WITH_TEXT).
+[[nodiscard]] bool has_font();
+// Throws where it was not.
 void require_font();
 // Pixels from the start of a line of UTF-8 to its end; em: pixels of the font's size.
 [[nodiscard]] double text_width(std::string_view text, double em);

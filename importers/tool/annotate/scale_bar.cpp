@@ -7,6 +7,16 @@
 
 namespace bcc4 {
 
+std::string length_in_words(double length, std::string unit) {
+  struct Larger {
+    const char *unit, *larger;
+    double least, ratio; // least: of the smaller unit
+  };
+  for (const Larger& l : {Larger{"mm", "cm", 20, 10}, {"cm", "m", 100, 100}, {"m", "km", 1000, 1000}})
+    if (unit == l.unit && length >= l.least) unit = l.larger, length /= l.ratio;
+  return tick_texts({length}).front() + (unit.empty() ? "" : " " + unit);
+}
+
 void draw_scale_bar(Canvas& canvas, double world_per_pixel, const std::string& unit, const Point& right,
                     double longest, double em, const Ink& ink) {
   const double world = round_below(longest * world_per_pixel), length = world / world_per_pixel;
@@ -19,8 +29,8 @@ void draw_scale_bar(Canvas& canvas, double world_per_pixel, const std::string& u
   };
   lines(thickness + 1, ink.halo);
   lines(0, ink.color);
-  const std::string text = tick_texts({world}).front() + (unit.empty() ? "" : " " + unit);
-  canvas.text(text, {right[0] - length / 2, right[1] - 0.6 * em}, em, Anchor::middle, ink);
+  canvas.text(length_in_words(world, unit), {right[0] - length / 2, right[1] - 0.6 * em}, em, Anchor::middle,
+              ink);
 }
 
 } // namespace bcc4

@@ -8,6 +8,9 @@
 
 namespace bcc4 {
 
+// "5 cm" for 50 mm, "100 km" for 100000 m; other units stay.
+[[nodiscard]] std::string length_in_words(double length, std::string unit);
+
 // Ends at `right`, the bar's right end; nothing is longer than `longest` pixels. world_per_pixel is positive.
 void draw_scale_bar(Canvas& canvas, double world_per_pixel, const std::string& unit, const Point& right,
                     double longest, double em, const Ink& ink);

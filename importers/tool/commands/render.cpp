@@ -23,9 +23,11 @@
 #include "tool/view/fitted_view.h"
 #include "tool/view/host_things.h"
 #include "tool/view/picture_cut.h"
+#include "tool/view/picture_layout.h"
 #include "tool/view/picture_output.h"
 #include "tool/view/picture_sequence.h"
 #include "tool/view/picture_shape.h"
+#include "tool/view/planes.h"
 #include "tool/view/render_arguments.h"
 #include "tool/view/render_function.h"
 #include "tool/view/render_stats.h"
@@ -74,6 +76,19 @@ void write_text(const std::string& path, const std::string& text) {
   file.finish();
 }
 
+// Copies a picture into a part of another one.
+void put(const Image& from, const Image& to, const Pane& pane) {
+  auto source = sized<bccsplat_plane>(), target = sized<bccsplat_plane>();
+  check(bccsplat_frame_get_channel(from.get(), BCCSPLAT_FRAME_RGBA, &source), "--layout");
+  check(bccsplat_frame_get_channel(to.get(), BCCSPLAT_FRAME_RGBA, &target), "--layout");
+  const auto row_of = [](const bccsplat_plane& p, size_t row) {
+    return p.pixels + row * (p.row_bytes / sizeof(float));
+  };
+  for (size_t y = 0; y < pane.size.height; ++y)
+    std::copy_n(row_of(source, y), size_t{4} * pane.size.width,
+                row_of(target, pane.y + y) + size_t{4} * pane.x);
+}
+
 struct Scene {
   const RenderArguments& a;
   const Device& device;
@@ -97,6 +112,8 @@ struct Scene {
   const std::vector<Picture>& pictures;
   bccsplat_render_options options;     // of a scene
   std::optional<ScenePictures> beside; // none: one channel of one volume, which the renderer draws
+  const PictureLayout& layout;
+  std::optional<Planes> planes; // none: the volume alone
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) {
     const bccsplat_camera view = camera.file ? turned(camera.file->cameras[picture.camera], picture.turn)
@@ -176,24 +193,52 @@ struct Scene {
     return stats;
   }
 
-  // Renders one picture, --repeat times, and hands it on.
+  // Makes one picture, and hands it on.
   RenderTimes draw(const Picture& picture, size_t number) {
     RenderTimes times;
     times.open_ms = open_ms;
+    Image image = layout.has_volume() ? draw_volume(picture, number, times) : Image();
+    if (planes) image = with_planes(picture, std::move(image));
+    output.take(image, picture, exposure_seconds(volume, picture.where, trail));
+    return times;
+  }
+
+  // Makes the sheet of planes and, where there is one, of the volume's picture.
+  [[nodiscard]] Image with_planes(const Picture& picture, Image of_volume) {
+    Image sheet = blank(layout.whole, BCCSPLAT_FRAME_RGBA);
+    if (of_volume) put(of_volume, sheet, layout.volume);
+    // A map's plane does not depend on what is seen.
+    std::array<double, 3> middle{};
+    if (layout.kind != BCCSPLAT_LAYOUT_FLAT)
+      middle = fitted->middle(picture, [&] {
+        Cut coarse = picture.where;
+        coarse.level = volume_info(volume).level_count;
+        return cut_slice(volume, coarse, channel);
+      });
+    planes->draw(sheet, picture.where, middle);
+    return sheet;
+  }
+
+  [[nodiscard]] Image blank(const PictureSize& size, uint32_t channels) const {
+    bccsplat_frame* created = nullptr;
+    check(bccsplat_frame_create(device.get(), size.width, size.height, channels, &created), "");
+    return Image(created);
+  }
+
+  // Renders the volume's picture, --repeat times.
+  [[nodiscard]] Image draw_volume(const Picture& picture, size_t number, RenderTimes& times) {
     const PictureCut cut = cutter.cut(picture.where, [&](const Slice& s) { return view(s, picture); });
     times.slice = cut.info;
     times.kernel = times.slice.kernel;
     const bccsplat_view seen = host.view(cut.camera);
     prepare(cut, seen, picture);
     set_trails(picture.where);
-    uint32_t planes = BCCSPLAT_FRAME_RGBA;
+    uint32_t channels = BCCSPLAT_FRAME_RGBA;
     if (a.deep)
-      planes |= BCCSPLAT_FRAME_DEEP;
+      channels |= BCCSPLAT_FRAME_DEEP;
     else if (lower(picture.path).ends_with(".exr"))
-      planes |= BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE | BCCSPLAT_FRAME_TIME;
-    bccsplat_frame* created = nullptr;
-    check(bccsplat_frame_create(device.get(), camera.size[0], camera.size[1], planes, &created), "");
-    const Image image(created);
+      channels |= BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE | BCCSPLAT_FRAME_TIME;
+    Image image = blank({camera.size[0], camera.size[1]}, channels);
     for (int i = 0; i < a.repeat; ++i) {
       stop_if_interrupted();
       times.renders.push_back(beside ? beside->draw(picture.where.time, seen, image, options)
@@ -204,12 +249,11 @@ struct Scene {
     if (annotation)
       annotation->draw(image, number, cut.camera, cut.domain, exposure,
                        trail_bar(a, volume, picture.where, trail));
-    output.take(image, picture, exposure_seconds(volume, picture.where, trail));
-    return times;
+    return image;
   }
 };
 
-// Before any work: whether there is a font, and room for letters.
+// Whether there is a font, and room for letters.
 void prepare_annotation(RenderArguments& a, const std::array<uint32_t, 2>& size) {
   if (!a.title.empty() && !a.annotate) a.annotate.emplace();
   if (!a.title.empty()) a.annotate->title = true;
@@ -266,9 +310,9 @@ void warn_of_nothing(const RenderArguments& a, const TransferFunction& seen, con
     std::fprintf(stderr, "bcc4: warning: %s\n", why->c_str());
 }
 
-// A series of which no moment was chosen shows its first frame, in a film, on a sheet or in numbered pictures
-// all of them, after a word on that.
-void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera) {
+// A series of which no moment was chosen shows the frame that shows most, in a film, on a sheet or in
+// numbered pictures all of them, after a word on that.
+void choose_moment(const Volume& volume, RenderArguments& a, uint32_t shows_most, bool moving_camera) {
   const SliceChoiceArguments& w = a.which;
   const bccsplat_volume_info v = volume_info(volume);
   if (v.dims[3] == 1 || w.time || w.index || w.plane || w.point || w.basis || w.sweep || a.frames) return;
@@ -278,10 +322,14 @@ void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera)
   if (all)
     a.frames = {first, last, 1};
   else
-    a.which.time = first, a.which.index = true;
-  std::fprintf(stderr, "bcc4: %s: no %s given: %s %llu frames %s drawn; they run %s to %s%s%s\n",
-               a.file.c_str(), all ? "--frames" : "--time", all ? "all" : "the first of",
-               static_cast<unsigned long long>(frames), all ? "are" : "is",
+    a.which.time = shows_most, a.which.index = true;
+  uint64_t told = 0; // frames whose ranges the file has
+  check(bccsplat_volume_get_frame_ranges(volume.get(), 0, nullptr, 0, &told), "");
+  const std::string drawn =
+      all ? concat("no --frames given: all ", frames, " frames are drawn; they")
+          : concat("moment ", shows_most, " of ", first, "..", last,
+                   told > 0 ? ", which shows most" : ", the first", "; --time chooses another; they");
+  std::fprintf(stderr, "bcc4: %s: %s run %s to %s%s%s\n", a.file.c_str(), drawn.c_str(),
                time_text(cut_at_index(volume, first).time).c_str(),
                time_text(cut_at_index(volume, last).time).c_str(), *v.time_unit ? " " : "", v.time_unit);
 }
@@ -322,6 +370,10 @@ void write_stats(const Scene& scene, const std::vector<RenderTimes>& times) {
 }
 
 void print_times(const Scene& scene, const RenderTimes& times) {
+  if (scene.planes)
+    std::printf("%s: %u x %u, planes at samples %s\n", scene.a.output.c_str(), scene.layout.whole.width,
+                scene.layout.whole.height, scene.planes->in_words().c_str());
+  if (!scene.layout.has_volume()) return;
   const bccsplat_render_stats s = median_stats(times);
   // Rays draw without points.
   const bool by_rays = s.bricks_total == 0 && s.points_after_cull == 0;
@@ -370,8 +422,7 @@ void draw_beside(Scene& scene, uint32_t channel, const std::vector<Picture>& pic
 Exit run_render(RenderArguments a) {
   check_arguments(a);
   const HostThings host = host_things(a);
-  const CameraChoice camera = choose_camera(a, host);
-  prepare_annotation(a, camera.size);
+  CameraChoice camera = choose_camera(a, host);
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const auto start = Clock::now();
   const Volume volume = open_for_pictures(device, a);
@@ -381,7 +432,11 @@ Exit run_render(RenderArguments a) {
   if (!a.common.quiet) warn_of_part(volume, a.file);
   if (a.trail && volume_info(volume).dims[3] == 1)
     fail_usage("--trail: ", a.file, " has one frame, in which nothing moves");
-  choose_moment(volume, a, cameras > 1);
+  const bccsplat_look first = make_look(volume, channel, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_DEFAULT);
+  const PictureLayout layout = choose_layout(a, first.layout, camera.size);
+  if (layout.has_volume()) camera.size = {layout.volume.size.width, layout.volume.size.height};
+  prepare_annotation(a, camera.size);
+  choose_moment(volume, a, first.frame, cameras > 1);
   if (const auto count = pictures_of_film(a); count && !a.frames) a.turntable = turn_of(a, *count);
   const std::vector<Picture> pictures = picture_sequence(volume, a, cameras);
   refuse_outputs(a, pictures);
@@ -390,7 +445,7 @@ Exit run_render(RenderArguments a) {
   const bccsplat_look look = look_of_channel(a, volume, channel);
   const bccsplat_channel_info info = channel_info(volume, channel);
   warn_of_no_surface(a, info);
-  const auto output = picture_output(a, device, {camera.size[0], camera.size[1]}, pictures.size());
+  const auto output = picture_output(a, device, layout.whole, pictures.size());
   const bccsplat_render_options options = render_options(a, look);
   Scene scene{.a = a,
               .device = device,
@@ -413,7 +468,11 @@ Exit run_render(RenderArguments a) {
               .info = info,
               .pictures = pictures,
               .options = options,
-              .beside = std::nullopt};
+              .beside = std::nullopt,
+              .layout = layout,
+              .planes = std::nullopt};
+  if (!layout.planes.empty())
+    scene.planes.emplace(volume, channel, layout, scene.function ? scene.function->colors : colors_of(look));
   scene.dump_function();
   scene.trail_functions = functions_of_trail(a, info, look);
   draw_beside(scene, channel, pictures);

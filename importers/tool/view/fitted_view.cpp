@@ -78,9 +78,20 @@ std::optional<FittedView::Bounds> FittedView::seen_of_series(const Cut& shape) c
   return bounds;
 }
 
-bccsplat_camera FittedView::camera(const Slice& slice, const Picture& picture) {
+void FittedView::find_seen(const Picture& picture) {
   const bool moment = picture.where.is_time_slice && volume_info(volume_).dims[3] > 1;
   if (!bounds_ && moment) bounds_ = seen_of_series(picture.where);
+}
+
+std::array<double, 3> FittedView::middle(const Picture& picture, const std::function<Slice()>& cut) {
+  find_seen(picture);
+  if (!bounds_) bounds_ = seen(cut());
+  const Bounds& b = *bounds_;
+  return {(b[0] + b[3]) / 2, (b[1] + b[4]) / 2, (b[2] + b[5]) / 2};
+}
+
+bccsplat_camera FittedView::camera(const Slice& slice, const Picture& picture) {
+  find_seen(picture);
   if (!bounds_) bounds_ = seen(slice);
   bccsplat_fit fit = fit_;
   fit.rotate_y_degrees += picture.turn;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -26,6 +27,9 @@ class FittedView {
 
   // slice: any of the picture's.
   [[nodiscard]] bccsplat_camera camera(const Slice& slice, const Picture& picture);
+  // The middle of what is seen of the file, in the world. cut: makes a slice of the picture, where it takes
+  // one.
+  [[nodiscard]] std::array<double, 3> middle(const Picture& picture, const std::function<Slice()>& cut);
   // Has this box seen as well.
   void also_show(const Bounds& box) { beside_ = box; }
   // The box around what is seen at some moments of the file, in slices of the picture's shape; none: all are
@@ -34,6 +38,8 @@ class FittedView {
 
  private:
   [[nodiscard]] Bounds seen(const Slice& slice) const;
+  // Has the same of all moments of a series found, once.
+  void find_seen(const Picture& picture);
 
   const Volume& volume_;
   uint32_t channel_;

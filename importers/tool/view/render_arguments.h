@@ -47,6 +47,7 @@ struct RenderArguments {
   std::vector<bccsplat_iso_surface> iso; // none: the look's
   int32_t mode = BCCSPLAT_MODE_DEFAULT;
   int32_t look = BCCSPLAT_LOOK_DEFAULT;
+  int32_t layout = BCCSPLAT_LAYOUT_DEFAULT;
   int32_t quality = BCCSPLAT_QUALITY_DEFAULT;
   int32_t preintegrate = BCCSPLAT_PREINTEGRATE_DEFAULT;
   int32_t smooth_edges = BCCSPLAT_SMOOTH_EDGES_DEFAULT;

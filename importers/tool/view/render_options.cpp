@@ -123,7 +123,21 @@ void add_pictures(const Command& command, RenderArguments& a) {
       [&a](const std::string& t) {
         a.sheet = parse_product("--sheet", t, 1000, "CxR is expected, columns and rows such as 4x3");
       });
-  command.add_text("--size", "WxH|N", "Pixels of a picture, N: a square (default 512x512)",
+  add_choice<int32_t>(
+      command, "--layout", a.layout,
+      {{"auto", BCCSPLAT_LAYOUT_DEFAULT},
+       {"volume", BCCSPLAT_LAYOUT_VOLUME},
+       {"planes", BCCSPLAT_LAYOUT_PLANES},
+       {"both", BCCSPLAT_LAYOUT_BOTH},
+       {"flat", BCCSPLAT_LAYOUT_FLAT}},
+      "planes: three through the middle of what is seen, with the letters of their sides, as radiologists "
+      "have "
+      "them: the patient's right (R) is on the left of the picture. both: these and the volume. flat: a map "
+      "seen from above. auto, the default: both for CT and MR, flat for maps, else, and wherever an option "
+      "is "
+      "of a volume's picture, the volume");
+  command.add_text("--size", "WxH|N",
+                   "Pixels of a picture, N: a square (default 512x512 for the volume and for each plane)",
                    [&a](const std::string& t) { a.size = parse_size(t); });
 }
 
