@@ -10,8 +10,8 @@
 namespace bcc4 {
 namespace {
 
-constexpr uint32_t least_pane = 96; // pixels a side, which letters have room in
-constexpr uint32_t gap_share = 100; // a gap is this part of a picture's smaller side
+constexpr uint32_t least_pane = 96;      // pixels a side, which letters have room in
+constexpr uint32_t pane_gap_share = 100; // a gap is this part of a picture's smaller side
 
 // An option that says how a volume is drawn, or from what.
 struct VolumeOption {
@@ -76,7 +76,7 @@ bool asks_for_volume(const RenderArguments& a, const std::vector<VolumeOption>& 
 std::vector<Pane> divide(PictureSize& whole, const PictureSize& pane, bool given, uint32_t columns,
                          uint32_t rows) {
   if (!given) whole = {pane.width * columns, pane.height * rows};
-  const uint32_t gap = std::max<uint32_t>(2, std::min(whole.width, whole.height) / gap_share);
+  const uint32_t gap = std::max<uint32_t>(2, std::min(whole.width, whole.height) / pane_gap_share);
   const auto side = [&](uint32_t pixels, uint32_t count) {
     return pixels > gap * (count - 1) ? (pixels - gap * (count - 1)) / count : 0;
   };

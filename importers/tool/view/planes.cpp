@@ -221,6 +221,8 @@ void Planes::draw(const Image& image, const Cut& where, const std::array<double,
       draw_scale_bar(canvas, length, unit, {pane.x + pane.size.width - em, pane.y + pane.size.height - em},
                      scale_share * pane.size.width, 0.8 * em, {});
     words_ += concat(words_.empty() ? "" : ", ", std::string(1, "xyz"[s.across]), " = ", at[s.across]);
+    if (!s.right.low.empty() && !s.up.low.empty())
+      words_ += concat(" (", s.right.low, " to ", s.right.high, ", ", s.up.low, " to ", s.up.high, ")");
   }
 }
 

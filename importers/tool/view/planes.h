@@ -22,7 +22,8 @@ class Planes {
   // Draws those of a moment through the samples nearest to a place of the world; a map's is the one that is
   // nearest to the ground or to the sea's surface.
   void draw(const Image& image, const Cut& where, const std::array<double, 3>& middle);
-  // Returns where the last ones stand: "x = 12, y = 30, z = 9".
+  // Returns where the last ones stand: "y = 30 (R to L, I to S), x = 12 ...", from left to right and from
+  // below.
   [[nodiscard]] std::string in_words() const { return words_; }
 
  private:
