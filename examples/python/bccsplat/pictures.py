@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Sequence, Union
+from typing import Any, Callable, Sequence, Union
 
 import numpy as np
 
@@ -78,6 +78,28 @@ def draw(cut: Slice, width: int = 512, height: int = 512, *, transfer_function: 
     frame = Frame(cut.device, width, height)
     renderer.render(frame)
     return Picture(frame, background)
+
+
+def draw_layout(cut: Slice, channel: int, frame: float, layout: int, chosen: bool, width: int | None, height: int | None,
+                transfer_function: TransferFunction | None, look: int | str | None, of_volume: Callable[[int, int], Picture],
+                background: Sequence[float] | None) -> Picture:
+    """The picture of Volume.show. chosen: planes are wanted, and not only usual, which they are where there is room."""
+    from . import plane_sheet
+    columns, rows = {_abi.LAYOUT_BOTH: (2, 2), _abi.LAYOUT_PLANES: (3, 1)}.get(layout, (1, 1))
+    w, h = width or 512 * columns, height or 512 * rows
+    if layout in (0, _abi.LAYOUT_VOLUME):
+        return of_volume(w, h)
+    pane = plane_sheet.panes_of(layout, w, h)[0]
+    if min(part.stop - part.start for part in pane) < plane_sheet.LEAST_PANE:
+        if chosen:
+            raise ValueError("a picture of %d x %d pixels has no room for planes and their letters; each has %d x %d or more" %
+                             (w, h, plane_sheet.LEAST_PANE, plane_sheet.LEAST_PANE))
+        return of_volume(w, h)
+    function = transfer_function or TransferFunction.of(cut.volume.look(channel, look))
+    pixels = plane_sheet.sheet(cut.volume, frame, channel, layout, w, h, np.array(function.colors, np.float64),
+                               lambda: cut.seen_bounds(transfer_function),
+                               lambda width, height: of_volume(width, height).frame.channel(Frame.RGBA))
+    return Picture(Frame.wrap(cut.device, pixels), background)
 
 
 class Plane:

@@ -129,21 +129,38 @@ class Volume(Child, LazyArray):
         moment = [np.array([self.time_to_index(time)]), *field.axes[1:]]
         return np.asarray(type(field)(self, moment, field.channel, level).read()[0])
 
-    def show(self, time: float | None = None, *, frame: float | None = None, width: int = 512, height: int = 512,
-             channel: int | str = 0, transfer_function: TransferFunction | None = None, look: int | str | None = None,
-             rotate_x: float = 20, rotate_y: float = 30, background: Sequence[float] | None = (0, 0, 0),
-             mode: int | str | None = None, quality: int | str | None = None, shading: int | str | None = None,
-             backend: int | str | None = None, iso_value: float | None = None, opacity_stop: float = 0.0,
-             sheet_step: float = 0.0, progress: Progress | None = None, cancel: CancelToken | None = None) -> Picture:
-        """A picture of a moment, by its time in the file's unit or its frame number (neither: the middle of the series),
-        which a notebook shows. The rest is as of draw; further options of RenderOptions: draw(volume.slice(time=..), ...)."""
-        from .pictures import draw
+    def show(self, time: float | None = None, *, frame: float | None = None, width: int | None = None,
+             height: int | None = None, layout: int | str | None = None, channel: int | str = 0,
+             transfer_function: TransferFunction | None = None, look: int | str | None = None, rotate_x: float = 20,
+             rotate_y: float = 30, background: Sequence[float] | None = (0, 0, 0), mode: int | str | None = None,
+             quality: int | str | None = None, shading: int | str | None = None, backend: int | str | None = None,
+             iso_value: float | None = None, opacity_stop: float = 0.0, sheet_step: float = 0.0,
+             progress: Progress | None = None, cancel: CancelToken | None = None) -> Picture:
+        """A picture of a moment, by its time in the file's unit or its frame number (neither: the one that shows most, as
+        `look` says), which a notebook shows. layout: "volume"; "planes", three through the middle of what is seen, with the
+        letters of their sides, the patient's right on the left as radiologists have it; "both" on one sheet; "flat", a map
+        from above. None: by the kind of data, and the volume where it is told how it is to look. width and height: of all of
+        it (None: 512 for the volume and for each plane). The rest is as of draw; further options of RenderOptions:
+        draw(volume.slice(time=..), ...)."""
+        from .pictures import draw, draw_layout
+        number = self.channel_number(channel)
+        kind = self.look(number)
         if time is None and frame is None:
-            frame = (self.shape[0] - 1) / 2
-        return draw(self.slice(time=time, frame=frame, channel=channel, space="even", cancel=cancel),
-                    width, height, transfer_function=transfer_function, look=look, rotate_x=rotate_x, rotate_y=rotate_y,
-                    background=background, mode=mode, quality=quality, shading=shading, backend=backend,
-                    iso_value=iso_value, opacity_stop=opacity_stop, sheet_step=sheet_step, progress=progress, cancel=cancel)
+            frame = kind.frame
+        told = (transfer_function, look, mode, quality, shading, backend, iso_value) != (None,) * 7 or (
+            (rotate_x, rotate_y, opacity_stop, sheet_step) != (20, 30, 0, 0))
+        wanted = choose("LAYOUT", layout) or (_abi.LAYOUT_VOLUME if told else kind.layout)
+        cut = self.slice(time=time, frame=frame, channel=channel, space="even", cancel=cancel)
+
+        def of_volume(width: int, height: int) -> Picture:
+            return draw(cut, width, height, transfer_function=transfer_function, look=look, rotate_x=rotate_x,
+                        rotate_y=rotate_y, background=background, mode=mode, quality=quality, shading=shading, backend=backend,
+                        iso_value=iso_value, opacity_stop=opacity_stop, sheet_step=sheet_step, progress=progress, cancel=cancel)
+
+        moment = self.time_to_index(time) if time is not None else frame
+        assert moment is not None
+        return draw_layout(cut, number, moment, wanted, layout is not None, width, height, transfer_function, look, of_volume,
+                           background)
 
     def plane(self, time: float | None = None, *, frame: float | None = None, channel: int | str = 0, level: int = 0,
               x: float | None = None, y: float | None = None, z: float | None = None) -> Plane:
