@@ -490,6 +490,40 @@ class Looking(unittest.TestCase):
         for text in ("24 x 22 x 20, 5 frames", "channel &lt;d&gt;", "data:image/png;base64,"):
             self.assertIn(text, html)
 
+    def test_scans_are_seen_in_planes(self):
+        bccsplat.save(path("scan.bcc4"), self.source, spacing=(2, 1.5, 3), spatial_unit="mm", abs_error=1e-3, overwrite=True,
+                      attributes={"space": "right-anterior-superior"})
+        volume = bccsplat.open(path("scan.bcc4"))
+        pixels = volume.show(frame=2, layout="planes", width=604, height=200).pixels
+        self.assertEqual(pixels.shape, (200, 604, 4))
+        look, bounds = volume.look(), np.array(volume.slice(frame=2).seen_bounds()).reshape(2, 3)
+        middle = np.rint(volume.world_to_index(bounds.mean(0))).clip(0, [23, 21, 19]).astype(int)
+        # The axial plane: x, which is to the patient's right, falls; y, to his front, is up. 48 x 33 mm, all of it 60 mm high.
+        scale = max(60, 48) / (.96 * 200)
+        width, height = round(48 / scale), round(33 / scale)
+        left, top = 404 + (200 - width) // 2, (200 - height) // 2
+        self.assertEqual(np.flatnonzero((pixels[100, 404:, 3] > 0)).tolist(), list(range(left - 404, left - 404 + width)))
+        wanted = volume.plane(frame=2, z=middle[2]).values
+        for x, y in ((8, 8), (15, 9), (9, 13)):
+            at = int((24 - x - .5) / 24 * width), int((22 - y - .5) / 22 * height)
+            grey = np.clip((wanted[y, x] - look.range[0]) / (look.range[1] - look.range[0]), 0, 1)
+            beside = np.abs(np.diff(wanted)).max() / (look.range[1] - look.range[0]) * 24 / width
+            self.assertLess(abs(pixels[top + at[1], left + at[0], 0] / 255 - grey), 2 * beside + .01, (x, y))
+        self.assertEqual(look.layout, bccsplat.abi.LAYOUT_BOTH)
+        size = {"width": 402, "height": 302}
+        both = volume.show(frame=2, layout="both", **size).pixels
+        np.testing.assert_array_equal(volume.show(frame=2, **size).pixels, both)
+        alone = volume.show(frame=2, layout="volume", width=199, height=149)
+        np.testing.assert_array_equal(both[152:301, 202:401], alone.pixels)
+        turned = volume.show(frame=2, rotate_y=31, **size)
+        np.testing.assert_array_equal(turned.pixels, volume.show(frame=2, rotate_y=31, layout="volume", **size).pixels)
+        self.assertEqual(volume.show().pixels.shape, (1024, 1024, 4))
+        np.testing.assert_array_equal(volume.show(**size).pixels, volume.show(frame=look.frame, **size).pixels)
+        with self.assertRaisesRegex(ValueError, "no room for planes"):
+            volume.show(layout="planes", width=200, height=90)
+        self.assertEqual(self.volume.show(**size).pixels.shape, (302, 402, 4))
+        self.assertEqual(self.volume.look().layout, bccsplat.abi.LAYOUT_VOLUME)
+
     def test_looks_are_of_what_is_drawn(self):
         bccsplat.save(path("two.bcc4"), {"a": self.source, "b": 100 + 50 * self.source}, overwrite=True)
         volume = bccsplat.open(path("two.bcc4"))

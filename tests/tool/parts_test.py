@@ -229,7 +229,7 @@ class Parts(ToolTest):
         small = ['--size', '24x20']
         _, said = self.bcc4('render', part, '-o', 'p.png', *small)
         self.assertIn(words, said)
-        self.assertIn('the first of 14 frames is drawn; they run 20 to 33', said)
+        self.assertIn('moment 20 of 20..33, the first; --time chooses another; they run 20 to 33', said)
         self.bcc4('render', part, '-o', 'q.png', '--index', '--time', 20, *small)
         self.assertEqual(self.read('p.png'), self.read('q.png'))
         self.bcc4('render', part, '-o', 'f.%02d.png', *small)

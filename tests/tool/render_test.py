@@ -123,12 +123,19 @@ class Render(ToolTest):
         self.refused(2, '--view', 'render', 'v.bcc4', '--time', 1, '--view', 'top', '--rotate-x', 3, '-o', 'x.png', output='x.png')
         self.refused(2, 'did you mean front?', 'render', 'v.bcc4', '--time', 1, '--view', 'frnt', '-o', 'x.png', output='x.png')
 
-    def test_a_series_without_a_time_shows_its_first_frame(self):
-        first = self.picture('--time', 0)
+    def test_a_series_without_a_time_shows_the_frame_that_shows_most(self):
         _, err = self.bcc4('render', 'v.bcc4', '-o', 'p.png', '--size', '24x20', '--quiet')
-        self.assertIn('the first of 6 frames is drawn; they run 0 to 5', err)
+        self.assertIn(', which shows most; --time chooses another; they run 0 to 5', err)
+        ranges = self.json('info', 'v.bcc4', '--frames')['channels'][0]['frames']
+        most = max(high - low for low, high in ranges)
+        good = [n for n, (low, high) in enumerate(ranges) if high - low >= .95 * most]
+        best = min(good, key=lambda n: abs(n - 2.5))
+        self.assertIn(f'moment {best} of 0..5', err)
+        chosen = self.picture('--index', '--time', best)
+        self.bcc4('render', 'v.bcc4', '-o', 'p.png', '--size', '24x20', '--quiet')
         with open(self.path('p.png'), 'rb') as f:
-            self.assertEqual(f.read(), first)
+            self.assertEqual(f.read(), chosen)
+        first = self.picture('--time', 0)
         self.assertEqual(self.bcc4('render', 'v.bcc4', '--time', 0, '-o', 'p.png', '--quiet')[1], '')
         self.bcc4('render', 'v.bcc4', '--turntable', 2, '-o', 't.%d.png', '--size', '24x20', '--quiet')
         _, err = self.bcc4('render', 'v.bcc4', '-o', 'n.%d.png', '--size', '24x20', '--quiet')

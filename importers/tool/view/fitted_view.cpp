@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Fits cameras to what is seen of a file, found once for all its moments.
 #include "tool/view/fitted_view.h"
 
 #include <algorithm>

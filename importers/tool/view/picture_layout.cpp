@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Divides a picture into parts, and tells which options are of a volume alone.
 #include "tool/view/picture_layout.h"
 
 #include <algorithm>
