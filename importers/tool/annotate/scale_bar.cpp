@@ -2,6 +2,8 @@
 #include "tool/annotate/scale_bar.h"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 
 #include "tool/annotate/ticks.h"
 
@@ -9,11 +11,13 @@ namespace bcc4 {
 
 std::string length_in_words(double length, std::string unit) {
   struct Larger {
-    const char *unit, *larger;
+    std::string_view from, to;
     double least, ratio; // least: of the smaller unit
   };
-  for (const Larger& l : {Larger{"mm", "cm", 20, 10}, {"cm", "m", 100, 100}, {"m", "km", 1000, 1000}})
-    if (unit == l.unit && length >= l.least) unit = l.larger, length /= l.ratio;
+  constexpr std::array<Larger, 3> larger{Larger{"mm", "cm", 20, 10}, Larger{"cm", "m", 100, 100},
+                                         Larger{"m", "km", 1000, 1000}};
+  for (const Larger& l : larger)
+    if (unit == l.from && length >= l.least) unit = l.to, length /= l.ratio;
   return tick_texts({length}).front() + (unit.empty() ? "" : " " + unit);
 }
 
