@@ -1394,7 +1394,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(
 /* Reads the index of the level. Also: NOT_FOUND beyond level_count, reading. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_level_info(
     const bccsplat_volume* volume, uint32_t level, bccsplat_level_info* info);
-/* Reads the tables of its corrections and masks, to count them. Also: NOT_FOUND past the last
+/* Reads nothing; of files written before they told it the tables of corrections and masks, to count
+ * them. Also: NOT_FOUND past the last
  * channel, reading. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_channel_info(
     const bccsplat_volume* volume, uint32_t channel, bccsplat_channel_info* info);

@@ -2,6 +2,7 @@
 // Checks the rules that a VolumeInfo keeps, which are the same for a caller's and for a file's.
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <set>
 #include <string>
 #include <tuple>
@@ -264,6 +265,18 @@ void check_corrections(const ChannelInfo& c, uint32_t frames, Code code) {
   if (fix.shape > CorrectionShape::smooth) bad("of shape ", static_cast<int>(fix.shape));
 }
 
+// A frame without a block adds nothing, others no more than their samples.
+void check_sums(const ChannelInfo& c, const VolumeInfo& info, Code code) {
+  const auto most = [&](std::initializer_list<const std::vector<BlockRef>*> blocks) {
+    const bool any = std::any_of(blocks.begin(), blocks.end(), [](const auto* b) { return !b->empty(); });
+    return any ? info.cc_samples() : 0;
+  };
+  const uint64_t fixes = most({&c.residuals.frames, &c.residuals.tables}), missing = most({&c.masks});
+  if (c.sums->corrections > fixes || c.sums->missing > missing)
+    fail(code, "channel ", c.name, ": ", c.sums->corrections, " corrections of ", fixes, " samples, ",
+         c.sums->missing, " missing of ", missing);
+}
+
 // Tiles hold integers of one or two bytes.
 void check_tiles(const VolumeInfo& info, Code code) {
   for (const LevelInfo& level : info.levels)
@@ -336,6 +349,7 @@ void check_info(const VolumeInfo& info, Code code) {
   for (const ChannelInfo& c : info.channels) {
     check_values(c, frames, code);
     check_corrections(c, frames, code);
+    if (c.sums) check_sums(c, info, code);
     if (!c.masks.empty() && c.masks.size() != frames)
       fail(code, "channel ", c.name, ": masks of ", c.masks.size(), " frames");
     if (c.sites_kept > sites || c.holes > c.sites_kept)

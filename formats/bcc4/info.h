@@ -42,6 +42,13 @@ struct ResidualInfo {
   bool operator==(const ResidualInfo&) const = default;
 };
 
+// How many source samples of a channel, in all of its frames, have a correction, and how many its masks say
+// are missing. Without it whoever asks has to read the tables and masks of all frames.
+struct FrameSums {
+  uint64_t corrections = 0, missing = 0;
+  bool operator==(const FrameSums&) const = default;
+};
+
 // What was measured at the source samples of a channel while the file was written.
 struct MeasuredError {
   enum Kind : uint32_t { lattice, stored, corrected }; // without rounding, as stored, with corrections
@@ -82,6 +89,8 @@ struct ChannelInfo : Quantiser {
   // Which source samples are missing (mask_runs.h), a block for each frame, stored == 0 where none is, frames
   // may share one; empty: none at all.
   std::vector<BlockRef> masks;
+  // The writer's: of all channels of a file with corrections or masks; none: an older file does not tell.
+  std::optional<FrameSums> sums;
 
   bool operator==(const ChannelInfo&) const = default;
 };

@@ -32,6 +32,7 @@ enum RecordType : uint16_t {
   residuals = 0x8002,
   part = 0x8003,
   block = 0x800a,
+  sums = 0x800b,
   tail = 0x8004,
   errors = 0x8005,
   counts = 0x8007,
@@ -267,6 +268,9 @@ class MetadataReader {
       read_axes(record, info_);
       if (!info_.has_uneven_axes()) fail(Code::corrupt, "metadata: coordinates of no axis");
       return true;
+    case sums:
+      for (ChannelInfo& c : info_.channels) c.sums = read_sums(record);
+      return true;
     default:
       return false;
     }
@@ -338,6 +342,10 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
   if (info.has_uneven_axes()) record(coordinates, [&](ByteWriter& p) { write_axes(p, info.axes); });
   if (info.part && !info.part->block.all_space())
     record(block, [&](ByteWriter& p) { write_block(p, *info.part); });
+  if (!info.channels.empty() && info.channels.front().sums)
+    record(sums, [&](ByteWriter& p) {
+      for (const ChannelInfo& c : info.channels) write_sums(p, c.sums.value_or(FrameSums{}));
+    });
   return out.release();
 }
 

@@ -116,6 +116,17 @@ void read_correction_info(ByteReader& in, ResidualInfo& r, uint32_t frames) {
   read_blocks(in, r.tables, frames);
 }
 
+void write_sums(ByteWriter& out, const FrameSums& sums) {
+  out.write(sums.corrections);
+  out.write(sums.missing);
+}
+FrameSums read_sums(ByteReader& in) {
+  FrameSums sums;
+  sums.corrections = in.read<uint64_t>();
+  sums.missing = in.read<uint64_t>();
+  return sums;
+}
+
 void write_errors(ByteWriter& out, const std::vector<MeasuredError>& list) {
   out.write(static_cast<uint32_t>(list.size()));
   for (const MeasuredError& e : list) {

@@ -53,6 +53,8 @@ void write_residual_info(ByteWriter& out, const ResidualInfo& r);
 void read_residual_info(ByteReader& in, ResidualInfo& r, uint32_t frames);
 void write_correction_info(ByteWriter& out, const ResidualInfo& r);
 void read_correction_info(ByteReader& in, ResidualInfo& r, uint32_t frames);
+void write_sums(ByteWriter& out, const FrameSums& sums);
+[[nodiscard]] FrameSums read_sums(ByteReader& in);
 void write_errors(ByteWriter& out, const std::vector<MeasuredError>& list);
 void read_errors(ByteReader& in, VolumeInfo& info);
 

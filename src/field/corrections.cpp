@@ -70,6 +70,7 @@ void Corrections::list_reads(int64_t number, bool missing, std::vector<ByteRange
 }
 
 uint64_t Corrections::count() const {
+  if (const auto told = source_->told_count()) return *told;
   uint64_t sum = 0;
   Attempts attempts;
   for (int64_t f = 0; f < n_[3]; ++f) {

@@ -35,7 +35,8 @@ class Corrections {
 
   // Appends where all corrections of a frame stand; missing: but those that are cached. Reads its table.
   void list_reads(int64_t frame, bool missing, std::vector<ByteRange>& out) const;
-  // Returns how many samples of the series have one, as far as the file is whole.
+  // Returns how many samples of the series have one; where the file does not tell, as far as its tables are
+  // whole.
   [[nodiscard]] uint64_t count() const;
 
   // Adds to values, and gradients per index unit (empty, or one per point), at points (x, y, z, t) of index

@@ -199,6 +199,7 @@ void Masks::list_reads(int64_t first, int64_t last, bool missing, std::vector<By
 }
 
 uint64_t Masks::count() const {
+  if (const auto told = source_->told_count()) return *told;
   std::map<uint64_t, uint64_t> of_block;
   uint64_t sum = 0;
   Attempts attempts;

@@ -107,7 +107,8 @@ class Masks {
   // Appends where the masks of counted frames stand; missing: but those that are held. The read of masks
   // that two frames share is listed twice.
   void list_reads(int64_t first, int64_t last, bool missing, std::vector<ByteRange>& out) const;
-  // Returns how many samples of the series are missing, as far as the file is whole.
+  // Returns how many samples of the series are missing; where the file does not tell, as far as its masks are
+  // whole.
   [[nodiscard]] uint64_t count() const;
 
   // Makes values, and gradients (empty, or one per point), at missing points (x, y, z, t) of index space NaN;

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/block_ref.h"
@@ -55,6 +56,8 @@ class CorrectionSource {
   [[nodiscard]] virtual bool any() const = 0;
   [[nodiscard]] virtual CorrectionShape shape() const = 0;
   [[nodiscard]] virtual double step() const = 0; // values are multiples of it
+  // Returns how many samples of all frames have one; none: the tables of the frames have to tell.
+  [[nodiscard]] virtual std::optional<uint64_t> told_count() const { return std::nullopt; }
   [[nodiscard]] virtual Frame read_frame(int64_t frame) const = 0;
   // Returns the corrections of a brick, at places counted from its first sample.
   [[nodiscard]] virtual std::vector<GridValue> read_brick(const CorrectionBrick& brick) const = 0;

@@ -22,6 +22,8 @@ class MaskSource {
   // Returns where the mask of a frame is stored: frames with one place share one mask. None: no sample of the
   // frame is missing. frame: in [0, dims[3]).
   [[nodiscard]] virtual std::optional<ByteRange> place(int64_t frame) const = 0;
+  // Returns how many samples of all frames are missing; none: the masks have to tell.
+  [[nodiscard]] virtual std::optional<uint64_t> told_count() const { return std::nullopt; }
   // Calls body for each run of missing samples of a frame, in rising order. Damage throws.
   virtual void read_runs(int64_t frame, const MaskRunBody& body) const = 0;
   // Returns whether the nearest whole mask in time replaces one that cannot be read for this reason.

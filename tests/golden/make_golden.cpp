@@ -211,6 +211,12 @@ void make_corrections() {
   bad[14] = std::byte{2}; // lowest reader
   poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
   save("bad_corrections_of_version_2", bad);
+  save("v3_sums_corrections", good);
+  save("bad_sums", rebuild(good, {.metadata = [](Bytes& m) {
+                             VolumeInfo v = read_metadata(m, 0, {});
+                             v.channels[0].sums->corrections = v.cc_samples() + 1;
+                             m = write_metadata(v);
+                           }}));
   save("bad_corrections_shape", rebuild(good, {.metadata = [](Bytes& m) {
                                           VolumeInfo v = read_metadata(m, 0, {});
                                           v.channels[0].residuals.shape = static_cast<CorrectionShape>(2);
@@ -244,6 +250,7 @@ Bytes with_mask(const Bytes& good, std::initializer_list<int> runs) {
 void make_masks() {
   const Bytes good = masked_file();
   save("v3_masks", good);
+  save("v3_sums_masks", good);
   Bytes bad = good;
   bad[14] = std::byte{2}; // lowest reader
   poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));

@@ -157,6 +157,11 @@ struct Channel {
   std::optional<float> base; // of the field that is corrected
   std::vector<BlockRef> tables, frames;
   std::vector<BlockRef> masks; // by frame; empty: none
+  // Record 0x800b: samples of all frames.
+  struct Sums {
+    uint64_t corrected, missing;
+  };
+  std::optional<Sums> sums;
 };
 
 // An axis of space, record 0x8009.
@@ -320,6 +325,19 @@ void read_domain(Cursor& r, Volume& v, int lowest) {
   r.zeros(1);
   for (int i = 0; i < 4; ++i) must(r.f64() > 0, "domain: scales");
   must(r.left() == 0, "metadata: record too long");
+}
+
+// Record 0x800b.
+void read_sums(Cursor& r, Volume& v) {
+  uint64_t all = 1;
+  for (const uint32_t n : v.dims) all *= n;
+  for (Channel& c : v.channels) {
+    const uint64_t corrected = r.u64(), missing = r.u64();
+    must(corrected <= (c.tables.empty() && c.frames.empty() ? 0 : all), "sums: corrections");
+    must(missing <= (c.masks.empty() ? 0 : all), "sums: missing samples");
+    c.sums = {corrected, missing};
+  }
+  must(r.left() == 0, "sums: record too long");
 }
 
 // Record 0x8009.
@@ -492,6 +510,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       continue;
     }
     if (type == 0x8009) read_axes(r, v);
+    if (type == 0x800b) read_sums(r, v);
     if (type >= 0x8000) continue;
     must(type != 12, "metadata: this reader knows no stencils");
     must(type >= 1 && type <= 7, "metadata: unknown record");
@@ -1441,6 +1460,7 @@ uint64_t read_bricks(const File& file, const Volume& v, const Channel& ch, const
 
 void dump_corrections(const File& file, const Volume& v, const Channel& ch) {
   if (ch.step == 0 && ch.bound == 0) return;
+  uint64_t all_frames = 0;
   std::printf("corrections step %.17g bound %.17g shape %d", ch.step, ch.bound, ch.shape);
   if (ch.base) std::printf(" base %.17g", static_cast<double>(*ch.base));
   std::printf("\n");
@@ -1459,7 +1479,9 @@ void dump_corrections(const File& file, const Volume& v, const Channel& ch) {
     }
     std::printf("corrections frame %u add %llu set %llu crc %08x\n", f, static_cast<unsigned long long>(add),
                 static_cast<unsigned long long>(set), crc(all.data(), all.size()));
+    all_frames += add + set;
   }
+  must(!ch.sums || ch.sums->corrected == all_frames, "sums: not those of the corrections");
 }
 
 // ---- Record 10: masks ----
@@ -1484,6 +1506,7 @@ Bytes read_mask(const File& file, const Volume& v, const BlockRef& block) {
 }
 
 void dump_masks(const File& file, const Volume& v, const Channel& ch) {
+  uint64_t all_frames = 0;
   for (uint32_t f = 0; f < ch.masks.size(); ++f) {
     if (ch.masks[f].stored == 0) {
       std::printf("mask frame %u missing 0\n", f);
@@ -1493,7 +1516,9 @@ void dump_masks(const File& file, const Volume& v, const Channel& ch) {
     const auto count = std::count(missing.begin(), missing.end(), 1);
     std::printf("mask frame %u missing %lld crc %08x\n", f, static_cast<long long>(count),
                 crc(missing.data(), missing.size()));
+    all_frames += static_cast<uint64_t>(count);
   }
+  must(!ch.sums || ch.sums->missing == all_frames, "sums: not those of the masks");
 }
 
 using Slots = std::map<uint32_t, Decoded>;
@@ -1631,6 +1656,9 @@ void dump(const std::string& path) {
     }
     dump_corrections(file, v, ch);
     dump_masks(file, v, ch);
+    if (ch.sums)
+      std::printf("sums corrected %llu missing %llu\n", static_cast<unsigned long long>(ch.sums->corrected),
+                  static_cast<unsigned long long>(ch.sums->missing));
   }
 }
 

@@ -10,6 +10,11 @@ std::optional<ByteRange> Bcc4Masks::place(int64_t frame) const {
   return block.stored == 0 ? std::nullopt : std::optional(block.range());
 }
 
+std::optional<uint64_t> Bcc4Masks::told_count() const {
+  const auto& sums = reader_->info().channels[channel_].sums;
+  return sums ? std::optional(sums->missing) : std::nullopt;
+}
+
 void Bcc4Masks::read_runs(int64_t frame, const MaskRunBody& body) const {
   reader_->mask_runs(channel_, frame, body);
 }
@@ -25,6 +30,11 @@ std::vector<GridValue> Bcc4Corrections::values(const ResidualList& list, int64_t
                     from + correction_value(s.steps, step())});
   }
   return made;
+}
+
+std::optional<uint64_t> Bcc4Corrections::told_count() const {
+  const auto& sums = reader_->info().channels[channel_].sums;
+  return sums ? std::optional(sums->corrections) : std::nullopt;
 }
 
 CorrectionSource::Frame Bcc4Corrections::read_frame(int64_t frame) const {

@@ -18,6 +18,7 @@ class Bcc4Masks final : public MaskSource {
       : reader_(std::move(reader)), channel_(channel) {}
   const Lattice4& lattice() const override { return reader_->info().lattice; }
   std::optional<ByteRange> place(int64_t frame) const override;
+  std::optional<uint64_t> told_count() const override;
   void read_runs(int64_t frame, const MaskRunBody& body) const override;
   bool goes_without(const Error& failure) const override { return reader_->goes_without(failure); }
 
@@ -34,6 +35,7 @@ class Bcc4Corrections final : public CorrectionSource {
   bool any() const override { return info().any(); }
   CorrectionShape shape() const override { return info().shape; }
   double step() const override { return info().step; }
+  std::optional<uint64_t> told_count() const override;
   Frame read_frame(int64_t frame) const override;
   std::vector<GridValue> read_brick(const CorrectionBrick& brick) const override;
   std::vector<ByteRange> places(int64_t frame) const override;

@@ -26,8 +26,10 @@ VolumeInfo Bcc4Reader::State::shown_part(uint16_t lowest_version) const {
     if (!list.empty()) list.resize(frames);
   };
   cut(part.time.times);
-  for (ChannelInfo& c : part.channels)
+  for (ChannelInfo& c : part.channels) {
     cut(c.frames), cut(c.residuals.frames), cut(c.residuals.tables), cut(c.masks);
+    if (frames < info.lattice.dims[3]) c.sums.reset(); // they are of all frames
+  }
   return part;
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <mutex>
-#include <set>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -60,6 +60,8 @@ struct Bcc4Reader::State::Verification {
   }
   void check_corrections();
   void check_masks();
+  [[nodiscard]] std::optional<uint64_t> count_missing(int channel, uint64_t frame, const BlockRef& block);
+  void check_sums(size_t channel, uint64_t FrameSums::*which, std::optional<uint64_t> found);
   template<class Look> void look_at(const BlockRef& block, const Look& look);
   void check_page(size_t index);
   void check_tile(const ChannelLevel& at, const Bcc4Chunk& chunk, std::span<const std::byte> stored,
@@ -94,44 +96,89 @@ template<class Look> void Bcc4Reader::State::Verification::look_at(const BlockRe
   }
 }
 
+// found: none where some of it could not be read.
+void Bcc4Reader::State::Verification::check_sums(size_t channel, uint64_t FrameSums::*which,
+                                                 std::optional<uint64_t> found) {
+  const ChannelInfo& c = file.info.channels[channel];
+  if (!c.sums || !found || (*c.sums).*which == *found) return;
+  add_file_damage(Code::corrupt,
+                  concat("channel ", c.name, ": ", *found,
+                         which == &FrameSums::missing ? " samples are missing" : " samples are corrected",
+                         ", the metadata say ", (*c.sums).*which),
+                  file.root.metadata.offset);
+}
+
 void Bcc4Reader::State::Verification::check_corrections() {
   const auto& channels = file.info.channels;
   for (size_t i = 0; i < channels.size(); ++i) {
     const ResidualInfo& fix = channels[i].residuals;
     const auto channel = static_cast<int>(i);
+    std::optional<uint64_t> sum = 0; // as long as all was read
+    const auto count_at = [&](const BlockRef& block, const auto& count) {
+      bool whole = block.stored == 0;
+      look_at(block, [&] {
+        const uint64_t found = count();
+        whole = true;
+        if (sum) *sum += found;
+      });
+      if (!whole) sum.reset();
+    };
     for (uint64_t f = 0; f < fix.frames.size(); ++f)
-      look_at(fix.frames[f], [&] { static_cast<void>(file.residuals(channel, f)); });
+      count_at(fix.frames[f], [&] {
+        const FrameResiduals whole = file.residuals(channel, f);
+        return whole.add.size() + whole.set.size();
+      });
     for (uint64_t f = 0; f < fix.tables.size(); ++f) {
       std::vector<CorrectionBrick> table;
-      look_at(fix.tables[f], [&] { table = file.correction_bricks(channel, f); });
+      count_at(fix.tables[f], [&] {
+        table = file.correction_bricks(channel, f);
+        return uint64_t{0};
+      });
       for (const CorrectionBrick& brick : table)
-        look_at(brick.block, [&] { static_cast<void>(file.corrections(channel, brick)); });
+        count_at(brick.block, [&] { return file.corrections(channel, brick).size(); });
     }
+    check_sums(i, &FrameSums::corrections, sum);
   }
 }
 
 // Frames that share a block share its damage.
 void Bcc4Reader::State::Verification::check_masks() {
   const auto& channels = file.info.channels;
-  std::set<std::tuple<uint64_t, uint32_t, uint32_t, uint32_t, uint32_t>> known;
-  for (size_t i = 0; i < channels.size(); ++i)
+  // How many samples are missing by a block; none: it could not be read.
+  std::map<std::tuple<uint64_t, uint32_t, uint32_t, uint32_t, uint32_t>, std::optional<uint64_t>> known;
+  for (size_t i = 0; i < channels.size(); ++i) {
+    std::optional<uint64_t> sum = 0; // as long as all was read
     for (uint64_t f = 0; f < channels[i].masks.size(); ++f) {
       const BlockRef& block = channels[i].masks[f];
-      if (block.stored == 0 ||
-          !known.emplace(block.offset, block.stored, block.decoded, block.crc, block.coding).second)
-        continue;
-      add_block(block);
-      try {
-        reader.mask_runs(static_cast<int>(i), f, [](uint64_t, uint64_t) {});
-      } catch (const WouldBlock& e) {
-        attempts.add(e);
-      } catch (const Error& e) {
-        Bcc4Damage lost;
-        lost.message = concat("; lost: which samples of channel ", channels[i].name,
-                              " are missing, from frame ", f, " on");
-        add_failure(e, std::move(lost), block.offset, block.padded());
-      }
+      if (block.stored == 0) continue;
+      const auto [at, is_new] = known.try_emplace(
+          {block.offset, block.stored, block.decoded, block.crc, block.coding}, std::nullopt);
+      if (is_new) at->second = count_missing(static_cast<int>(i), f, block);
+      if (sum && at->second)
+        *sum += *at->second;
+      else
+        sum.reset();
     }
+    check_sums(i, &FrameSums::missing, sum);
+  }
+}
+
+std::optional<uint64_t> Bcc4Reader::State::Verification::count_missing(int channel, uint64_t frame,
+                                                                       const BlockRef& block) {
+  add_block(block);
+  uint64_t missing = 0;
+  try {
+    reader.mask_runs(channel, frame, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
+    return missing;
+  } catch (const WouldBlock& e) {
+    attempts.add(e);
+  } catch (const Error& e) {
+    Bcc4Damage lost;
+    lost.message = concat("; lost: which samples of channel ", file.info.channels[channel].name,
+                          " are missing, from frame ", frame, " on");
+    add_failure(e, std::move(lost), block.offset, block.padded());
+  }
+  return std::nullopt;
 }
 
 void Bcc4Reader::State::Verification::check_page(size_t index) {

@@ -36,6 +36,7 @@ BlockRef FrameBlocks::append_corrections(const PackedBlock& block) {
 void FrameBlocks::append_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table) {
   ByteWriter out;
   write_correction_table(out, table);
+  for (const CorrectionBrick& brick : table) at(channel).sums_of(frame).corrections += brick.count;
   set_block(at(channel).tables, frame, append_corrections(pack_block(out.bytes())));
 }
 
@@ -69,6 +70,7 @@ void FrameBlocks::write_corrections(const VolumeInfo& info, int channel, uint32_
   if (local && !residuals.add.empty()) write_bricks(info, channel, frame, residuals.add, context);
   const auto write_whole = [&](const FrameResiduals& whole) {
     const PackedBlock block = pack_block(write_residuals(whole), &context.progress);
+    at(channel).sums_of(frame).corrections += whole.add.size() + whole.set.size();
     set_block(at(channel).residuals, frame, append_corrections(block));
   };
   if (!local)
@@ -155,26 +157,36 @@ void FrameBlocks::copy_whole(int channel, uint32_t frame, std::span<const Bcc4Re
     if (frame >= frames.size() || frames[frame].stored == 0) continue;
     if (std::exchange(copied, true))
       fail(Code::unsupported, "corrections in holes of the lattice are in several parts of frame ", frame);
+    const FrameResiduals whole = file->residuals(channel, frame);
+    at(channel).sums_of(frame).corrections += whole.add.size() + whole.set.size();
     set_block(at(channel).residuals, frame, append_corrections(stored_corrections(frames[frame], *file)));
   }
 }
 
-void FrameBlocks::add_mask(int channel, uint32_t frame, PackedBlock block) {
+void FrameBlocks::add_mask(int channel, uint32_t frame, PackedBlock block, uint64_t missing) {
   std::optional<BlockRef> place = masks_.find(block);
   if (!place) {
     place = block.ref = file_.append(block);
     masks_.add(std::move(block));
   }
   set_block(at(channel).masks, frame, *place);
+  at(channel).sums_of(frame).missing = missing;
 }
 
 void FrameBlocks::describe(VolumeInfo& to) const {
+  bool any = false;
   for (size_t i = 0; i < channels_.size(); ++i) {
     ChannelInfo& out = to.channels[i];
     out.residuals.frames = channels_[i].residuals, out.residuals.tables = channels_[i].tables;
     out.masks = channels_[i].masks;
     for (auto* frames : {&out.residuals.frames, &out.residuals.tables, &out.masks})
-      if (!frames->empty()) frames->resize(to.lattice.dims[3]);
+      if (!frames->empty()) frames->resize(to.lattice.dims[3]), any = true;
+  }
+  for (size_t i = 0; i < channels_.size(); ++i) {
+    std::optional<FrameSums>& sums = to.channels[i].sums;
+    sums = any ? std::optional(FrameSums{}) : std::nullopt;
+    for (size_t f = 0; any && f < std::min<size_t>(to.lattice.dims[3], channels_[i].sums.size()); ++f)
+      sums->corrections += channels_[i].sums[f].corrections, sums->missing += channels_[i].sums[f].missing;
   }
 }
 

@@ -27,10 +27,10 @@ class FrameBlocks {
   // two have corrections in holes of the lattice.
   void copy_corrections(const VolumeInfo& info, int channel, uint32_t frame,
                         std::span<const Bcc4Reader* const> from, const Context& context);
-  // Writes a mask, or refers to one that says the same.
-  void add_mask(int channel, uint32_t frame, PackedBlock block);
+  // Writes a mask, or refers to one that says the same. missing: how many samples it says are.
+  void add_mask(int channel, uint32_t frame, PackedBlock block, uint64_t missing);
 
-  // Lists the blocks of the frames that the info has.
+  // Lists the blocks of the frames that the info has, and the sums of what they hold.
   void describe(VolumeInfo& to) const;
   // Bytes of masks that only frames from `frames` on have.
   [[nodiscard]] uint64_t masks_beyond(uint32_t frames) const;
@@ -41,6 +41,11 @@ class FrameBlocks {
   struct Channel {
     std::vector<BlockRef> residuals, tables; // of corrections
     std::vector<BlockRef> masks;
+    std::vector<FrameSums> sums; // of each frame alone
+    [[nodiscard]] FrameSums& sums_of(uint32_t frame) {
+      if (sums.size() <= frame) sums.resize(size_t{frame} + 1);
+      return sums[frame];
+    }
   };
   [[nodiscard]] Channel& at(int channel) { return channels_[channel]; }
   void write_bricks(const VolumeInfo& info, int channel, uint32_t frame, std::span<const ResidualSample> list,

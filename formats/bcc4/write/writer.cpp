@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/coding/mask_runs.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/same_coding.h"
 #include "formats/bcc4/write/writer_state.h"
@@ -135,21 +136,28 @@ void Bcc4Writer::copy_residuals(int channel, uint32_t frame, std::span<const Bcc
   s.whole([&] { s.frames->copy_corrections(s.info, channel, frame, from, context); });
 }
 
-void Bcc4Writer::State::add_mask(int channel, uint32_t frame, PackedBlock block) {
+void Bcc4Writer::State::add_mask(int channel, uint32_t frame, PackedBlock block, uint64_t missing) {
   begin();
   check_channel(channel);
-  whole([&] { frames->add_mask(channel, frame, std::move(block)); });
+  whole([&] { frames->add_mask(channel, frame, std::move(block), missing); });
 }
 
 void Bcc4Writer::write_mask(int channel, uint32_t frame, std::span<const std::byte> runs,
                             const Context& context) {
-  if (!runs.empty()) state_->add_mask(channel, frame, pack_block(runs, &context.progress));
+  if (runs.empty()) return;
+  const auto& n = state_->info.lattice.dims;
+  uint64_t missing = 0;
+  read_mask_runs(runs, uint64_t{n[0]} * n[1] * n[2], 0,
+                 [&](uint64_t begin, uint64_t end) { missing += end - begin; });
+  state_->add_mask(channel, frame, pack_block(runs, &context.progress), missing);
 }
 
 void Bcc4Writer::copy_mask(int channel, uint32_t frame, const Bcc4Reader& from) {
   const auto& masks = from.info().channels.at(channel).masks;
-  if (frame < masks.size() && masks[frame].stored > 0)
-    state_->add_mask(channel, frame, {masks[frame], from.stored_block(masks[frame], "mask")});
+  if (frame >= masks.size() || masks[frame].stored == 0) return;
+  uint64_t missing = 0;
+  from.mask_runs(channel, frame, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
+  state_->add_mask(channel, frame, {masks[frame], from.stored_block(masks[frame], "mask")}, missing);
 }
 
 void Bcc4Writer::copy_mask(int channel, uint32_t frame, std::span<const Bcc4Reader* const> from,

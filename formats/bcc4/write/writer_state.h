@@ -47,7 +47,7 @@ struct Bcc4Writer::State {
   }
   void check_layers(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers) const;
   void check_channel(int channel) const;
-  void add_mask(int channel, uint32_t frame, PackedBlock block);
+  void add_mask(int channel, uint32_t frame, PackedBlock block, uint64_t missing);
 
   // Codes a slab, or takes over what an earlier writer or file has of it.
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers, double rounded,

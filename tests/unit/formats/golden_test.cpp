@@ -136,6 +136,8 @@ std::string describe(const std::shared_ptr<Bcc4Reader>& reader) {
     }
     text += describe_corrections(*reader, static_cast<int>(c));
     text += describe_masks(*reader, static_cast<int>(c));
+    if (info.sums)
+      text += concat("sums corrected ", info.sums->corrections, " missing ", info.sums->missing, "\n");
   }
   return text;
 }
@@ -150,7 +152,7 @@ TEST(Bcc4Golden, GoodFilesHoldTheirSamples) {
     while (std::getline(in, line))
       if (line.starts_with("axis ") || line.starts_with("coordinate ") || line.starts_with("channel ") ||
           line.starts_with("layer ") || line.starts_with("level ") || line.starts_with("corrections ") ||
-          line.starts_with("mask "))
+          line.starts_with("mask ") || line.starts_with("sums "))
         expected += line + "\n";
     EXPECT_EQ(describe(open(name)), expected) << name;
   }
@@ -309,6 +311,7 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_masks_frames", Code::corrupt},
                                                 {"bad_mask_beyond", Code::corrupt},
                                                 {"bad_mask_pair", Code::corrupt},
+                                                {"bad_sums", Code::corrupt},
                                                 {"bad_mask_cut", Code::truncated},
                                                 {"bad_counts", Code::corrupt},
                                                 {"bad_corrections_of_version_2", Code::corrupt},

@@ -265,6 +265,23 @@ TEST(Bcc4Malformed, TheNewestValidRootCounts) {
   EXPECT_FALSE(Bcc4Reader::open(open_memory_source(file))->root_damaged());
 }
 
+// Whoever asks for the sums takes them as they are; a check of the file counts.
+TEST(Bcc4Malformed, SumsThatAreNotThoseOfTheBlocksAreListed) {
+  Bench bench;
+  const auto damage = [&](const Bytes& good, uint64_t FrameSums::*which) {
+    const Bytes bad = rebuild(good, with_info([&](VolumeInfo& v) { --((*v.channels[0].sums).*which); }));
+    return Bcc4Reader::open(open_memory_source(bad))->verify_all(bench.context).damage;
+  };
+  const auto corrections = damage(corrected_file(), &FrameSums::corrections);
+  ASSERT_EQ(corrections.size(), 1u);
+  EXPECT_NE(corrections[0].message.find("28 samples are corrected, the metadata say 27"), std::string::npos)
+      << corrections[0].message;
+  const auto missing = damage(masked_file(), &FrameSums::missing);
+  ASSERT_EQ(missing.size(), 1u);
+  EXPECT_NE(missing[0].message.find("1776 samples are missing, the metadata say 1775"), std::string::npos)
+      << missing[0].message;
+}
+
 TEST(Bcc4Malformed, DamageIsListedAndTheRestRead) {
   const Bytes& good = small_file();
   const auto whole = Bcc4Reader::open(open_memory_source(good));
