@@ -61,12 +61,22 @@ std::shared_ptr<const SparseGrid> Corrections::brick(int64_t frame, const Correc
   return made;
 }
 
-void Corrections::list_reads(int64_t number, bool missing, std::vector<ByteRange>& out) const {
+bool Corrections::meets(const CorrectionBrick& entry, const Box& box) const {
+  const Int3 from = geometry_.origin(entry.brick);
+  bool near = true;
+  for (size_t a = 0; a < 3; ++a)
+    near = near && from[a] < box.end[a] && from[a] + correction_edge > box.begin[a];
+  return near;
+}
+
+void Corrections::list_reads(int64_t number, bool missing, const Box& box,
+                             std::vector<ByteRange>& out) const {
   if (!missing || !frames_.contains(number))
     for (const ByteRange& place : source_->places(number)) out.push_back(place);
   const auto held = frame(number); // the budget may have no room to keep it
   for (const CorrectionBrick& entry : held->table)
-    if (!missing || !bricks_.contains({number, entry.brick})) out.push_back(entry.block.range());
+    if (meets(entry, box) && (!missing || !bricks_.contains({number, entry.brick})))
+      out.push_back(entry.block.range());
 }
 
 uint64_t Corrections::count() const {
@@ -89,16 +99,14 @@ uint64_t Corrections::count() const {
   return sum;
 }
 
-void Corrections::each(int64_t number, const std::function<void(const Int3&, float)>& body, const Int3& begin,
-                       const Int3& end) const {
+void Corrections::each(int64_t number, const std::function<void(const Int3&, float)>& body,
+                       const Box& box) const {
   const auto f = frame(number);
   f->whole.each(body);
   Attempts attempts;
   for (const CorrectionBrick& entry : f->table) {
+    if (!meets(entry, box)) continue;
     const Int3 from = geometry_.origin(entry.brick);
-    bool meets = true;
-    for (size_t a = 0; a < 3; ++a) meets = meets && from[a] < end[a] && from[a] + correction_edge > begin[a];
-    if (!meets) continue;
     attempts.attempt([&] {
       brick(number, entry)->each([&](const Int3& at, float value) {
         body({from[0] + at[0], from[1] + at[1], from[2] + at[2]}, value);

@@ -33,8 +33,13 @@ class Corrections {
   [[nodiscard]] double step() const { return source_->step(); }
   [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t
 
-  // Appends where all corrections of a frame stand; missing: but those that are cached. Reads its table.
-  void list_reads(int64_t frame, bool missing, std::vector<ByteRange>& out) const;
+  // Samples from `begin` on, before `end`; all of them.
+  struct Box {
+    Int3 begin{}, end{INT32_MAX, INT32_MAX, INT32_MAX};
+  };
+  // Appends where the corrections of a frame stand that each() reads; missing: but those that are cached.
+  // Reads its table.
+  void list_reads(int64_t frame, bool missing, const Box& box, std::vector<ByteRange>& out) const;
   // Returns how many samples of the series have one; where the file does not tell, as far as its tables are
   // whole.
   [[nodiscard]] uint64_t count() const;
@@ -44,10 +49,11 @@ class Corrections {
   // there were.
   uint64_t add_to_points(std::span<const Vec4> points, std::span<float> values,
                          std::span<std::array<float, 4>> gradients, const Context& context) const;
-  // Calls body(source sample, value) for all corrections of a frame. begin, end: those of the box between
-  // them, and of what else is read with these.
-  void each(int64_t frame, const std::function<void(const Int3&, float)>& body, const Int3& begin = {},
-            const Int3& end = {INT32_MAX, INT32_MAX, INT32_MAX}) const;
+  // Calls body(source sample, value) for the corrections of a frame in a box, and for what is read with them.
+  void each(int64_t frame, const std::function<void(const Int3&, float)>& body, const Box& box) const;
+  void each(int64_t frame, const std::function<void(const Int3&, float)>& body) const {
+    each(frame, body, {});
+  }
   // The same for values, air included, of samples that lie in holes of the lattice.
   void each_set(int64_t frame, const std::function<void(const Int3&, float)>& body) const;
 
@@ -62,6 +68,7 @@ class Corrections {
   class Lookup;
   [[nodiscard]] std::shared_ptr<const Frame> frame(int64_t frame) const;
   [[nodiscard]] std::shared_ptr<const SparseGrid> brick(int64_t frame, const CorrectionBrick& entry) const;
+  [[nodiscard]] bool meets(const CorrectionBrick& entry, const Box& box) const;
   // Keeps a value in the cache where the budget has room for it.
   template<class Key, class Value>
   void keep(LruCache<Key, Value>& cache, const Key& key, const std::shared_ptr<const Value>& value,

@@ -39,7 +39,7 @@ void set_corrections(Slice& slice, SliceCorrections&& made) {
 }
 
 void correct_time_slice(Slice& slice, const Coefficients& coefficients, std::array<double, 2> frames,
-                        ThicknessKind kind) {
+                        const Corrections::Box& box, ThicknessKind kind) {
   const Corrections* fix = coefficients.corrections();
   if (!fix) return;
   const FallOff fall(fix->shape());
@@ -56,7 +56,13 @@ void correct_time_slice(Slice& slice, const Coefficients& coefficients, std::arr
     double weight = fall.value(t0 - at);
     if (t0 < t1) weight = fall.integral(t0 - at, t1 - at) / (kind == ThicknessKind::sum ? 1 : t1 - t0);
     const auto w = static_cast<float>(weight);
-    if (w > 0) fix->each(f, [&](const Int3& p, float value) { push_images(lattice, {p, value * w}, add); });
+    if (w > 0)
+      fix->each(
+          f,
+          [&](const Int3& p, float value) {
+            push_images(lattice, {p, value * w}, add);
+          },
+          box);
     if (t0 == t1 && std::fabs(t0 - at) < touches_end)
       fix->each_set(f, [&](const Int3& p, float value) { push_images(lattice, {p, value}, set); });
   }

@@ -4,6 +4,7 @@
 
 #include "base/context.h"
 #include "field/coefficients/coefficients.h"
+#include "field/corrections.h"
 #include "field/slice.h"
 #include "slice/thickness.h"
 
@@ -16,9 +17,10 @@ inline constexpr double touches_end = 1e-6;
 void set_corrections(Slice& slice, SliceCorrections&& made);
 
 // Corrects a time slice, merged from layers, by the corrections of the frames around it, as exactly as the
-// slice itself is. Where there are several they are taken in the mean, or the sum, over these frames.
+// slice itself is. Where there are several they are taken in the mean, or the sum, over these frames. box: of
+// the source samples whose corrections are looked at.
 void correct_time_slice(Slice& slice, const Coefficients& coefficients, std::array<double, 2> frames,
-                        ThicknessKind kind);
+                        const Corrections::Box& box, ThicknessKind kind);
 
 // Corrects any other slice, at the points of a grid of spacing 1 in slice space that begins where the domain
 // does, by what it lacks of the volume's field, corrections included. This also mends what the slice's own

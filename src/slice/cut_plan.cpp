@@ -151,6 +151,19 @@ int filtered_sites(const Lattice4& lattice, const Kernel& kernel) {
   return (prefilter_reach(kernel.prefilter3).space + 1) / 2; // of planes
 }
 
+// Returns the samples whose corrections reach into a box. On a periodic axis the last one is the first, too.
+Corrections::Box corrected_in(const IndexBox& box, const Lattice4& lattice) {
+  constexpr double beyond = 1; // samples on either side that values at points around a face are made of
+  Corrections::Box samples;
+  for (size_t a = 0; a < 3; ++a) {
+    if (lattice.turns(a)) continue;
+    const double last = lattice.domain_end(a);
+    samples.begin[a] = static_cast<int32_t>(std::clamp(std::floor(box.begin[a]) - beyond, 0.0, last));
+    samples.end[a] = static_cast<int32_t>(std::clamp(std::ceil(box.end[a]) + beyond, 0.0, last)) + 1;
+  }
+  return samples;
+}
+
 void place_in_time(CutPlan& plan, const std::array<double, 2>& interval) {
   const Lattice4& lattice = plan.coefficients->source().lattice();
   const auto [t0, t1] = plan.frames = clipped_interval(lattice, plan.position, interval);
@@ -161,6 +174,8 @@ void place_in_time(CutPlan& plan, const std::array<double, 2>& interval) {
   else
     plan.layers = mean_weights(lattice, plan.coefficients->kernel(), t0, t1);
   if (!lattice.is_static()) plan.corrections = plan.frames;
+  // A slice of even positions is made of what stands around its box as well.
+  if (plan.options.box && !plan.options.even) plan.corrected = corrected_in(*plan.options.box, lattice);
   // Each instant has a mask of its own; else it is that of the frame nearest to the slice's.
   plan.masks = instant || each ? plan.frames : std::array{plan.position, plan.position};
   if (instant || !each) return;
@@ -186,6 +201,7 @@ CutPlan CutPlan::instant(double frame) const {
   place_at_instant(one, frame);
   one.instants.clear();
   one.options.box.reset(), one.options.even = nullptr, one.options.merge_later = false;
+  one.corrected = {};
   return one;
 }
 

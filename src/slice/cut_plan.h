@@ -8,6 +8,7 @@
 
 #include "base/context.h"
 #include "field/coefficients/coefficients.h"
+#include "field/corrections.h"
 #include "slice/layer_weights.h"
 #include "slice/slice_options.h"
 
@@ -38,6 +39,8 @@ struct CutPlan {
 
   // The first and the last moment (frames) whose masks and whose corrections are looked at.
   std::array<double, 2> masks{}, corrections{};
+  // The source samples whose corrections a time slice needs: of its box, if it is one.
+  Corrections::Box corrected{};
 
   // Returns the plan of one of the instants, without what the whole is mended with.
   [[nodiscard]] CutPlan instant(double frame) const;

@@ -92,7 +92,7 @@ Slice make_slice(const CutPlan& plan, const Affine3& index_to_world, const Conte
   if (plan.instants.empty()) { // which have masks and corrections
     mask(slice, plan);
     if (moment)
-      correct_time_slice(slice, *plan.coefficients, plan.corrections, options.thickness.kind);
+      correct_time_slice(slice, *plan.coefficients, plan.corrections, plan.corrected, options.thickness.kind);
     else if (compared)
       correct_slice(slice, *plan.coefficients, options.thickness, context.with(mending));
   }

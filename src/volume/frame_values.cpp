@@ -113,7 +113,7 @@ void read_samples(const OpenVolume& volume, uint32_t channel, int64_t frame, con
       const auto add = [&](const Int3& at, float value) {
         if (float* const found = box.at(at); found && !std::isnan(*found)) *found += value;
       };
-      corrections->each(frame, add, samples.begin, samples.end);
+      corrections->each(frame, add, {samples.begin, samples.end});
     });
     attempts.attempt([&] {
       corrections->each_set(frame, [&](const Int3& at, float value) {

@@ -43,7 +43,7 @@ void list_corrections(const CutPlan& plan, bool missing, Attempts& attempts, Ran
   if (!lattice.periodic) first = std::max<int64_t>(first, 0), last = std::min(last, frames - 1);
   last = std::min(last, first + frames - 1);
   for (int64_t f = first; f <= last; ++f)
-    attempts.attempt([&] { fix->list_reads(lattice.turned_frame(f), missing, out); });
+    attempts.attempt([&] { fix->list_reads(lattice.turned_frame(f), missing, plan.corrected, out); });
 }
 
 } // namespace

@@ -170,6 +170,29 @@ TEST(Ranges, HoldMasksAndCorrections) {
   expect_missing(device, file, {"", plane_of(0, 0, 0, 1, -6.3)}, {"", plane_of(0, 0, 0, 1, -9)});
 }
 
+// Boxes of a slice that are far from each other have no brick of corrections in common, but the table of the
+// frame.
+TEST(Ranges, OfABoxLeaveOutCorrectionsElsewhere) {
+  const Device device = make_device();
+  NoiseSeries series;
+  series.nx = 128, series.ny = 20, series.nz = 20, series.nt = 4;
+  auto o = series.options();
+  o.abs_error = 3, o.store = BCCSPLAT_STORE_WAVELETS, o.lattice = BCCSPLAT_LATTICE_CC;
+  FarFile file(written(device, series, o));
+  constexpr double left[6] = {0, 0, 0, 8, 19, 19}, right[6] = {119, 0, 0, 127, 19, 19};
+  std::vector<Range> both;
+  uint64_t read = 0;
+  for (const double* box : {left, right}) {
+    Cut cut{"a box", plane_of(0, 0, 0, 1, -2)};
+    cut.options.box = box;
+    expect_told(device, file, cut);
+    read += bytes_of(file.reads);
+    both.insert(both.end(), file.reads.begin(), file.reads.end());
+  }
+  const uint64_t twice = read - bytes_of(both);
+  EXPECT_LT(20 * twice, read) << twice << " of " << read << " bytes are read for either box";
+}
+
 // Of an interval beyond the end of the series the last frame is left, whose mask it has.
 TEST(Ranges, HoldTheMaskOfTheLastFrame) {
   const Device device = make_device();
