@@ -485,6 +485,20 @@ class Dask(unittest.TestCase):
             ds.bcc4.to_file(path("bound.bcc4"), parts=2, abs_error=1e-3, overwrite=True)
         self.assertLessEqual(float(abs(open_file("bound.bcc4").f - ds.f).max()), 1e-3 + 1e-6)
 
+    def test_parts_tell_and_keep_the_bound_of_each_variable(self):
+        ds = self.dataset.isel(time=slice(0, 24)).chunk({"time": 8})
+        ds["g"] = 100 * ds.f
+        bounds = {"f": .01, "g": 2.}
+        ds.bcc4.to_file(path("each.bcc4"), parts=3, abs_error=bounds)
+        back, volume = open_file("each.bcc4"), bccsplat.open(path("each.bcc4"))
+        for n, (name, bound) in enumerate(bounds.items()):
+            told = volume.channel_info(n)
+            off = float(abs(back[name] - ds[name]).max())
+            self.assertEqual((back[name].attrs["bcc4_error_bound"], told.error_bound), (bound, bound))
+            self.assertLessEqual(off, bound)
+            self.assertTrue(0 < told.max_abs <= bound)
+            self.assertAlmostEqual(told.max_abs, off, delta=1e-3 * bound)
+
     def test_without_options_a_bound_is_kept(self):
         for chunks in None, {"time": 10}:
             self.dataset.isel(time=slice(0, 20)).chunk(chunks or {}).bcc4.to_file(path("usual.bcc4"), overwrite=True)
