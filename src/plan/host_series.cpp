@@ -127,7 +127,7 @@ void read_series(const bccsplat_plan_options& o, const bccsplat_writer_options& 
 }
 
 void read_settings(const bccsplat_writer_options& w, series::WriterSettings& s) {
-  s.lattice = w.lattice, s.filter = w.filter, s.lowpass = w.lowpass != 0;
+  s.lattice = w.lattice, s.lowpass = w.lowpass != 0;
   s.ends = w.ends, s.faces = w.faces, s.periodic = static_cast<int32_t>(w.periodic_axes);
   s.store = w.store, s.nonfinite = w.nonfinite;
   s.scale = w.scale, s.time_scale = w.time_scale;

@@ -30,7 +30,7 @@ LayerSpan whole_slabs(const LayerSpan& span, int32_t slab_layers, int32_t layers
 
 // Frames on either side that a layer is resampled from.
 int frame_reach(const Lattice4& lattice, const FitOptions& options, double widening) {
-  return filter_reach(options.filter, widening) + 1 + (options.lowpass ? lowpass_time_reach(lattice) : 0);
+  return filter_reach(widening) + 1 + (options.lowpass ? lowpass_time_reach(lattice) : 0);
 }
 
 // Frames that layers are resampled from; frames beyond the ends depend on those next to them.
