@@ -37,8 +37,8 @@ class Tile {
  public:
   Tile(const TileJob& job, size_t n, const TilePixels* front, TileMemory& memory, DrawStats& stats)
       : job_(job), options_(*job.options), n_(n), tile_(job.objects.front().plan.tiles[n]), m_(memory),
-        stats_(stats), view_(*job.main->view), alone_(job.alone()),
-        front_{front, front && job.combine == TrailCombine::interleaved},
+        stats_(stats), view_(*job.main->view),
+        alone_(job.alone()), front_{front, front && job.combine == TrailCombine::interleaved},
         surface_(options_.mode == RenderMode::isosurface) {
     const SplatPlan& plan = job.objects.front().plan;
     const bool shaded = options_.mode == RenderMode::composite && options_.shading;
