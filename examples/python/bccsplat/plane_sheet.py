@@ -31,12 +31,13 @@ def plane_sides(volume: Volume) -> list[tuple[Side, Side]]:
     from itertools import permutations
     linear = np.array(volume.info().affine[:], np.float64).reshape(4, 4)[:3, :3]
     share = np.abs(linear) / np.linalg.norm(linear, axis=0)
-    axes = max(permutations(range(3)), key=lambda order: share[range(3), order].sum())
+    axes = max(permutations(range(3)), key=lambda order: float(share[range(3), order].sum()))
     names = _NAMES.get(volume.side(), (" x", " y", " z"))
 
     def along(world: int, wanted: str) -> Side:
         back = wanted in names[world][:1]
-        low, high = names[world][::-1] if back else names[world]
+        ends = names[world]
+        low, high = (ends[1], ends[0]) if back else (ends[0], ends[1])
         return axes[world], bool(linear[world, axes[world]] < 0) != back, low.strip(), high.strip()
 
     return [(along(0, "L"), along(2, "S")), (along(1, "P"), along(2, "S")), (along(0, "L"), along(1, "A"))]
@@ -51,7 +52,7 @@ def panes_of(layout: int, width: int, height: int) -> list[tuple[slice, slice]]:
             for c in range(columns)]
 
 
-def _weights(edges: Array, places: Array, pixels: int, falls: bool, nearest: bool) -> tuple[Array, Array]:
+def _weights(edges: tuple[float, float], places: Array, pixels: int, falls: bool, nearest: bool) -> tuple[Array, Array]:
     """What each of the pixels along an axis has of each sample [pixels, samples], and the samples that are nearest to them."""
     border = np.linspace(edges[0], edges[1], pixels + 1)
     if falls:
@@ -121,7 +122,7 @@ def sheet(volume: Volume, frame: float, channel: int, layout: int, width: int, h
         even = (volume.index_to_world(numbers) - affine[:3, 3]) @ np.linalg.inv(affine[:3, :3]).T
         places.append(even[:, axis])
         half = 0 if volume.axis(axis)[0].size and shape[axis] > 1 else .5
-        edges.append((even[0, axis] - half, even[-1, axis] + half))
+        edges.append((float(even[0, axis]) - half, float(even[-1, axis]) + half))
     lengths = [(edges[axis][1] - edges[axis][0]) * steps[axis] for axis in range(3)]
     w, h = (part.stop - part.start for part in reversed(panes[0]))
     length = max(max(lengths[right[0]] / w, lengths[up[0]] / h) for right, up in sides) / (1 - 2 * _MARGIN)
