@@ -1,5 +1,5 @@
 """python3 -m bccsplat: versions, and what is in this installation.
-python3 -m bccsplat FILE.bcc4 OUT.png [TIME]: a picture in the default view; without TIME the moment that shows most. An
+python3 -m bccsplat FILE.bcc4 OUT.png [TIME]: a picture in the default view; without TIME the middle of the series. An
 existing picture is not replaced."""
 from __future__ import annotations
 
