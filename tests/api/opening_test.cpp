@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // What opening a file takes from a stream far away, where each read is a way there and back: the same few
 // reads whatever the number of frames, and none for what the file says of itself.
+#include <cmath>
+
 #include "host_streams.h"
 
 namespace host {
 namespace {
 
-struct Opened {
+struct FarInfos {
   size_t reads = 0, more = 0; // of opening, and of asking for all infos
   uint64_t corrections = 0, missing = 0;
 };
 
 // Opens a file of so many frames, each with corrections and a mask of its own.
-[[nodiscard]] Opened opened(uint32_t frames) {
+[[nodiscard]] FarInfos far_infos(uint32_t frames) {
   NoiseSeries series;
   series.nx = 20, series.ny = 18, series.nz = 17, series.nt = frames, series.scattered = true;
   bccsplat_writer_options o = series.options();
@@ -20,7 +22,7 @@ struct Opened {
   const Device device = make_device();
   FarFile file(written(device, series, o));
   const bccsplat_read_stream stream = file.stream();
-  Opened out;
+  FarInfos out;
   bccsplat_volume* v = nullptr;
   EXPECT_OK(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v));
   const Volume volume(v);
@@ -34,7 +36,7 @@ struct Opened {
   return out;
 }
 
-[[nodiscard]] uint64_t missing_of(uint32_t frames) {
+[[nodiscard]] uint64_t missing_in(uint32_t frames) {
   NoiseSeries series;
   series.nx = 20, series.ny = 18, series.nz = 17, series.scattered = true;
   uint64_t missing = 0;
@@ -45,11 +47,11 @@ struct Opened {
 
 TEST(Opening, TakesThreeReadsOfAnyNumberOfFrames) {
   for (const uint32_t frames : {24u, 96u}) {
-    const Opened file = opened(frames);
+    const FarInfos file = far_infos(frames);
     EXPECT_LE(file.reads, 3u) << frames;
     EXPECT_EQ(file.more, 0u) << frames;
     EXPECT_GT(file.corrections, frames);
-    EXPECT_EQ(file.missing, missing_of(frames));
+    EXPECT_EQ(file.missing, missing_in(frames));
   }
 }
 
