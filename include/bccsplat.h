@@ -1616,8 +1616,12 @@ typedef struct bccsplat_slice_options {
   bccsplat_cancel_token* cancel_token;
   /* DEFAULT: INDEX. */
   bccsplat_space space;
-  /* 0 */
-  uint32_t reserved2;
+  /* Non-zero: no other moment of this part of the series will be asked for soon. A time slice of
+   * wavelets on a Cartesian lattice is then made as one sum, in up to half the time, and its layers
+   * are not kept, so that the next moment takes longer, and bounds are its own alone; where some
+   * layers are there already it is made of those. Values are the same but for rounding. Others: no
+   * difference. */
+  uint32_t once;
   /* Resampled slices under the kernel "paper": the bandwidths (wx, wy, wz, wt) of the 4D filter of
    * equation (6), in distances of the volume's lattice, 1 .. 64: a site is the mean of the samples
    * around it, weighted by exp(-2 sum ((p - s) / w)^2) within 2 w. Takes the place of the low pass

@@ -63,7 +63,7 @@ HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const Open
   r.time_length = o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(volume.affine().determinant()));
   if (o.box) r.box = read_box(o.box, info.lattice);
   require_choice(o.space, BCCSPLAT_SPACE_EVEN, "bccsplat_slice_options.space");
-  require_zero(o.reserved2, "bccsplat_slice_options.reserved2");
+  r.once = o.once != 0;
   if (o.space == BCCSPLAT_SPACE_EVEN && volume.axes()->any()) r.even = volume.axes();
   if (o.method == BCCSPLAT_METHOD_MERGED) r.method = SliceMethod::merged;
   if (o.method == BCCSPLAT_METHOD_RESAMPLED) r.method = SliceMethod::resampled;

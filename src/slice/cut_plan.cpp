@@ -200,7 +200,7 @@ CutPlan CutPlan::instant(double frame) const {
   one.frames = one.masks = one.corrections = {frame, frame};
   place_at_instant(one, frame);
   one.instants.clear();
-  one.options.box.reset(), one.options.even = nullptr, one.options.merge_later = false;
+  one.options.box.reset(), one.options.even = nullptr, one.options.merge_later = one.options.once = false;
   one.corrected = {};
   return one;
 }

@@ -38,6 +38,8 @@ struct HypersliceOptions {
   // A moment of a series is merged when its bricks are first looked at, where it has no holes; until then its
   // bounds are those of all moments between the same layers.
   bool merge_later = false;
+  // No moment near it follows: where layers add up it is made as one sum, and none of them is kept.
+  bool once = false;
   // kernel: in any lattice's form.
   [[nodiscard]] BrickBox reads(const Lattice4& lattice, const Kernel& kernel) const;
 

@@ -200,6 +200,64 @@ void put_off(Slice& slice, const CutPlan& plan, const std::vector<Part>& parts, 
   slice.bounds = coefficient_bounds(slice, moment->range());
 }
 
+// The least and the largest coefficient, and 0.
+std::array<float, 2> range_of(const BrickLayer& layer, const Context& context) {
+  constexpr size_t lanes = 16; // kept apart, so that compilers may use vectors
+  std::vector<std::array<float, 2>> ranges(layer.rows());
+  context.tasks.parallel_for(ranges.size(), [&](uint64_t row) {
+    std::array<float, lanes> low{}, high{};
+    for (size_t slot = row * layer.row_slots(); slot < (row + 1) * layer.row_slots(); ++slot)
+      if (const Brick* brick = layer.brick(slot))
+        for (size_t i = 0; i < brick_sites; i += lanes)
+          for (size_t k = 0; k < lanes; ++k) {
+            low[k] = std::min(low[k], brick->value[i + k]);
+            high[k] = std::max(high[k], brick->value[i + k]);
+          }
+    ranges[row] = {*std::min_element(low.begin(), low.end()), *std::max_element(high.begin(), high.end())};
+  });
+  std::array<float, 2> range{};
+  for (const auto& [low, high] : ranges) range = {std::min(range[0], low), std::max(range[1], high)};
+  return range;
+}
+
+bool has_holes(const BrickLayer& layer) {
+  for (size_t slot = 0; slot < layer.brick_slots(); ++slot)
+    if (layer.brick(slot) && layer.brick(slot)->hole) return true;
+  return false;
+}
+
+// Makes a slice's coset of its layers, as one sum or one by one.
+void make_cosets(Slice& slice, const CutPlan& plan, const std::vector<LayerWeight>& weights,
+                 const Context& context) {
+  const Coefficients& coefficients = *plan.coefficients;
+  const Lattice4& lattice = coefficients.source().lattice();
+  if (plan.options.once) {
+    std::vector<LayerSum::Term> terms;
+    for (const auto& [layer, weight] : weights) terms.push_back({layer, weight});
+    if (auto sum = coefficients.sum_at_once(terms, plan.still, context)) {
+      slice.bounds = coefficient_bounds(slice, range_of(*sum, context));
+      slice.has_holes = has_holes(*sum);
+      slice.coset[0] = std::move(*sum);
+      return;
+    }
+  }
+  Progress making(context.progress, 0, merge_begin), merging(context.progress, merge_begin, 1);
+  const auto layers = layers_of(plan, context.with(making));
+  std::vector<Part> parts;
+  for (size_t i = 0; i < weights.size(); ++i)
+    parts.push_back({weights[i].layer, lattice.coset(weights[i].layer), weights[i].weight, {}, layers[i]});
+  const bool holes = std::any_of(parts.begin(), parts.end(), [](const Part& p) { return has_holes(p); });
+  if (plan.options.merge_later && !lattice.is_static() && !holes) return put_off(slice, plan, parts, context);
+  std::array<float, 2> range{};
+  MergedCosets merged = merge_cosets(lattice.space, parts, range, context.with(merging));
+  for (int c = 0; c < lattice.space.cosets(); ++c) {
+    BrickLayer& coset = slice.coset[c];
+    coset = std::move(merged[static_cast<size_t>(c)]);
+    slice.has_holes = slice.has_holes || has_holes(coset);
+  }
+  slice.bounds = coefficient_bounds(slice, range);
+}
+
 } // namespace
 
 Slice merged_moment(const CutPlan& plan, const Affine3& index_to_world, const Context& context) {
@@ -217,25 +275,7 @@ Slice merged_moment(const CutPlan& plan, const Affine3& index_to_world, const Co
   slice.base = static_cast<float>(coefficients.base() * length);
   slice.air = static_cast<float>(coefficients.air() * length);
   slice.frame = frame;
-  Progress making(context.progress, 0, merge_begin), merging(context.progress, merge_begin, 1);
-  const auto layers = layers_of(plan, context.with(making));
-  std::vector<Part> parts;
-  for (size_t i = 0; i < weights.size(); ++i)
-    parts.push_back({weights[i].layer, lattice.coset(weights[i].layer), weights[i].weight, {}, layers[i]});
-  if (plan.options.merge_later && !lattice.is_static() &&
-      std::none_of(parts.begin(), parts.end(), has_holes)) {
-    put_off(slice, plan, parts, context);
-  } else {
-    std::array<float, 2> range{};
-    MergedCosets merged = merge_cosets(lattice.space, parts, range, context.with(merging));
-    for (int c = 0; c < lattice.space.cosets(); ++c) {
-      BrickLayer& coset = slice.coset[c];
-      coset = std::move(merged[static_cast<size_t>(c)]);
-      for (size_t n = 0; n < coset.brick_slots() && !slice.has_holes; ++n)
-        slice.has_holes = coset.brick(n) && coset.brick(n)->hole;
-    }
-    slice.bounds = coefficient_bounds(slice, range);
-  }
+  make_cosets(slice, plan, weights, context);
 
   const Vec3 unit = lattice.lattice_unit();
   slice.domain_begin = lattice.first_sample();

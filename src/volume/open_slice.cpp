@@ -51,6 +51,7 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
   if (labels) add_labels(result, volume, context);
   if (labels && box) cut_to_box(result.slice, clip_to_samples(*box, volume.lattice(0)));
   result.cut = request.cut;
+  result.cut.once = false; // a trail of it has many moments
   result.slice.bytes_read = volume.reader()->bytes_read() - read_before;
   result.memory = Reservation(context.memory, result.slice.bytes(), "slice");
   return result;

@@ -771,7 +771,7 @@ class SliceOptions(Struct):
     box: Any
     cancel_token: Any
     space: int
-    reserved2: int
+    once: int
     bandwidth: Array[c_double]
     if TYPE_CHECKING:
         def __init__(self, *, channel: Any = ..., kernel: Any = ..., interval: Any = ..., spacing: Any = ...,
@@ -784,7 +784,7 @@ class SliceOptions(Struct):
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
         ("thickness", c_double), ("point", POINTER(c_double)), ("basis", POINTER(c_double)),
         ("slab", c_int32), ("method", c_int32), ("box", POINTER(c_double)), ("cancel_token", c_void_p),
-        ("space", c_int32), ("reserved2", c_uint32), ("bandwidth", c_double * 4)]
+        ("space", c_int32), ("once", c_uint32), ("bandwidth", c_double * 4)]
 
 
 class SliceInfo(Struct):

@@ -102,7 +102,7 @@ class Slice(Child):
                  bandwidth: Sequence[float] | None = None) -> None:
         """channel: number or name. box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it.
         space: "index" or "even", which pictures of volumes with unevenly spaced axes are made of. cancel: of
-        making it and of what takes long with it."""
+        making it and of what takes long with it. once=1: no other moment of this part of the series follows soon."""
         super().__init__(volume.device)
         self.volume = volume
         number = volume.channel_number(channel)

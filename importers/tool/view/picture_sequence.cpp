@@ -64,7 +64,10 @@ std::vector<Picture> picture_sequence(const Volume& volume, const RenderArgument
     for (size_t i = 0; i < pictures.size(); ++i) pictures[i].camera = i;
   }
 
-  for (Picture& p : pictures) p.where.even = has_coordinates(volume);
+  for (Picture& p : pictures) {
+    p.where.even = has_coordinates(volume);
+    if (has_trail(a)) p.where.once = false; // its moments are around it
+  }
   if (a.sheet) {
     std::vector<Picture> chosen;
     for (const size_t i :

@@ -161,6 +161,7 @@ Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel) {
     (*box)[i] = even_position(volume, i % 3, (*box)[i]);
   if (box) options.box = box->data();
   if (where.even) options.space = BCCSPLAT_SPACE_EVEN;
+  options.once = where.once ? 1 : 0;
   options.cancel_token = interrupt_token();
   bccsplat_slice* slice = nullptr;
   check(bccsplat_slice_create(volume.get(), where.point ? nullptr : &hyperplane, &options, &slice), "slice");

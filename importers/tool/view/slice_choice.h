@@ -46,6 +46,7 @@ struct Cut {
   std::optional<SampleBox> region;
   uint32_t level = 0;
   bool even = false; // laid out by even positions, for pictures (bccsplat_slice_options.space)
+  bool once = false; // no other moment of the file will be looked at (bccsplat_slice_options.once)
 
   bool operator==(const Cut&) const = default;
 };

@@ -3,6 +3,8 @@
 #include "field/coefficients/coefficients.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <variant>
 
@@ -20,6 +22,34 @@ constexpr double read_share = 0.8;
 uint64_t next_number() {
   static std::atomic<uint64_t> last{0};
   return last.fetch_add(2, std::memory_order_relaxed) + 1;
+}
+
+// The weights in time of a layer that stands for itself.
+constexpr std::array<float, 1> itself{1};
+
+// What the prefilter makes in time of layers of coefficients with their weights, as a sum of layers of
+// samples.
+LayerSum sum_in_time(const Lattice4& lattice, std::span<const LayerSum::Term> layers,
+                     std::span<const float> in_time) {
+  const auto reach = static_cast<int32_t>(in_time.size() / 2);
+  LayerSum sum;
+  float most = 0;
+  for (const auto& [layer, weight] : layers) {
+    // The layer that weighs most decides what is a hole.
+    if (std::fabs(weight) > most) most = std::fabs(weight), sum.layer = lattice.mirror_layer(layer);
+    for (int32_t d = -reach; d <= reach; ++d)
+      sum.terms.push_back({lattice.mirror_layer(layer + d), weight * in_time[d + reach]});
+  }
+  return sum;
+}
+
+// The same of each layer alone.
+std::vector<LayerSum> sums_in_time(const Lattice4& lattice, std::span<const int32_t> layers,
+                                   std::span<const float> in_time) {
+  std::vector<LayerSum> sums;
+  for (const int32_t m : layers)
+    sums.push_back(sum_in_time(lattice, std::array{LayerSum::Term{m, 1}}, in_time));
+  return sums;
 }
 
 } // namespace
@@ -83,15 +113,38 @@ std::vector<CoefficientLayer> Coefficients::compact_layers(std::span<const int32
     if (!layer) missing.push_back(at);
   }
   if (!stills) note_use(wanted, inside);
-  if (missing.empty())
+  if (missing.empty()) {
     context.progress.advance(1, 1);
-  else
-    for (auto& [at, layer] :
-         stills ? make_of_sums(Kind::still, missing, std::array{1.0f}, context) : make(missing, context))
-      found[at] = std::move(layer);
+  } else {
+    Layers made =
+        stills
+            ? insert_all(Kind::still, missing,
+                         make_of_sums(sums_in_time(source_.lattice(), missing, itself), coarsest_, context),
+                         context)
+            : make(missing, context);
+    for (auto& [at, layer] : made) found[at] = std::move(layer);
+  }
   std::vector<CoefficientLayer> result;
   for (const int32_t at : inside) result.push_back(found[at]);
   return result;
+}
+
+std::optional<BrickLayer> Coefficients::sum_at_once(std::span<const LayerSum::Term> layers, bool stills,
+                                                    const Context& context) const {
+  const auto is_held = [&](const LayerSum::Term& term) {
+    const int32_t at = source_.lattice().mirror_layer(term.layer);
+    if (stills) return entries_.contains({Kind::still, at});
+    return entries_.contains({Kind::values, at}) || entries_.contains({Kind::compact, at});
+  };
+  if (!in_space_ || layers.empty()) return std::nullopt;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (std::any_of(layers.begin(), layers.end(), is_held)) return std::nullopt;
+  }
+  const LayerSum sum =
+      sum_in_time(source_.lattice(), layers, stills ? std::span<const float>(itself) : in_time_);
+  made_.fetch_add(1, std::memory_order_relaxed);
+  return make_of_sums({&sum, 1}, 0, context).front().as_values();
 }
 
 std::array<float, 2> Coefficients::range(int32_t layer, bool still, const CoefficientLayer& of,
@@ -145,7 +198,10 @@ Coefficients::Layers Coefficients::make(std::span<const int32_t> layers, const C
     for (auto& [m, layer] : read(Kind::compact, layers, context)) made[m].compact = std::move(layer);
     return made;
   }
-  if (in_space_) return make_of_sums(Kind::compact, layers, in_time_, context);
+  if (in_space_) {
+    const auto sums = sums_in_time(source_.lattice(), layers, in_time_);
+    return insert_all(Kind::compact, layers, make_of_sums(sums, coarsest_, context), context);
+  }
   const double rows = stretch_rows(layers, context);
   if (rows < 1 && layers.size() > 1) { // even one row of bricks of all layers at once would not fit
     Layers made;

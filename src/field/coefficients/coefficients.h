@@ -22,6 +22,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <span>
 #include <string_view>
@@ -74,6 +75,10 @@ class Coefficients {
   // the field at the instant of each layer is made of, in space, where the kernel goes through the samples.
   [[nodiscard]] std::vector<CoefficientLayer>
   compact_layers(std::span<const int32_t> layers, const Context& context, bool stills = false) const;
+  // Returns the sum of layers with their weights as one layer, of which nothing is kept: where a source adds
+  // layers, in about the time and memory of one. None where it does not, or where one of them is held.
+  [[nodiscard]] std::optional<BrickLayer> sum_at_once(std::span<const LayerSum::Term> layers, bool stills,
+                                                      const Context& context) const;
 
   // A number that no other coefficients of this process have; stills have another one.
   [[nodiscard]] uint64_t number(bool stills = false) const { return stills ? number_ + 1 : number_; }
@@ -113,9 +118,9 @@ class Coefficients {
   Layers make(std::span<const int32_t> layers, const Context& context) const;
   Layers make_at_once(std::span<const int32_t> layers, const Context& context) const;
   Layers make_by_stretches(std::span<const int32_t> layers, int rows, const Context& context) const;
-  // Has the source add layers around each with these weights, and prefilters them in space alone.
-  Layers make_of_sums(Kind kind, std::span<const int32_t> layers, std::span<const float> in_time,
-                      const Context& context) const;
+  // Has the source add layers, and prefilters the sums in space alone. coarsest: as of CoefficientForm.
+  std::vector<SampleLayer> make_of_sums(std::span<const LayerSum> sums, float coarsest,
+                                        const Context& context) const;
   // Samples, under a kernel without a prefilter as coefficients.
   Compact read(Kind kind, std::span<const int32_t> layers, const Context& context) const;
   // Makes a layer of values of one that is compact, and keeps it in place of that.
@@ -124,8 +129,6 @@ class Coefficients {
   // Returns how many rows of bricks along z a stretch may have for the layers to fit the cache; infinite
   // where the layers need not be cut.
   double stretch_rows(std::span<const int32_t> layers, const Context& context) const;
-  // Whether the first rows of bricks along z depend on the last ones.
-  [[nodiscard]] bool stretches_go_round() const;
   // Null where the cache does not hold it.
   template<class Layer> std::shared_ptr<const Layer> find(const Key& key) const;
   template<class Layer>

@@ -18,6 +18,12 @@ constexpr int last_rows = 2;
 // What stretches may take of the cache.
 uint64_t stretch_bytes(uint64_t limit) { return limit - limit / 4; }
 
+// Whether the first rows of bricks along z depend on the last ones: a box that reaches an end of a periodic
+// axis goes all the way (go_round).
+bool stretches_go_round(const Lattice3& lattice, const BrickBox& region) {
+  return lattice.periodic[2] && region.begin[2] == 0;
+}
+
 // Adds the bricks of a part of a layer; returns what they take.
 uint64_t take_bricks(const SampleLayer& part, SampleLayer& layer) {
   uint64_t bytes = 0;
@@ -40,7 +46,7 @@ class Coefficients::SampleRows {
     const Lattice4& lattice = owner.source_.lattice();
     for (const int32_t m : layers)
       pointers_[m] = &layers_.emplace(m, SampleLayer(lattice.space, lattice.coset(m))).first->second;
-    if (!owner.stretches_go_round()) return;
+    if (!stretches_go_round(lattice.space, owner.region_)) return;
     first_stay_ = stretch_margin;
     last_stay_ = layers_.begin()->second.brick_dims()[2] - last_rows;
   }
@@ -99,13 +105,9 @@ double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context
   const double all = share * static_cast<double>(one->bytes() * samples);
   if (all <= static_cast<double>(limit_)) return unlimited;
   const int height = one->brick_dims()[2];
-  const int beside = 2 * stretch_margin + (stretches_go_round() ? stretch_margin + last_rows : 0);
+  const int beside = 2 * stretch_margin +
+                     (stretches_go_round(source_.lattice().space, region_) ? stretch_margin + last_rows : 0);
   return std::min<double>(static_cast<double>(stretch_bytes(limit_)) * height / all - beside, height);
-}
-
-// A box that reaches an end of a periodic axis goes all the way (go_round).
-bool Coefficients::stretches_go_round() const {
-  return source_.lattice().space.periodic[2] && region_.begin[2] == 0;
 }
 
 Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> layers, int rows,
@@ -140,28 +142,21 @@ Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> la
   return insert_all(Kind::compact, layers, std::move(made), context);
 }
 
-Coefficients::Layers Coefficients::make_of_sums(Kind kind, std::span<const int32_t> layers,
-                                                std::span<const float> in_time,
-                                                const Context& context) const {
+std::vector<SampleLayer> Coefficients::make_of_sums(std::span<const LayerSum> sums, float coarsest,
+                                                    const Context& context) const {
   const Lattice4& lattice = source_.lattice();
-  const auto reach = static_cast<int32_t>(in_time.size() / 2);
-  std::vector<LayerSum> sums;
   std::vector<SampleLayer> made;
   uint64_t bricks = 1; // of a layer
-  for (const int32_t m : layers) {
-    LayerSum& sum = sums.emplace_back(LayerSum{m, {}});
+  for (const LayerSum& sum : sums) {
     std::vector<int32_t> summed;
-    for (int32_t d = -reach; d <= reach; ++d) {
-      summed.push_back(lattice.mirror_layer(m + d));
-      sum.terms.push_back({summed.back(), in_time[d + reach]});
-    }
-    made.emplace_back(lattice.space, lattice.coset(m));
+    for (const LayerSum::Term& term : sum.terms) summed.push_back(term.layer);
+    made.emplace_back(lattice.space, lattice.coset(sum.layer));
     bricks = std::max(bricks, source_.bricks_at_most(channel_, summed, read_region_));
   }
   const int first = region_.begin[2], last = std::min(made.front().brick_dims()[2], region_.end[2]);
   // The layers, and beside them one that is being made; the prefilter reserves its own.
-  const uint64_t each = coarsest_ > 0 ? sizeof(RoundedBrick) : sizeof(Brick),
-                 bytes = bricks * (layers.size() * each + sizeof(Brick));
+  const uint64_t each = coarsest > 0 ? sizeof(RoundedBrick) : sizeof(Brick),
+                 bytes = bricks * (sums.size() * each + sizeof(Brick));
   int rows = std::max(last - first, 1); // of bricks along z, at a time
   if (bytes > limit_) {
     const double fit = static_cast<double>(stretch_bytes(limit_)) / static_cast<double>(bytes);
@@ -185,13 +180,13 @@ Coefficients::Layers Coefficients::make_of_sums(Kind kind, std::span<const int32
     const Reservation room = reserve(reserved, "sums of layers", context);
     uint64_t stays = 0;
     Reservation more; // where bricks hold values that 16 bits do not
-    for (size_t i = 0; i < layers.size(); ++i) {
-      const double at = static_cast<double>(i), n = static_cast<double>(layers.size());
+    for (size_t i = 0; i < sums.size(); ++i) {
+      const double at = static_cast<double>(i), n = static_cast<double>(sums.size());
       Progress adding(share, at / n, (at + 0.5) / n), filtering(share, (at + 0.5) / n, (at + 1) / n);
-      BrickLayer sum = std::move(
-          source_.add_layers(channel_, std::span(sums).subspan(i, 1), around, context.with(adding)).front());
+      BrickLayer sum =
+          std::move(source_.add_layers(channel_, sums.subspan(i, 1), around, context.with(adding)).front());
       adding.advance(1, 1);
-      stays += take_bricks(in_space_->apply_to(layers[i], std::move(sum), {prune_, coarsest_}, stretch,
+      stays += take_bricks(in_space_->apply_to(sums[i].layer, std::move(sum), {prune_, coarsest}, stretch,
                                                context.with(filtering)),
                            made[i]);
       if (stays > reserved) more = {}, more = Reservation(context.memory, stays - reserved, "sums of layers");
@@ -200,7 +195,7 @@ Coefficients::Layers Coefficients::make_of_sums(Kind kind, std::span<const int32
     if (stretch.end[2] < last) parts.emplace_back(context.memory, stays, "coefficients of a slab");
   }
   parts.clear();
-  return insert_all(kind, layers, std::move(made), context);
+  return made;
 }
 
 } // namespace bccsplat

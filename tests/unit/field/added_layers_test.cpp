@@ -54,6 +54,9 @@ class AddingSamples final : public SampleSource {
             brick->value[i] += weight * of.brick(s)->value[i];
         }
         brick->kept.fill(0xffff);
+        const BrickLayer own = samples_.read_layer(channel, sum.layer, {}, context);
+        if (own.brick(s) && own.brick(s)->hole)
+          brick->hole = std::make_unique<BrickMask>(*own.brick(s)->hole);
         layer.set(s, std::move(brick));
       }
       if (keeps) kept.push_back(layer);
@@ -286,6 +289,113 @@ TEST(AddedLayers, OfAStillDependOnNoCacheAndNoBox) {
     if (!box.contains(all.coset[0].slot_position(s))) continue;
     ASSERT_TRUE(boxed.coset[0].brick(s));
     EXPECT_EQ(all.coset[0].brick(s)->value, boxed.coset[0].brick(s)->value);
+  }
+}
+
+HypersliceOptions once() {
+  HypersliceOptions options;
+  options.once = true;
+  return options;
+}
+
+// What nothing follows is added once, whatever the kernel weighs: instants, means, sums over time, frames.
+TEST(AddedLayers, OfOneMomentAreOneSum) {
+  TestContext test;
+  struct Case {
+    const char* kernel;
+    double frame;
+    std::array<double, 2> interval;
+    ThicknessKind kind;
+    bool periodic;
+  };
+  for (const auto& [kernel, frame, interval, kind, periodic] :
+       {Case{"exact", 6.4, {0, 0}, ThicknessKind::mean, false},
+        {"exact", 0.2, {0, 0}, ThicknessKind::mean, false},
+        {"exact", 7, {0, 0}, ThicknessKind::mean, false},
+        {"default", 6.4, {0, 0}, ThicknessKind::mean, false},
+        {"default", 7, {0, 0}, ThicknessKind::mean, false},
+        {"exact", 6.4, {-1, 2.5}, ThicknessKind::mean, false},
+        {"exact", 6.4, {-1, 2.5}, ThicknessKind::sum, false},
+        {"exact", 8.6, {0, 0}, ThicknessKind::mean, true}}) {
+    SCOPED_TRACE(testing::Message() << kernel << " at " << frame);
+    const AddingSamples adding(layers_of_noise(cartesian(9, periodic)));
+    const Coefficients layers(adding, 0, make_kernel(kernel), 0, large_cache),
+        sum(adding, 0, make_kernel(kernel), 0, large_cache);
+    HypersliceOptions options;
+    options.thickness.kind = kind;
+    const Slice expected = merged_moment(plan_moment(layers, frame, interval, options), {}, test.get());
+    options.once = true;
+    const CutPlan plan = plan_moment(sum, frame, interval, options);
+    const uint64_t before = adding.added;
+    const Slice got = merged_moment(plan, {}, test.get());
+    EXPECT_EQ(adding.added, before + 1);
+    EXPECT_EQ(sum.layers_made(), 1U);
+    EXPECT_LT(most_apart(expected.coset[0], got.coset[0]), 1e-4);
+    EXPECT_EQ(expected.points(), got.points());
+    for (size_t end = 0; end < 2; ++end) EXPECT_NEAR(expected.bounds[end], got.bounds[end], 1e-3);
+    // Nothing is kept.
+    (void)merged_moment(plan, {}, test.get());
+    EXPECT_EQ(adding.added, before + 2);
+  }
+}
+
+// Where some of its layers are there it is made of layers, and they are kept.
+TEST(AddedLayers, ThatAreHeldAreMergedEvenOnce) {
+  TestContext test;
+  const AddingSamples adding(layers_of_noise(cartesian(16)));
+  const Coefficients field(adding, 0, make_kernel("exact"), 0, large_cache);
+  const auto moment = [&](double frame, const HypersliceOptions& options) {
+    return merged_moment(plan_moment(field, frame, {}, options), {}, test.get());
+  };
+  const Slice expected = moment(6.4, {});
+  const uint64_t made = adding.added;
+  expect_same_layer(expected.coset[0], moment(6.4, once()).coset[0]);
+  EXPECT_EQ(adding.added, made);
+  (void)moment(7.4, once());
+  EXPECT_EQ(adding.added, made + 1); // the one that is not there
+  (void)moment(7.3, {});
+  EXPECT_EQ(adding.added, made + 1);
+}
+
+// One sum has the holes of the layer that weighs most, as layers that are merged do; of one box, or in
+// stretches, it is the same.
+TEST(AddedLayers, OfOneMomentHaveItsHolesAndItsBox) {
+  TestContext test;
+  const Lattice4 lattice = cartesian(9);
+  std::vector<std::vector<BrickLayer>> channels(1);
+  const MemorySamples noise = layers_of_noise(lattice);
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    BrickLayer layer = noise.read_layer(0, m, {}, test.get());
+    auto brick = std::make_shared<Brick>();
+    brick->value = layer.brick(0)->value, brick->kept = layer.brick(0)->kept;
+    brick->hole = std::make_unique<BrickMask>();
+    (*brick->hole)[static_cast<size_t>(m)] = 1;
+    layer.set(0, std::move(brick));
+    channels[0].push_back(std::move(layer));
+  }
+  const AddingSamples adding(MemorySamples(lattice, {0}, std::move(channels)));
+  const BrickBox box{{0, 0, 1}, {2, 2, 3}};
+  constexpr uint64_t little = 300 << 10;
+  const Coefficients layers(adding, 0, make_kernel("exact"), 0, large_cache),
+      sum(adding, 0, make_kernel("exact"), 0, large_cache),
+      narrow(adding, 0, make_kernel("exact"), 0, little),
+      part(adding, 0, make_kernel("exact"), 0, large_cache, box);
+  for (const double frame : {3.2, 3.8}) {
+    const auto moment = [&](const Coefficients& of, const HypersliceOptions& options) {
+      return merged_moment(plan_moment(of, frame, {}, options), {}, test.get());
+    };
+    const Slice expected = moment(layers, {}), got = moment(sum, once());
+    EXPECT_TRUE(got.has_holes);
+    ASSERT_TRUE(got.coset[0].brick(0)->hole);
+    EXPECT_EQ(*expected.coset[0].brick(0)->hole, *got.coset[0].brick(0)->hole);
+    EXPECT_TRUE(got.coset[0].brick(0)->is_hole(brick_edge * (frame < 3.5 ? 3 : 4)));
+    expect_same_layer(got.coset[0], moment(narrow, once()).coset[0]);
+    const Slice boxed = moment(part, once());
+    for (size_t s = 0; s < got.coset[0].brick_slots(); ++s) {
+      if (!box.contains(got.coset[0].slot_position(s))) continue;
+      ASSERT_TRUE(boxed.coset[0].brick(s));
+      EXPECT_EQ(got.coset[0].brick(s)->value, boxed.coset[0].brick(s)->value);
+    }
   }
 }
 
