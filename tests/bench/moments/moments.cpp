@@ -14,6 +14,7 @@
 #include "tests/bench/fit/tool_import.h"
 #include "tests/bench/moments/level_pictures.h"
 #include "tests/bench/moments/moments_volume.h"
+#include "tests/bench/moments/stored_slices.h"
 
 namespace bccsplat::bench {
 namespace {
@@ -33,14 +34,7 @@ Row import_row(Row row, const MomentSeries& s, const WrittenSeries& w, double gz
 // What the tool takes that is told nothing but what the bytes are, beside one that is told all there is to
 // decide; one run each.
 Row tool_row(Row row, const MomentSeries& s, double gzip) {
-  FitSource source;
-  source.dims = {s.edge, s.edge, s.edge, s.frames}, source.type = SourceType::u8;
-  for (uint32_t t = 0; t < s.frames; ++t) {
-    const std::vector<uint8_t> frame = s.frame(t);
-    const auto bytes = std::as_bytes(std::span(frame));
-    source.bytes.insert(source.bytes.end(), bytes.begin(), bytes.end());
-  }
-  const ToolImport tool(source);
+  const ToolImport tool(source_of(s));
   const double given = tool.seconds("--lattice d4star --exact --measure none"), none = tool.seconds("");
   row.push_back(figure("no options, CPU s", none, 2));
   row.push_back(figure("all given, CPU s", given, 2));
@@ -235,6 +229,8 @@ MomentOptions read_options(std::span<const std::string> args, bool quick) {
       o.sparse = {a == "--sparse"};
     else if (a == "--cuts")
       o.cuts = true;
+    else if (a == "--slices")
+      o.slices = true;
     else if (a == "--pictures")
       o.pictures = true;
     else if (a == "--contents")
@@ -274,12 +270,16 @@ void report_contents(const MomentOptions& o, const Report& report) {
 int run_moments_suite(std::span<const std::string> args, const Report& report) {
   const MomentOptions o = read_options(args, report.quick);
   if (o.contents) return report_contents(o, report), 0;
-  std::vector<Row> imports, tools, moments, playing, boxes, cuts, levels, pictures;
+  std::vector<Row> imports, tools, moments, playing, boxes, cuts, levels, pictures, slices;
   for (const bool sparse : o.sparse) {
     MomentSeries series{.edge = o.edge, .frames = o.frames, .sparse = sparse};
-    const double blend = blend_seconds(series), gzip = gzip_seconds(series);
     const Row head{
         word("series", concat(o.edge, "^3 x ", o.frames, " u8, ", sparse ? "an eighth filled" : "dense"))};
+    if (o.slices) {
+      slice_rows(head, series, slices);
+      continue;
+    }
+    const double blend = blend_seconds(series), gzip = gzip_seconds(series);
     if (has_tool() && !o.pictures) tools.push_back(tool_row(head, series, gzip));
     const auto levelled = [&](int level, const char* name) {
       Row row = head;
@@ -307,6 +307,7 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
   report.table("half a frame on at a time, one thread", playing);
   report.table("a box of a moment, one thread", boxes);
   report.table("other cuts, one thread", cuts);
+  report.table("slices of files by the tool, one thread", slices);
   return 0;
 }
 

@@ -28,6 +28,7 @@ struct MomentOptions {
   int levels = 0;     // coarser ones, of series that are written without them first
   uint64_t cache = 0; // bytes; 0: a volume's default
   bool cuts = false;
+  bool slices = false;   // only slices of files that the tool made
   bool pictures = false; // nothing but pictures of levels
   bool contents = false; // only pictures of levels, of all kinds of contents
 };
