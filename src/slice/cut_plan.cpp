@@ -174,8 +174,10 @@ void place_in_time(CutPlan& plan, const std::array<double, 2>& interval) {
   else
     plan.layers = mean_weights(lattice, plan.coefficients->kernel(), t0, t1);
   if (!lattice.is_static()) plan.corrections = plan.frames;
-  // A slice of even positions is made of what stands around its box as well.
-  if (plan.options.box && !plan.options.even) plan.corrected = corrected_in(*plan.options.box, lattice);
+  // A slice of even positions is made of what stands around its box as well, and so are instants of an
+  // interval.
+  if (plan.options.box && !plan.options.even && (instant || !each))
+    plan.corrected = corrected_in(*plan.options.box, lattice);
   // Each instant has a mask of its own; else it is that of the frame nearest to the slice's.
   plan.masks = instant || each ? plan.frames : std::array{plan.position, plan.position};
   if (instant || !each) return;

@@ -86,7 +86,7 @@ def draw_layout(cut: Slice, channel: int, frame: float, layout: int, chosen: boo
     """The picture of Volume.show. chosen: planes are wanted, and not only usual, which they are where there is room."""
     from . import plane_sheet
     columns, rows = {_abi.LAYOUT_BOTH: (2, 2), _abi.LAYOUT_PLANES: (3, 1)}.get(layout, (1, 1))
-    w, h = width or 512 * columns, height or 512 * rows
+    w, h = 512 * columns if width is None else width, 512 * rows if height is None else height
     if layout in (0, _abi.LAYOUT_VOLUME):
         return of_volume(w, h)
     pane = plane_sheet.panes_of(layout, w, h)[0]

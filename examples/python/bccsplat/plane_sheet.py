@@ -144,8 +144,9 @@ def sheet(volume: Volume, frame: float, channel: int, layout: int, width: int, h
         part[..., :3] = np.where(shown[..., None], _colored(mean, colors, labels), 0)
         part[..., 3] = shown
         scale = max(1, min(w, h) // 150)
-        for letter, x, y in ((right[2], 6 * scale, ph / 2), (right[3], pw - 6 * scale, ph / 2), (up[3], pw / 2, 6 * scale),
-                             (up[2], pw / 2, ph - 6 * scale)):
+        dx, dy = (6 * scale if n >= 24 * scale else -6 * scale for n in (pw, ph))  # a thin plane has them outside
+        for letter, x, y in ((right[2], dx, ph / 2), (right[3], pw - dx, ph / 2), (up[3], pw / 2, dy),
+                             (up[2], pw / 2, ph - dy)):
             if letter:
                 _write(out, letter, left + x, top + y, scale)
     return out

@@ -99,16 +99,16 @@ class Slice(Child):
                  time_length: float = 0.0, box: Any = None, space: str | None = None, progress: Progress | None = None,
                  cancel: CancelToken | None = None, lattice: int | str | None = None, level: int | None = None,
                  thickness: float | None = None, slab: int | str | None = None, method: int | str | None = None,
-                 bandwidth: Sequence[float] | None = None) -> None:
+                 bandwidth: Sequence[float] | None = None, once: bool = False) -> None:
         """channel: number or name. box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it.
-        space: "index" or "even", which pictures of volumes with unevenly spaced axes are made of. cancel: of
-        making it and of what takes long with it. once=1: no other moment of this part of the series follows soon."""
+        space: "index" or "even", which pictures of volumes with unevenly spaced axes are made of. once: no other
+        moment of this part of the series follows soon. cancel: of making it and of what takes long with it."""
         super().__init__(volume.device)
         self.volume = volume
         number = volume.channel_number(channel)
         token = own_token(cancel)
         options = given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method,
-                        bandwidth=None if bandwidth is None else tuple(bandwidth))
+                        bandwidth=None if bandwidth is None else tuple(bandwidth), once=once or None)
         self._made = "Slice", (a, b, c, d, e), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
                                                 "time_length": time_length, "box": box, "space": space, **options}
         o = self._options(number, kernel, interval, spacing, time_length, box, space, token, options)
@@ -136,11 +136,11 @@ class Slice(Child):
            space: str | None = None, progress: Progress | None = None, cancel: CancelToken | None = None,
            lattice: int | str | None = None, level: int | None = None, thickness: float | None = None,
            slab: int | str | None = None, method: int | str | None = None,
-           bandwidth: Sequence[float] | None = None) -> Slice:
+           bandwidth: Sequence[float] | None = None, once: bool = False) -> Slice:
         """The time slice at a frame number, which may be fractional."""
         return cls(volume, 0, 0, 0, 1, -frame, channel=channel, kernel=kernel, interval=interval, spacing=spacing,
                    time_length=time_length, box=box, space=space, progress=progress, cancel=cancel, lattice=lattice,
-                   level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth)
+                   level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth, once=once)
 
     @classmethod
     def at_time(cls, volume: Volume, time: float, *, channel: int | str = 0, kernel: str | None = None,
@@ -148,7 +148,7 @@ class Slice(Child):
                 box: Any = None, space: str | None = None, progress: Progress | None = None,
                 cancel: CancelToken | None = None, lattice: int | str | None = None, level: int | None = None,
                 thickness: float | None = None, slab: int | str | None = None, method: int | str | None = None,
-                bandwidth: Sequence[float] | None = None) -> Slice:
+                bandwidth: Sequence[float] | None = None, once: bool = False) -> Slice:
         """The time slice at a time in the file's unit."""
         cut = cls.__new__(cls)
         Child.__init__(cut, volume.device)
@@ -156,7 +156,7 @@ class Slice(Child):
         number = volume.channel_number(channel)
         token = own_token(cancel)
         options = given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method,
-                        bandwidth=None if bandwidth is None else tuple(bandwidth))
+                        bandwidth=None if bandwidth is None else tuple(bandwidth), once=once or None)
         cut._made = "at_time", (time,), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
                                          "time_length": time_length, "box": box, "space": space, **options}
         o = cls._options(number, kernel, interval, spacing, time_length, box, space, token, options)
@@ -170,7 +170,7 @@ class Slice(Child):
               progress: Progress | None = None, cancel: CancelToken | None = None,
               interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0, lattice: int | str | None = None,
               level: int | None = None, thickness: float | None = None, slab: int | str | None = None,
-              method: int | str | None = None, bandwidth: Sequence[float] | None = None) -> Slice:
+              method: int | str | None = None, bandwidth: Sequence[float] | None = None, once: bool = False) -> Slice:
         """With an origin (x, y, z, t) and three directions [3, 4] of slice space in index space."""
         cut = cls.__new__(cls)
         Child.__init__(cut, volume.device)
@@ -180,7 +180,7 @@ class Slice(Child):
         number = volume.channel_number(channel)
         token = own_token(cancel)
         options = given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method,
-                        bandwidth=None if bandwidth is None else tuple(bandwidth))
+                        bandwidth=None if bandwidth is None else tuple(bandwidth), once=once or None)
         cut._made = "along", (at, axes), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
                                           **options}
         o = _abi.SliceOptions(channel=number, kernel=kernel, spacing=spacing, point=at, basis=axes,

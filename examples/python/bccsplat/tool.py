@@ -25,15 +25,13 @@ def inside_path() -> str:
 def view(arguments: Sequence[str]) -> None:
     """bcc4 view FILE [--page FOLDER] [--port N] by this package: a wheel has no server for the tool."""
     from . import Error, open
-    from .viewing import Viewing
     parser = argparse.ArgumentParser("bcc4 view", description="Look at a .bcc4 file in a browser on this machine.")
     parser.add_argument("file", metavar="FILE", help="a .bcc4 file")
     parser.add_argument("--page", metavar="FOLDER", help="of the viewer, as examples/web/build.sh makes it (default: installed)")
     parser.add_argument("--port", type=int, default=0, help="of 127.0.0.1 (default: any that is free)")
     given = parser.parse_args(arguments)
     try:
-        open(given.file)  # says what is wrong with it before a browser does
-        viewing = Viewing(given.file, given.page, given.port)
+        viewing = open(given.file).view(page=given.page, port=given.port)  # open says what is wrong before a browser does
     except (Error, OSError, OverflowError) as error:
         sys.exit("bcc4: %s" % error)
     print(viewing.url, flush=True)

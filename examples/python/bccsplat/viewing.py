@@ -87,7 +87,7 @@ class _Answers(http.server.BaseHTTPRequestHandler):
             return self.send_error(403, "Only as 127.0.0.1 or localhost, with the port")
         name = self.path.split("?")[0][1:] or "index.html"
         path = os.path.join(self.page, name)
-        if name != _SERVED_AS and ("/" in name or "%" in name or name.startswith(".") or not os.path.isfile(path)):
+        if name != _SERVED_AS and (any(c in name for c in "/\\:%") or name.startswith(".") or not os.path.isfile(path)):
             return self.send_error(404, "No such file")
         length, read = self.source if name == _SERVED_AS else reader_of(path)
         size = length()

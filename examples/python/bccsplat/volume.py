@@ -150,6 +150,10 @@ class Volume(Child, LazyArray):
         told = (transfer_function, look, mode, quality, shading, backend, iso_value) != (None,) * 7 or (
             (rotate_x, rotate_y, opacity_stop, sheet_step) != (20, 30, 0, 0))
         wanted = choose("LAYOUT", layout) or (_abi.LAYOUT_VOLUME if told else kind.layout)
+        alone = (mode, quality, shading, backend, iso_value) != (None,) * 5 or (
+            (rotate_x, rotate_y, opacity_stop, sheet_step) != (20, 30, 0, 0))
+        if alone and wanted in (_abi.LAYOUT_PLANES, _abi.LAYOUT_FLAT):
+            raise ValueError("planes have no use for options of a volume's picture: layout=\"volume\" has")
         cut = self.slice(time=time, frame=frame, channel=channel, space="even", cancel=cancel)
 
         def of_volume(width: int, height: int) -> Picture:
@@ -411,7 +415,8 @@ class Volume(Child, LazyArray):
                box: Any = None, interval: tuple[float, float] = (0.0, 0.0), kernel: str | None = None,
                channel: int | str = 0, spacing: float = 0.0, time_length: float = 0.0, level: int = 0,
                thickness: float = 0.0, slab: int | str | None = None, method: int | str | None = None,
-               lattice: int | str | None = None, space: str | None = None) -> Array:
+               lattice: int | str | None = None, space: str | None = None,
+               bandwidth: Sequence[float] = (0, 0, 0, 0)) -> Array:
         """Bytes [n, 2] (offset, size) of the file that a slice reads: at a frame number or on a plane (a, b, c, d, e),
         options as of Slice. missing: without what the volume's caches hold."""
         if (frame is None) == (plane is None):
@@ -422,6 +427,7 @@ class Volume(Child, LazyArray):
                               method=choose("METHOD", method), lattice=choose("LATTICE", lattice),
                               space=choose("SPACE", space))
         o.interval[:] = [*interval]
+        o.bandwidth[:] = [*bandwidth]
         arguments = (self.pointer, byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), byref(o),
                      _abi.RANGES_MISSING if missing else 0)
         count = c_uint64()
@@ -435,13 +441,14 @@ class Volume(Child, LazyArray):
               spacing: float = 0.0, time_length: float = 0.0, box: Any = None, space: str | None = None,
               lattice: int | str | None = None, level: int | None = None, thickness: float | None = None,
               slab: int | str | None = None, method: int | str | None = None, bandwidth: Sequence[float] | None = None,
-              progress: Progress | None = None, cancel: CancelToken | None = None) -> Slice:
+              once: bool = False, progress: Progress | None = None, cancel: CancelToken | None = None) -> Slice:
         """At a time in the file's unit, at a frame number, or on a plane (a, b, c, d, e); options as of Slice, and of
         bccsplat_slice_options."""
         options: dict[str, Any] = {"channel": channel, "kernel": kernel, "interval": interval, "spacing": spacing,
                                    "time_length": time_length, "box": box, "space": space, "progress": progress,
                                    "cancel": cancel}
-        options.update(given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth))
+        options.update(given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth,
+                             once=once or None))
         if sum(given is not None for given in (time, frame, plane)) != 1:
             raise ValueError("give one of time, frame and plane")
         if time is not None:

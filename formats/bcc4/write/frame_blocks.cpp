@@ -36,6 +36,7 @@ BlockRef FrameBlocks::append_corrections(const PackedBlock& block) {
 void FrameBlocks::append_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table) {
   ByteWriter out;
   write_correction_table(out, table);
+  // Sums are added to: a frame's corrections are written once.
   for (const CorrectionBrick& brick : table) at(channel).sums_of(frame).corrections += brick.count;
   set_block(at(channel).tables, frame, append_corrections(pack_block(out.bytes())));
 }

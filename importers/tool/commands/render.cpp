@@ -325,10 +325,10 @@ void choose_moment(const Volume& volume, RenderArguments& a, uint32_t shows_most
     a.which.time = shows_most, a.which.index = true;
   uint64_t told = 0; // frames whose ranges the file has
   check(bccsplat_volume_get_frame_ranges(volume.get(), 0, nullptr, 0, &told), "");
-  const std::string drawn =
-      all ? concat("no --frames given: all ", frames, " frames are drawn; they")
-          : concat("moment ", shows_most, " of ", first, "..", last,
-                   told > 0 ? ", which shows most" : ", the first", "; --time chooses another; they");
+  const std::string drawn = all ? concat("no --frames given: all ", frames, " frames are drawn; they")
+                                : concat("moment ", shows_most, " of ", first, "..", last,
+                                         told > 0 && v.part_end == 0 ? ", which shows most" : ", the first",
+                                         "; --time chooses another; they");
   std::fprintf(stderr, "bcc4: %s: %s run %s to %s%s%s\n", a.file.c_str(), drawn.c_str(),
                time_text(cut_at_index(volume, first).time).c_str(),
                time_text(cut_at_index(volume, last).time).c_str(), *v.time_unit ? " " : "", v.time_unit);

@@ -75,6 +75,8 @@ Json settings_json(const WriterSettings& s) {
 }
 
 WriterSettings read_settings(const Json& j) {
+  if (j.contains("filter") && !j.at("filter").is_null() && j.at("filter") != "kaiser8")
+    fail_input("it asks for a filter that is no more");
   WriterSettings s;
   visit_settings(s, reads(j));
   for (const Json& c : j.at("channels"))

@@ -128,7 +128,7 @@ uint64_t ground_level(const Volume& volume, uint32_t axis, const Line& line) {
   ends[axis] = static_cast<double>(line.first),
   ends[3 + axis] = static_cast<double>(line.first + line.count - 1);
   check(bccsplat_volume_index_to_world(volume.get(), 2, ends.data(), ends.data()), "");
-  const std::string unit = axis_units(volume)[2];
+  const std::string unit = axis_units(volume)[axis];
   const bool pressure = unit.find("Pa") != std::string::npos || unit.find("bar") != std::string::npos;
   const bool first_is_lower = std::fabs(ends[2]) <= std::fabs(ends[5]);
   return line.first + (first_is_lower != pressure ? 0 : line.count - 1);
@@ -142,10 +142,14 @@ std::string unit_of(const Volume& volume, const PlaneSides& s) {
 
 void draw_sides(Canvas& canvas, const PlaneSides& s, const Point& from, const Point& to, double em) {
   const double x = (from[0] + to[0]) / 2, y = (from[1] + to[1]) / 2 + 0.36 * em, off = 0.35 * em;
-  canvas.text(s.right.low, {from[0] + off, y}, em, Anchor::left, {});
-  canvas.text(s.right.high, {to[0] - off, y}, em, Anchor::right, {});
-  canvas.text(s.up.high, {x, from[1] + off + 0.73 * em}, em, Anchor::middle, {});
-  canvas.text(s.up.low, {x, to[1] - off}, em, Anchor::middle, {});
+  constexpr double room = 3; // em that both letters need inside; a thinner plane has them outside
+  const bool thin = to[0] - from[0] < room * em, flat = to[1] - from[1] < room * em;
+  canvas.text(s.right.low, {thin ? from[0] - off : from[0] + off, y}, em, thin ? Anchor::right : Anchor::left,
+              {});
+  canvas.text(s.right.high, {thin ? to[0] + off : to[0] - off, y}, em, thin ? Anchor::left : Anchor::right,
+              {});
+  canvas.text(s.up.high, {x, flat ? from[1] - off : from[1] + off + 0.73 * em}, em, Anchor::middle, {});
+  canvas.text(s.up.low, {x, flat ? to[1] + off + 0.73 * em : to[1] - off}, em, Anchor::middle, {});
 }
 
 } // namespace

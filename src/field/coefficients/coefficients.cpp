@@ -143,8 +143,9 @@ std::optional<BrickLayer> Coefficients::sum_at_once(std::span<const LayerSum::Te
   }
   const LayerSum sum =
       sum_in_time(source_.lattice(), layers, stills ? std::span<const float>(itself) : in_time_);
+  auto made = make_of_sums({&sum, 1}, 0, context);
   made_.fetch_add(1, std::memory_order_relaxed);
-  return make_of_sums({&sum, 1}, 0, context).front().as_values();
+  return made.front().as_values();
 }
 
 std::array<float, 2> Coefficients::range(int32_t layer, bool still, const CoefficientLayer& of,

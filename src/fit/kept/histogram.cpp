@@ -54,7 +54,7 @@ inline void SampleHistogram::count_values(std::span<const float> relative) {
   int32_t codes[brick_edge];
   for (size_t x = 0; x < relative.size(); ++x) {
     const double code = (relative[x] - code_shift_) * codes_per_unit_ + 0.5;
-    codes[x] = static_cast<int32_t>(std::clamp(code, 0.0, last)); // samples of linear tiles go beyond codes
+    codes[x] = static_cast<int32_t>(std::min(std::max(0.0, code), last)); // linear tiles go beyond; NaN: 0
   }
   for (size_t x = 0; x < relative.size(); ++x) ++codes_[codes[x]];
 }
