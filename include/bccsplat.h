@@ -1283,8 +1283,8 @@ typedef struct bccsplat_volume_info {
 /* A level of a volume. All other information of a volume is about level 0. */
 typedef struct bccsplat_level_info {
   uint32_t struct_size;
-  /* Layers that are stored together, a slab: the first ones, the next ones and so on. What reads one
-   * of its frames has read much of the others. */
+  /* Layers that are stored together, a slab: the first ones, the next ones and so on. What reads
+   * one of its frames has read much of the others. */
   uint32_t slab_layers;
   /* Lattice distance as it is, as in bccsplat_volume_info. */
   double scales[4];

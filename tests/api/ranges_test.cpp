@@ -61,7 +61,7 @@ void expect_told(const Device& device, FarFile& file, const Cut& cut, bool salva
   EXPECT_TRUE(covers(told, file.reads));
   const uint64_t read = bytes_of(file.reads);
   if (cut.tight) {
-    EXPECT_LE(bytes_of(told), read + read / 20) << bytes_of(told) << " told, " << read << " read";
+    EXPECT_LE(bytes_of(told), read + read / 10) << bytes_of(told) << " told, " << read << " read";
   }
 }
 

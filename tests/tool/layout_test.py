@@ -153,7 +153,7 @@ class Layout(ToolTest):
 
     def test_who_asks_for_a_volume_gets_it(self):
         v = self.scan()
-        for more in (('--view', 'front'), ('--mode', 'maximum'), ('--rotate-y', 10), ('--annotate',), ('--look', 'mr'), ('--layout', 'volume'),
+        for more in (('--view', 'front'), ('--mode', 'mip'), ('--rotate-y', 10), ('--annotate',), ('--look', 'mr'), ('--layout', 'volume'),
                      ('--size', 120)):
             size = more if '--size' in more else (*more, '--size', 300)
             self.assertEqual(png_size(self.drawn(v, *size)), (120, 120) if '--size' in more else (300, 300))

@@ -154,7 +154,7 @@ class Resume(ToolTest):
         self.assertIn('--resume goes on from there', err)
         self.assertFalse(os.path.exists(self.path('x.bcc4')))
         # With other options or another source it is not the same import.
-        self.refused(2, 'made with other options (lowpass', 'import', 'a.raw', *self.dims, '--lowpass', '-o', 'x.bcc4', '--resume')
+        self.refused(2, 'made with other options (', 'import', 'a.raw', *self.dims, '--lowpass', '-o', 'x.bcc4', '--resume')
         os.rename(self.path('a.raw'), self.path('b.raw'))
         self.write('a.raw', bytes(len(self.data)))
         self.refused(2, 'the unfinished file was made', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4',

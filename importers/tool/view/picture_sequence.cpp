@@ -66,7 +66,7 @@ std::vector<Picture> picture_sequence(const Volume& volume, const RenderArgument
 
   for (Picture& p : pictures) {
     p.where.even = has_coordinates(volume);
-    if (has_trail(a)) p.where.once = false; // its moments are around it
+    p.where.once = false; // a moment is the same picture among others
   }
   if (a.sheet) {
     std::vector<Picture> chosen;

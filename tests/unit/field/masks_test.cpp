@@ -197,7 +197,7 @@ TEST(Masks, DamageIsMendedFromTheNearestFrame) {
   file.open({.salvage = true});
   const Masks lost(std::make_unique<Bcc4Masks>(file.reader, 0), file.bench.memory, 1 << 20);
   for (int64_t f = 0; f < 5; ++f) EXPECT_EQ(lost.frame(f), nullptr) << f;
-  EXPECT_EQ(lost.count(), 0u);
+  EXPECT_GT(lost.count(), 0u) << "as the metadata have it";
 }
 
 TEST(Masks, TheBudgetBoundsThem) {
