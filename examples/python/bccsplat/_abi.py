@@ -778,7 +778,7 @@ class SliceOptions(Struct):
             time_length: Any = ..., lattice: Any = ..., level: Any = ..., progress: Any = ...,
             progress_user: Any = ..., thickness: Any = ..., point: Any = ..., basis: Any = ...,
             slab: Any = ..., method: Any = ..., box: Any = ..., cancel_token: Any = ..., space: Any = ...,
-            bandwidth: Any = ...) -> None: ...
+            once: Any = ..., bandwidth: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
