@@ -41,7 +41,7 @@ class Layout(ToolTest):
         sizes = [DIMS[a] for a in order]
         values = bytes(at((i, j, k)) for k in range(sizes[2]) for j in range(sizes[1]) for i in range(sizes[0]))
         self.write(name + '.nrrd', head.encode() + values)
-        self.bcc4('import', name + '.nrrd', '-o', name + '.bcc4', '--exact', '--quiet', '--overwrite')
+        self.bcc4('import', name + '.nrrd', '-o', name + '.bcc4', '--lattice', 'cc', '--scale', 1, '--exact', '--quiet', '--overwrite')
         return name + '.bcc4'
 
     def drawn(self, volume, *args, name='p.png', **more):
@@ -119,7 +119,7 @@ class Layout(ToolTest):
             directions = ' '.join('({:.9f},{:.9f},{:.9f})'.format(*column) for column in columns)
             self.write('t.nrrd', f'NRRD0005\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 12 16 20\nspace directions: {directions}\n'
                        'encoding: raw\n\n'.encode() + bytes(tissue(x, y, z) for z in range(20) for y in range(16) for x in range(12)))
-            self.bcc4('import', 't.nrrd', '-o', 't.bcc4', '--exact', '--quiet', '--overwrite')
+            self.bcc4('import', 't.nrrd', '-o', 't.bcc4', '--lattice', 'cc', '--scale', 1, '--exact', '--quiet', '--overwrite')
             m = self.json('info', 't.bcc4')['affine']  # a left-handed one is turned at import
             self.drawn('t.bcc4', '--layout', 'planes', '--size', '604x200')
             if aff2axcodes:
@@ -167,7 +167,7 @@ class Layout(ToolTest):
         self.assertEqual([axis for axis, _ in self.places()], ['y', 'x', 'z'])
         values = bytes(10 * x + y for z in range(3) for y in range(8) for x in range(16))
         self.write('m.nrrd', b'NRRD0005\ntype: uint8\ndimension: 3\nsizes: 16 8 3\nspacings: 2 2 1\nunits: "degrees" "degrees" "m"\nencoding: raw\n\n' + values)
-        self.bcc4('import', 'm.nrrd', '-o', 'm.bcc4', '--exact', '--quiet')
+        self.bcc4('import', 'm.nrrd', '-o', 'm.bcc4', '--lattice', 'cc', '--scale', 1, '--exact', '--quiet')
         if self.json('info', 'm.bcc4')['channels'][0]['kind'] != 'map':
             self.skipTest('NRRD files keep no degrees')
         rows = read_png(self.drawn('m.bcc4', '--size', 200))
