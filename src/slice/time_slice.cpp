@@ -232,7 +232,8 @@ void make_cosets(Slice& slice, const CutPlan& plan, const std::vector<LayerWeigh
   const Coefficients& coefficients = *plan.coefficients;
   const Lattice4& lattice = coefficients.source().lattice();
   // A sum over time is that many times a mean, which what is left out as too small goes by.
-  if (plan.options.once && plan.options.thickness.kind != ThicknessKind::sum) {
+  if (plan.options.once &&
+      !(plan.options.thickness.kind == ThicknessKind::sum && plan.frames[1] > plan.frames[0])) {
     std::vector<LayerSum::Term> terms;
     for (const auto& [layer, weight] : weights) terms.push_back({layer, weight});
     if (auto sum = coefficients.sum_at_once(terms, plan.still, context)) {

@@ -227,6 +227,9 @@ const std::vector<Known> known{
     {{"data=far", "predictions=fixed", "bound=psnr"}, "the writer measured", base_of_blocks},
     {{"data=far", "written=blocks", "measure"}, "the writer measured", base_of_blocks},
     {{"data=far", "written=blocks", "bound=psnr"}, "the writer measured", base_of_blocks},
+    {{"missing=hole", "bound=psnr", "ends=periodic", "written=field"},
+     "the writer compared",
+     "a few samples at holes are compared by readers alone"},
 };
 
 const Tables tables{options, refused, no_sense, known};

@@ -95,7 +95,7 @@ PictureLayout choose_layout(const RenderArguments& a, int32_t of_kind, const std
   const std::vector<VolumeOption> options = volume_options(a);
   const bool chosen = a.layout != BCCSPLAT_LAYOUT_DEFAULT;
   const PictureSize volume{size[0], size[1]};
-  const PictureLayout alone{BCCSPLAT_LAYOUT_VOLUME, volume, {}, {0, 0, volume}};
+  PictureLayout alone{BCCSPLAT_LAYOUT_VOLUME, volume, {}, {0, 0, volume}};
   const int32_t kind = chosen ? a.layout : of_kind;
   if (kind == BCCSPLAT_LAYOUT_VOLUME || (!chosen && (!has_font() || asks_for_volume(a, options))))
     return alone;

@@ -315,7 +315,6 @@ TEST(AddedLayers, OfOneMomentAreOneSum) {
         {"default", 6.4, {0, 0}, ThicknessKind::mean, false},
         {"default", 7, {0, 0}, ThicknessKind::mean, false},
         {"exact", 6.4, {-1, 2.5}, ThicknessKind::mean, false},
-        {"exact", 6.4, {-1, 2.5}, ThicknessKind::sum, false},
         {"exact", 8.6, {0, 0}, ThicknessKind::mean, true}}) {
     SCOPED_TRACE(testing::Message() << kernel << " at " << frame);
     const AddingSamples adding(layers_of_noise(cartesian(9, periodic)));

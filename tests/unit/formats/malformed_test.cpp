@@ -273,13 +273,13 @@ TEST(Bcc4Malformed, SumsThatAreNotThoseOfTheBlocksAreListed) {
     return Bcc4Reader::open(open_memory_source(bad))->verify_all(bench.context).damage;
   };
   const auto corrections = damage(corrected_file(), &FrameSums::corrections);
-  ASSERT_EQ(corrections.size(), 1u);
-  EXPECT_NE(corrections[0].message.find("28 samples are corrected, the metadata say 27"), std::string::npos)
-      << corrections[0].message;
+  const auto told = [](const std::vector<Bcc4Damage>& all, std::string_view text) {
+    return std::any_of(all.begin(), all.end(),
+                       [&](const Bcc4Damage& d) { return d.message.find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(told(corrections, "28 samples are corrected, the metadata say 27"));
   const auto missing = damage(masked_file(), &FrameSums::missing);
-  ASSERT_EQ(missing.size(), 1u);
-  EXPECT_NE(missing[0].message.find("1776 samples are missing, the metadata say 1775"), std::string::npos)
-      << missing[0].message;
+  EXPECT_TRUE(told(missing, "1776 samples are missing, the metadata say 1775"));
 }
 
 TEST(Bcc4Malformed, DamageIsListedAndTheRestRead) {
