@@ -472,7 +472,9 @@ Exit run_render(RenderArguments a) {
               .layout = layout,
               .planes = std::nullopt};
   if (!layout.planes.empty())
-    scene.planes.emplace(volume, channel, layout, scene.function ? scene.function->colors : colors_of(look));
+    // By the file's own kernel, which has its samples.
+    scene.planes.emplace(open_volume(device, a.file, a.kernel, a.shape_drawn), channel, layout,
+                         scene.function ? scene.function->colors : colors_of(look));
   scene.dump_function();
   scene.trail_functions = functions_of_trail(a, info, look);
   draw_beside(scene, channel, pictures);

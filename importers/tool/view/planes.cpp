@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tool/annotate/canvas.h"
 #include "tool/annotate/color_bar.h"
@@ -154,9 +155,9 @@ void draw_sides(Canvas& canvas, const PlaneSides& s, const Point& from, const Po
 
 } // namespace
 
-Planes::Planes(const Volume& volume, uint32_t channel, const PictureLayout& layout,
+Planes::Planes(Volume volume, uint32_t channel, const PictureLayout& layout,
                std::vector<std::array<double, 4>> colors)
-    : volume_(volume), channel_(channel), layout_(layout), colors_(std::move(colors)) {
+    : volume_(std::move(volume)), channel_(channel), layout_(layout), colors_(std::move(colors)) {
   require_font();
 }
 

@@ -16,7 +16,7 @@ class Planes {
  public:
   // colors: of values, linear. What is grey is black below them and white above. layout: it is looked at
   // later, too.
-  Planes(const Volume& volume, uint32_t channel, const PictureLayout& layout,
+  Planes(Volume volume, uint32_t channel, const PictureLayout& layout,
          std::vector<std::array<double, 4>> colors);
 
   // Draws those of a moment through the samples nearest to a place of the world; a map's is the one that is
@@ -27,7 +27,7 @@ class Planes {
   [[nodiscard]] std::string in_words() const { return words_; }
 
  private:
-  const Volume& volume_;
+  Volume volume_;
   uint32_t channel_;
   const PictureLayout& layout_;
   std::vector<std::array<double, 4>> colors_;
