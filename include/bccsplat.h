@@ -1617,7 +1617,7 @@ typedef struct bccsplat_slice_options {
   /* DEFAULT: INDEX. */
   bccsplat_space space;
   /* Non-zero: no other moment of this part of the series will be asked for soon. A time slice of
-   * wavelets on a Cartesian lattice is then made as one sum, in up to half the time, and its layers
+   * wavelets on a Cartesian lattice is then made as one sum, in 3/4 of the time, and its layers
    * are not kept, so that the next moment takes longer, and bounds are its own alone; where some
    * layers are there already it is made of those. Values are the same but for rounding. Others: no
    * difference. */

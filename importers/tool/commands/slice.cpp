@@ -272,7 +272,8 @@ Exit run_slice(const SliceArguments& a) {
   const Volume volume = open_volume(device, a.file, a.kernel);
   if (!a.common.quiet) warn_of_part(volume, a.file);
   const uint32_t channel = find_channel(volume, a.channel);
-  const std::vector<Cut> cuts = sweep(volume, a.which);
+  std::vector<Cut> cuts = sweep(volume, a.which);
+  cuts.front().once = cuts.size() == 1;
   const std::vector<std::string> names = sweep_names(a.output, cuts.size());
   for (const std::string& name : names) refuse_existing(name, a.overwrite);
   if (!a.common.quiet) warn_of_uneven(volume, cuts.front(), format);

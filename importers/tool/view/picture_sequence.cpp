@@ -64,10 +64,7 @@ std::vector<Picture> picture_sequence(const Volume& volume, const RenderArgument
     for (size_t i = 0; i < pictures.size(); ++i) pictures[i].camera = i;
   }
 
-  for (Picture& p : pictures) {
-    p.where.even = has_coordinates(volume);
-    p.where.once = false; // a moment is the same picture among others
-  }
+  for (Picture& p : pictures) p.where.even = has_coordinates(volume);
   if (a.sheet) {
     std::vector<Picture> chosen;
     for (const size_t i :

@@ -61,11 +61,8 @@ void add_sweep(const Command& command, SliceChoiceArguments& a) {
 }
 
 std::vector<Cut> sweep(const Volume& volume, const SliceChoiceArguments& a) {
-  Cut base = resolve_cut(volume, a);
-  if (!a.sweep) {
-    base.once = true;
-    return {base};
-  }
+  const Cut base = resolve_cut(volume, a);
+  if (!a.sweep) return {base};
   const double from = (*a.sweep)[0], to = (*a.sweep)[1], count = (*a.sweep)[2];
   if (!(count >= 2 && count <= 1e6) || count != std::floor(count))
     fail_usage("--sweep: N must be a whole number, 2 to 1000000");
