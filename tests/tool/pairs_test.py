@@ -97,7 +97,6 @@ NO_SENSE = [
 ]
 # Faults that are not mended yet: a part of what is wrong, and the fault. Each has to fail: where it does not, its row goes.
 KNOWN = [
-    (('frames=1', 'thin', 'export=nc'), 'no variable of numbers over three', 'a single flat frame that is exported as NetCDF is not read again'),
     (('data=far', 'type=i16', 'levels', 'written=parts'), 'parts is not byte for byte',
      'errors of levels are measured about air in parts, and about the base of the field in one go'),
     (('type=u8', 'channels=2', 'lattice=density', 'bound=psnr'), 'export is off by',

@@ -22,16 +22,19 @@ std::vector<std::string> auxiliary_coordinates(const NetcdfFile& file) {
   return names;
 }
 
+// Those over three axes or more of several values each; where there are none, those over three axes of which
+// one or two have a single value, as a flat picture is exported.
 std::vector<std::string> candidates(const NetcdfFile& file) {
   const std::vector<std::string> others = auxiliary_coordinates(file);
-  std::vector<std::string> names;
+  std::vector<std::string> names, flat;
   for (const NetcdfVariable& v : file.variables()) {
+    if (!v.type || v.dims.size() < 3 || is_coordinate(v) ||
+        std::find(others.begin(), others.end(), v.name) != others.end())
+      continue;
     const auto wide = std::count_if(v.dims.begin(), v.dims.end(), [](const auto& d) { return d.size > 1; });
-    if (v.type && wide >= 3 && !is_coordinate(v) &&
-        std::find(others.begin(), others.end(), v.name) == others.end())
-      names.push_back(v.name);
+    (wide >= 3 ? names : flat).push_back(v.name);
   }
-  return names;
+  return names.empty() ? flat : names;
 }
 
 bool same_scale(const StoredValues& a, const StoredValues& b) {
