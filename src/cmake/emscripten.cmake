@@ -17,7 +17,7 @@ set_source_files_properties(${loops_of_doubles} PROPERTIES COMPILE_DEFINITIONS H
 
 # A module is small where it is compiled for size (-Oz), but for the loops that a moment takes its time in.
 set(loops_of_moments src/field/coefficients/stage_plane.cpp src/field/footprint/grid_rows.cpp src/points/rounded_brick.cpp
-  src/slice/time_slice.cpp formats/bcc4/coding/inflate_literals.cpp formats/bcc4/coding/unpredict_rows.cpp
+  src/slice/time_slice.cpp formats/bcc4/coding/unpredict_rows.cpp
   formats/bcc4/coding/range.cpp src/gpu/field_bricks.cpp)
 list(TRANSFORM loops_of_moments PREPEND ${PROJECT_SOURCE_DIR}/)
 set_source_files_properties(${loops_of_moments} PROPERTIES COMPILE_OPTIONS -O2)

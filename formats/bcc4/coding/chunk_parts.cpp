@@ -41,8 +41,8 @@ void check_stored(const Bcc4Chunk& entry, std::span<const std::byte> bytes) {
 }
 
 std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding, size_t decoded,
-                                     DeflateKind kind, Inflater& inflater, std::vector<std::byte>& room,
-                                     std::string_view what, uint64_t offset, size_t slack, size_t wanted) {
+                                     Inflater& inflater, std::vector<std::byte>& room, std::string_view what,
+                                     uint64_t offset, size_t slack) {
   if (coding == raw_part) {
     if (part.size() != decoded)
       fail(Code::corrupt, what, " at offset ", offset, ": ", part.size(), " raw bytes stand for ", decoded);
@@ -50,7 +50,7 @@ std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t co
   }
   if (room.size() < decoded + 2 * slack) room.resize(decoded + 2 * slack);
   const auto inner = std::span(room).subspan(slack, decoded);
-  if (!inflater.inflate(part, inner, kind, wanted))
+  if (!inflater.inflate(part, inner))
     fail(Code::corrupt, what, " at offset ", offset, ": no deflate stream of ", decoded, " bytes");
   return inner;
 }
@@ -58,8 +58,7 @@ std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t co
 std::span<const std::byte> open_runs(const Bcc4Chunk& entry, std::span<const std::byte> bytes,
                                      ChunkScratch& scratch) {
   return open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4, entry.runs_decoded,
-                   DeflateKind::text, scratch.inflater, scratch.runs, "runs of the chunk",
-                   entry.offset + entry.values_bytes);
+                   scratch.inflater, scratch.runs, "runs of the chunk", entry.offset + entry.values_bytes);
 }
 
 std::shared_ptr<const Brick> brick_of_chunk(const SampleCoder& coder, const ChunkData& data, size_t layer) {

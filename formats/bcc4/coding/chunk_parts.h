@@ -27,13 +27,12 @@ struct RunsPart {
 // and their checksum.
 void finish_entry(const RunsPart& runs, uint8_t values_coding, EncodedChunk& chunk);
 
-// Returns a part that is stored raw, or inflates it into `room`, which has `slack` bytes more on both sides,
-// or at least its first `wanted` bytes. `what` and `offset` are told in error texts.
+// Returns a part that is stored raw, or inflates it into `room`, which has `slack` bytes more on both sides.
+// `what` and `offset` are told in error texts.
 [[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
-                                                   size_t decoded, DeflateKind kind, Inflater& inflater,
+                                                   size_t decoded, Inflater& inflater,
                                                    std::vector<std::byte>& room, std::string_view what,
-                                                   uint64_t offset, size_t slack = 0,
-                                                   size_t wanted = SIZE_MAX);
+                                                   uint64_t offset, size_t slack = 0);
 
 // Throws where the checksum or the padding is not right.
 void check_stored(const Bcc4Chunk& entry, std::span<const std::byte> bytes);

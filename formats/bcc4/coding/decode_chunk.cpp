@@ -86,11 +86,8 @@ void read_values(ChunkData& data, const Bcc4Chunk& entry, std::span<const std::b
   const size_t plane_bytes = size_t{entry.kept} * codes.bytes(),
                end = size_t{data.first[layers.end]} * codes.bytes(),
                begin = layers.codes_before * codes.bytes();
-  // Codes of two bytes have all second bytes behind all first ones.
-  const size_t wanted = codes.bytes() == 1 ? weight_bytes + end : SIZE_MAX;
-  const auto bytes =
-      open_part(part, values_coding(entry), weight_bytes + plane_bytes, DeflateKind::noise, scratch.inflater,
-                scratch.values, "values of the chunk", entry.offset, unpredict_slack, wanted);
+  const auto bytes = open_part(part, values_coding(entry), weight_bytes + plane_bytes, scratch.inflater,
+                               scratch.values, "values of the chunk", entry.offset, unpredict_slack);
   data.codes.resize(end + unpredict_slack);
   if (values_coding(entry) == raw_part) {
     copy_raw(bytes, codes, data.codes.data());

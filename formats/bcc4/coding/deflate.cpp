@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deflates with zlib, by the strategy that suits the bytes. Inflates noise by tables of literals, all else
-// with libdeflate where it is there.
+// Deflates with zlib, by the strategy that suits the bytes. Inflates with libdeflate where it is there.
 #include "formats/bcc4/coding/deflate.h"
 
 #include <zlib.h>
@@ -17,7 +16,6 @@
 
 #include "base/error.h"
 #include "formats/bcc4/coding/entropy.h"
-#include "formats/bcc4/coding/inflate_literals.h"
 
 namespace bccsplat {
 namespace {
@@ -126,7 +124,6 @@ std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level
 #if BCCSPLAT_WITH_LIBDEFLATE
 
 struct Inflater::State {
-  LiteralInflater literals{};
   std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater{
       libdeflate_alloc_decompressor(), libdeflate_free_decompressor};
   State() {
@@ -148,7 +145,6 @@ uint32_t crc32_of(std::span<const std::byte> bytes) {
 #else
 
 struct Inflater::State {
-  LiteralInflater literals{};
   z_stream stream{};
   State() {
     if (inflateInit2(&stream, -15) != Z_OK) throw std::bad_alloc();
@@ -180,17 +176,12 @@ uint32_t crc32_of(std::span<const std::byte> bytes) {
 Inflater::Inflater() : state_(std::make_unique<State>()) {}
 Inflater::~Inflater() = default;
 
-bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out, DeflateKind kind,
-                       size_t wanted) {
-  // The tables would be most of the work of a stream that is shorter.
-  constexpr size_t least = 4096;
-  if (kind == DeflateKind::noise && out.size() >= least && state_->literals.inflate(bytes, out, wanted))
-    return true;
+bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
   return state_->inflate(bytes, out);
 }
 
 bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out) {
-  return Inflater().inflate(bytes, out, DeflateKind::text);
+  return Inflater().inflate(bytes, out);
 }
 
 } // namespace bccsplat

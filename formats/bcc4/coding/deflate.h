@@ -37,11 +37,8 @@ class Inflater {
   ~Inflater();
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
-  // Fills `out`; returns false unless `bytes` is one whole stream of exactly that size. What it holds makes a
-  // difference to the time alone. Where only the first `wanted` bytes are of use it may leave others out, and
-  // what follows them in the stream unchecked.
-  [[nodiscard]] bool inflate(std::span<const std::byte> bytes, std::span<std::byte> out, DeflateKind kind,
-                             size_t wanted = SIZE_MAX);
+  // Fills `out`; returns false unless `bytes` is one whole stream of exactly that size.
+  [[nodiscard]] bool inflate(std::span<const std::byte> bytes, std::span<std::byte> out);
 
  private:
   struct State;
