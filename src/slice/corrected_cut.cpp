@@ -37,19 +37,21 @@ class Mending {
   [[nodiscard]] const Vec3& origin() const { return origin_; }
   [[nodiscard]] const Int3& dims() const { return dims_; }
 
-  // Adds what rows y0 .. y1 of plane z lack.
-  void rows(int32_t z, int32_t y0, int32_t y1, const Context& context, std::vector<GridValue>& add,
-            std::vector<GridValue>& set) const {
+  // Adds what these rows lack of these planes.
+  void rows(std::array<int32_t, 2> y, std::array<int32_t, 2> z, const Context& context,
+            std::vector<GridValue>& add, std::vector<GridValue>& set) const {
     Grid grid;
-    grid.origin = origin_ + Vec3{0, static_cast<double>(y0), static_cast<double>(z)};
-    grid.dims = {dims_[0], y1 - y0, 1};
-    const auto count = static_cast<size_t>(dims_[0]) * (y1 - y0);
+    grid.origin = origin_ + Vec3{0, static_cast<double>(y[0]), static_cast<double>(z[0])};
+    grid.dims = {dims_[0], y[1] - y[0], z[1] - z[0]};
+    const auto nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
+    const size_t count = nx * ny * static_cast<size_t>(grid.dims[2]);
     std::vector<float> own(count), field(count);
     sample_grid(slice_, grid, own.data(), context);
     volume_field(grid, field, context);
     const double least = mended_part * coefficients_.corrections()->step();
     for (size_t i = 0; i < count; ++i) {
-      const Int3 at{static_cast<int32_t>(i) % dims_[0], y0 + static_cast<int32_t>(i) / dims_[0], z};
+      const Int3 at{static_cast<int32_t>(i % nx), y[0] + static_cast<int32_t>(i / nx % ny),
+                    z[0] + static_cast<int32_t>(i / (nx * ny))};
       const float lacks = field[i] - own[i];
       if (std::isnan(own[i])) {
         if (!std::isnan(field[i]) && slice_.has_holes) set.push_back({at, field[i]});
@@ -63,9 +65,10 @@ class Mending {
   // Sets the volume's values at the grid, absolute; NaN outside the domain and in holes.
   void volume_field(const Grid& grid, std::vector<float>& field, const Context& context) const {
     std::vector<Vec4> points(field.size());
-    const size_t nx = grid.dims[0];
+    const auto nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
     for (size_t i = 0; i < points.size(); ++i) {
-      const Vec3 uvw = grid.origin + Vec3{static_cast<double>(i % nx), static_cast<double>(i / nx), 0};
+      const Vec3 uvw = grid.origin + Vec3{static_cast<double>(i % nx), static_cast<double>(i / nx % ny),
+                                          static_cast<double>(i / (nx * ny))};
       for (size_t a = 0; a < 4; ++a) {
         double p = slice_.origin[a];
         for (size_t k = 0; k < 3; ++k) p += slice_.basis[k][a] * uvw[k];
@@ -101,17 +104,21 @@ void correct_slice(Slice& slice, const Coefficients& coefficients, const Thickne
   if (!fix || slice.empty()) return;
   const Mending mending(slice, coefficients, thickness);
   const Int3& dims = mending.dims();
-  const auto rows =
-      static_cast<int32_t>(std::clamp<uint64_t>(points_at_once / static_cast<uint64_t>(dims[0]), 1, dims[1]));
+  // As many points at once as may be: each time layers are made anew that do not stay.
+  const uint64_t plane = static_cast<uint64_t>(dims[0]) * static_cast<uint64_t>(dims[1]);
+  const auto rows = static_cast<int32_t>(
+                 std::clamp<uint64_t>(points_at_once / static_cast<uint64_t>(dims[0]), 1, dims[1])),
+             planes = static_cast<int32_t>(std::clamp<uint64_t>(points_at_once / plane, 1, dims[2]));
   std::vector<GridValue> add, set;
   Attempts attempts;
-  for (int32_t z = 0; z < dims[2]; ++z)
+  for (int32_t z = 0; z < dims[2]; z += planes)
     for (int32_t y = 0; y < dims[1]; y += rows) {
-      const double done = (z + static_cast<double>(y) / dims[1]) / dims[2];
-      Progress share(context.progress, done,
-                     std::min(1.0, done + static_cast<double>(rows) / dims[1] / dims[2]));
-      attempts.attempt(
-          [&] { mending.rows(z, y, std::min(y + rows, dims[1]), context.with(share), add, set); });
+      const int32_t z1 = std::min(z + planes, dims[2]), y1 = std::min(y + rows, dims[1]);
+      const auto part = [&](int32_t z_part, int32_t y_part) {
+        return (z_part + static_cast<double>(y_part) / dims[1]) / dims[2];
+      };
+      Progress share(context.progress, part(z, y), y1 < dims[1] ? part(z, y1) : part(z1, 0));
+      attempts.attempt([&] { mending.rows({y, y1}, {z, z1}, context.with(share), add, set); });
     }
   attempts.throw_if_waiting();
   set_corrections(slice,

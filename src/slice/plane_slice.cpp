@@ -183,6 +183,17 @@ struct Wanted {
 constexpr int block_edge = 4;
 constexpr int brick_blocks = brick_edge / block_edge;
 
+// Returns the axes of a slice, first the one along which it goes through most time: what is sampled at once
+// is a stretch of it, which needs few of the volume's layers; where not all of them stay, others are made
+// anew.
+std::array<size_t, 3> sampled_axes(const Placement& placed, const Int3& bricks) {
+  std::array<size_t, 3> axes{2, 1, 0};
+  const auto time = [&](size_t a) { return std::fabs(placed.along[3][a]) * bricks[a]; };
+  std::stable_sort(axes.begin(), axes.end(), [&](size_t a, size_t b) { return time(a) > time(b); });
+  if (axes[1] < axes[2]) std::swap(axes[1], axes[2]);
+  return axes;
+}
+
 // Returns the slice's samples on one coset of its lattice.
 BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& target, int coset,
                         const Placement& placed, const Wanted& wanted, const Context& context) {
@@ -194,10 +205,10 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
     half[i] = 0;
     for (const double x : placed.along[i]) half[i] += half_block * std::fabs(x);
   }
-  // One layer of bricks along z is sampled at a time, or as many rows of it as the budget has room for at
-  // once.
-  const auto row_sites = static_cast<uint64_t>(bricks[0]) * brick_sites;
-  int rows = bricks[1];
+  // One layer of bricks is sampled at a time, or as many rows of it as the budget has room for at once.
+  const auto [across, down, along] = sampled_axes(placed, bricks);
+  const auto row_sites = static_cast<uint64_t>(bricks[along]) * brick_sites;
+  int rows = bricks[down];
   Reservation memory;
   for (;; rows = (rows + 1) / 2) {
     const uint64_t bytes = rows * row_sites * field.bytes_per_point();
@@ -206,14 +217,17 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
                       : Reservation(context.memory, bytes, "samples of an oblique slice");
     break;
   }
-  const int parts = (bricks[1] + rows - 1) / rows;
-  for (int part = 0; part < bricks[2] * parts; ++part) {
-    const int bz = part / parts, first_row = part % parts * rows;
+  const int parts = (bricks[down] + rows - 1) / rows;
+  for (int part = 0; part < bricks[across] * parts; ++part) {
+    const int first_row = part % parts * rows;
     std::vector<Vec4> points;
     std::vector<std::pair<uint32_t, uint16_t>> place; // brick slot, site
     points.reserve(rows * row_sites), place.reserve(points.capacity());
-    for (int by = first_row; by < std::min(first_row + rows, bricks[1]); ++by)
-      for (int bx = 0; bx < bricks[0]; ++bx) {
+    for (int row = first_row; row < std::min(first_row + rows, bricks[down]); ++row)
+      for (int b = 0; b < bricks[along]; ++b) {
+        Int3 brick{};
+        brick[across] = part / parts, brick[down] = row, brick[along] = b;
+        const auto [bx, by, bz] = brick;
         std::array<bool, brick_blocks * brick_blocks * brick_blocks> block;
         for (int k = 0; k < static_cast<int>(block.size()); ++k) {
           const Int3 low{bx * brick_edge + k % brick_blocks * block_edge,
@@ -236,7 +250,7 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
       }
     std::vector<float> values(points.size());
     std::vector<uint8_t> holes(points.size());
-    const double end = 1.0 * bricks[2] * parts;
+    const double end = 1.0 * bricks[across] * parts;
     Progress share(context.progress, part / end, (part + 1) / end);
     field.values(points, values, holes, context.with(share));
     for (size_t first = 0, last; first < points.size(); first = last) {
