@@ -98,33 +98,38 @@ Lattice4 lay_out(const Slice& from, const std::array<SliceAxis, 3>& along, const
   }
 }
 
-// Goes from the lattice of the even slice to that of the slice.
-class EvenWay {
+// Where the planes of one coset of the even slice stand on the lattice of the slice. An index of an uneven
+// axis is looked for bit by bit, so that it is found once for each plane, and not for each site of it.
+class EvenPlanes {
  public:
-  EvenWay(const Slice& from, const Slice& to, const std::array<SliceAxis, 3>& along, const UnevenAxes& axes)
-      : from_(from), to_(to), along_(along), axes_(axes) {}
-
-  [[nodiscard]] bool near_domain(const Vec3& p) const {
+  EvenPlanes(const Slice& from, const Slice& to, int coset, const std::array<SliceAxis, 3>& along,
+             const UnevenAxes& axes) {
+    const Int3 n = to.lattice.dims(coset);
     for (size_t k = 0; k < 3; ++k)
-      if (!(p[k] >= to_.domain_begin[k] - looked_beyond && p[k] <= to_.domain_end[k] + looked_beyond))
-        return false;
-    return true;
+      for (int i = 0; i < n[k]; ++i) {
+        const double p = to.site(coset, {i, i, i})[k];
+        auto& place = places_[k].emplace_back();
+        if (!(p >= to.domain_begin[k] - looked_beyond && p <= to.domain_end[k] + looked_beyond)) continue;
+        const double even = to.lattice_to_slice.linear[k][k] * p + to.lattice_to_slice.offset[k];
+        place = along[k].uneven ? (axes.index_of(along[k].axis, even) - from.lattice_to_slice.offset[k]) /
+                                      from.lattice_to_slice.linear[k][k]
+                                : p;
+      }
   }
-  [[nodiscard]] Vec3 operator()(const Vec3& p) const {
-    Vec3 q = p;
+
+  // Returns where a site stands; nothing where it is far from the domain.
+  [[nodiscard]] std::optional<Vec3> at(const Int3& i) const {
+    Vec3 q{};
     for (size_t k = 0; k < 3; ++k) {
-      if (!along_[k].uneven) continue;
-      const double even = to_.lattice_to_slice.linear[k][k] * p[k] + to_.lattice_to_slice.offset[k];
-      q[k] = (axes_.index_of(along_[k].axis, even) - from_.lattice_to_slice.offset[k]) /
-             from_.lattice_to_slice.linear[k][k];
+      const std::optional<double>& place = places_[k][static_cast<size_t>(i[k])];
+      if (!place) return std::nullopt;
+      q[k] = *place;
     }
     return q;
   }
 
  private:
-  const Slice &from_, &to_;
-  const std::array<SliceAxis, 3>& along_;
-  const UnevenAxes& axes_;
+  std::array<std::vector<std::optional<double>>, 3> places_;
 };
 
 // Returns the slice as it goes on beyond its domain, without its mask: what that hides is filled smoothly.
@@ -138,8 +143,8 @@ Slice bare_field(const Slice& slice) {
 }
 
 // Returns the samples of one brick; null where there is nothing.
-std::shared_ptr<Brick> sample_brick(const Slice& field, const Slice& to, const EvenWay& way,
-                                    const BrickLayer& layer, size_t slot) {
+std::shared_ptr<Brick> sample_brick(const Slice& field, const EvenPlanes& planes, const BrickLayer& layer,
+                                    size_t slot) {
   const Int3 at = layer.slot_position(slot), n = layer.dims();
   std::vector<Vec3> points;
   std::vector<int> sites;
@@ -147,9 +152,9 @@ std::shared_ptr<Brick> sample_brick(const Slice& field, const Slice& to, const E
     const Int3 i{at[0] * brick_edge + s % brick_edge, at[1] * brick_edge + s / brick_edge % brick_edge,
                  at[2] * brick_edge + s / brick_rows};
     if (i[0] >= n[0] || i[1] >= n[1] || i[2] >= n[2]) continue;
-    const Vec3 p = to.site(layer.coset(), i);
-    if (!way.near_domain(p)) continue;
-    points.push_back(way(p)), sites.push_back(s);
+    const std::optional<Vec3> place = planes.at(i);
+    if (!place) continue;
+    points.push_back(*place), sites.push_back(s);
   }
   if (points.empty()) return nullptr;
   std::vector<float> values(points.size());
@@ -180,11 +185,11 @@ Slice even_slice(const Slice& slice, const std::shared_ptr<const UnevenAxes>& ax
   Slice to;
   const Lattice4 lattice = lay_out(slice, along, *axes, most_sites(context.memory), to);
   const Slice field = bare_field(slice);
-  const EvenWay way(slice, to, along, *axes);
   std::vector<BrickLayer> layers;
   float most = 0;
   for (int c = 0; c < to.lattice.cosets(); ++c) {
     BrickLayer layer(to.lattice, c);
+    const EvenPlanes planes(slice, to, c, along, *axes);
     const Reservation memory(context.memory, layer.brick_slots() * sizeof(Brick), "a slice of uneven axes");
     std::vector<std::shared_ptr<Brick>> made(layer.brick_slots());
     std::atomic<uint64_t> done{0};
@@ -192,7 +197,7 @@ Slice even_slice(const Slice& slice, const std::shared_ptr<const UnevenAxes>& ax
     Progress sampling(context.progress, c * part, (c + 1) * part);
     context.tasks.parallel_for(made.size(), [&](uint64_t slot) {
       sampling.advance(done.fetch_add(1, std::memory_order_relaxed), made.size());
-      made[slot] = sample_brick(field, to, way, layer, slot);
+      made[slot] = sample_brick(field, planes, layer, slot);
     });
     for (size_t slot = 0; slot < made.size(); ++slot) layer.set(slot, std::move(made[slot]));
     most = std::max(most, largest_magnitude(layer));
