@@ -1562,6 +1562,24 @@ enum {
 typedef int32_t bccsplat_space;
 enum { BCCSPLAT_SPACE_DEFAULT = 0, BCCSPLAT_SPACE_INDEX = 1, BCCSPLAT_SPACE_EVEN = 2 };
 
+/* Whether a moment between two frames follows what moves. A kernel in time alone gives back what
+ * moves by up to some four samples from frame to frame; what moves further comes back twice, faint.
+ *   OFF  The field of the file's kernel.
+ *   ON   Where things go is found on the frames around the moment, as the file gives them. Where
+ *        that predicts a frame that is left out better, by a margin, the slice has the sum of up to
+ *        four frames along the ways; it is that of OFF elsewhere, at frames, and where values are
+ *        below 1/1000 of the largest. Each place has one way: of things that pass through each
+ *        other at most one is followed. Frames count as layers of time hold them: on a D4* lattice
+ *        whose layers are as far apart as frames it gains little. Corrections of a file stay where
+ *        they are. An interval is found when it is first looked at, on up to eight frames, in
+ *        about the time that the import of one takes, and kept with the volume; prefetch finds it
+ *        ahead. A moment then takes 3 to 10 times that of OFF, up to
+ *        60 where its layers are held. Merged time slices of all of a
+ *        volume at an instant: UNSUPPORTED with a box, thickness or interval, and for other
+ *        hyperplanes. Without effect on labels and static volumes; trails do not follow. */
+typedef int32_t bccsplat_motion;
+enum { BCCSPLAT_MOTION_DEFAULT = 0, BCCSPLAT_MOTION_OFF = 1, BCCSPLAT_MOTION_ON = 2 };
+
 typedef struct bccsplat_slice_options {
   uint32_t struct_size;
   uint32_t channel;
@@ -1628,6 +1646,9 @@ typedef struct bccsplat_slice_options {
    * of spacing. All 0: none. UNSUPPORTED: another kernel, MERGED, EXTRACTED, EVEN, a thickness or
    * interval. */
   double bandwidth[4];
+  /* DEFAULT: OFF. */
+  bccsplat_motion motion;
+  uint32_t reserved; /* 0 */
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {

@@ -64,6 +64,9 @@ HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const Open
   if (o.box) r.box = read_box(o.box, info.lattice);
   require_choice(o.space, BCCSPLAT_SPACE_EVEN, "bccsplat_slice_options.space");
   r.once = o.once != 0;
+  require_choice(o.motion, BCCSPLAT_MOTION_ON, "bccsplat_slice_options.motion");
+  require_zero(o.reserved, "bccsplat_slice_options.reserved");
+  r.motion = o.motion == BCCSPLAT_MOTION_ON;
   if (o.space == BCCSPLAT_SPACE_EVEN && volume.axes()->any()) r.even = volume.axes();
   if (o.method == BCCSPLAT_METHOD_MERGED) r.method = SliceMethod::merged;
   if (o.method == BCCSPLAT_METHOD_RESAMPLED) r.method = SliceMethod::resampled;

@@ -4,7 +4,7 @@ option(BCCSPLAT_WITH_WRITER "Write and join .bcc4 files" ON)
 option(BCCSPLAT_WITH_SPLAT "Pictures by the CPU: sheets, rays and the reference" ON)
 option(BCCSPLAT_WITH_CUTS "Slices other than moments of time: planes, thick ones, the paper's points" ON)
 
-set(core_rooms base lattice kernel points field slice view shade volume draw scene)
+set(core_rooms base lattice kernel points field slice view motion shade volume draw scene)
 if(BCCSPLAT_WITH_WRITER)
   list(APPEND core_rooms fit store)
 endif()

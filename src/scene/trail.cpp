@@ -138,7 +138,7 @@ std::vector<Still> plan_planes(const Coefficients& coefficients, const Slice& sl
   const double part = (to - from) / options.intervals;
   const auto cut = [&](double offset, const Thickness& thickness) {
     HypersliceOptions o = like;
-    o.interval = {0, 0};
+    o.interval = {0, 0}, o.motion = false; // trails are means of the field
     o.thickness = thickness;
     if (o.axes)
       for (size_t i = 0; i < 4; ++i) o.axes->origin[i] += offset * h[i];

@@ -71,6 +71,10 @@ void choose_way(CutPlan& plan) {
          "of files that store samples");
   if (options.box && !(is_time && merged))
     fail(Code::unsupported, "slice: a box belongs to merged time slices");
+  if (options.motion &&
+      !(is_time && merged && !options.box && options.thickness.length == 0 && !options.has_interval()))
+    fail(Code::unsupported,
+         "slice: what follows the motion is a merged time slice, an instant and all of it");
   if (options.has_interval() && (!can_merge || options.method == SliceMethod::resampled))
     fail(Code::unsupported, "slice: with an interval the slice is merged; use a thickness");
   if (!merged) return;

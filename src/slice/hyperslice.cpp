@@ -79,16 +79,19 @@ void mask(Slice& slice, const CutPlan& plan) {
 
 } // namespace
 
-Slice make_slice(const CutPlan& plan, const Affine3& index_to_world, const Context& context) {
+Slice make_slice(const CutPlan& plan, const Affine3& index_to_world, const Context& context,
+                 const FollowMoment& follow) {
   const HypersliceOptions& options = plan.options;
   const bool resampled = plan.way == Way::plane && options.even, // of the field with its corrections
       moment = plan.way == Way::time, evenly = options.even && !resampled;
   const bool compared = !moment && !resampled && plan.way != Way::points && plan.coefficients->corrections();
-  const double even_at = evenly ? even_begin : 1, mend_at = compared ? even_at * mend_begin : even_at;
+  const double even_at = evenly ? even_begin : 1,
+               mend_at = compared || follow ? even_at * mend_begin : even_at;
   Progress cutting(context.progress, 0, mend_at), mending(context.progress, mend_at, even_at),
       sampling(context.progress, even_at, 1);
   Slice slice = cut(plan, index_to_world, context.with(cutting));
   if (plan.empty) return slice;
+  if (follow) follow(slice, context.with(mending));
   if (plan.instants.empty()) { // which have masks and corrections
     mask(slice, plan);
     if (moment)

@@ -40,6 +40,8 @@ struct HypersliceOptions {
   bool merge_later = false;
   // No moment near it follows: where layers add up it is made as one sum, and none of them is kept.
   bool once = false;
+  // The moment follows what moves between frames (motion/moving_series.h): a whole one, an instant.
+  bool motion = false;
   // kernel: in any lattice's form.
   [[nodiscard]] BrickBox reads(const Lattice4& lattice, const Kernel& kernel) const;
 

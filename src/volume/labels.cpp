@@ -138,6 +138,7 @@ bool cuts_labels(const OpenVolume& volume, const SliceRequest& request) {
 SliceRequest as_cut(const OpenVolume& volume, const SliceRequest& request) {
   SliceRequest made = request;
   if (!cuts_labels(volume, request)) return made;
+  made.cut.motion = false; // they are those of a frame
   const UnevenAxes* const even = made.cut.even.get();
   made.plane = plane_of_samples(volume, request.plane, even);
   std::optional<IndexBox>& box = made.cut.box;

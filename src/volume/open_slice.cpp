@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "motion/moving_series.h"
 #include "slice/even_slice.h"
 #include "volume/label_samples.h"
 #include "volume/labels.h"
@@ -36,6 +37,14 @@ SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const cha
   return {channel, level, plane, cut, volume.coefficients(channel, kernel, level, region, keep)};
 }
 
+std::vector<CutPlan> plans_of(const OpenVolume& volume, const SliceRequest& made) {
+  std::vector<CutPlan> plans{plan_cut(*made.coefficients, made.plane, made.cut)};
+  if (made.cut.motion)
+    for (const size_t f : volume.motion(*made.coefficients).frames_of(plans[0].position))
+      plans.push_back(plan_moment(*made.coefficients, static_cast<double>(f), {0, 0}, {}));
+  return plans;
+}
+
 OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context) {
   const uint64_t read_before = volume.reader()->bytes_read();
   OpenSlice result;
@@ -43,9 +52,15 @@ OpenSlice cut_slice(const OpenVolume& volume, const SliceRequest& request, const
   result.channel = request.channel, result.level = request.level, result.cut = made.cut;
   const bool labels = cuts_labels(volume, request);
   const std::optional<IndexBox>& box = request.cut.box;
-  const CutPlan plan = plan_cut(*made.coefficients, made.plane, made.cut);
-  result.slice = or_all_lacking(volume, request.level, {&plan, 1}, context,
-                                [&] { return make_slice(plan, volume.affine(), context); });
+  const std::vector<CutPlan> plans = plans_of(volume, made);
+  const CutPlan& plan = plans[0];
+  FollowMoment follow;
+  if (made.cut.motion)
+    follow = [&](Slice& moment, const Context& with) {
+      volume.motion(*made.coefficients).follow(moment, with);
+    };
+  result.slice = or_all_lacking(volume, request.level, plans, context,
+                                [&] { return make_slice(plan, volume.affine(), context, follow); });
   result.extraction = std::static_pointer_cast<const Extraction>(result.slice.scattered);
   if (plan.empty) result.slice.scattered = nullptr;
   if (labels) add_labels(result, volume, context);
@@ -73,8 +88,11 @@ void take_labels(const SliceLabels& labels, std::span<const Vec3> points, std::s
 
 void prefetch_slice(const OpenVolume& volume, const SliceRequest& request, const Context& context) {
   const SliceRequest made = as_cut(volume, request);
-  const CutPlan plan = plan_cut(*made.coefficients, made.plane, made.cut);
-  or_all_lacking(volume, request.level, {&plan, 1}, context, [&] { fetch(plan, context); });
+  const std::vector<CutPlan> plans = plans_of(volume, made);
+  or_all_lacking(volume, request.level, plans, context, [&] {
+    fetch(plans[0], context);
+    if (made.cut.motion) volume.motion(*made.coefficients).prepare(plans[0].position, context);
+  });
   if (!cuts_labels(volume, request)) return;
   const std::optional<IndexBox>& box = made.cut.box;
   hold_labels(volume, made.channel, -made.plane[4] / made.plane[3],

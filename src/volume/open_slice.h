@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "field/evaluate.h"
 #include "field/sample_grid.h"
@@ -31,6 +32,9 @@ struct SliceRequest {
 [[nodiscard]] SliceRequest request_slice(const OpenVolume& volume, uint32_t channel, const char* kernel,
                                          uint32_t level, const Hyperplane& plane,
                                          const HypersliceOptions& cut, bool keep = true);
+
+// Returns the plan of a cut as it is made (as_cut, labels.h), and those of the frames that it follows.
+[[nodiscard]] std::vector<CutPlan> plans_of(const OpenVolume& volume, const SliceRequest& made);
 
 struct OpenSlice {
   uint32_t channel = 0, level = 0;

@@ -11,6 +11,7 @@
 #include "formats/bcc4/read/frame_sources.h"
 #include "formats/bcc4/read/unchanged_slabs.h"
 #include "formats/bcc4/same_coding.h"
+#include "motion/moving_series.h"
 #include "slice/part.h"
 #include "volume/volume_cache.h"
 
@@ -252,6 +253,13 @@ std::shared_ptr<const Coefficients> OpenVolume::coefficients(uint32_t channel_in
 double OpenVolume::share_around(std::span<const Vec4> points) const {
   const Lattice4& lattice = this->lattice(0);
   return part_of_bricks(bricks_of_values(points, lattice, kernel_), lattice.space);
+}
+
+const motion::MovingSeries& OpenVolume::motion(const Coefficients& coefficients) const {
+  const std::lock_guard lock(mutex_);
+  auto& known = motion_[&coefficients];
+  if (!known) known = std::make_shared<const motion::MovingSeries>(coefficients, times_);
+  return *known;
 }
 
 std::shared_ptr<const Coefficients> OpenVolume::coefficients_at(uint32_t channel_index,

@@ -27,6 +27,10 @@
 
 namespace bccsplat {
 
+namespace motion {
+class MovingSeries;
+}
+
 struct VolumeOptions {
   std::string kernel;       // "": the file's
   uint64_t cache_bytes = 0; // 0: chosen by what playing needs and the memory there is
@@ -74,6 +78,8 @@ class OpenVolume {
   [[nodiscard]] std::shared_ptr<const Coefficients> coefficients(uint32_t channel, const char* kernel_name,
                                                                  uint32_t level, const BrickBox& region,
                                                                  bool keep = true) const;
+  // What follows the motion of a channel at a level, of its coefficients as above; kept with the volume.
+  [[nodiscard]] const motion::MovingSeries& motion(const Coefficients& coefficients) const;
   // Returns the coefficients that values at these points (index units) are made of at level 0: those of the
   // bricks around them while they are few, and kept until others are asked for; of all once that many have
   // been made.
@@ -118,6 +124,7 @@ class OpenVolume {
 
   mutable std::mutex mutex_;
   mutable std::map<Key, std::unique_ptr<Coefficients>> coefficients_;
+  mutable std::map<const Coefficients*, std::shared_ptr<const motion::MovingSeries>> motion_;
   mutable std::map<Key, Part> parts_;
   // What coefficients_at() gave last of a channel, and the part of all bricks that it has made so far.
   struct Probed {

@@ -51,11 +51,12 @@ void list_corrections(const CutPlan& plan, bool missing, Attempts& attempts, Ran
 std::vector<ByteRange> read_ranges(const OpenVolume& volume, const SliceRequest& asked, bool missing,
                                    const Context& context) {
   const SliceRequest made = as_cut(volume, asked);
-  const CutPlan plan = plan_cut(*made.coefficients, made.plane, made.cut);
   Ranges ranges;
   Attempts attempts;
-  list_chunks(volume.samples(asked.level), plan, missing, attempts, ranges, context);
-  if (!plan.empty) list_masks(plan, missing, ranges), list_corrections(plan, missing, attempts, ranges);
+  for (const CutPlan& plan : plans_of(volume, made)) {
+    list_chunks(volume.samples(asked.level), plan, missing, attempts, ranges, context);
+    if (!plan.empty) list_masks(plan, missing, ranges), list_corrections(plan, missing, attempts, ranges);
+  }
   attempts.throw_if_waiting();
   merge_ranges(ranges, volume.reader()->merge_gap());
   return ranges;

@@ -92,6 +92,20 @@ class TenLines(User):
 
 
 @unittest.skipUnless(hasattr(os, "fork"), "this system does not fork")
+class Motion(User):
+    def test_moments_follow_it_where_they_are_asked_to(self):
+        t, z, y, x = np.ogrid[0:8, 0:40, 0:40, 0:40]
+        at = lambda t: np.exp(-((x - 6 - 4 * t) ** 2 + (y - 20) ** 2 + (z - 20) ** 2) / 18).astype(np.float32)  # noqa: E731
+        bccsplat.save(path("mover.bcc4"), at(t))
+        volume = bccsplat.open(path("mover.bcc4"))
+        error = {on: np.square(volume.slice(frame=3.5, motion=on).sample_grid() - at(3.5)[0]).sum() for on in (False, True)}
+        self.assertLess(error[True], .5 * error[False])
+        again = volume.slice(time=3.5, motion=True)
+        self.assertEqual(again.__reduce__()[1][3]["motion"], True)
+        with self.assertRaises(Error):
+            volume.slice(frame=3.5, motion=True, box=((1, 1, 1), (5, 5, 5)))
+
+
 class Forks(User):
     def in_child(self, work):
         """Runs it in a forked process, which has 20 s."""

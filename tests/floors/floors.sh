@@ -20,7 +20,7 @@ find "${folders[@]}" -type f \
 # between slashes where they do not know each other. Paths are written without src/, the house itself is the place "", and a
 # dot means the files directly in a place.
 BEGIN {
-  ladder("", "base < lattice | kernel | series < points < formats / field < slice / fit / view < shade < draw / volume / store < splat / rays / gpu / reference < scene < api < choose < plan")
+  ladder("", "base < lattice | kernel | series < points < formats / field < slice / fit / view < motion / shade < draw / volume / store < splat / rays / gpu / reference < scene < api < choose < plan")
   ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "wavelet < coding < . / encode < read < write")
   ladder("field", "footprint < coefficients < .")

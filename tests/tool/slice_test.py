@@ -152,6 +152,20 @@ class Slice(ToolTest):
         self.write('no.bcc4', b'something else altogether')
         self.refused(3, 'not a .bcc4', 'slice', 'no.bcc4', '--time', 1, '-o', 'x.nrrd', output='x.nrrd')
 
+    def test_motion_is_followed(self):
+        def mover(x, y, z, t):
+            return 1000 * math.exp(-((x - 6 - 4 * t) ** 2 + (y - 20) ** 2 + (z - 20) ** 2) / 18)
+        dims = (40, 40, 40, 8)
+        self.volume(dims, mover, '--quiet', name='m.bcc4')
+        wanted = field((*dims[:3], 1), lambda x, y, z, _: mover(x, y, z, 3.5), 'f')
+
+        def squares(command, *args):
+            self.bcc4(command, 'm.bcc4', '--index', '--time', 3.5, *args, '-o', 'm.nrrd', '--overwrite', '--quiet')
+            return sum((a - b) ** 2 for a, b in zip(Nrrd(self.path('m.nrrd')).values, wanted))
+        for command in ('slice', 'export'):
+            self.assertLess(squares(command, '--motion', 'on'), .5 * squares(command, '--motion', 'off'), command)
+        self.refused(2, '--motion on', 'slice', 'm.bcc4', '--plane', '1,0,0,0,-5', '--motion', 'on', '-o', 'x.nrrd', output='x.nrrd')
+
     def test_what_was_stored_before_is_refused_by_name(self):
         with open(os.path.join(TOP, 'tests', 'golden', 'bad_coefficients.bcc4'), 'rb') as f:
             self.write('c.bcc4', f.read())

@@ -112,6 +112,9 @@ METHOD_EXTRACTED = 3
 SPACE_DEFAULT = 0
 SPACE_INDEX = 1
 SPACE_EVEN = 2
+MOTION_DEFAULT = 0
+MOTION_OFF = 1
+MOTION_ON = 2
 RANGES_MISSING = 1
 BRICK_GRID_DEFAULT = 0
 BRICK_GRID_SAMPLES = 1
@@ -773,18 +776,21 @@ class SliceOptions(Struct):
     space: int
     once: int
     bandwidth: Array[c_double]
+    motion: int
+    reserved: int
     if TYPE_CHECKING:
         def __init__(self, *, channel: Any = ..., kernel: Any = ..., interval: Any = ..., spacing: Any = ...,
             time_length: Any = ..., lattice: Any = ..., level: Any = ..., progress: Any = ...,
             progress_user: Any = ..., thickness: Any = ..., point: Any = ..., basis: Any = ...,
             slab: Any = ..., method: Any = ..., box: Any = ..., cancel_token: Any = ..., space: Any = ...,
-            once: Any = ..., bandwidth: Any = ...) -> None: ...
+            once: Any = ..., bandwidth: Any = ..., motion: Any = ...) -> None: ...
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
         ("thickness", c_double), ("point", POINTER(c_double)), ("basis", POINTER(c_double)),
         ("slab", c_int32), ("method", c_int32), ("box", POINTER(c_double)), ("cancel_token", c_void_p),
-        ("space", c_int32), ("once", c_uint32), ("bandwidth", c_double * 4)]
+        ("space", c_int32), ("once", c_uint32), ("bandwidth", c_double * 4), ("motion", c_int32),
+        ("reserved", c_uint32)]
 
 
 class SliceInfo(Struct):

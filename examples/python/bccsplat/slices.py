@@ -99,18 +99,20 @@ class Slice(Child):
                  time_length: float = 0.0, box: Any = None, space: str | None = None, progress: Progress | None = None,
                  cancel: CancelToken | None = None, lattice: int | str | None = None, level: int | None = None,
                  thickness: float | None = None, slab: int | str | None = None, method: int | str | None = None,
-                 bandwidth: Sequence[float] | None = None, once: bool = False) -> None:
+                 bandwidth: Sequence[float] | None = None, once: bool = False, motion: bool = False) -> None:
         """channel: number or name. box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it.
         space: "index" or "even", which pictures of volumes with unevenly spaced axes are made of. once: no other
-        moment of this part of the series follows soon. cancel: of making it and of what takes long with it."""
+        moment of this part of the series follows soon. motion: a time slice between two frames follows what moves.
+        cancel: of making it and of what takes long with it."""
         super().__init__(volume.device)
         self.volume = volume
         number = volume.channel_number(channel)
         token = own_token(cancel)
         options = given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method,
-                        bandwidth=None if bandwidth is None else tuple(bandwidth), once=once or None)
+                        bandwidth=None if bandwidth is None else tuple(bandwidth), once=once or None,
+                        motion=_abi.MOTION_ON if motion else None)
         self._made = "Slice", (a, b, c, d, e), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
-                                                "time_length": time_length, "box": box, "space": space, **options}
+                                                "time_length": time_length, "box": box, "space": space, **options, "motion": motion}
         o = self._options(number, kernel, interval, spacing, time_length, box, space, token, options)
         self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
 
@@ -136,11 +138,12 @@ class Slice(Child):
            space: str | None = None, progress: Progress | None = None, cancel: CancelToken | None = None,
            lattice: int | str | None = None, level: int | None = None, thickness: float | None = None,
            slab: int | str | None = None, method: int | str | None = None,
-           bandwidth: Sequence[float] | None = None, once: bool = False) -> Slice:
+           bandwidth: Sequence[float] | None = None, once: bool = False, motion: bool = False) -> Slice:
         """The time slice at a frame number, which may be fractional."""
         return cls(volume, 0, 0, 0, 1, -frame, channel=channel, kernel=kernel, interval=interval, spacing=spacing,
                    time_length=time_length, box=box, space=space, progress=progress, cancel=cancel, lattice=lattice,
-                   level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth, once=once)
+                   level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth, once=once,
+                   motion=motion)
 
     @classmethod
     def at_time(cls, volume: Volume, time: float, *, channel: int | str = 0, kernel: str | None = None,
@@ -148,7 +151,7 @@ class Slice(Child):
                 box: Any = None, space: str | None = None, progress: Progress | None = None,
                 cancel: CancelToken | None = None, lattice: int | str | None = None, level: int | None = None,
                 thickness: float | None = None, slab: int | str | None = None, method: int | str | None = None,
-                bandwidth: Sequence[float] | None = None, once: bool = False) -> Slice:
+                bandwidth: Sequence[float] | None = None, once: bool = False, motion: bool = False) -> Slice:
         """The time slice at a time in the file's unit."""
         cut = cls.__new__(cls)
         Child.__init__(cut, volume.device)
@@ -156,9 +159,10 @@ class Slice(Child):
         number = volume.channel_number(channel)
         token = own_token(cancel)
         options = given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method,
-                        bandwidth=None if bandwidth is None else tuple(bandwidth), once=once or None)
+                        bandwidth=None if bandwidth is None else tuple(bandwidth), once=once or None,
+                        motion=_abi.MOTION_ON if motion else None)
         cut._made = "at_time", (time,), {"channel": number, "kernel": kernel, "interval": interval, "spacing": spacing,
-                                         "time_length": time_length, "box": box, "space": space, **options}
+                                         "time_length": time_length, "box": box, "space": space, **options, "motion": motion}
         o = cls._options(number, kernel, interval, spacing, time_length, box, space, token, options)
         watch = Watch(progress)
         o.progress = watch.function

@@ -441,14 +441,15 @@ class Volume(Child, LazyArray):
               spacing: float = 0.0, time_length: float = 0.0, box: Any = None, space: str | None = None,
               lattice: int | str | None = None, level: int | None = None, thickness: float | None = None,
               slab: int | str | None = None, method: int | str | None = None, bandwidth: Sequence[float] | None = None,
-              once: bool = False, progress: Progress | None = None, cancel: CancelToken | None = None) -> Slice:
+              once: bool = False, motion: bool = False, progress: Progress | None = None,
+              cancel: CancelToken | None = None) -> Slice:
         """At a time in the file's unit, at a frame number, or on a plane (a, b, c, d, e); options as of Slice, and of
         bccsplat_slice_options."""
         options: dict[str, Any] = {"channel": channel, "kernel": kernel, "interval": interval, "spacing": spacing,
                                    "time_length": time_length, "box": box, "space": space, "progress": progress,
                                    "cancel": cancel}
         options.update(given(lattice=lattice, level=level, thickness=thickness, slab=slab, method=method, bandwidth=bandwidth,
-                             once=once or None))
+                             once=once or None, motion=motion or None))
         if sum(given is not None for given in (time, frame, plane)) != 1:
             raise ValueError("give one of time, frame and plane")
         if time is not None:

@@ -168,8 +168,10 @@ Exit run_export(ExportArguments& a) {
   const Volume volume = a.salvage ? open_salvaged(device, a) : open_volume(device, a.file, a.kernel);
   if (!a.common.quiet) warn_of_part(volume, a.file);
   const uint32_t channel = find_channel(volume, a.channel);
+  // What moves goes beyond the sites that are stored around its moment.
+  const bool keeps_small_values = a.salvage || a.options.motion == BCCSPLAT_MOTION_ON;
   Exporter exporter(volume, channel, a.options,
-                    a.salvage ? StoredSites() : StoredSites(device, a.file, channel));
+                    keeps_small_values ? StoredSites() : StoredSites(device, a.file, channel));
   const bccsplat_volume_info v = volume_info(volume);
   if (!a.all && !a.which.time && v.dims[3] > 1) fail_usage("--time T or --all is missing");
   if (a.options.region) check_region(*a.options.region, v);
@@ -213,6 +215,7 @@ Run add_export(const Command& tool) {
   add_number(ex, "--time", a->which.time,
              "One moment, in the file's unit of time. Labels: the nearest frame");
   ex.add_flag("--index", a->which.index, "Take --time as a frame number; fractions are allowed");
+  add_motion(ex, a->options.motion);
   add_region(ex, a->options.region, "Write only this box of samples, counted from 0, both ends included");
   add_choice<ExportFormat>(ex, "--format", a->options.format, export_formats(),
                            "Format (default: by the name of the output)");

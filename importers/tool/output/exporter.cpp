@@ -126,11 +126,12 @@ void Exporter::sample_frame(double index, const std::optional<SampleBox>& region
       box = region.value_or(whole);
   if (region) check_region(*region, info_);
   std::vector<float> planes;
-  bcc4::sample_frame(volume_, index, channel_, box, [&](uint64_t first_plane, std::span<const float> values) {
+  const auto clear = [&](uint64_t first_plane, std::span<const float> values) {
     planes.assign(values.begin(), values.end());
     sites_.clear(index, box, first_plane, planes);
     take(planes);
-  });
+  };
+  bcc4::sample_frame(volume_, index, channel_, box, clear, options_.motion);
 }
 
 void Exporter::append_frame(VolumeFile& file, const VolumeOutput& output, double index) {

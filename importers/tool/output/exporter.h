@@ -20,6 +20,7 @@ namespace bcc4 {
 struct ExportOptions {
   ExportFormat format = ExportFormat::unset;
   std::optional<SampleBox> region; // none: all samples
+  int32_t motion = BCCSPLAT_MOTION_DEFAULT;
   bool overwrite = false, quiet = false;
 };
 

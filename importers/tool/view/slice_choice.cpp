@@ -38,6 +38,14 @@ void add_region(const Command& command, std::optional<SampleBox>& region, const 
                    [&region](const std::string& text) { region = parse_region(text); });
 }
 
+void add_motion(const Command& command, int32_t& motion) {
+  add_choice<int32_t>(
+      command, "--motion", motion,
+      {{"auto", BCCSPLAT_MOTION_DEFAULT}, {"on", BCCSPLAT_MOTION_ON}, {"off", BCCSPLAT_MOTION_OFF}},
+      "Between frames, follow what moves from one to the next (default: auto, which is off: "
+      "it takes several times as long)");
+}
+
 void add_slice_choice(const Command& command, SliceChoiceArguments& a) {
   add_number(command, "--time", a.time, "Time of the slice, in the file's unit");
   command.add_flag("--index", a.index, "--time is a frame number, fractions allowed");
@@ -74,6 +82,7 @@ void add_slice_choice(const Command& command, SliceChoiceArguments& a) {
                       "Lattice of the slice (default: the volume's where it is merged, else bcc)");
   add_region(command, a.region,
              "Only this box of a time slice: samples from 0, both ends included. Costs what the box costs");
+  add_motion(command, a.motion);
   add_number(command, "--slice-spacing", a.spacing,
              "Spacing of that lattice in samples (default: the source's)");
   numbers("--bandwidth", a.bandwidth, 4, "wx,wy,wz,wt",
@@ -133,6 +142,9 @@ void set_shape(Cut& cut, const SliceChoiceArguments& a) {
   cut.thickness = a.thickness.value_or(0), cut.spacing = a.spacing.value_or(0);
   if (a.bandwidth) std::copy(a.bandwidth->begin(), a.bandwidth->end(), cut.bandwidth.begin());
   cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice, cut.level = a.level.value_or(0);
+  cut.motion = a.motion;
+  if (a.motion == BCCSPLAT_MOTION_ON && (!cut.is_time_slice || a.region || a.thickness))
+    fail_usage("--motion on goes with --time alone: all of a moment, without --roi and --thickness");
   if (a.region && !cut.is_time_slice) fail_usage("--roi goes with --time: a box is a part of a time slice");
   cut.region = a.region;
 }
@@ -155,6 +167,7 @@ Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel) {
   options.thickness = where.thickness, options.spacing = where.spacing;
   std::copy(where.bandwidth.begin(), where.bandwidth.end(), options.bandwidth);
   options.slab = where.slab, options.method = where.method, options.lattice = where.lattice;
+  options.motion = where.motion;
   if (where.point) options.point = where.point->data(), options.basis = where.basis.data();
   auto box = sample_box(volume, where.region);
   for (uint32_t i = 0; box && where.even && i < box->size(); ++i)

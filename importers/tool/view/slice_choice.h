@@ -23,11 +23,14 @@ struct SliceChoiceArguments {
   int32_t slab = BCCSPLAT_SLAB_DEFAULT;
   int32_t method = BCCSPLAT_METHOD_DEFAULT;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
+  int32_t motion = BCCSPLAT_MOTION_DEFAULT;
   std::optional<SampleBox> region; // of a time slice
   std::optional<uint32_t> level;   // none: all of it, or what a picture needs
 };
 // --roi X0-X1,Y0-Y1,Z0-Z1: samples of the source grid from 0, both ends included.
 void add_region(const Command& command, std::optional<SampleBox>& region, const char* help);
+// --motion auto|on|off
+void add_motion(const Command& command, int32_t& motion);
 void add_slice_choice(const Command& command, SliceChoiceArguments& arguments);
 
 struct Cut {
@@ -43,6 +46,7 @@ struct Cut {
   int32_t slab = BCCSPLAT_SLAB_DEFAULT;
   int32_t method = BCCSPLAT_METHOD_DEFAULT;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
+  int32_t motion = BCCSPLAT_MOTION_DEFAULT;
   std::optional<SampleBox> region;
   uint32_t level = 0;
   bool even = false; // laid out by even positions, for pictures (bccsplat_slice_options.space)

@@ -66,13 +66,13 @@ std::optional<std::array<double, 6>> sample_box(const Volume& volume,
   return box;
 }
 
-Slice cut_frame(const Volume& volume, double index, uint32_t channel,
-                const std::optional<SampleBox>& region) {
+Slice cut_frame(const Volume& volume, double index, uint32_t channel, const std::optional<SampleBox>& region,
+                int32_t motion) {
   auto hyperplane = sized<bccsplat_hyperplane>();
   hyperplane.d = 1;
   hyperplane.e = -index;
   auto options = sized<bccsplat_slice_options>();
-  options.channel = channel;
+  options.channel = channel, options.motion = motion;
   const auto box = sample_box(volume, region);
   if (box) options.box = box->data();
   options.cancel_token = interrupt_token();
@@ -114,10 +114,13 @@ void sample_planes(const Slice& slice, const std::function<void(uint64_t, std::s
 }
 
 void sample_frame(const Volume& volume, double index, uint32_t channel, const SampleBox& box,
-                  const std::function<void(uint64_t, std::span<const float>)>& take) {
+                  const std::function<void(uint64_t, std::span<const float>)>& take, int32_t motion) {
   const bccsplat_volume_info v = volume_info(volume);
   const auto frame = static_cast<uint64_t>(index);
   if (static_cast<double>(frame) != index || frame >= v.dims[3]) {
+    // What follows the motion is all of a moment, of which a box is sampled.
+    if (motion == BCCSPLAT_MOTION_ON)
+      return sample_planes(cut_frame(volume, index, channel, std::nullopt, motion), take, box);
     const bool whole = std::equal(box.dims.begin(), box.dims.end(), v.dims);
     // A periodic axis without sample 0 once more.
     sample_planes(cut_frame(volume, index, channel, whole ? std::nullopt : std::optional(box)), take,

@@ -32,7 +32,8 @@ void check_region(const SampleBox& region, const bccsplat_volume_info& volume);
 
 // The time slice at a frame index, fractions allowed, or the part of it in a region.
 [[nodiscard]] Slice cut_frame(const Volume& volume, double index, uint32_t channel,
-                              const std::optional<SampleBox>& region = {});
+                              const std::optional<SampleBox>& region = {},
+                              int32_t motion = BCCSPLAT_MOTION_DEFAULT);
 [[nodiscard]] bccsplat_slice_info slice_info(const Slice& slice);
 
 // Samples the slice's box at the source's resolution, or a part of it counted from its first sample, some
@@ -43,6 +44,7 @@ void sample_planes(const Slice& slice,
 // The same of a box of the source's samples at a frame index: those of a frame as the file has them, and
 // between frames those of a slice.
 void sample_frame(const Volume& volume, double index, uint32_t channel, const SampleBox& box,
-                  const std::function<void(uint64_t first_plane, std::span<const float> values)>& take);
+                  const std::function<void(uint64_t first_plane, std::span<const float> values)>& take,
+                  int32_t motion = BCCSPLAT_MOTION_DEFAULT);
 
 } // namespace bcc4

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "tests/bench/motion/flow/box.h"
+#include "motion/box.h"
 
 namespace bccsplat::bench {
 

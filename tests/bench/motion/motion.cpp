@@ -9,8 +9,9 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "motion/finder.h"
+#include "tests/bench/motion/dense_moment.h"
 #include "tests/bench/motion/fixed_in_time.h"
-#include "tests/bench/motion/flow/finder.h"
 #include "tests/bench/motion/motion_blobs.h"
 #include "tests/bench/motion/motion_set.h"
 #include "tests/bench/motion/motion_smoke.h"
@@ -56,7 +57,7 @@ struct Way {
 };
 
 struct Ways {
-  Way stored, blend, library, two, four, gated; // stored: the kept frames themselves
+  Way stored, blend, library, reader, two, four, gated; // stored: the kept frames themselves
   std::array<Way, time_cubics> cubics;
   double best_cubic(double peak) const {
     double best = -INFINITY;
@@ -75,7 +76,7 @@ std::vector<Box> frames_of(const StoredMoments& volume, size_t count) {
 double share_on(Finder& finder) {
   double on = 0, all = 0;
   for (size_t i = 0; i + 1 < finder.times().size(); ++i)
-    for (const float m : finder.interval(i).mask) on += double{m}, all += 1;
+    for (const float m : finder.interval(i)->mask) on += double{m}, all += 1;
   return on / all;
 }
 
@@ -90,9 +91,10 @@ Ways ways_of(const MotionSet& set, const StoredMoments& volume, const std::vecto
     const auto cubics = cubic_weights(index, frames.size());
     for (size_t k = 0; k < time_cubics; ++k) ways.cubics[k].add(weighted(frames, cubics[k]), left);
     ways.library.add(still, left);
-    ways.two.add(finder.moment(left.time, still, {.cubic = false, .gated = false}), left);
-    ways.four.add(finder.moment(left.time, still, {.gated = false}), left);
-    ways.gated.add(finder.moment(left.time, still), left);
+    ways.reader.add(volume.moment(index, BCCSPLAT_MOTION_ON), left);
+    ways.two.add(dense_moment(finder, left.time, still, {.cubic = false, .gated = false}), left);
+    ways.four.add(dense_moment(finder, left.time, still, {.gated = false}), left);
+    ways.gated.add(dense_moment(finder, left.time, still), left);
   }
   return ways;
 }
@@ -109,6 +111,7 @@ Row quality_row(const MotionSet& set, const Ways& ways, double on) {
           figure("four, gated", gated, 2),
           figure("nodes that follow, %", 100 * on, 0),
           figure("gain", gated - library, 2),
+          figure("the reader's gain", ways.reader.psnr(set.peak) - library, 2),
           figure("wanted", set.wanted, 1),
           word("met", gated - library >= set.wanted ? "yes" : "no")};
 }
@@ -116,6 +119,7 @@ Row quality_row(const MotionSet& set, const Ways& ways, double on) {
 // CPU seconds, one thread.
 struct Costs {
   double import_frame = 0, interval = 0, moment = 0, four_frames = 0;
+  double follows_wavelets = 0, follows_samples = 0; // in the reader
   MomentSeconds wavelets, samples;
 };
 
@@ -132,7 +136,9 @@ Row cost_row(const MotionSet& set, const Costs& c) {
           figure("of that", c.moment / c.samples.first, 2),
           figure("the next, of wavelets", c.wavelets.next, 3),
           figure("of samples ", c.samples.next, 3),
-          figure("four frames read", c.four_frames, 3)};
+          figure("four frames read", c.four_frames, 3),
+          figure("the reader's, of wavelets", c.follows_wavelets, 3),
+          figure("the reader's, of samples", c.follows_samples, 3)};
 }
 
 struct Tables {
@@ -147,22 +153,25 @@ void measure(const MotionSet& set, Tables& tables) {
   const double time = set.left_out[middle].time, index = set.index(time);
   const double last = set.kept.dims[3] - 1;
   costs.wavelets = moment_seconds(tool.file(), index, last);
+  costs.follows_wavelets = following_seconds(tool.file(), index);
   costs.four_frames = four_frames_seconds(tool.file(), index, last);
 
   const StoredMoments volume(tool.file());
   const std::vector<Box> frames = frames_of(volume, set.times.size());
-  Finder finder(set.times, [&](size_t i) { return frames[i]; });
+  Finder finder(set.times);
   const auto intervals = static_cast<double>(set.times.size() - 1);
   costs.interval = cpu_seconds([&] {
+                     for (size_t i = 0; i < frames.size(); ++i) finder.give(i, frames[i]);
                      for (size_t i = 0; i + 1 < set.times.size(); ++i) (void)finder.interval(i);
                    }) /
                    intervals;
   const Box still = volume.moment(index);
-  costs.moment = median_cpu_seconds([&] { (void)finder.moment(time, still, {.gated = false}); }, 3);
+  costs.moment = median_cpu_seconds([&] { (void)dense_moment(finder, time, still, {.gated = false}); }, 3);
   tables.quality.push_back(quality_row(set, ways_of(set, volume, frames, finder), share_on(finder)));
 
   (void)tool.seconds("--density .5");
   costs.samples = moment_seconds(tool.file(), index, last);
+  costs.follows_samples = following_seconds(tool.file(), index);
   tables.costs.push_back(cost_row(set, costs));
   std::fprintf(stderr, "motion: %s measured\n", set.kept.name.c_str());
 }

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "base/text.h"
-#include "tests/bench/motion/flow/shares.h"
+#include "motion/shares.h"
 
 namespace bccsplat::bench {
 

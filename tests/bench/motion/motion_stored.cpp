@@ -20,16 +20,18 @@ StoredMoments::StoredMoments(const std::string& path) : device_(make_api_device(
   volume_.reset(opened);
 }
 
-Handle<bccsplat_slice> StoredMoments::slice(double index) const {
+Handle<bccsplat_slice> StoredMoments::slice(double index, bccsplat_motion motion) const {
   auto plane = host::sized<bccsplat_hyperplane>();
   plane.d = 1, plane.e = -index;
+  auto options = host::sized<bccsplat_slice_options>();
+  options.motion = motion;
   bccsplat_slice* made = nullptr;
-  api(bccsplat_slice_create(volume_.get(), &plane, nullptr, &made));
+  api(bccsplat_slice_create(volume_.get(), &plane, &options, &made));
   return Handle<bccsplat_slice>(made);
 }
 
-motion::Box StoredMoments::moment(double index) const {
-  const Handle<bccsplat_slice> made = slice(index);
+motion::Box StoredMoments::moment(double index, bccsplat_motion motion) const {
+  const Handle<bccsplat_slice> made = slice(index, motion);
   const bccsplat_slice_info info = info_of(made.get());
   motion::Box box;
   for (size_t a = 0; a < 3; ++a) box.dims[a] = static_cast<int32_t>(info.dims[a]);
@@ -40,8 +42,8 @@ motion::Box StoredMoments::moment(double index) const {
   return box;
 }
 
-double StoredMoments::seconds(double index) const {
-  return cpu_seconds([&] { (void)slice(index); });
+double StoredMoments::seconds(double index, bccsplat_motion motion) const {
+  return cpu_seconds([&] { (void)slice(index, motion); });
 }
 
 MomentSeconds moment_seconds(const std::string& path, double index, double last) {
@@ -51,6 +53,14 @@ MomentSeconds moment_seconds(const std::string& path, double index, double last)
     least.first = std::min(least.first, volume.seconds(index));
     least.next = std::min(least.next, volume.seconds(std::min(index + .5, last)));
   }
+  return least;
+}
+
+double following_seconds(const std::string& path, double index) {
+  const StoredMoments volume(path);
+  (void)volume.seconds(index, BCCSPLAT_MOTION_ON);
+  double least = INFINITY;
+  for (int i = 0; i < repeats; ++i) least = std::min(least, volume.seconds(index, BCCSPLAT_MOTION_ON));
   return least;
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/bench/motion/flow/warped.h"
+#include "tests/bench/motion/dense_moment.h"
+
+#include <vector>
 
 namespace bccsplat::motion {
 namespace {
@@ -29,22 +31,6 @@ struct NodeRow {
 
 } // namespace
 
-float Ways::value(const Float3& place, const Float3& near) const {
-  Float3 v = near;
-  if (halfway_ != 0) {
-    Float3 middle;
-    for (size_t a = 0; a < 3; ++a) middle[a] = place[a] + halfway_ * near[a];
-    v = flow_.at(middle);
-  }
-  float sum = 0;
-  for (const Share& s : shares_) {
-    Float3 there;
-    for (size_t a = 0; a < 3; ++a) there[a] = place[a] + s.ahead * v[a];
-    sum += s.weight * frames_[s.frame]->value(there);
-  }
-  return sum;
-}
-
 Box sum_along(const Ways& ways, const Flow& flow, std::span<const float> mask, const Box& still) {
   Box moment = still;
   for (int32_t z = 0; z < still.dims[2]; ++z)
@@ -64,6 +50,17 @@ Box sum_along(const Ways& ways, const Flow& flow, std::span<const float> mask, c
       }
     }
   return moment;
+}
+
+Box dense_moment(Finder& finder, double time, const Box& still, const SumOptions& options) {
+  const std::vector<double>& times = finder.times();
+  const size_t i = interval_of(times, time);
+  const auto here = finder.interval(i);
+  const std::vector<Share> shares = options.cubic ? cubic_shares(times, time) : linear_shares(times, time);
+  std::vector<const Spline*> frames(times.size());
+  for (const Share& s : shares) frames[s.frame] = &finder.spline(s.frame);
+  return sum_along(Ways(here->flow, frames, shares, before_middle(times, time)), here->flow,
+                   options.gated ? std::span<const float>(here->mask) : std::span<const float>(), still);
 }
 
 } // namespace bccsplat::motion

@@ -2,8 +2,8 @@
 // Makes a flow fit two frames as well as its nodes can.
 #pragma once
 
-#include "tests/bench/motion/flow/nodes.h"
-#include "tests/bench/motion/flow/spline.h"
+#include "motion/nodes.h"
+#include "motion/spline.h"
 
 namespace bccsplat::motion {
 

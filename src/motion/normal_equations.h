@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "tests/bench/motion/flow/nodes.h"
+#include "motion/nodes.h"
 
 namespace bccsplat::motion {
 

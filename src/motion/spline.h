@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "tests/bench/motion/flow/box.h"
-#include "tests/bench/motion/flow/nodes.h"
+#include "motion/box.h"
+#include "motion/nodes.h"
 
 namespace bccsplat::motion {
 

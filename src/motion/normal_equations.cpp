@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/bench/motion/flow/normal_equations.h"
+#include "motion/normal_equations.h"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Flow between frames of blobs whose motion is known, the gate that trusts it, and moments along it.
-#include "tests/bench/motion/flow/flow.h"
+#include "motion/flow.h"
 
 #include <cmath>
 #include <functional>
@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/bench/motion/flow/finder.h"
-#include "tests/bench/motion/flow/warped.h"
+#include "motion/finder.h"
+#include "tests/bench/motion/dense_moment.h"
 
 namespace bccsplat::motion {
 namespace {
@@ -101,7 +101,9 @@ TEST(Flow, CubicSharesMeetFramesAndLeaveFarOnesOut) {
 Finder finder_of(const std::function<Box(double)>& at, size_t count) {
   std::vector<double> times;
   for (size_t t = 0; t < count; ++t) times.push_back(static_cast<double>(t));
-  return Finder(times, [at](size_t i) { return at(static_cast<double>(i)); });
+  Finder finder(times);
+  for (size_t t = 0; t < count; ++t) finder.give(t, at(static_cast<double>(t)));
+  return finder;
 }
 
 TEST(Flow, MomentFollowsABlob) {
@@ -114,13 +116,13 @@ TEST(Flow, MomentFollowsABlob) {
     const Box frame = at(static_cast<double>(s.frame));
     for (size_t i = 0; i < still.values.size(); ++i) still.values[i] += s.weight * frame.values[i];
   }
-  EXPECT_LT(rms(finder.moment(2.4, still), truth), .1 * rms(still, truth));
+  EXPECT_LT(rms(dense_moment(finder, 2.4, still), truth), .1 * rms(still, truth));
 }
 
 TEST(Flow, MomentAtAFrameIsTheFrame) {
   const auto at = [](double t) { return blob(8 + 6 * t, 36 - 3 * t, 24); };
   Finder finder = finder_of(at, 6);
-  EXPECT_LT(rms(finder.moment(2, at(2)), at(2)), 1e-6);
+  EXPECT_LT(rms(dense_moment(finder, 2, at(2)), at(2)), 1e-6);
 }
 
 TEST(Flow, GateIsOffForBlobsOnCircles) {
@@ -138,8 +140,8 @@ TEST(Flow, GateIsOffForBlobsOnCircles) {
     for (size_t i = 0; i < still.values.size(); ++i) still.values[i] += s.weight * frame.values[i];
   }
   const Box truth = at(3.5);
-  EXPECT_GT(rms(finder.moment(3.5, still, {.gated = false}), truth), 1.2 * rms(still, truth));
-  EXPECT_LT(rms(finder.moment(3.5, still), truth), 1.02 * rms(still, truth));
+  EXPECT_GT(rms(dense_moment(finder, 3.5, still, {.gated = false}), truth), 1.2 * rms(still, truth));
+  EXPECT_LT(rms(dense_moment(finder, 3.5, still), truth), 1.02 * rms(still, truth));
 }
 
 TEST(Flow, MaskOffLeavesAMomentBitForBit) {
@@ -151,6 +153,48 @@ TEST(Flow, MaskOffLeavesAMomentBitForBit) {
   const Ways ways(flow, frames, linear_shares(std::vector<double>{0, 1}, .5), 0);
   EXPECT_EQ(sum_along(ways, flow, off, a).values, a.values);
   EXPECT_NE(sum_along(ways, flow, {}, a).values, a.values);
+}
+
+TEST(Flow, WayOfOneVelocityIsTheShiftedSpline) {
+  const Spline frame(blob(20, 22, 24));
+  Flow flow{nodes_over({edge, edge, edge}, 16), {}};
+  flow.velocity.assign(flow.nodes.count(), {5.5f, -2.25f, 1});
+  const std::vector<const Spline*> frames{&frame, &frame};
+  const std::vector<Share> first_alone{{0, 1, -.4f}, {1, 0, .6f}};
+  const Ways ways(flow, frames, first_alone, .1f);
+  for (const Float3& p : {Float3{20, 21, 22}, Float3{24.5f, 18, 30.25f}, Float3{1, 46, 3}})
+    EXPECT_NEAR(ways.value(p, flow.at(p)), frame.value({p[0] - 2.2f, p[1] + .9f, p[2] - .4f}), 1e-5);
+}
+
+TEST(Flow, StillFramesHaveNoMask) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise;
+  const std::vector<double> times{0, 1, 2, 3, 4};
+  Finder finder(times), noisy(times);
+  for (size_t t = 0; t < 5; ++t) {
+    Box frame = blob(20, 22, 24);
+    finder.give(t, frame);
+    for (float& v : frame.values) v += .05f * static_cast<float>(noise(random));
+    noisy.give(t, frame);
+  }
+  for (Finder* f : {&finder, &noisy})
+    for (const float m : f->interval(2)->mask) EXPECT_EQ(m, 0);
+}
+
+TEST(Flow, IntervalTellsWhatItLacksAndIsFoundOnce) {
+  const auto at = [](double t) { return blob(8 + 4 * t, 24, 24); };
+  Finder finder({0, 1, 2, 3, 4, 5, 6, 7});
+  EXPECT_EQ(finder.lacks(0), (std::vector<size_t>{0, 1, 2, 4})); // what is made of frame 1 left out, too
+  EXPECT_EQ(finder.lacks(3), (std::vector<size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
+  for (const size_t f : finder.lacks(3)) finder.give(f, at(static_cast<double>(f)));
+  const auto found = finder.interval(3);
+  EXPECT_TRUE(finder.lacks(3).empty());
+  EXPECT_EQ(finder.interval(3), found);
+  finder.keep(3, 2, 1);
+  EXPECT_EQ(finder.frames_held(), 2u);
+  EXPECT_EQ(finder.interval(3), found);
+  Finder uneven({0, 1, 30, 31}); // no frame can be left out
+  EXPECT_EQ(uneven.lacks(1), (std::vector<size_t>{1, 2}));
 }
 
 } // namespace

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "tests/bench/motion/flow/flow.h"
-#include "tests/bench/motion/flow/shares.h"
+#include "motion/flow.h"
+#include "motion/shares.h"
 
 namespace bccsplat::motion {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks are matched from both frames, the matches joined halfway, and the flow refined there.
-#include "tests/bench/motion/flow/flow.h"
+#include "motion/flow.h"
 
-#include "tests/bench/motion/flow/join.h"
-#include "tests/bench/motion/flow/match.h"
-#include "tests/bench/motion/flow/refine.h"
+#include "motion/join.h"
+#include "motion/match.h"
+#include "motion/refine.h"
 
 namespace bccsplat::motion {
 

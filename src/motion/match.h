@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "tests/bench/motion/flow/box.h"
-#include "tests/bench/motion/flow/nodes.h"
+#include "motion/box.h"
+#include "motion/nodes.h"
 
 namespace bccsplat::motion {
 

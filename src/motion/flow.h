@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "tests/bench/motion/flow/box.h"
-#include "tests/bench/motion/flow/nodes.h"
-#include "tests/bench/motion/flow/spline.h"
+#include "motion/box.h"
+#include "motion/nodes.h"
+#include "motion/spline.h"
 
 namespace bccsplat::motion {
 

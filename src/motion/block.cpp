@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/bench/motion/flow/block.h"
+#include "motion/block.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 // Matches in both directions of time become one flow halfway.
 #pragma once
 
-#include "tests/bench/motion/flow/match.h"
-#include "tests/bench/motion/flow/nodes.h"
+#include "motion/match.h"
+#include "motion/nodes.h"
 
 namespace bccsplat::motion {
 

@@ -16,11 +16,13 @@ struct Share {
 
 // The interval of `times` (rising, two at least) that a time lies in: the number of the frame before it.
 [[nodiscard]] size_t interval_of(std::span<const double> times, double time);
+// How far a time is before the middle of its interval, in the length of that.
+[[nodiscard]] float before_middle(std::span<const double> times, double time);
 
 // The cubic through the two frames on either side of a time; a frame that is much further away than these are
 // from each other, or is not there, is left out, and the cubic becomes a parabola or a straight line.
 [[nodiscard]] std::vector<Share> cubic_shares(std::span<const double> times, double time);
-// Of the two frames around it.
+// The same of the two frames around it.
 [[nodiscard]] std::vector<Share> linear_shares(std::span<const double> times, double time);
 
 } // namespace bccsplat::motion

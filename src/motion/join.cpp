@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/bench/motion/flow/join.h"
+#include "motion/join.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/bench/motion/flow/shares.h"
+#include "motion/shares.h"
 
 #include <algorithm>
 
@@ -27,6 +27,11 @@ size_t interval_of(std::span<const double> times, double time) {
   const auto after = std::upper_bound(times.begin(), times.end(), time);
   const auto i = static_cast<size_t>(std::max<std::ptrdiff_t>(after - times.begin() - 1, 0));
   return std::min(i, times.size() - 2);
+}
+
+float before_middle(std::span<const double> times, double time) {
+  const size_t i = interval_of(times, time);
+  return static_cast<float>(.5 - (time - times[i]) / (times[i + 1] - times[i]));
 }
 
 std::vector<Share> cubic_shares(std::span<const double> times, double time) {

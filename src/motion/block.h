@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "tests/bench/motion/flow/box.h"
+#include "motion/box.h"
 
 namespace bccsplat::motion {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coarse to fine: in the coarsest level everywhere near, then where the level above and its neighbours say,
 // and from there downhill.
-#include "tests/bench/motion/flow/match.h"
+#include "motion/match.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "tests/bench/motion/flow/block.h"
+#include "motion/block.h"
 
 namespace bccsplat::motion {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coefficients of the cubic B-spline by a recursion along each axis, mirrored at the faces; 64 of them a
 // place.
-#include "tests/bench/motion/flow/spline.h"
+#include "motion/spline.h"
 
 #include <algorithm>
 #include <array>

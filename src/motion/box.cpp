@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/bench/motion/flow/box.h"
+#include "motion/box.h"
 
 #include <algorithm>
 #include <array>
