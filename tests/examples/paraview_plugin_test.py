@@ -1,5 +1,6 @@
 """paraview_plugin_test.py TOP EXAMPLES SCRATCH: the reader's image has the file's geometry, times and values, on frames
-and between, and goes through a VTK pipeline. Exits with 77 without VTK."""
+and between, a region of it, labels as integers, and goes through a VTK pipeline; it tells how far it is, and can be stopped.
+Exits with 77 without VTK."""
 import os
 import sys
 
@@ -26,7 +27,7 @@ upright = np.array([[1.5, 0, 0, 10], [0, 2, 0, 20], [0, 0, 3, 30], [0, 0, 0, 1.0
 
 
 def write(device, affine):
-    with Writer(device, path, (16, 14, 12, len(times)), overwrite=True, affine=affine,
+    with Writer(device, path, (16, 14, 12, len(times)), overwrite=True, affine=affine, time_unit="s",
                 channels=[Channel("density"), Channel("heat", air=20)]) as writer:
         for i, time in enumerate(times):
             blob = np.exp(-((x - 6 - i) ** 2 + (y - 7) ** 2 + (z - 6) ** 2) / 12)
@@ -57,6 +58,53 @@ with Device() as device:
         assert np.allclose(at, (turned @ [3, 4, 5, 1])[:3]), at
     before = vtk_to_numpy(reader.UpdateTimeStep(0.0).GetPointData().GetScalars()).copy()
     assert np.abs(vtk_to_numpy(reader.UpdateTimeStep(4.0).GetPointData().GetScalars()) - before).max() > 0.3
+
+    # The unit of the times, where the file tells one.
+    assert reader.GetTimeUnit() == "s"
+    assert image.GetFieldData().GetAbstractArray("time_unit").GetValue(0) == "s"
+
+    # A region has the values of the whole, at their places, and no others.
+    whole = [vtk_to_numpy(reader.UpdateTimeStep(1.0).GetPointData().GetArray(i)).reshape(12, 14, 16).copy() for i in (0, 1)]
+    box = [2, 9, 3, 3, 1, 11]
+    reader = Bcc4Reader()
+    reader.SetFileName(path)
+    reader.UpdateInformation()
+    reader.GetOutputInformation(0).Set(pipeline.UPDATE_TIME_STEP(), 1.0)
+    reader.UpdateExtent(box)
+    image = reader.GetOutputDataObject(0)
+    assert list(image.GetExtent()) == box, image.GetExtent()
+    for i in (0, 1):
+        values = vtk_to_numpy(image.GetPointData().GetArray(i)).reshape(11, 1, 8)
+        assert np.abs(values - whole[i][1:12, 3:4, 2:10]).max() < 1e-5
+
+    # It tells how far it is, and stops where it is told to; who asks again gets all.
+    told = []
+    reader = Bcc4Reader()
+    reader.SetFileName(path)
+    watch = reader.AddObserver("ProgressEvent", lambda *_: told.append(reader.GetProgress()))
+    reader.UpdateTimeStep(0.5)
+    assert len(told) > 4 and told == sorted(told) and told[-1] == 1, told
+    reader.RemoveObserver(watch)
+    watch = reader.AddObserver("ProgressEvent", lambda *_: reader.SetAbortExecute(reader.GetProgress() > .3))
+    assert reader.UpdateTimeStep(2.0).GetPointData().GetNumberOfArrays() == 0
+    reader.RemoveObserver(watch)
+    reader.SetAbortExecute(0)
+    image = reader.UpdateTimeStep(2.0)
+    assert np.array_equal(vtk_to_numpy(image.GetPointData().GetArray("heat")).reshape(12, 14, 16),
+                          volume.slice(time=2.0, channel=1).sample_grid())
+
+    # Labels stay labels between frames: integers, those of the nearest one.
+    labels_path = os.path.join(scratch, "labels.bcc4")
+    labels = np.where(np.add.outer(np.arange(4), np.arange(16)) < 9, 3, 40)[:, None, None, :] * np.ones((12, 14, 1), int)
+    with Writer(device, labels_path, (16, 14, 12, 4), overwrite=True, lattice="cc",
+                channels=[Channel("organ", labels=True)]) as writer:
+        for i, frame in enumerate(labels):
+            writer.add_frame(frame.astype(np.float32), i)
+    reader = Bcc4Reader()
+    reader.SetFileName(labels_path)
+    for time, frame in ((0, 0), (1.3, 1), (1.7, 2), (3, 3)):
+        values = vtk_to_numpy(reader.UpdateTimeStep(time).GetPointData().GetArray("organ"))
+        assert values.dtype.kind == "i" and np.array_equal(values.reshape(12, 14, 16), labels[frame]), time
 
     # Around an axis that goes round each sample is there once.
     round_path = os.path.join(scratch, "round.bcc4")
