@@ -110,7 +110,7 @@ std::shared_ptr<const Interval> MovingSeries::find(Work& work, size_t i, const C
     context.progress.advance(n, lacking.size());
     finder.give(lacking[n], samples(lacking[n], context));
   }
-  const auto found = finder.interval(i);
+  auto found = finder.interval(i);
   const uint64_t held = coefficients_.cache_bytes() / held_part / std::max<uint64_t>(each, 1);
   finder.keep(i, static_cast<size_t>(std::min(held, most_held)), 1);
   work.memory = Reservation();
@@ -130,7 +130,7 @@ std::shared_ptr<const Interval> MovingSeries::interval(size_t i, const Context& 
     work = std::move(work_);
   }
   if (!work) work = std::make_unique<Work>(Work{Finder(times_), {}});
-  const auto found = find(*work, i, context);
+  auto found = find(*work, i, context);
   auto memory = reserved(context.memory, found->bytes());
   const std::lock_guard lock(mutex_);
   if (memory) intervals_[i] = {found, std::move(*memory)};
