@@ -15,7 +15,7 @@ mkdir -p "$scratch"
 scratch=$(cd "$scratch" && pwd)
 # What reads files, not optimised, and for the machine's own vectors alone: the steps are tested here, not the library. Both
 # build types have the same flags, so that a compiler's cache has the objects of the second.
-options="-DCMAKE_UNITY_BUILD=ON;-DBCCSPLAT_WITH_WRITER=OFF;-DBCCSPLAT_WITH_SPLAT=OFF;-DBCCSPLAT_WITH_CUTS=OFF"
+options="-DCMAKE_UNITY_BUILD=ON;-DBCCSPLAT_WITH_WRITER=OFF;-DBCCSPLAT_WITH_SPLAT=OFF;-DBCCSPLAT_WITH_CUTS=OFF;-DBCCSPLAT_WITH_MOTION=OFF"
 options+=";-DCMAKE_CXX_FLAGS=-DHWY_COMPILE_ONLY_STATIC;-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG;-DCMAKE_CXX_FLAGS_DEBUG=-O0 -DNDEBUG"
 for option in "$@"; do options+=";$option"; done
 cmake -DPORT_DIR="$top/examples/packages/vcpkg/bccsplat" -DSCRATCH="$scratch" -DFEATURES=images \

@@ -45,6 +45,18 @@ static void ask_for_a_cut(bccsplat_volume* volume) {
   expect(strstr(bccsplat_last_error(), "BCCSPLAT_WITH_CUTS") != NULL, "the text names the option");
 }
 
+static void ask_for_motion(bccsplat_volume* volume) {
+  bccsplat_volume_info info = BCCSPLAT_INIT(bccsplat_volume_info);
+  bccsplat_slice_options options = BCCSPLAT_INIT(bccsplat_slice_options);
+  bccsplat_slice* slice = NULL;
+  expect(bccsplat_volume_get_info(volume, &info) == BCCSPLAT_OK, "the volume's information");
+  options.motion = BCCSPLAT_MOTION_ON;
+  expect(bccsplat_volume_slice_at(volume, (info.time_first + info.time_last) / 2, &options, &slice) ==
+             BCCSPLAT_ERROR_MISSING_FEATURE,
+         "motion is missing");
+  expect(strstr(bccsplat_last_error(), "BCCSPLAT_WITH_MOTION") != NULL, "the text names the option");
+}
+
 /* What is not in this build says so, and how it comes in. */
 static void ask_for_the_rest(bccsplat_device* device, bccsplat_slice* slice) {
   bccsplat_writer_options options = BCCSPLAT_INIT(bccsplat_writer_options);
@@ -73,6 +85,7 @@ int main(int argc, char** argv) {
   if (volume) {
     bccsplat_slice* slice = read_middle(volume);
     ask_for_a_cut(volume);
+    ask_for_motion(volume);
     ask_for_the_rest(device, slice);
     bccsplat_slice_release(slice);
   }
