@@ -444,7 +444,7 @@ enum {
  * Stored as U8 or U16; on LATTICE_CC, where the error is half a step between these or more, samples
  * are read as what the coefficients add up to, not as whole steps. Needs dims[3] > 0, and
  * abs_error, or psnr and SET_RANGE, or wavelet_errors (INVALID_ARGUMENT). PARTIAL_APPEND keeps the
- * errors of the file, and refuses smaller ones. Readers: version 4. */
+ * errors of the file, and refuses smaller ones. */
 typedef int32_t bccsplat_store;
 enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_WAVELETS = 3 };
 
@@ -457,7 +457,7 @@ enum {
   BCCSPLAT_NONFINITE_ERROR = 1,
   /* Missing data: never drawn, HOLE when evaluated. Frames keep it at the resolution of the source:
    * a point is missing when the source sample nearest to it is (along each axis, and in time, the
-   * later one of two at equal distance), and the file needs readers of version 3 of the format.
+   * later one of two at equal distance).
    * Layers keep it at the resolution of the lattice: a point is missing when the nearest site is.
    * Missing samples are filled smoothly before the filters run, frames without a value by what lies
    * between those beside them (not with fixed_predictions). */
@@ -487,7 +487,7 @@ enum {
   /* As the frames next to the end predict, no bolder than these bear out: what moves is nearly as
    * accurate there as elsewhere. The file has two more layers at each end. Layers and fields given
    * by the host have four there, with the host's own values: it is asked for frames below 0 and
-   * beyond the last. dims[3] may be unknown. Readers need version 2. */
+   * beyond the last. dims[3] may be unknown. */
   BCCSPLAT_ENDS_PREDICT = 1,
   /* As its mirror image: no more layers; the first and last three or four frames are less accurate
    * where anything moves. */
@@ -495,8 +495,7 @@ enum {
   /* The last frame leads to the first, as of heart beats and climatologies: the frame behind the
    * last one is frame 0 again, and no frame is less accurate than others. It follows the last after
    * the mean distance of frames, however uneven they are. Also for layers and fields. Needs dims[3]
-   * of at least 2; UNSUPPORTED in parts, live, short or with PARTIAL_APPEND. Readers need version
-   * 3. */
+   * of at least 2; UNSUPPORTED in parts, live, short or with PARTIAL_APPEND. */
   BCCSPLAT_ENDS_PERIODIC = 3
 };
 
@@ -508,7 +507,7 @@ enum {
   /* As the samples next to the face predict: the file has two more planes of the lattice outside
    * each face, except along axes of which they would be more than a fifth. Layers and fields given
    * by the host have four there, with the host's own values: bccsplat_layer_geometry begins
-   * outside. Readers need version 3. */
+   * outside. */
   BCCSPLAT_FACES_PREDICT = 1,
   /* As its mirror image: no more planes; within three samples of a face the field is less accurate
    * where it is not level there. */
@@ -523,8 +522,7 @@ enum {
 /* Axes of space that are periodic, as longitude is: the sum for two or three. Behind the last
  * sample comes the first one again, as far from it as samples are from each other; there are no
  * faces, nothing is predicted or mirrored, and the volume reaches to index dims[axis], which is
- * sample 0. Also for layers and fields. Needs two samples at least. Readers need version 3;
- * versions of the library that do not know periodic axes refuse the file. */
+ * sample 0. Also for layers and fields. Needs two samples at least. */
 enum { BCCSPLAT_PERIODIC_X = 1, BCCSPLAT_PERIODIC_Y = 2, BCCSPLAT_PERIODIC_Z = 4 };
 
 /* Bits of bccsplat_channel_options.set_mask. LABELS: values are labels, which nothing lies between,

@@ -57,6 +57,23 @@ constexpr std::array<char, 8> root_magic{'B', 'C', 'C', '4', 'R', 'O', 'O', 'T'}
   return root;
 }
 
+void read_header(std::span<const std::byte> bytes, std::string_view file) {
+  ByteReader header(bytes, "header");
+  static_cast<void>(header.take(magic.size()));
+  static_cast<void>(header.read<uint16_t>());
+  const auto lowest_reader = header.read<uint16_t>();
+  const auto reserved = header.take(header.remaining() - 4);
+  if (header.read<uint32_t>() != crc32_of(bytes.first(header_bytes - 4)))
+    fail(Code::checksum_mismatch, file, ": header at offset 0: bad checksum");
+  if (lowest_reader < bcc4_version)
+    fail(Code::unsupported_version, file,
+         ": made by a build before 0.1.0, whose files no later one reads; import its source again");
+  if (lowest_reader > bcc4_version)
+    fail(Code::unsupported_version, file, ": needs a reader of version ", lowest_reader, ", this one is ",
+         bcc4_version, "; update bccsplat");
+  if (!all_zero(reserved)) fail(Code::corrupt, file, ": header at offset 0: reserved bytes are not zero");
+}
+
 [[noreturn]] void fail_magic(std::span<const std::byte> bytes, std::string_view file) {
   const auto at = [&](size_t i) { return i < bytes.size() ? static_cast<uint8_t>(bytes[i]) : uint8_t{0}; };
   if ((at(0) & 0x7f) == (magic[0] & 0x7f) && at(1) == 'B' && at(2) == 'C' && at(3) == 'C' && at(4) == '4')
@@ -64,7 +81,7 @@ constexpr std::array<char, 8> root_magic{'B', 'C', 'C', '4', 'R', 'O', 'O', 'T'}
          bytes.size() < magic.size() ? ": cut short, " : ": damaged by a transfer as text, ",
          "copy it again in binary mode");
   if (bytes.size() >= header_bytes && all_zero(bytes))
-    fail(Code::not_bcc4, file, ": starts with zeros; writing it was never finished");
+    fail(Code::not_bcc4, file, ": not a .bcc4 file, or one that was never finished: it starts with zeros");
   fail(Code::not_bcc4, file, ": not a .bcc4 file");
 }
 
@@ -148,18 +165,14 @@ std::vector<std::byte> write_root(const Root& root) {
   return record.release();
 }
 
-std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots, uint16_t lowest_reader) {
+std::vector<std::byte> write_preamble(const Root& root) {
   ByteWriter out;
   out.write_bytes(std::as_bytes(std::span(magic)));
-  out.write(std::max(usual_version, lowest_reader));
-  out.write(lowest_reader);
+  out.write(bcc4_version); // whose rules the file keeps
+  out.write(bcc4_version); // that a reader needs
   while (out.size() < header_bytes - 4) out.write(uint8_t{0});
   out.write(crc32_of(out.bytes()));
-  for (size_t i = 0; i < roots.size(); ++i) {
-    while (out.size() < root_offsets[i]) out.write(uint8_t{0});
-    if (roots[i].file_bytes > 0) out.write_bytes(write_root(roots[i]));
-  }
-  while (out.size() < preamble_bytes) out.write(uint8_t{0});
+  out.write_bytes(write_root(root));
   return out.release();
 }
 
@@ -168,42 +181,24 @@ Preamble read_preamble(std::span<const std::byte> bytes, std::string_view file) 
     fail_magic(bytes, file);
   if (bytes.size() < preamble_bytes)
     fail(Code::truncated, file, ": ", bytes.size(), " bytes, a .bcc4 file has at least ", preamble_bytes);
-  ByteReader header(bytes.first(header_bytes), "header");
-  static_cast<void>(header.take(magic.size()));
-  static_cast<void>(header.read<uint16_t>());
-  const auto lowest_reader = header.read<uint16_t>();
-  const auto reserved = header.take(header.remaining() - 4);
-  if (header.read<uint32_t>() != crc32_of(bytes.first(header_bytes - 4)))
-    fail(Code::checksum_mismatch, file, ": header at offset 0: bad checksum");
-  if (lowest_reader > bcc4_version)
-    fail(Code::unsupported_version, file, ": needs a reader of version ", lowest_reader, ", this one is ",
-         bcc4_version, "; update bccsplat");
-  if (lowest_reader == 0 || !all_zero(reserved))
-    fail(Code::corrupt, file, ": header at offset 0: reserved bytes are not zero");
-  uint64_t end = header_bytes;
+  read_header(bytes.first(header_bytes), file);
   Preamble preamble;
-  preamble.lowest_reader = lowest_reader;
-  for (const uint64_t offset : root_offsets) {
-    if (!all_zero(bytes.subspan(end, offset - end)))
-      fail(Code::corrupt, file, ": padding before offset ", offset, " is not zero");
-    end = offset + root_bytes;
-    const auto record = bytes.subspan(offset, root_bytes);
-    if (all_zero(record)) continue;
-    try {
-      const Root root = read_root(record, offset);
-      if (!preamble.root || root.sequence > preamble.root->sequence) preamble.root = root;
-    } catch (const Error& e) {
-      preamble.root_damaged = true;
-      if (preamble.problem.empty()) preamble.problem = e.message();
-    }
+  try {
+    preamble.root = read_root(bytes.subspan(root_offset, root_bytes), root_offset);
+  } catch (const Error& e) {
+    preamble.problem = e.message();
   }
-  if (!all_zero(bytes.subspan(end, preamble_bytes - end)))
-    fail(Code::corrupt, file, ": padding before offset ", preamble_bytes, " is not zero");
-  if (!preamble.root)
-    fail(Code::checksum_mismatch, file, ": no valid root record",
-         preamble.problem.empty() ? std::string("; writing it was never finished")
-                                  : " (" + preamble.problem + ")");
   return preamble;
+}
+
+std::optional<Root> read_root_copy(std::span<const std::byte> last, uint64_t file_bytes) {
+  if (last.size() < root_bytes || file_bytes < preamble_bytes + root_bytes) return std::nullopt;
+  try {
+    const Root root = read_root(last.last(root_bytes), file_bytes - root_bytes);
+    if (root.file_bytes == file_bytes) return root;
+  } catch (const Error&) { // bytes of anything
+  }
+  return std::nullopt;
 }
 
 } // namespace bccsplat

@@ -14,13 +14,11 @@
 
 namespace bccsplat {
 
-inline constexpr uint16_t bcc4_version = 4;
-// What a writer says that uses nothing newer.
-inline constexpr uint16_t usual_version = 3;
+inline constexpr uint16_t bcc4_version = 5;
 inline constexpr uint64_t header_bytes = 64;
+inline constexpr uint64_t root_offset = header_bytes;
 inline constexpr uint64_t root_bytes = 128;
-inline constexpr std::array<uint64_t, 2> root_offsets{4096, 8192};
-inline constexpr uint64_t preamble_bytes = 12288; // header, roots and the zeros between them
+inline constexpr uint64_t preamble_bytes = root_offset + root_bytes;
 
 inline constexpr uint64_t block_ref_bytes = 24;
 
@@ -53,19 +51,18 @@ struct PackedBlock {
 [[nodiscard]] std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::byte> bytes,
                                                   std::string_view what);
 
-// Returns the whole preamble; a root of a file of no bytes is unused. lowest_reader is the version that a
-// reader of the file needs.
-[[nodiscard]] std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots,
-                                                    uint16_t lowest_reader = 1);
+// Returns header and root.
+[[nodiscard]] std::vector<std::byte> write_preamble(const Root& root);
 
 struct Preamble {
-  uint16_t lowest_reader = 1;
-  std::optional<Root> root;  // the valid one of the highest sequence number
-  bool root_damaged = false; // the other one is neither valid nor unused
-  std::string problem;       // of the first root that is not valid
+  std::optional<Root> root; // if its record is valid
+  std::string problem;      // else what is wrong with it
 };
 // Reads the preamble from its bytes, or from all bytes of a shorter file. Throws not_bcc4,
 // unsupported_version, corrupt, truncated.
 [[nodiscard]] Preamble read_preamble(std::span<const std::byte> bytes, std::string_view file);
+// Returns the root of a file whose own record is not valid: the copy that a writer put behind the state
+// before it replaced the record, which is in the last root_bytes of the file; none if these are no root.
+[[nodiscard]] std::optional<Root> read_root_copy(std::span<const std::byte> last, uint64_t file_bytes);
 
 } // namespace bccsplat

@@ -20,7 +20,7 @@ enum RecordType : uint16_t {
   lattice = 1,
   world = 2,
   time_map = 3,
-  store = 4,
+  kernel = 4,
   channel = 5,
   sources = 6,
   attributes = 7,
@@ -50,19 +50,6 @@ void write_record(ByteWriter& out, RecordType type, const ByteWriter& payload) {
   out.write(static_cast<uint32_t>(payload.size()));
   out.write_bytes(payload.bytes());
   while (out.size() % 8 != 0) out.write(uint8_t{0});
-}
-
-void write_store(ByteWriter& out, const VolumeInfo& info) {
-  out.write_string({});
-  out.write_string(info.recommended_kernel);
-  out.write(uint32_t{0});
-}
-void read_store(ByteReader& in, VolumeInfo& info) {
-  if (const std::string kernel = read_text(in); !kernel.empty())
-    fail(Code::unsupported_version, "metadata: it holds stored coefficients of kernel ", kernel,
-         ", of a build before 0.1.0: import the source again");
-  info.recommended_kernel = read_text(in);
-  if (in.read<uint32_t>() != 0) fail(Code::corrupt, "metadata: numbers of a kernel");
 }
 
 void write_sources(ByteWriter& out, const std::vector<SourceInfo>& list) {
@@ -213,8 +200,8 @@ class MetadataReader {
       return read_world(record, info_), true;
     case time_map:
       return read_time(record, info_), true;
-    case store:
-      return read_store(record, info_), true;
+    case kernel:
+      return info_.recommended_kernel = read_text(record), true;
     case channel:
       if (info_.channels.size() == limits_.channels)
         fail(Code::limit_exceeded, "metadata: more than ", limits_.channels, " channels");
@@ -296,14 +283,6 @@ class MetadataReader {
 
 } // namespace
 
-uint16_t lowest_reader(const VolumeInfo& info) {
-  if (info.tile_edge > 1) return 4;
-  if (!info.levels.empty() || info.lattice.has_domain() || any_masks(info) || any_local(info) ||
-      !info.errors.empty())
-    return 3;
-  return info.lattice.lead > 0 ? 2 : 1;
-}
-
 std::vector<std::byte> write_metadata(const VolumeInfo& info) {
   ByteWriter out;
   const auto record = [&out](RecordType type, const auto& fill) {
@@ -314,7 +293,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
   record(lattice, [&](ByteWriter& p) { write_lattice(p, info); });
   record(world, [&](ByteWriter& p) { write_world(p, info); });
   record(time_map, [&](ByteWriter& p) { write_time(p, info.time); });
-  record(store, [&](ByteWriter& p) { write_store(p, info); });
+  record(kernel, [&](ByteWriter& p) { p.write_string(info.recommended_kernel); });
   for (const ChannelInfo& c : info.channels) record(channel, [&](ByteWriter& p) { write_channel(p, c); });
   record(sources, [&](ByteWriter& p) { write_sources(p, info.sources); });
   record(attributes, [&](ByteWriter& p) { write_attributes(p, info); });

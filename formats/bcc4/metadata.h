@@ -31,7 +31,4 @@ void tidy(VolumeInfo& info);
 [[nodiscard]] VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset,
                                        const Bcc4Limits& limits);
 
-// The lowest version of the format that knows all that the info says.
-[[nodiscard]] uint16_t lowest_reader(const VolumeInfo& info);
-
 } // namespace bccsplat

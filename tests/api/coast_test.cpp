@@ -194,7 +194,7 @@ TEST(Coast, TheMaximumOverTimeIsOneOfData) {
 
 // ---- Files that go on ----
 
-// What the golden files v2_site_holes and v2_site_holes_longer were made of, by a version that knew no masks.
+// What the golden files v5_site_holes and v5_site_holes_longer were made of, by a version that knew no masks.
 std::vector<float> older_frame(uint32_t t) {
   std::vector<float> values;
   for (int z = 0; z < 7; ++z)
@@ -217,7 +217,7 @@ TEST(Coast, OlderFilesGoOnAsTheyBegan) {
   const TestDevice device;
   const std::string golden = BCCSPLAT_GOLDEN_DIR, path = testing::TempDir() + "bccsplat-older.bcc4";
   for (const bool all : {false, true}) {
-    std::filesystem::copy_file(golden + "/v2_site_holes.bcc4", path,
+    std::filesystem::copy_file(golden + "/v5_site_holes.bcc4", path,
                                std::filesystem::copy_options::overwrite_existing);
     std::vector<double> times;
     for (uint32_t t = 0; t < frames; ++t) times.push_back(t);
@@ -244,7 +244,7 @@ TEST(Coast, OlderFilesGoOnAsTheyBegan) {
     EXPECT_EQ(bccsplat_writer_finish(writer, nullptr), BCCSPLAT_OK) << bccsplat_last_error();
     bccsplat_writer_release(writer);
     // Samples may be rounded otherwise than where the golden files were made; what is a hole is the same.
-    const Bytes went_on = read_file(path), expected = read_file(golden + "/v2_site_holes_longer.bcc4");
+    const Bytes went_on = read_file(path), expected = read_file(golden + "/v5_site_holes_longer.bcc4");
     const OpenVolume a(device, went_on), b(device, expected);
     auto got = sized<bccsplat_channel_info>(), want = got;
     EXPECT_EQ(bccsplat_volume_get_channel_info(a.volume, 0, &got), BCCSPLAT_OK);

@@ -18,7 +18,6 @@ namespace {
 using namespace bccsplat;
 using Part = std::span<uint8_t>;
 
-constexpr size_t packed_head = header_bytes + 2 * root_bytes;
 constexpr size_t metadata_at = 24, directory_at = 48; // in a root
 constexpr size_t page_at = 24;                        // in a record of the directory
 constexpr size_t column_bytes = 4, page_head = 8;
@@ -33,10 +32,8 @@ template<class T> T get(Part bytes, size_t at) {
 class Parts {
  public:
   explicit Parts(Part input) : input_(input) {
-    if (input.size() < packed_head) return;
-    const Part a = input.subspan(header_bytes, root_bytes),
-               b = input.subspan(header_bytes + root_bytes, root_bytes);
-    root = get<uint64_t>(a, 8) > get<uint64_t>(b, 8) ? a : b;
+    if (input.size() < preamble_bytes) return;
+    root = input.subspan(root_offset, root_bytes);
     metadata = block(root.subspan(metadata_at));
     directory = block(root.subspan(directory_at));
     for (size_t at = 0; at + 8 <= metadata.size();) {
@@ -56,9 +53,8 @@ class Parts {
 
  private:
   [[nodiscard]] Part part(uint64_t offset, uint64_t bytes) const {
-    if (offset < preamble_bytes || offset - preamble_bytes > input_.size() - packed_head) return {};
-    const size_t at = packed_head + static_cast<size_t>(offset - preamble_bytes);
-    return bytes > input_.size() - at ? Part{} : input_.subspan(at, bytes);
+    if (offset < preamble_bytes || offset > input_.size() || bytes > input_.size() - offset) return {};
+    return input_.subspan(static_cast<size_t>(offset), bytes);
   }
   // Of a reference; deflated blocks are left alone.
   [[nodiscard]] Part block(Part ref) const {

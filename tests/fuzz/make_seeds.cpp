@@ -8,7 +8,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "sealed_file.h"
 #include "tests/unit/formats/rebuild.h"
 
 int main(int argc, char** argv) {
@@ -27,9 +26,8 @@ int main(int argc, char** argv) {
       // A bad file is a seed as it is.
     }
     if (bytes.size() < preamble_bytes) continue;
-    const std::vector<uint8_t> seed = fuzz::unsealed(bytes);
     std::ofstream out(std::filesystem::path(argv[1]) / path.stem(), std::ios::binary);
-    out.write(reinterpret_cast<const char*>(seed.data()), seed.size());
+    out.write(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   }
   return 0;
 }

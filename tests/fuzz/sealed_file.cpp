@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spreads the input over a file and follows its references from the roots, inner blocks first, to set the
-// checksums of chunks, pages, masks, corrections, metadata and roots. References that lead out of the file
+// Follows the references of a file from its root, inner blocks first, to set the checksums of chunks, pages,
+// masks, corrections, metadata, root and header. References that lead out of the file
 // stay as they are.
 #include "sealed_file.h"
 
@@ -18,7 +18,6 @@ namespace {
 using namespace bccsplat;
 using File = std::vector<std::byte>;
 
-constexpr size_t packed_head = header_bytes + 2 * root_bytes;
 constexpr std::array<uint8_t, 13> column_ids{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13};
 constexpr std::array<uint8_t, 13> column_widths{4, 4, 4, 4, 8, 4, 4, 4, 4, 4, 4, 1, 1};
 
@@ -109,9 +108,8 @@ void seal_frames(File& file, std::span<std::byte> metadata) {
   }
 }
 
-void seal_root(File& file, uint64_t offset) {
-  const auto root = std::span(file).subspan(offset, root_bytes);
-  if (std::all_of(root.begin(), root.end(), [](std::byte b) { return b == std::byte{0}; })) return;
+void seal_root(File& file) {
+  const auto root = std::span(file).subspan(root_offset, root_bytes);
   seal_block(file, root.subspan(24, block_ref_bytes),
              [&](std::span<std::byte> metadata) { seal_frames(file, metadata); });
   seal_block(file, root.subspan(48, block_ref_bytes), [&](std::span<std::byte> directory) {
@@ -126,29 +124,11 @@ void seal_root(File& file, uint64_t offset) {
 
 std::vector<std::byte> sealed_file(std::span<const uint8_t> input) {
   const auto bytes = std::as_bytes(input);
-  File file(preamble_bytes + (bytes.size() > packed_head ? bytes.size() - packed_head : 0));
-  const auto place = [&](size_t from, size_t count, uint64_t to) {
-    if (from < bytes.size())
-      std::copy_n(bytes.begin() + from, std::min(count, bytes.size() - from), file.begin() + to);
-  };
-  place(0, header_bytes, 0);
-  place(header_bytes, root_bytes, root_offsets[0]);
-  place(header_bytes + root_bytes, root_bytes, root_offsets[1]);
-  place(packed_head, SIZE_MAX, preamble_bytes);
-  for (const uint64_t offset : root_offsets) seal_root(file, offset);
+  File file(bytes.begin(), bytes.end());
+  file.resize(std::max<size_t>(file.size(), preamble_bytes));
+  seal_root(file);
   put(std::span(file), header_bytes - 4, crc32_of(std::span(file).first(header_bytes - 4)));
   return file;
-}
-
-std::vector<uint8_t> unsealed(std::span<const std::byte> file) {
-  std::vector<uint8_t> out;
-  const auto take = [&](std::span<const std::byte> bytes) {
-    for (const std::byte b : bytes) out.push_back(static_cast<uint8_t>(b));
-  };
-  take(file.first(header_bytes));
-  for (const uint64_t offset : root_offsets) take(file.subspan(offset, root_bytes));
-  take(file.subspan(preamble_bytes));
-  return out;
 }
 
 } // namespace fuzz

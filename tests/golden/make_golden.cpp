@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes the golden files of the format version of the day: make_golden FOLDER. Files of a released version
-// are never made again; a new version gets new files beside them.
+// are never made again; a new version gets new files beside them. v5_site_holes and v5_site_holes_longer were
+// made by a writer that knew no masks.
 #include <gtest/gtest.h> // for the helpers
 
 #include <cstdio>
@@ -118,49 +119,49 @@ void make_counts() {
   VolumeInfo info = tiles(LatticeKind::d4star, {12, 11, 10, 6}, channel("value", ValueType::u8), 2);
   info.counts = CountsInfo{1, {std::byte{1}, std::byte{2}, std::byte{3}}};
   const Bytes good = write_file(info, dense);
-  save("v4_tiles_counts", good);
+  save("v5_tiles_counts", good);
   save("bad_counts", rebuild(good, with_info([](VolumeInfo& v) {
                                v.counts = CountsInfo{v.slabs() + 1, {}};
                              })));
 }
 
 void make_tiles() {
-  save("v4_tiles_matrix",
+  save("v5_tiles_matrix",
        write_file(tiles(LatticeKind::cc, {36, 34, 17, 8}, channel("value", ValueType::u8), 2), in_turn));
-  save("v4_tiles_edge_8",
+  save("v5_tiles_edge_8",
        write_file(tiles(LatticeKind::d4star, {70, 20, 18, 7}, channel("value", ValueType::u16, 2), 8), ball));
-  save("v4_tiles_levels", tile_levels());
+  save("v5_tiles_levels", tile_levels());
   make_bad_tiles();
   make_counts();
   ChannelInfo linear = channel("value", ValueType::u16, 5);
   linear.linear = true;
-  save("v4_tiles_linear", write_file(tiles(LatticeKind::cc, {40, 35, 20, 8}, std::move(linear), 2), ball));
-  save("v4_tiles_cc_u16",
+  save("v5_tiles_linear", write_file(tiles(LatticeKind::cc, {40, 35, 20, 8}, std::move(linear), 2), ball));
+  save("v5_tiles_cc_u16",
        write_file(tiles(LatticeKind::cc, {41, 35, 20, 8}, channel("value", ValueType::u16, 5), 2), ball));
-  save("v4_tiles_d4star_u8",
+  save("v5_tiles_d4star_u8",
        write_file(tiles(LatticeKind::d4star, {40, 30, 26, 9}, channel("value", ValueType::u8), 4), dense));
 }
 
 void make_good() {
   const std::array<uint32_t, 4> dims{22, 20, 18, 8}, still{26, 24, 25, 1};
-  save("v1_d4star_u8",
+  save("v5_d4star_u8",
        write_file(volume(LatticeKind::d4star, dims, {channel("value", ValueType::u8)}), ball_without_holes));
-  save("v1_d4star_u16_holes",
+  save("v5_d4star_u16_holes",
        write_file(volume(LatticeKind::d4star, dims, {channel("value", ValueType::u16, 5)}), ball));
   save(
-      "v1_d4star_f16",
+      "v5_d4star_f16",
       write_file(volume(LatticeKind::d4star, {18, 20, 18, 4}, {channel("value", ValueType::f16, -2)}), ball));
   VolumeInfo uneven = volume(LatticeKind::d4star, {14, 18, 16, 5}, {channel("value", ValueType::f32)});
   uneven.time.uniform = false;
   uneven.time.times = {0, 6, 12, 24, 36.5};
   uneven.time.unit = "h";
-  save("v1_d4star_f32_uneven_times", write_file(uneven, ball));
-  save("v1_bcc_u8", write_file(volume(LatticeKind::bcc, still, {channel("value", ValueType::u8)}), ball));
-  save("v1_bcc_u16_dense",
+  save("v5_d4star_f32_uneven_times", write_file(uneven, ball));
+  save("v5_bcc_u8", write_file(volume(LatticeKind::bcc, still, {channel("value", ValueType::u8)}), ball));
+  save("v5_bcc_u16_dense",
        write_file(volume(LatticeKind::bcc, {23, 23, 23, 1}, {channel("value", ValueType::u16)}), dense));
-  save("v1_cc_u16",
+  save("v5_cc_u16",
        write_file(volume(LatticeKind::cc, {17, 18, 16, 6}, {channel("value", ValueType::u16)}), bumpy));
-  save("v1_cc_f32_static",
+  save("v5_cc_f32_static",
        write_file(volume(LatticeKind::cc, {19, 16, 12, 1}, {channel("value", ValueType::f32, 1)}), ball));
   ChannelInfo half_values = channel("half", ValueType::f16, 3);
   half_values.offset = 0;
@@ -171,22 +172,21 @@ void make_good() {
   two.recommended_kernel = "radial20+b3";
   two.affine.linear[0][0] = 0.5, two.affine.offset = {1, 2, 3};
   two.spatial_unit = "mm";
-  save("v1_two_channels", write_file(two, bumpy));
-  save("v1_raw", write_file(volume(LatticeKind::d4star, {12, 14, 13, 3}, {channel("value", ValueType::u16)}),
+  save("v5_two_channels", write_file(two, bumpy));
+  save("v5_raw_d4star", write_file(volume(LatticeKind::d4star, {12, 14, 13, 3}, {channel("value", ValueType::u16)}),
                             ball, 1, {.level = 0}));
-  save("v1_rows",
+  save("v5_rows",
        write_file(volume(LatticeKind::d4star, {15, 14, 14, 3}, {channel("value", ValueType::u16)}), rows));
-  save("v1_d4star_means",
+  save("v5_d4star_means",
        write_file(volume(LatticeKind::d4star, {9, 9, 9, 4}, {channel("value", ValueType::u16)}), means));
-  save("v1_fitted",
+  save("v5_fitted",
        write_file(volume(LatticeKind::d4star, {24, 24, 24, 10}, {channel("value", ValueType::u8)}), dense));
 }
 
-// What version 2 brought.
-void make_version_2() {
+void make_ends() {
   VolumeInfo ends = volume(LatticeKind::d4star, {15, 14, 16, 6}, {channel("value", ValueType::u16)});
   ends.lattice = Lattice4::fit(LatticeKind::d4star, ends.lattice.dims, {1, 1, 1, 1}, 4);
-  save("v2_ends", write_file(ends, ball));
+  save("v5_ends", write_file(ends, ball));
 }
 
 // On both sides of air, with holes.
@@ -200,18 +200,13 @@ Sample both_sides(int c, double x, double y, double z, double t) {
 void make_raw() {
   ChannelInfo value = channel("value", ValueType::u16);
   value.scale = 1.0 / 64, value.offset = -18.375;
-  save("v3_raw",
+  save("v5_raw",
        write_file(volume(LatticeKind::cc, {9, 10, 8, 3}, {std::move(value)}), both_sides, 1, {.level = 0}));
 }
 
 void make_corrections() {
   const Bytes good = corrected_file();
-  save("v3_corrections", good);
-  Bytes bad = good;
-  bad[14] = std::byte{2}; // lowest reader
-  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
-  save("bad_corrections_of_version_2", bad);
-  save("v3_sums_corrections", good);
+  save("v5_corrections", good);
   save("bad_sums", rebuild(good, {.metadata = [](Bytes& m) {
                              VolumeInfo v = read_metadata(m, 0, {});
                              v.channels[0].sums->corrections = v.cc_samples() + 1;
@@ -222,7 +217,7 @@ void make_corrections() {
                                           v.channels[0].residuals.shape = static_cast<CorrectionShape>(2);
                                           m = write_metadata(v);
                                         }}));
-  save("v3_corrections_base", corrected_file(12.5f));
+  save("v5_corrections_base", corrected_file(12.5f));
   save("bad_corrections_base", rebuild(good, {.metadata = [](Bytes& m) {
                                          VolumeInfo v = read_metadata(m, 0, {});
                                          v.channels[0].residuals.base =
@@ -249,12 +244,7 @@ Bytes with_mask(const Bytes& good, std::initializer_list<int> runs) {
 
 void make_masks() {
   const Bytes good = masked_file();
-  save("v3_masks", good);
-  save("v3_sums_masks", good);
-  Bytes bad = good;
-  bad[14] = std::byte{2}; // lowest reader
-  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
-  save("bad_masks_of_version_2", bad);
+  save("v5_masks", good);
   save("bad_mask_beyond", with_mask(good, {0x10, 0xff, 0xff, 0x7f}));
   save("bad_mask_pair", with_mask(good, {1, 2, 0, 3}));
   save("bad_mask_cut", with_mask(good, {1, 2, 4}));
@@ -276,11 +266,7 @@ void make_domain() {
   VolumeInfo wide = volume(LatticeKind::d4star, {30, 12, 20, 6}, {channel("value", ValueType::u16)});
   wide.lattice = Lattice4::fit(LatticeKind::d4star, wide.lattice.dims, {1, 1.2, .8, 1}, 4, {4, 0, 2});
   const Bytes good = write_file(wide, ball);
-  save("v3_domain", good);
-  Bytes bad = good;
-  bad[14] = std::byte{2}; // lowest reader
-  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
-  save("bad_domain_of_version_2", bad);
+  save("v5_domain", good);
   const auto save_bad = [&](const std::string& name, size_t byte, uint8_t value) {
     save(name,
          rebuild(good, {.metadata = [&](Bytes& m) { poke<uint8_t>(m, payload_of(m, 8) + byte, value); }}));
@@ -297,7 +283,7 @@ void make_periodic() {
   VolumeInfo round = volume(LatticeKind::d4star, {14, 12, 16, 6}, {channel("value", ValueType::u16)});
   round.lattice = Lattice4::fit(LatticeKind::d4star, round.lattice.dims, {1, 1, 1, 1}, 0, {}, true);
   const Bytes good = write_file(round, ball);
-  save("v3_periodic", good);
+  save("v5_periodic", good);
   const auto save_bad = [&](const std::string& name, const std::function<void(Bytes&)>& spoil) {
     save(name, rebuild(good, {.metadata = spoil}));
   };
@@ -311,7 +297,7 @@ void make_periodic_axis() {
   round.lattice = Lattice4::fit(LatticeKind::d4star, round.lattice.dims, {1, 1, 1, 1}, 0, {0, 2, 0}, false,
                                 {true, false, false});
   const Bytes good = write_file(round, ball);
-  save("v3_periodic_axis", good);
+  save("v5_periodic_axis", good);
   const auto save_bad = [&](const std::string& name, const std::function<void(Bytes&)>& spoil) {
     save(name, rebuild(good, {.metadata = spoil}));
   };
@@ -330,7 +316,7 @@ void make_uneven_axes() {
   info.axes[1] = {"hPa", false, {1000, 850, 700, 500, 300, 100, 10.5}};
   info.axes[2] = {"m", true, {0, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500, 1000}};
   const Bytes good = write_file(info, ball);
-  save("v3_uneven_axes", good);
+  save("v5_uneven_axes", good);
   const auto save_bad = [&](const std::string& name, const std::function<void(Bytes&)>& spoil) {
     save(name, rebuild(good, {.metadata = spoil}));
   };
@@ -349,8 +335,8 @@ void make_uneven_axes() {
 void make_optional() {
   const Bytes file =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
-  // A record and a column of some later version that readers of version 1 may skip.
-  save("v1_optional_parts",
+  // A record and a column of some later version that readers of this one may skip.
+  save("v5_optional_parts",
        rebuild(file, {.metadata =
                           [](Bytes& m) {
                             ByteWriter w;
@@ -369,7 +355,7 @@ void make_optional() {
 }
 
 void make_levels() {
-  save("v3_levels", levels_file());
+  save("v5_levels", levels_file());
   save("bad_level_planes", rebuild(levels_file(), {.metadata = [](Bytes& m) {
                                      VolumeInfo v = read_metadata(m, 0, {});
                                      std::swap(v.levels[0].lattice, v.levels[1].lattice);
@@ -385,18 +371,13 @@ void make_levels() {
 
 void make_unfinished() {
   const Bytes good = unfinished_file();
-  save("v3_unfinished", good);
+  save("v5_unfinished", good);
   save("bad_unfinished_frames", rebuild(good, {.root = [](Root& r) { r.frames = 99; }}));
   save("bad_finished_frames", rebuild(good, {.root = [](Root& r) { r.unfinished = false; }}));
   Bytes bad = good;
-  bad[14] = std::byte{2}; // lowest reader
-  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
-  save("bad_unfinished_of_version_2", bad);
-  bad = good;
-  for (const uint64_t root : root_offsets) {
-    bad[root + 104] = std::byte{2}; // state
-    poke<uint32_t>(bad, root + 124, crc32_of(std::span(bad).subspan(root, 124)));
-  }
+  bad.resize(bad.size() + 8);            // a copy of the root is none any more
+  bad[root_offset + 104] = std::byte{2}; // state
+  poke<uint32_t>(bad, root_offset + 124, crc32_of(std::span(bad).subspan(root_offset, 124)));
   save("bad_root_state", bad);
 }
 
@@ -414,14 +395,17 @@ void make_bad() {
     if (bad[i] == std::byte{0x0d} && bad[i + 1] == std::byte{0x0a}) bad.erase(bad.begin() + i);
   save("bad_text_mode", bad);
   bad = good;
-  bad[14] = std::byte{99}; // lowest reader
-  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
-  save("bad_newer_version", bad);
+  for (const auto& [name, version] : {std::pair{"bad_newer_version", 99}, {"bad_older_version", 4}}) {
+    bad = good;
+    bad[14] = static_cast<std::byte>(version); // lowest reader
+    poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
+    save(name, bad);
+  }
   bad = good;
-  bad[4096 + 20] ^= std::byte{1}, bad[8192 + 99] ^= std::byte{1};
-  save("bad_both_roots", bad);
+  bad[root_offset + 20] ^= std::byte{1};
+  save("bad_root", bad);
   bad = good;
-  bad[12288 + 40] ^= std::byte{16};
+  bad[preamble_bytes + 40] ^= std::byte{16};
   save("bad_chunk", bad);
   const Root root = *read_preamble(std::span(good).first(preamble_bytes), "good").root;
   bad = good;
@@ -431,10 +415,9 @@ void make_bad() {
   bad[root.directory.offset + 3] ^= std::byte{128};
   save("bad_directory", bad);
   bad = good;
-  bad[5000] = std::byte{1};
-  save("bad_padding", bad);
-  save("bad_kernel_numbers",
-       rebuild(good, {.metadata = [](Bytes& m) { poke<uint32_t>(m, payload_of(m, 4) + 8, 1); }}));
+  bad[20] = std::byte{1}; // reserved
+  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
+  save("bad_header", bad);
   save("bad_value_type",
        rebuild(good, {.metadata = [](Bytes& m) { poke<uint8_t>(m, payload_of(m, 5), 5); }}));
   save("bad_predictor", rebuild(good, {.entries = [](std::vector<Bcc4Chunk>& e) { e[0].predictor |= 16; }}));
@@ -459,7 +442,7 @@ int main(int argc, char** argv) {
   bccsplat::test::folder = argv[1];
   bccsplat::test::make_good();
   bccsplat::test::make_optional();
-  bccsplat::test::make_version_2();
+  bccsplat::test::make_ends();
   bccsplat::test::make_raw();
   bccsplat::test::make_corrections();
   bccsplat::test::make_masks();

@@ -14,7 +14,7 @@ cmake -S "$top" -B "$build" -G Ninja "${launchers[@]}" -DCMAKE_BUILD_TYPE=Releas
 cmake --build "$build" --target bccsplat
 cc -std=c99 -Wall -Wextra -Werror -I "$top/include" "$top/tests/reading/host.c" -L "$build/src" -lbccsplat \
   -Wl,-rpath,"$build/src" -o "$build/reading_host"
-for file in v1_d4star_u8 v3_levels v3_corrections; do
+for file in v5_d4star_u8 v5_levels v5_corrections; do
   "$build/reading_host" "$top/tests/golden/$file.bcc4"
 done
 if nm -C "$build/src/libbccsplat.so" | grep -E 'bccsplat::(VolumeWriter|SheetDrawer|RayDrawer|Bcc4Writer|ThickField|motion::Finder)::'; then

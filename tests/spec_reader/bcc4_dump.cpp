@@ -118,7 +118,7 @@ struct File {
   uint64_t size = 0; // of the state the root tells
 
   const uint8_t* at(uint64_t offset, uint64_t n) const {
-    must(offset % 8 == 0 && offset >= 12288 && offset <= size && n <= size - offset,
+    must(offset % 8 == 0 && offset >= 192 && offset <= size && n <= size - offset,
          "bytes outside the file");
     return bytes.data() + offset;
   }
@@ -241,12 +241,6 @@ Channel read_channel(Cursor& c, const Volume& v) {
   return ch;
 }
 
-void read_store(Cursor& r, Volume& v) {
-  must(r.text().empty(), "store: not empty");
-  v.recommended = r.text();
-  must(r.u32() == 0, "store: not 0");
-}
-
 // The steps and blocks that both records of corrections have.
 void read_blocks(Cursor& r, const Volume& v, double step, std::vector<BlockRef>& blocks) {
   const uint32_t n = r.u32();
@@ -254,8 +248,7 @@ void read_blocks(Cursor& r, const Volume& v, double step, std::vector<BlockRef>&
   for (uint32_t i = 0; i < n; ++i) blocks.emplace_back(r);
 }
 
-void read_corrections(Cursor& r, Volume& v, bool local, int lowest) {
-  must(!local || lowest >= 3, "corrections in bricks need version 3");
+void read_corrections(Cursor& r, Volume& v, bool local) {
   for (Channel& c : v.channels) {
     const double step = r.f64(), bound = r.f64();
     must(std::isfinite(step) && step >= 0 && std::isfinite(bound) && bound >= 0, "corrections: step, bound");
@@ -276,8 +269,7 @@ void read_corrections(Cursor& r, Volume& v, bool local, int lowest) {
   }
 }
 
-void read_masks(Cursor& r, Volume& v, int lowest) {
-  must(lowest >= 3, "masks need version 3");
+void read_masks(Cursor& r, Volume& v) {
   for (Channel& c : v.channels) {
     const uint32_t n = r.u32();
     must(n == 0 || n == v.dims[3], "masks: frames");
@@ -285,8 +277,7 @@ void read_masks(Cursor& r, Volume& v, int lowest) {
   }
 }
 
-void read_errors(Cursor& r, const Volume& v, int lowest) {
-  must(lowest >= 3, "errors need version 3");
+void read_errors(Cursor& r, const Volume& v) {
   std::vector<uint32_t> before;
   for (uint32_t i = r.u32(); i > 0; --i) {
     const uint32_t channel = r.u32(), level = r.u32(), kind = r.u32();
@@ -305,8 +296,7 @@ void read_errors(Cursor& r, const Volume& v, int lowest) {
 }
 
 // Record 8.
-void read_domain(Cursor& r, Volume& v, int lowest) {
-  must(lowest >= 3, "domain: needs version 3");
+void read_domain(Cursor& r, Volume& v) {
   bool turns[8] = {};
   for (int end = 0; end < 8; ++end) {
     const int kind = r.u8();
@@ -396,8 +386,7 @@ void check_time(const Volume& v) {
 }
 
 // Record 9.
-void read_levels(Cursor& r, Volume& v, int lowest) {
-  must(lowest >= 3, "levels need version 3");
+void read_levels(Cursor& r, Volume& v) {
   const uint32_t n = r.u32();
   must(n >= 1 && n <= 15, "levels: count");
   for (uint32_t i = 0; i < n; ++i) {
@@ -450,8 +439,7 @@ void check_planes(const Volume& v) {
 }
 
 // Record 13.
-void read_tiles(Cursor& r, Volume& v, int lowest) {
-  must(lowest >= 4, "tiles need version 4");
+void read_tiles(Cursor& r, Volume& v) {
   v.tile = r.u8();
   must(v.tile == 2 || v.tile == 4 || v.tile == 8, "tiles: bricks along an axis");
   r.zeros(7);
@@ -464,7 +452,7 @@ void read_tiles(Cursor& r, Volume& v, int lowest) {
   must(r.left() == 0, "metadata: record too long");
 }
 
-Volume read_metadata(const Bytes& bytes, int lowest) {
+Volume read_metadata(const Bytes& bytes) {
   Volume v;
   Cursor c(bytes);
   int last = 0;
@@ -485,28 +473,28 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       continue;
     }
     if (type == 8) {
-      read_domain(r, v, lowest);
+      read_domain(r, v);
       continue;
     }
     if (type == 9) {
-      read_levels(r, v, lowest);
+      read_levels(r, v);
       continue;
     }
     if (type == 10) {
-      read_masks(r, v, lowest);
+      read_masks(r, v);
       must(r.left() == 0, "metadata: record too long");
       continue;
     }
     if (type == 11 || type == 0x8002 || type == 0x8005) {
       if (type == 0x8005)
-        read_errors(r, v, lowest);
+        read_errors(r, v);
       else
-        read_corrections(r, v, type == 11, lowest);
+        read_corrections(r, v, type == 11);
       must(r.left() == 0, "metadata: record too long");
       continue;
     }
     if (type == 13) {
-      read_tiles(r, v, lowest);
+      read_tiles(r, v);
       continue;
     }
     if (type == 0x8009) read_axes(r, v);
@@ -540,7 +528,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       must(count == 0 || count == v.dims[3], "time: count");
       for (uint32_t i = 0; i < count; ++i) v.times.push_back(r.f64());
     } else if (type == 4) {
-      read_store(r, v);
+      v.recommended = r.text();
     } else if (type == 5) {
       v.channels.push_back(read_channel(r, v));
     } else if (type == 6) {
@@ -1360,29 +1348,28 @@ float relative(const Channel& ch, uint32_t code) {
 
 // ---- The whole file ----
 
-// Section 2. The newest valid root, as a cursor behind its file size; sets file.size.
-Cursor read_preamble(File& file, uint16_t& lowest) {
+// Section 2. The root, as a cursor behind its file size; sets file.size.
+Cursor read_preamble(File& file) {
   const uint8_t magic[12] = {0x89, 'B', 'C', 'C', '4', 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0xff, 0xfe};
-  must(file.bytes.size() >= 12288 && std::memcmp(file.bytes.data(), magic, 12) == 0, "not a .bcc4 file");
+  must(file.bytes.size() >= 192 && std::memcmp(file.bytes.data(), magic, 12) == 0, "not a .bcc4 file");
   Cursor header(file.bytes.data() + 12, 52);
   header.u16();
-  lowest = header.u16();
+  const uint16_t lowest = header.u16();
   header.zeros(44);
   must(header.u32() == crc(file.bytes.data(), 60), "header: checksum");
-  must(lowest >= 1 && lowest <= 4, "needs a newer reader");
-  Cursor(file.bytes.data() + 64, 4096 - 64).zeros(4096 - 64);
-  Cursor(file.bytes.data() + 4096 + 128, 4096 - 128).zeros(4096 - 128);
-  Cursor(file.bytes.data() + 8192 + 128, 4096 - 128).zeros(4096 - 128);
-  uint64_t best = 0;
-  const uint8_t* root = nullptr;
-  for (const size_t at : {size_t{4096}, size_t{8192}}) {
+  must(lowest == 5, "needs a reader of another version");
+  const auto valid = [&file](size_t at) {
     const uint8_t* p = file.bytes.data() + at;
-    if (std::memcmp(p, "BCC4ROOT", 8) != 0 || Cursor(p + 124, 4).u32() != crc(p, 124)) continue;
-    const uint64_t sequence = Cursor(p + 8, 8).u64();
-    if (sequence > best) best = sequence, root = p;
+    return std::memcmp(p, "BCC4ROOT", 8) == 0 && Cursor(p + 124, 4).u32() == crc(p, 124) &&
+           Cursor(p + 8, 8).u64() >= 1;
+  };
+  size_t root = 64;
+  if (!valid(root)) {
+    root = file.bytes.size() - 128;
+    must(root >= 192 && valid(root) && Cursor(file.bytes.data() + root + 16, 8).u64() == file.bytes.size(),
+         "no valid root");
   }
-  must(root != nullptr, "no valid root");
-  Cursor c(root + 16, 112 - 4);
+  Cursor c(file.bytes.data() + root + 16, 112 - 4);
   file.size = c.u64();
   must(file.size <= file.bytes.size(), "the file is cut short");
   return c;
@@ -1561,21 +1548,19 @@ void dump(const std::string& path) {
   must(static_cast<bool>(in), "cannot open the file");
   File file;
   file.bytes.assign(std::istreambuf_iterator<char>(in), {});
-  uint16_t lowest = 0;
-  Cursor root = read_preamble(file, lowest);
+  Cursor root = read_preamble(file);
   const BlockRef metadata(root), directory(root);
   const uint64_t chunk_count = root.u64();
   root.take(24); // bytes of runs, values and index
   const uint32_t state = root.u32(), frames = root.u32();
-  must(state <= 1 && (state == 0 || lowest >= 3), "root: state");
+  must(state <= 1, "root: state");
   must((state == 1) == (frames > 0), "root: frames that can be looked at");
   root.zeros(12);
-  const Volume v = read_metadata(metadata.read(file), lowest);
+  const Volume v = read_metadata(metadata.read(file));
   if (state == 1) {
     must(frames <= v.dims[3], "root: more frames than the series has");
     std::printf("unfinished, %u frames can be looked at\n", frames);
   }
-  must(v.lead == 0 || lowest >= 2, "layers before frame 0 need version 2");
   std::printf("lattice kind %d dims %u %u %u %u planes %d %d %d layers %d\n", v.kind, v.dims[0], v.dims[1],
               v.dims[2], v.dims[3], v.last_plane[0], v.last_plane[1], v.last_plane[2], v.layers());
   for (int a = 0; a < 3; ++a)
@@ -1594,7 +1579,7 @@ void dump(const std::string& path) {
   }
   if (v.times.empty()) std::printf("times %.17g step %.17g\n", v.first, v.step);
   for (const double t : v.times) std::printf("time %.17g\n", t);
-  std::printf("store samples recommended %s\n", v.recommended.c_str());
+  std::printf("recommended kernel %s\n", v.recommended.c_str());
   for (const auto& [key, value] : v.attributes)
     std::printf("attribute %s = %s\n", key.c_str(), value.c_str());
 

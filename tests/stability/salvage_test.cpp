@@ -22,7 +22,7 @@ void expect_salvage(uint32_t periodic_axes) {
   size_t damaged = 0;
   for (const double place : {0.1, 0.25, 0.4, 0.55, 0.7, 0.85}) {
     std::vector<unsigned char> bytes = stored.file->bytes;
-    constexpr size_t preamble = 12288;
+    constexpr size_t preamble = 192;
     bytes[preamble + static_cast<size_t>(place * static_cast<double>(bytes.size() - preamble))] ^= 0x10;
     auto o = sized<bccsplat_volume_options>();
     o.salvage = 1;

@@ -143,9 +143,9 @@ class Coast(ToolTest):
         whole = self.read('v.bcc4')
         before = self.frames('v.bcc4', DIMS)
         # Masks come before all else: that of frame 0 is the first block.
-        self.write('v.bcc4', whole[:12288 + 40] + bytes([whole[12288 + 40] ^ 16]) + whole[12288 + 41:])
+        self.write('v.bcc4', whole[:192 + 40] + bytes([whole[192 + 40] ^ 16]) + whole[192 + 41:])
         _, err = self.bcc4('verify', 'v.bcc4', expect=1)
-        self.assertIn('mask at offset 12288: bad checksum; lost: which samples of channel value are missing, from frame 0', err)
+        self.assertIn('mask at offset 192: bad checksum; lost: which samples of channel value are missing, from frame 0', err)
         _, err = self.bcc4('export', 'v.bcc4', '--index', '--time', 0, '-o', 'no.nrrd', expect=3)
         self.assertIn('bad checksum', err)
         # The mask of the nearest frame takes its place; the sea of all others is as it was.

@@ -19,7 +19,7 @@ def without_record(data, record):
     def crc(part):
         return struct.pack('<I', zlib.crc32(part))
 
-    offset, stored, decoded, _, coding = struct.unpack_from('<QIIII', data, 4096 + 24)
+    offset, stored, decoded, _, coding = struct.unpack_from('<QIIII', data, 64 + 24)
     block = data[offset:offset + stored]
     metadata = zlib.decompress(block, -15) if coding else block
     records, at = b'', 0
@@ -30,10 +30,10 @@ def without_record(data, record):
         at = end
     assert len(records) < len(metadata), 'there is no such record'
     out = bytearray(data + records)
-    for root in 4096, 8192:
-        out[root + 16:root + 24] = struct.pack('<Q', len(out))
-        out[root + 24:root + 48] = struct.pack('<QII', len(data), len(records), len(records)) + crc(records) + bytes(4)
-        out[root + 124:root + 128] = crc(out[root:root + 124])
+    root = 64
+    out[root + 16:root + 24] = struct.pack('<Q', len(out))
+    out[root + 24:root + 48] = struct.pack('<QII', len(data), len(records), len(records)) + crc(records) + bytes(4)
+    out[root + 124:root + 128] = crc(out[root:root + 124])
     return bytes(out)
 
 

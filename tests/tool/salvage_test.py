@@ -33,9 +33,9 @@ class Salvage(ToolTest):
     def test_a_chunk(self):
         before = {f: self.frame(f) for f in (0, 1, 30, 59)}
         # The first chunk: the first 8 layers of the first brick, 4 of them before frame 0.
-        self.damage(12288 + 40)
+        self.damage(192 + 40)
         _, err = self.bcc4('verify', 'v.bcc4', expect=1)
-        self.assertIn('chunk at offset 12288: bad checksum', err)
+        self.assertIn('chunk at offset 192: bad checksum', err)
         self.assertRegex(err, r'lost: channel value, samples x 0 to \d+ y 0 to \d+ z 0 to 19 of frames 0 to \d+')
         first_whole = int(re.search(r'whole are frames (\d+) to 59', err).group(1))
         self.assertGreater(first_whole, 5)
@@ -53,8 +53,8 @@ class Salvage(ToolTest):
                 self.assertLess(lost, len(new) // 2, f'frame {f}')
 
     def test_a_page_of_the_index(self):
-        # The only page: the directory says where. Root A: reference of the directory at 48.
-        offset, stored, decoded, _, coding = struct.unpack_from('<QIIII', self.whole, 4096 + 48)
+        # The only page: the directory says where. The root's reference of the directory is at 48.
+        offset, stored, decoded, _, coding = struct.unpack_from('<QIIII', self.whole, 64 + 48)
         self.assertEqual((decoded, coding), (64, 0) if coding == 0 else (64, 1))
         page = self.page_offset(offset, stored, coding)
         self.damage(page)

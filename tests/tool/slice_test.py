@@ -166,10 +166,10 @@ class Slice(ToolTest):
             self.assertLess(squares(command, '--motion', 'on'), .5 * squares(command, '--motion', 'off'), command)
         self.refused(2, '--motion on', 'slice', 'm.bcc4', '--plane', '1,0,0,0,-5', '--motion', 'on', '-o', 'x.nrrd', output='x.nrrd')
 
-    def test_what_was_stored_before_is_refused_by_name(self):
-        with open(os.path.join(TOP, 'tests', 'golden', 'bad_coefficients.bcc4'), 'rb') as f:
+    def test_files_of_before_are_refused_by_name(self):
+        with open(os.path.join(TOP, 'tests', 'golden', 'bad_older_version.bcc4'), 'rb') as f:
             self.write('c.bcc4', f.read())
-        said = 'it holds stored coefficients of kernel radial20+b3, of a build before 0.1.0: import the source again'
+        said = 'made by a build before 0.1.0, whose files no later one reads; import its source again'
         self.refused(3, said, 'info', 'c.bcc4')
         self.refused(3, said, 'slice', 'c.bcc4', '--time', 1, '-o', 'x.nrrd', output='x.nrrd')
 

@@ -161,7 +161,7 @@ class Wavelets(ToolTest):
         args = self.source()
         self.bcc4('import', *args, '--store', 'wavelets', '-o', 'w.bcc4', '--quiet', '--overwrite')
         data = bytearray(self.read('w.bcc4'))
-        data[12288 + 40] ^= 1
+        data[192 + 40] ^= 1
         self.write('bad.bcc4', bytes(data))
         report = self.json('verify', 'bad.bcc4', expect=1)
         self.assertFalse(report['ok'])

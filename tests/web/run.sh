@@ -29,7 +29,7 @@ trap 'rm -rf "$data"' EXIT
 /usr/bin/python3 "$top/tests/web/make_series.py" "$data"
 drops() { "$bcc4" import "$data/drops.raw" --dims 48,40,32,24 --dtype f32 --dt 0.5 --air-threshold 0.004 --quiet "$@"; }
 drops -o "$data/drops.bcc4"
-drops -o "$data/waves.bcc4" --store wavelets # of version 4 of the container
+drops -o "$data/waves.bcc4" --store wavelets
 drops -o "$data/levels.bcc4" --levels 2
 drops -o "$data/round.bcc4" --periodic x
 "$bcc4" import "$data/classes.nrrd" --quiet -o "$data/classes.bcc4"

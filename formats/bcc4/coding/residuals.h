@@ -30,7 +30,7 @@ struct FrameResiduals {
   bool operator==(const FrameResiduals&) const = default;
 };
 
-// A list of steps alone, as bricks of version 3 have it: voxels are local to the brick.
+// A list of steps alone, as bricks have it: voxels are local to the brick.
 [[nodiscard]] std::vector<std::byte> write_corrections(std::span<const ResidualSample> list);
 // `voxels` is their number in a brick. Throws as below.
 [[nodiscard]] ResidualList read_corrections(std::span<const std::byte> decoded, uint64_t voxels,

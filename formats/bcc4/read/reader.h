@@ -81,7 +81,7 @@ class Bcc4Reader {
   [[nodiscard]] bool salvages() const;
   // Returns whether it goes on without what failed so: damage, or, if the limits say so, unreadable bytes.
   [[nodiscard]] bool goes_without(const Error& failure) const;
-  // Returns whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
+  // Returns whether a copy of the root is read because the record itself is damaged; verify_all tells.
   [[nodiscard]] bool root_damaged() const;
 
   // Shares the index pages that another reader has in its cache, of the file before it grew.

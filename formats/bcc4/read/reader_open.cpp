@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens a file: the newer of its roots, the metadata and the directory of index pages that it leads to.
+// Opens a file: its root, the metadata and the directory of index pages that it leads to.
 #include "base/would_block.h"
 #include "formats/bcc4/counts.h"
 #include "formats/bcc4/field_base.h"
@@ -9,12 +9,9 @@
 namespace bccsplat {
 
 // The series as far as an unfinished file can be looked at: of fewer frames, on the layers that are there.
-VolumeInfo Bcc4Reader::State::shown_part(uint16_t lowest_version) const {
+VolumeInfo Bcc4Reader::State::shown_part() const {
   const std::string& name = source->name();
   const uint32_t frames = root.frames;
-  if (lowest_version < 3)
-    fail(Code::corrupt, name, ": it says that readers of version ", lowest_version,
-         " can read it, but is unfinished, which came with version 3");
   if (frames > info.lattice.dims[3])
     fail(Code::corrupt, name, ": the root says that ", frames, " frames can be looked at, the series has ",
          info.lattice.dims[3]);
@@ -33,15 +30,31 @@ VolumeInfo Bcc4Reader::State::shown_part(uint16_t lowest_version) const {
   return part;
 }
 
-void Bcc4Reader::State::open() {
-  const std::string& name = source->name();
+// A root that is not valid is being replaced by a writer that goes on, which left a copy of the new one
+// behind the state; or the record was read while it was written, and is valid the next time.
+void Bcc4Reader::State::read_head() {
   std::vector<std::byte> head(std::min(source->size(), preamble_bytes));
   read(0, head);
-  Preamble preamble = read_preamble(head, name);
+  Preamble preamble = read_preamble(head, source->name());
+  if (!preamble.root) {
+    read(0, head);
+    preamble = read_preamble(head, source->name());
+  }
+  if (!preamble.root && source->size() >= preamble_bytes + root_bytes) {
+    std::vector<std::byte> last(root_bytes);
+    read(source->size() - root_bytes, last);
+    preamble.root = read_root_copy(last, source->size());
+    root_damaged = preamble.root.has_value();
+  }
+  if (!preamble.root)
+    fail(Code::checksum_mismatch, source->name(), ": no valid root record (", preamble.problem, ")");
   root = *preamble.root;
-  root_damaged = preamble.root_damaged;
+}
+
+void Bcc4Reader::State::open() {
+  read_head();
   check_root();
-  read_description(preamble.lowest_reader);
+  read_description();
   prepare_coders();
   bytes.file = root.file_bytes;
   bytes.runs = root.runs_bytes, bytes.values = root.values_bytes, bytes.index = root.index_bytes;
@@ -61,20 +74,14 @@ void Bcc4Reader::State::check_root() const {
   check_index_counts(root);
 }
 
-// Reads metadata and directory, and refuses what a reader of the version that the file asks for would not
-// know.
-void Bcc4Reader::State::read_description(uint16_t lowest_version) {
-  const std::string& name = source->name();
+void Bcc4Reader::State::read_description() {
   std::vector<std::byte> metadata, directory;
   Attempts attempts; // both before an opening that has to wait gives up
   attempts.attempt([&] { metadata = read_block(root.metadata, "metadata"); });
   if (attempts.waits()) attempts.attempt([&] { directory = read_block(root.directory, "index directory"); });
   attempts.throw_if_waiting();
   info = read_metadata(metadata, root.metadata.offset, limits);
-  if (lowest_reader(info) > lowest_version)
-    fail(Code::corrupt, name, ": it says that readers of version ", lowest_version,
-         " can read it, but holds what came with version ", lowest_reader(info));
-  if (root.unfinished) shown = shown_part(lowest_version);
+  if (root.unfinished) shown = shown_part();
   directory = read_block(root.directory, "index directory");
   pages = read_directory(directory, info, root, root.directory.offset);
 }

@@ -33,7 +33,7 @@ struct Bcc4Reader::State {
   std::unique_ptr<ByteSource> source;
   Bcc4Limits limits;
   Root root;
-  bool root_damaged = false;
+  bool root_damaged = false; // and a copy is read
   VolumeInfo info;                 // as the file has it
   std::optional<VolumeInfo> shown; // of an unfinished series: of the frames that can be looked at
   Bcc4Bytes bytes;
@@ -46,10 +46,11 @@ struct Bcc4Reader::State {
   mutable std::atomic<uint64_t> bytes_read{0};
 
   void open();
+  void read_head();
   void check_root() const;
-  void read_description(uint16_t lowest_version);
+  void read_description();
   void prepare_coders();
-  [[nodiscard]] VolumeInfo shown_part(uint16_t lowest_version) const;
+  [[nodiscard]] VolumeInfo shown_part() const;
   // Throws unless there are such a channel and level.
   void require(const ChannelLevel& at) const;
   [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at, RelativeTo to = RelativeTo::air) const {

@@ -264,7 +264,7 @@ void Bcc4Reader::State::Verification::check_extents(bool pages_whole) {
   unused += file.root.file_bytes - end;
   if (pages_whole && result.unreadable.empty() &&
       (unused != file.bytes.unused || runs != file.root.runs_bytes || values != file.root.values_bytes))
-    add_file_damage(Code::corrupt, "the root's sums of bytes differ from the index", root_offsets[0]);
+    add_file_damage(Code::corrupt, "the root's sums of bytes differ from the index", root_offset);
 }
 
 void Bcc4Reader::State::Verification::check_totals() {
@@ -289,7 +289,7 @@ Bcc4VerifyResult Bcc4Reader::State::Verification::check_all() {
   result.bytes_checked = preamble_bytes;
   if (file.root_damaged)
     add_file_damage(Code::checksum_mismatch,
-                    "one of the two root records is damaged, or an append was interrupted", root_offsets[0]);
+                    "the root record is damaged, or its replacing was interrupted; a copy of it is read", root_offset);
   add_block(file.root.metadata);
   add_block(file.root.directory);
   check_corrections();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes a file of what is written so far, or of all of it: directory and metadata behind it, and the roots
-// that lead to them.
-#include <array>
+// Makes a file of what is written so far, or of all of it: directory and metadata behind it, and the root
+// that leads to them.
 #include <utility>
 
 #include "formats/bcc4/metadata.h"
@@ -9,8 +8,6 @@
 
 namespace bccsplat {
 namespace {
-
-constexpr uint16_t unfinished_version = 3; // of the format, that a reader of an unfinished series needs
 
 // Packs a table that a reader with the usual limits takes.
 PackedBlock pack_table(std::span<const std::byte> decoded, uint64_t limit, const char* what) {
@@ -37,8 +34,18 @@ Root Bcc4Writer::State::append_state(const VolumeInfo& of, std::span<const PageR
   root.values_bytes = index->values_bytes();
   root.index_bytes = root.file_bytes - unused - shown.replaced - index->replaced_bytes() - beyond -
                      root.runs_bytes - root.values_bytes;
-  file.sync();
   return root;
+}
+
+void Bcc4Writer::State::write_head(Root root) {
+  if (root.sequence > 1) { // there is a valid record at any moment
+    root.file_bytes += root_bytes;
+    shown.replaced += root_bytes;
+    file.append(write_root(root));
+  }
+  file.sync();
+  if (!(root.unfinished && options.journal && root.frames < options.journal->shown_frames()))
+    file.overwrite(0, write_preamble(root));
 }
 
 void Bcc4Writer::State::show(VolumeInfo of, const Context& context) {
@@ -52,13 +59,7 @@ void Bcc4Writer::State::show(VolumeInfo of, const Context& context) {
   shown.bytes = root.directory.padded() + root.metadata.padded();
   root.unfinished = true, root.frames = of.lattice.dims[3];
   root.sequence = ++shown.times;
-  // What an earlier writer showed stays until there is as much again, in the same bytes.
-  if (options.journal && root.frames < options.journal->shown_frames()) return;
-  // The first root stands in A, those that follow overwrite the older one.
-  if (shown.times == 1)
-    file.overwrite(0, write_preamble({root, Root{}}, unfinished_version));
-  else
-    file.overwrite(root_offsets[(shown.times - 1) % 2], write_root(root));
+  write_head(root);
 }
 
 Bcc4Report Bcc4Writer::State::finish(const Context& context) {
@@ -72,14 +73,9 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   check_info(info, Code::invalid_argument);
   context.progress.check();
 
-  const Root root = append_state(info, pages, 0);
-  // Both roots say the same, so that the file survives damage to one of them.
-  std::array<Root, 2> roots{root, root};
-  const uint64_t older = shown.times % 2;
-  roots[older].sequence = shown.times + 1, roots[1 - older].sequence = shown.times + 2;
-  // The older root comes first: there is a valid one at any moment.
-  if (shown.times > 0) file.overwrite(root_offsets[older], write_root(roots[older]));
-  file.overwrite(0, write_preamble(roots, lowest_reader(info)));
+  Root root = append_state(info, pages, 0);
+  root.sequence = shown.times + 1;
+  write_head(root);
   // It may have the name of this one, and not every system replaces a file that is open.
   options.earlier.reset();
   file.commit();
@@ -88,7 +84,7 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   report.chunks = root.chunks;
   report.bytes_corrections = frames->correction_bytes();
   report.slabs_reused = slabs_reused;
-  report.bytes = {root.file_bytes, root.runs_bytes, root.values_bytes, root.index_bytes,
+  report.bytes = {file.position(), root.runs_bytes, root.values_bytes, root.index_bytes,
                   unused + shown.replaced + index->replaced_bytes()};
   return report;
 }

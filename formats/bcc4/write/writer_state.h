@@ -32,7 +32,7 @@ struct Bcc4Writer::State {
   uint64_t slabs_reused = 0;
   struct Shown {
     uint64_t times = 0;    // roots written so far
-    uint64_t replaced = 0; // bytes of tables that were shown before the last time
+    uint64_t replaced = 0; // bytes of tables that were shown before the last time, and of copies of roots
     uint64_t bytes = 0;    // of those of the last time
   } shown;
   bool closed = false; // finished, or failed half way
@@ -93,9 +93,12 @@ struct Bcc4Writer::State {
   [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, const ChannelLevel& at, int32_t layers);
   void skip_chunks(const WrittenSlab& slab);
   void commit_pending();
-  // Appends directory and metadata and makes all that is written durable. beyond: bytes of blocks that the
-  // state does not refer to.
+  // Appends directory and metadata. beyond: bytes of blocks that the state does not refer to.
   [[nodiscard]] Root append_state(const VolumeInfo& of, std::span<const PageRef> pages, uint64_t beyond);
+  // Makes all that is written durable, then writes the head of the file; where there is one already, a copy
+  // of the new root goes behind the state first. What an earlier writer showed stays until there is as much
+  // again, in the same bytes.
+  void write_head(Root root);
 
   CodedTiles last_tiles; // of the slab that was coded last
 };

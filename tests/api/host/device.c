@@ -135,7 +135,7 @@ static void log_of_damage(void) {
   bccsplat_device* device = NULL;
   bccsplat_volume* volume = NULL;
   static unsigned char bytes[64 * 1024];
-  const size_t damaged = 12288 + 16; /* of the first chunk: behind the preamble */
+  const size_t damaged = 192 + 16; /* of the first chunk: behind the preamble */
   int lines = 0;
   size_t n;
   FILE* file;

@@ -191,7 +191,7 @@ Row size_row(const Case& c) {
       figure("bcc4 / raw+zlib", static_cast<double>(s.file.size()) / static_cast<double>(zipped.size()), 3),
       figure("value bytes/point", static_cast<double>(s.report.bytes.values) / points, 3),
       figure("runs+index bytes/point",
-             static_cast<double>(s.report.bytes.runs + s.report.bytes.index - 12288) / points, 4),
+             static_cast<double>(s.report.bytes.runs + s.report.bytes.index - preamble_bytes) / points, 4),
       figure("decode MB/s of samples", bytes / decode / 1e6, 0),
       figure("as f32 MB/s", points * 4 / decode / 1e6, 0),
       figure("unzip MB/s of raw", static_cast<double>(raw.size()) / inflate / 1e6, 0),

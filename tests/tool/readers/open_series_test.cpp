@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "readers/open_series.h"
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "openings.h"
@@ -49,6 +50,9 @@ TEST(OpenSeries, ReadsTheFirstHeaderOnce) {
 // behind.
 TEST(OpenSeries, UnpacksWhatIsPackedWithGzip) {
   Scratch s;
+#ifndef _WIN32
+  ::setenv("TMPDIR", s.path("").c_str(), 1); // other tests unpack at the same time
+#endif
   const std::string nrrd =
       "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 3 4\nencoding: raw\n\n" + std::string(24, 'x');
   const auto temporary = [] {

@@ -193,7 +193,7 @@ TEST(Bcc4Golden, GoodFilesUseEverythingTheFormatHas) {
 
 TEST(Bcc4Golden, TilesHaveEveryBasisOfTimeAndEdges) {
   std::set<int> bases, edges, kinds;
-  for (const std::string& name : names("v4_tiles")) {
+  for (const std::string& name : names("v5_tiles")) {
     const auto reader = open(name);
     std::ifstream file(folder / (name + ".bcc4"), std::ios::binary);
     edges.insert(reader->info().tile_edge);
@@ -210,7 +210,7 @@ TEST(Bcc4Golden, TilesHaveEveryBasisOfTimeAndEdges) {
 }
 
 TEST(Bcc4Golden, DomainsHavePlanesOutside) {
-  const Lattice4 lattice = open("v3_domain")->info().lattice;
+  const Lattice4 lattice = open("v5_domain")->info().lattice;
   EXPECT_EQ(lattice.before, (Int3{4, 0, 2}));
   EXPECT_EQ(lattice.behind, (Int3{4, 0, 2}));
   EXPECT_EQ(lattice.lead, 4);
@@ -218,16 +218,16 @@ TEST(Bcc4Golden, DomainsHavePlanesOutside) {
 }
 
 TEST(Bcc4Golden, PeriodicSeriesGoRound) {
-  const Lattice4 lattice = open("v3_periodic")->info().lattice;
+  const Lattice4 lattice = open("v5_periodic")->info().lattice;
   EXPECT_TRUE(lattice.periodic);
-  EXPECT_FALSE(open("v3_domain")->info().lattice.periodic);
+  EXPECT_FALSE(open("v5_domain")->info().lattice.periodic);
   EXPECT_EQ(lattice.layers(), 10);
   EXPECT_NEAR(lattice.layer_frame(lattice.layers()), 6, 1e-9);
   EXPECT_EQ(lattice.mirror_layer(-1), 9);
 }
 
 TEST(Bcc4Golden, PeriodicAxesGoRound) {
-  const Lattice4 lattice = open("v3_periodic_axis")->info().lattice;
+  const Lattice4 lattice = open("v5_periodic_axis")->info().lattice;
   EXPECT_TRUE(lattice.turns(0));
   EXPECT_FALSE(lattice.turns(1) || lattice.turns(2) || lattice.turns(3));
   EXPECT_EQ(lattice.space.planes(0), 20);
@@ -237,7 +237,7 @@ TEST(Bcc4Golden, PeriodicAxesGoRound) {
 }
 
 TEST(Bcc4Golden, CorrectionsAndWhatWasMeasured) {
-  const auto reader = open("v3_corrections");
+  const auto reader = open("v5_corrections");
   const VolumeInfo& info = reader->info();
   EXPECT_EQ(info.channels[0].residuals.shape, CorrectionShape::smooth);
   const auto bricks = reader->correction_bricks(0, 0);
@@ -253,7 +253,7 @@ TEST(Bcc4Golden, CorrectionsAndWhatWasMeasured) {
 }
 
 TEST(Bcc4Golden, FramesThatMissTheSameShareAMask) {
-  const auto reader = open("v3_masks");
+  const auto reader = open("v5_masks");
   const auto& a = reader->info().channels[0].masks;
   const auto& b = reader->info().channels[1].masks;
   ASSERT_EQ(a.size(), 5u);
@@ -265,7 +265,7 @@ TEST(Bcc4Golden, FramesThatMissTheSameShareAMask) {
 }
 
 TEST(Bcc4Golden, ASeriesUnderWay) {
-  const auto reader = open("v3_unfinished");
+  const auto reader = open("v5_unfinished");
   const VolumeInfo& info = reader->info();
   EXPECT_TRUE(info.unfinished);
   EXPECT_EQ(info.expected_frames, 30u);
@@ -274,7 +274,7 @@ TEST(Bcc4Golden, ASeriesUnderWay) {
 }
 
 TEST(Bcc4Golden, UnevenTimes) {
-  const TimeMap t = open("v1_d4star_f32_uneven_times")->info().time;
+  const TimeMap t = open("v5_d4star_f32_uneven_times")->info().time;
   EXPECT_FALSE(t.uniform);
   EXPECT_EQ(t.times, (std::vector<double>{0, 6, 12, 24, 36.5}));
   EXPECT_EQ(t.unit, "h");
@@ -290,14 +290,13 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_seven_bits", Code::corrupt},
                                                 {"bad_text_mode", Code::corrupt},
                                                 {"bad_newer_version", Code::unsupported_version},
-                                                {"bad_both_roots", Code::checksum_mismatch},
+                                                {"bad_older_version", Code::unsupported_version},
+                                                {"bad_root", Code::checksum_mismatch},
                                                 {"bad_metadata", Code::checksum_mismatch},
                                                 {"bad_directory", Code::checksum_mismatch},
-                                                {"bad_padding", Code::corrupt},
+                                                {"bad_header", Code::corrupt},
                                                 {"bad_chunk", Code::checksum_mismatch},
                                                 {"bad_run_list", Code::corrupt},
-                                                {"bad_masks_of_version_2", Code::corrupt},
-                                                {"bad_domain_of_version_2", Code::corrupt},
                                                 {"bad_domain_end", Code::corrupt},
                                                 {"bad_domain_periodic", Code::corrupt},
                                                 {"bad_domain_odd", Code::corrupt},
@@ -314,10 +313,8 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_sums", Code::corrupt},
                                                 {"bad_mask_cut", Code::truncated},
                                                 {"bad_counts", Code::corrupt},
-                                                {"bad_corrections_of_version_2", Code::corrupt},
                                                 {"bad_corrections_shape", Code::corrupt},
                                                 {"bad_unfinished_frames", Code::corrupt},
-                                                {"bad_unfinished_of_version_2", Code::corrupt},
                                                 {"bad_finished_frames", Code::checksum_mismatch},
                                                 {"bad_root_state", Code::checksum_mismatch},
                                                 {"bad_level_planes", Code::corrupt},
@@ -335,8 +332,6 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_tiles_step_nan", Code::corrupt},
                                                 {"bad_level_of_page", Code::corrupt},
                                                 {"bad_level_scale", Code::corrupt},
-                                                {"bad_coefficients", Code::unsupported_version},
-                                                {"bad_kernel_numbers", Code::corrupt},
                                                 {"bad_predictor", Code::corrupt},
                                                 {"bad_value_type", Code::corrupt}};
   std::set<std::string> seen;

@@ -121,36 +121,22 @@ TEST(Bcc4Malformed, EveryFlippedBitIsSeenOrHarmless) {
       part_with_corrections(), file_with_bricks(), masked_file()};
   for (const Bytes& good : files) {
     Bench bench;
-    const auto whole = Bcc4Reader::open(open_memory_source(good));
-    const Content expected = content_of(whole, bench);
     Bytes bad = good;
-    size_t refused = 0, roots = 0;
-    // Every bit of everything that is not padding, and one bit of every byte of padding; under an emulator
-    // one of every byte.
+    size_t refused = 0;
+    // Every bit; under an emulator one of every byte.
     for (size_t at = 0; at < good.size(); ++at) {
-      const bool padding = at < preamble_bytes &&
-                           (at >= header_bytes && (at < 4096 || at >= 4096 + root_bytes)) &&
-                           (at < 8192 || at >= 8192 + root_bytes);
-      const bool one = padding || test::emulated;
-      for (int bit = one ? static_cast<int>(at % 8) : 0; bit < 8; bit += one ? 8 : 1) {
+      for (int bit = test::emulated ? static_cast<int>(at % 8) : 0; bit < 8; bit += test::emulated ? 8 : 1) {
         bad[at] ^= static_cast<std::byte>(1 << bit);
         try {
-          const auto reader = Bcc4Reader::open(open_memory_source(bad));
-          const Content got = content_of(reader, bench);
-          // Only one of the two roots may be damaged: the other tells the same, and the damage is known.
-          EXPECT_TRUE(reader->root_damaged()) << "byte " << at << " bit " << bit;
-          EXPECT_FALSE(reader->verify_all(bench.context).damage.empty());
-          EXPECT_EQ(reader->info(), whole->info());
-          EXPECT_EQ(expected, got) << "byte " << at << " bit " << bit;
-          ++roots;
+          static_cast<void>(content_of(Bcc4Reader::open(open_memory_source(bad)), bench));
+          ADD_FAILURE() << "byte " << at << " bit " << bit;
         } catch (const Error&) {
           ++refused;
         }
         bad[at] ^= static_cast<std::byte>(1 << bit);
       }
     }
-    EXPECT_EQ(roots, (test::emulated ? 1 : 8) * 2 * root_bytes);
-    EXPECT_GT(refused, preamble_bytes);
+    EXPECT_EQ(refused, (test::emulated ? 1 : 8) * good.size());
   }
 }
 
@@ -239,30 +225,6 @@ TEST(Bcc4Malformed, TextModeAndSevenBits) {
   Bytes seven = good;
   for (std::byte& b : seven) b &= std::byte{0x7f};
   expect_refused(seven, Code::corrupt, "as text");
-}
-
-TEST(Bcc4Malformed, TheNewestValidRootCounts) {
-  // Root A of this file tells an older state; B, the newer, is damaged, as by a crash.
-  const Bytes old_file = small_file();
-  Edit edit;
-  edit.metadata = [](Bytes& m) {
-    VolumeInfo v = read_metadata(m, 0, {});
-    v.attributes = {{"state", "new"}};
-    m = write_metadata(v);
-  };
-  Bytes file = rebuild(old_file, edit);
-  const auto state = [](const Bytes& f) {
-    return Bcc4Reader::open(open_memory_source(f))->info().attributes;
-  };
-  EXPECT_EQ(state(file).at(0).second, "new");
-  std::copy_n(old_file.begin() + 4096, root_bytes, file.begin() + 4096); // sequence 1
-  EXPECT_EQ(state(file).at(0).second, "new");
-  file[8192 + 50] ^= std::byte{1};
-  EXPECT_EQ(state(file).at(0).second, "value");
-  EXPECT_TRUE(Bcc4Reader::open(open_memory_source(file))->root_damaged());
-  std::fill_n(file.begin() + 8192, root_bytes, std::byte{0}); // never written
-  EXPECT_EQ(state(file).at(0).second, "value");
-  EXPECT_FALSE(Bcc4Reader::open(open_memory_source(file))->root_damaged());
 }
 
 // Whoever asks for the sums takes them as they are; a check of the file counts.
@@ -381,11 +343,13 @@ TEST(Bcc4Malformed, Header) {
   Bytes bad = small_file();
   poke<uint16_t>(bad, 14, bcc4_version + 1);
   seal_header(bad);
-  expect_refused(bad, Code::unsupported_version, "needs a reader of version 5");
-  poke<uint16_t>(bad, 14, 0);
-  seal_header(bad);
-  expect_refused(bad, Code::corrupt, "reserved");
-  poke<uint16_t>(bad, 12, 7), poke<uint16_t>(bad, 14, 1); // a newer writer that used nothing new
+  expect_refused(bad, Code::unsupported_version, "needs a reader of version 6");
+  for (const uint16_t older : std::array<uint16_t, 3>{0, 1, 4}) {
+    poke<uint16_t>(bad, 14, older);
+    seal_header(bad);
+    expect_refused(bad, Code::unsupported_version, "made by a build before 0.1.0");
+  }
+  poke<uint16_t>(bad, 12, 7), poke<uint16_t>(bad, 14, bcc4_version); // a newer writer that used nothing new
   seal_header(bad);
   EXPECT_NO_THROW(read_everything(bad));
   poke<uint8_t>(bad, 30, 1);
@@ -394,13 +358,12 @@ TEST(Bcc4Malformed, Header) {
 }
 
 TEST(Bcc4Malformed, Roots) {
-  // Both roots are broken, so that none is valid.
   expect_each_refused({
       {"a file of", Code::checksum_mismatch, with_root([](Root& r) { r.file_bytes = 100; })},
       {"a file of", Code::checksum_mismatch, with_root([](Root& r) { r.file_bytes = UINT64_MAX; })},
       {"cut short", Code::truncated, with_root([](Root& r) { r.file_bytes += 1000; })},
       {"metadata", Code::checksum_mismatch, with_root([](Root& r) { r.metadata.offset = r.file_bytes + 8; })},
-      {"metadata", Code::checksum_mismatch, with_root([](Root& r) { r.metadata.offset = 4096; })},
+      {"metadata", Code::checksum_mismatch, with_root([](Root& r) { r.metadata.offset = 64; })},
       {"metadata", Code::checksum_mismatch, with_root([](Root& r) { r.metadata.offset += 4; })},
       {"metadata", Code::checksum_mismatch, with_root([](Root& r) { r.metadata.offset = UINT64_MAX - 7; })},
       {"metadata", Code::checksum_mismatch, with_root([](Root& r) { r.metadata.stored = UINT32_MAX; })},
@@ -425,7 +388,7 @@ TEST(Bcc4Malformed, SequenceNumbersStartAtOne) {
   Bytes file = small_file();
   Root root = *read_preamble(std::span(file).first(preamble_bytes), "file").root;
   root.sequence = 0;
-  const Bytes head = write_preamble({root, root});
+  const Bytes head = write_preamble(root);
   std::copy(head.begin(), head.end(), file.begin());
   expect_refused(file, Code::checksum_mismatch, "sequence number 0");
 }
@@ -457,8 +420,6 @@ TEST(Bcc4Malformed, MetadataRecords) {
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 3, 1); })},
       {"1 layers before the first frame", Code::corrupt,
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 2, 1); })},
-      {"readers of version 1 can read it, but holds what came with version 2", Code::corrupt,
-       with_info([](VolumeInfo& v) { v.lattice.lead = 2, v.lattice.last_layer += 4; })},
       {"reserved bytes of the lattice", Code::corrupt,
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 36, 1); })},
       {"the tail counts 9999 slabs", Code::corrupt, with_info([](VolumeInfo& v) {
@@ -533,17 +494,6 @@ TEST(Bcc4Malformed, Lattice) {
 }
 
 // Record 4 of a file without a kernel has three numbers.
-TEST(Bcc4Malformed, StoredCoefficients) {
-  expect_each_refused({
-      {"stored coefficients of kernel fine", Code::unsupported_version, with_metadata([](Bytes& m) {
-         const size_t at = fields_of(m, 4);
-         poke<uint32_t>(m, at, 4), std::memcpy(&m[at + 4], "fine", 4);
-       })},
-      {"numbers of a kernel", Code::corrupt,
-       with_metadata([](Bytes& m) { poke<uint32_t>(m, fields_of(m, 4) + 8, 1); })},
-  });
-}
-
 // Coordinates along z, of 12 samples; of x two samples that nobody gave.
 Edit with_axes(const std::function<void(VolumeInfo&)>& change) {
   return with_info([change](VolumeInfo& v) {

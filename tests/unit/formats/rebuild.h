@@ -24,7 +24,7 @@ struct Edit {
   std::function<void(Bytes&)> page = {};                     // decoded, of every page
   std::function<void(std::vector<PageRef>&)> pages = {};
   std::function<void(Bytes&)> directory = {}; // decoded
-  std::function<void(Root&)> root = {};       // of both
+  std::function<void(Root&)> root = {};
   bool raw_blocks = false;                    // not deflated
 };
 
@@ -41,6 +41,7 @@ class Rebuild {
  public:
   Rebuild(const Bytes& file, const Edit& edit) : file_(file), edit_(edit) {
     const Preamble preamble = read_preamble(std::span(file).first(preamble_bytes), "file");
+    if (!preamble.root) fail(Code::checksum_mismatch, preamble.problem);
     old_ = *preamble.root;
     Bytes metadata = block(old_.metadata);
     const VolumeInfo info = read_metadata(metadata, 0, {});
@@ -71,9 +72,7 @@ class Rebuild {
     root.index_bytes = preamble_bytes + padding + root.directory.padded() + root.metadata.padded();
     for (const PageRef& p : pages) root.index_bytes += p.block.padded();
     if (edit.root) edit.root(root);
-    std::array<Root, 2> roots{root, root};
-    roots[1].sequence = root.sequence + 1;
-    const Bytes head = write_preamble(roots, preamble.lowest_reader);
+    const Bytes head = write_preamble(root);
     std::copy(head.begin(), head.end(), file_.begin());
   }
   [[nodiscard]] const Bytes& file() const { return file_; }
