@@ -258,6 +258,23 @@ class Changed(unittest.TestCase):
         loaded["density"].values *= 1.01
         self.refused(loaded)
 
+    def test_one_value_anywhere(self):
+        """What no row through the middle meets, in each of the variables, and in the last block of frames."""
+        for name, at in ("density", (0, 0, 0, 0)), ("density", (13, 7, 8, 9)), ("e", (13, 7, 0, 9)), ("e", (6, 0, 4, 5)):
+            for block in 1, 1 << 24:
+                loaded = open_file("c.bcc4").load()
+                loaded[name].values[at] += .5
+                with mock.patch("bccsplat.accessor._BLOCK", block):
+                    self.refused(loaded, name + " are no longer those of .*c.bcc4")
+
+    def test_one_place_anywhere(self):
+        for axis in "time", "z", "y", "x":
+            for n in 0, -1:
+                places = self.ds[axis].values.copy()
+                places[n] += .3 * (places[1] - places[0]) * (1 if n == 0 else -1)
+                self.refused(open_file("c.bcc4").assign_coords({axis: places}))
+                self.refused(open_file("c.bcc4").load().assign_coords({axis: places}))
+
     def test_assigned_variables(self):
         self.refused(self.ds.assign(density=self.ds["density"].copy(data=self.source + 1)))
         self.refused(self.ds.drop_vars("x").assign(density=self.ds["density"].drop_vars("x").copy(data=self.source + 1)))

@@ -30,6 +30,10 @@ _WORDS_OF_CF = {"d": "days", "h": "hours", "min": "minutes", "s": "seconds", "ms
 _SAME, _ROUNDING = 1e-4, 1e-6
 # Samples of a row that tell whether values are the file's: few enough to be evaluated as points, which read what lies around.
 _ROW = 32
+# Values that are compared at a time of what is in memory: 64 MiB of the file's.
+_BLOCK = 1 << 24
+# Samples by which a coordinate is another place, whatever its type rounds to.
+_MOVED = .01
 
 
 def dates_of_texts(values: Array) -> Array:
@@ -112,8 +116,9 @@ class Bcc4Accessor:
         it is. Outside the samples of space, and in holes, NaN; times outside the series raise Error.
 
         The first call tells whether the dataset is still that of the file: ValueError where its dimensions, values or
-        coordinates were changed. Of what is read from the file when it is indexed the arrays tell; of what was loaded, or is
-        of dask, parts of two rows are read to compare them.
+        coordinates were changed. Of what is read from the file when it is indexed the arrays tell; what was loaded is compared
+        with the file, all of it, which takes as long as loading it did; of what is of dask parts of two rows are, which miss
+        what was changed elsewhere.
         """
         names = self._names.values()
         if unknown := set(places) - {*names}:
@@ -122,7 +127,7 @@ class Bcc4Accessor:
         if not self._checked:
             self._check_dimensions()
             if not self._holds_what_it_says():
-                self._check_rows()
+                self._check_values()
             self._checked = True
         return self._interpolated(places)
 
@@ -186,30 +191,48 @@ class Bcc4Accessor:
                     said = self._positions(coordinate, np.atleast_1d(self._dataset[coordinate].values))
                 except Error:  # times outside the series
                     return False
+                if said.shape == at.shape and (np.abs(said - at) > _MOVED).any():
+                    raise self._refusal([name])
                 if said.shape != at.shape or not (np.abs(said - at) <= 1e-6 * (1 + np.abs(at))).all():
                     return False
         return True
 
-    def _check_rows(self) -> None:
-        """ValueError where a part of a row through the middle, at two moments, is not what the file has at its coordinates.
-        A whole axis without coordinates has the file's; where samples of a part of one are cannot be told, and nothing is
-        read."""
+    def _check_values(self) -> None:
+        """ValueError where values are not what the file has at their coordinates: all that are in memory, a block of frames after
+        the other, and of others a part of a row through the middle, at two moments. A whole axis without coordinates has the
+        file's; where samples of a part of one are cannot be told, and nothing is read."""
         time, sizes = self._names["t"], self._dataset.sizes
         own = engine.make_dataset(self.file, self.level).coords
         lost = {name: own[name] for name in self._names.values() if name not in self._dataset.coords}
         if any(at.size != sizes.get(name, 1) for name, at in lost.items()):
             return
         whole = self._dataset.assign_coords({name: at if name in sizes else at[0] for name, at in lost.items()})
-        space = [dim for dim in next(iter(Bcc4Accessor(whole)._fields().values())).dims if dim != time]
+        loaded = [name for name, variable in self._fields().items() if held.is_loaded(variable.variable)]
+        others = [name for name in self._fields() if name not in loaded]
+        parts = [whole[others].isel(self._rows())] if others else []
+        frames = sizes.get(time, 1)
+        step = max(1, _BLOCK * frames // max(1, *(self._dataset[name].size for name in loaded))) if loaded else frames
+        for first in range(0, frames if loaded else 0, step):
+            parts.append(whole[loaded].isel({time: slice(first, first + step)} if time in sizes else {}))
+        for part in parts:
+            if changed := Bcc4Accessor(part.compute())._changed():
+                raise self._refusal(changed)
+
+    def _rows(self) -> dict[Any, Array]:
+        """Of each dimension the numbers that make a part of a row through the middle, at two moments."""
+        time, sizes = self._names["t"], self._dataset.sizes
+        space = [dim for dim in next(iter(self._fields().values())).dims if dim != time]
         rows = {dim: np.arange(sizes[dim])[sizes[dim] // 2:][:1] for dim in space[:-1]}
         if space:
             middle = sizes[space[-1]] // 2
             rows[space[-1]] = np.arange(sizes[space[-1]])[max(0, middle - _ROW // 2):][:_ROW]
         if time in sizes:
             rows[time] = np.arange(sizes[time])[sizes[time] // 4::max(1, sizes[time] // 2)]
-        if changed := Bcc4Accessor(whole.isel(rows).compute())._changed():
-            raise ValueError("the values of %s are no longer those of %s at the dataset's coordinates: interpolate before "
-                             "you change values or coordinates" % (", ".join(map(str, changed)), self.file.path))
+        return rows
+
+    def _refusal(self, changed: list[Any]) -> ValueError:
+        return ValueError("the values of %s are no longer those of %s at the dataset's coordinates: interpolate before "
+                          "you change values or coordinates" % (", ".join(map(str, changed)), self.file.path))
 
     def _changed(self) -> list[Any]:
         """The variables that hold other values than the file has at their coordinates."""

@@ -1,4 +1,4 @@
-"""Which places of a file a lazy variable of xarray still holds, told by the arrays that it is made of: nothing is read."""
+"""What a variable of xarray holds of a file, told by the arrays that it is made of: nothing is read."""
 from __future__ import annotations
 
 from importlib import import_module
@@ -36,3 +36,8 @@ def field_of(variable: Any) -> tuple[FieldArray, list[Array]] | None:
             taken[n] = np.atleast_1d(taken[n][entry])
         free = [n for n, entry in zip(free, key) if isinstance(entry, slice) or np.ndim(entry)]
     return field, [axis[at] for axis, at in zip(field.axes, taken)]
+
+
+def is_loaded(variable: Any) -> bool:
+    """Whether its values are in memory, so that comparing them computes nothing but what the file has there."""
+    return bool(variable._in_memory)

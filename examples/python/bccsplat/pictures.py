@@ -40,7 +40,7 @@ class Picture:
     def _repr_png_(self) -> bytes:
         return self.frame.to_bytes("png", self.background)
 
-    def save(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False) -> None:
+    def save(self, path: Union[str, "os.PathLike[str]"], *, overwrite: bool = False) -> None:
         """Writes it as PNG, over the background it was made with. overwrite: an existing file is replaced."""
         if not os.fspath(path).lower().endswith(".png"):
             raise ValueError("pictures are written as PNG: %r must end in .png; other programs take `pixels`" %

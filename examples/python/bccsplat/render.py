@@ -13,6 +13,7 @@ from ._library import Progress, Watch, call, choose
 from .arrays import Array, are_drawable, numbers_of
 from .cancel import CancelToken, own_token, token_of
 from .device import Child, Device, pointer_of
+from .errors import refuse_existing
 from .slices import Slice
 from .streams import WriteAt, write_stream
 
@@ -174,22 +175,25 @@ class Frame(Child):
             options.background[:] = [*color]
         return options
 
-    def save_png(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False,
+    def save_png(self, path: Union[str, "os.PathLike[str]"], *, overwrite: bool = False,
                  background: Sequence[float] | None = None) -> None:
         """8-bit sRGB; transparent, or over a linear RGB background."""
+        refuse_existing(path, overwrite)
         call("frame_save_png", self.pointer, os.fsencode(path), byref(self._image_options(overwrite, background)))
 
-    def save_exr(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False, *,
+    def save_exr(self, path: Union[str, "os.PathLike[str]"], *, overwrite: bool = False,
                  frames_per_second: tuple[int, int] | None = None, exposure_seconds: float = 0.0,
                  comments: str | None = None) -> None:
         """32-bit float. frames_per_second: numerator and denominator, for frames of a sequence."""
+        refuse_existing(path, overwrite)
         call("frame_save_exr", self.pointer, os.fsencode(path),
              byref(self._exr_options(overwrite, frames_per_second, exposure_seconds, comments)))
 
-    def save_deep_exr(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False, *,
+    def save_deep_exr(self, path: Union[str, "os.PathLike[str]"], *, overwrite: bool = False,
                       frames_per_second: tuple[int, int] | None = None, exposure_seconds: float = 0.0,
                       comments: str | None = None) -> None:
         """Deep scanlines of a frame with the channel DEEP, as save_exr otherwise."""
+        refuse_existing(path, overwrite)
         call("frame_save_deep_exr", self.pointer, os.fsencode(path),
              byref(self._exr_options(overwrite, frames_per_second, exposure_seconds, comments)))
 

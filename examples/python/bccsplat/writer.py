@@ -155,6 +155,7 @@ class Writer(Child):
             self._stream = write_stream(target, self._watch, flush)
             self._create("writer_create_stream", device.pointer, byref(self._stream), byref(o), token=token)
         else:
+            refuse_existing(target, overwrite or o.partial != _abi.PARTIAL_DEFAULT)
             self._create("writer_create", device.pointer, os.fsencode(target), byref(o), token=token)
 
     @classmethod
@@ -164,6 +165,7 @@ class Writer(Child):
         Child.__init__(writer, device)
         writer._watch, writer._finished, writer._plan = watch, False, plan
         options = plan.writer_options()
+        refuse_existing(target, bool(options.overwrite) or options.partial != _abi.PARTIAL_DEFAULT)
         writer._shape = tuple(options.dims[2::-1])
         writer._create("writer_create", device.pointer, os.fsencode(target), byref(options), token=plan.pointer.token)
         return writer
