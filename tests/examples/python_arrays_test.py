@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import unittest
+import warnings
 
 import python_support as support
 from python_support import path, waves, without
@@ -151,6 +152,45 @@ class Arrays(unittest.TestCase):
                 bccsplat.save(name, wrong, overwrite=True)
         with self.assertRaisesRegex(ValueError, "all 14 frames, not 3"):
             bccsplat.save(name, self.source, times=[1, 2, 3], overwrite=True)
+
+    def test_what_is_said_twice_or_upside_down_is_refused(self):
+        name = path("twice.bcc4")
+        for options in ({"times": np.arange(14), "dt": 2}, {"times": np.arange(14), "start": 0}, {"affine": np.eye(4), "spacing": 2},
+                        {"affine": np.eye(4), "origin": (0, 0, 0)}):
+            with self.assertRaisesRegex(ValueError, "%s and %s say the same" % tuple(options)):
+                bccsplat.save(name, self.source, **options)
+        for nothing in self.source[:0], self.source[:, :, :0]:
+            with self.assertRaisesRegex(ValueError, "has no values"):
+                bccsplat.save(name, nothing)
+        proxy = type("ArrayProxy", (), {"__module__": "nibabel.arrayproxy", "shape": (10, 9, 8, 5)})()
+        with self.assertRaisesRegex(ValueError, "x, y, z, t.*dataobj.*[.]T"):
+            bccsplat.save(name, proxy)
+        self.assertFalse(os.path.exists(name))
+
+    def test_losses_that_nobody_asked_for_are_told(self):
+        """Of files without a bound; where one is kept, and where it is known that it is not, nothing is said."""
+        noise = np.rint(1000 * np.random.default_rng(0).normal(size=(4, 16, 16, 16))).astype(np.int16)
+        large = 10**9 + np.broadcast_to(np.arange(16.), noise.shape)
+        for array, options, text in ((noise, {"exact": True}, "give abs_error="), (noise, {"density": .6}, "give abs_error="),
+                                     (large, {}, "subtract an offset"), (2**40 + large.astype(np.int64), {}, "subtract an offset")):
+            with self.assertWarnsRegex(UserWarning, "value is off by up to .*" + text) as caught:
+                bccsplat.save(path("loss.bcc4"), array, overwrite=True, **options)
+            self.assertEqual(os.path.basename(caught.filename), os.path.basename(__file__))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            for array, options in ((noise, {}), (noise, {"abs_error": 50}), (noise, {"psnr": 30}), (noise, {"lattice": "d4star"}),
+                                   (noise, {"exact": True, "lattice": "cc"}), (self.source, {}), (large - 10**9, {})):
+                bccsplat.save(path("loss.bcc4"), array, overwrite=True, **options)
+        bccsplat.save(path("loss.bcc4"), noise, exact=True, lattice="cc", overwrite=True)
+        np.testing.assert_array_equal(bccsplat.open(path("loss.bcc4")), noise)
+
+    def test_parts_of_frames_are_whole_numbers(self):
+        v = self.volume
+        for arguments in ((1.5,), (1, (.7, 0, 0)), (1, (0, 0, 0), (3.9, 3, 3)), ("1",)):
+            with self.assertRaisesRegex(TypeError, "must be a whole number, not "):
+                v.read_frame(*arguments)
+        part = v.read_frame(np.int16(1), np.array([0, 1, 2]), np.uint8([3, 4, 5]))
+        np.testing.assert_allclose(part, v[1, 2:5, 1:4, :3], rtol=1e-6)
 
     def test_dates_and_durations(self):
         name, dates = path("dates.bcc4"), np.datetime64("2000-02-28T18:00:00.5", "ns") + np.arange(3) * np.timedelta64(6, "h")
@@ -362,7 +402,7 @@ class Arrays(unittest.TestCase):
 
         before = held()
         for n, door in enumerate(doors):
-            with self.assertRaisesRegex(FileExistsError, "exists already", msg=str(n)):
+            with self.assertRaisesRegex(FileExistsError, "exists already: give another name, or overwrite=True", msg=str(n)):
                 door()
         self.assertEqual((ghost[0], held()), (0, before))
         picture.save(path("kept.png"), overwrite=True)

@@ -1,6 +1,7 @@
 """Arrays as the library takes and fills them."""
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
@@ -94,6 +95,14 @@ def numbers_of(values: Any, what: str, shape: tuple[int, ...] | None = None) -> 
     except (TypeError, ValueError):
         raise ValueError("%s must be numbers%s, not %r" %
                          (what, "" if shape is None else " of shape %r" % (shape,), values)) from None
+
+
+def whole(number: Any, what: str) -> int:
+    """A whole number of any type of integers; TypeError of others, which would be cut short."""
+    try:
+        return operator.index(number)
+    except TypeError:
+        raise TypeError("%s must be a whole number, not %r" % (what, number)) from None
 
 
 def corners_of(box: Any) -> Array | None:

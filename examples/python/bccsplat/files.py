@@ -98,6 +98,10 @@ def as_series(array: Any) -> Any:
     """What has frames [z, y, x] at [t], of anything with a shape: arrays of three dimensions are one frame."""
     if not hasattr(array, "shape"):
         array = loaded(array)
+    if type(array).__module__.startswith("nibabel."):
+        raise ValueError("images of nibabel are [x, y, z, t]: give numpy.asarray(image.dataobj).T, and affine=image.affine")
+    if 0 in array.shape:
+        raise ValueError("there is nothing to save: an array of shape %r has no values" % (tuple(array.shape),))
     if len(array.shape) == 3:
         return masked(array, fills_of(array))[None]
     if len(array.shape) != 4:
@@ -105,8 +109,14 @@ def as_series(array: Any) -> Any:
     return array
 
 
-def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: Any = None, spacing: Any = 1.0,
-         origin: Any = 0.0, affine: Any = None, name: str = "value",
+def refuse_both(one: str, given: Any, **others: Any) -> None:
+    """ValueError where something is said twice, one of which would be ignored."""
+    if given is not None and (twice := [name for name, value in others.items() if value is not None]):
+        raise ValueError("%s and %s say the same: give one of them" % (one, twice[0]))
+
+
+def save(path: Path, array: Any, *, dt: float | None = None, start: float | None = None, times: Any = None,
+         spacing: Any = None, origin: Any = None, affine: Any = None, name: str = "value",
          unit: str | Mapping[str, str | None] | None = None, spatial_unit: str | None = None,
          time_unit: str | None = None, attributes: Mapping[str, str] = {},
          air: float | None = None, air_threshold: float = 0.0, nonfinite: str | None = None, labels: bool | None = None,
@@ -128,16 +138,16 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
     Options that say how samples are coded (lattice, scale, time_scale, store, lowpass, partial, live, fixed_predictions)
     are taken at their word, without a bound unless one is given: what a lattice of half the samples cannot hold (noise, detail
     of one sample) is lost then, where lattice="cc" keeps every sample. With density, exact, air_threshold or some kernels a
-    plan chooses samples, without a bound, too.
+    plan chooses samples, without a bound, too; a warning says where these are off by more than 2 % of the range.
 
     array: [t, z, y, x], or [z, y, x] of one frame, of numbers of 1 to 8 bytes; anything with a shape whose [t] is a frame
     does, such as a memory map or a variable of a file, of which one frame is held at a time. A mapping of names to such
     arrays of one shape makes a channel of each. Arrays are passed to the library as they are, with any strides. What a
     mask of numpy.ma hides, as netCDF4 has it, and what the attributes _FillValue and missing_value name is missing data.
-    dt, start: time between frames and of the first, or times [t] of all of them, rising, in time_unit; or dates or
+    dt, start: time between frames (None: 1) and of the first (None: 0), or times [t] of all of them, rising, in time_unit; or dates or
     durations of numpy or Python, which are stored in time_unit (None: seconds), with the date of the first.
-    spacing, origin: distance of samples and place of the first along x, y, z, in spatial_unit, or an affine [4, 4] from
-    (x, y, z, 1) of samples to the world.
+    spacing, origin: distance of samples (None: 1) and place of the first (None: 0) along x, y, z, in spatial_unit, or an
+    affine [4, 4] from (x, y, z, 1) of samples to the world.
     name, unit: of the channel and its values; of several units by their names. air: the value of empty space, within
     air_threshold of which nothing is stored; None: 0, or what a plan finds. nonfinite: "error", "hole" (NaN and infinities are missing data) or "clamp";
     None: "hole" where an array has a mask or fill values, else "error".
@@ -152,6 +162,8 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
                     lowpass=lowpass, measure=measure, live=live, partial=partial, periodic_axes=periodic_axes,
                     fixed_predictions=fixed_predictions)
     refuse_existing(path, overwrite or partial is not None)
+    refuse_both("times", times, dt=dt, start=start)
+    refuse_both("affine", affine, spacing=spacing, origin=origin)
     channels = {key: as_series(value) for key, value in array.items()} if isinstance(array, Mapping) else \
         {name: as_series(array)}
     if not channels:
@@ -161,8 +173,8 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
                          ", ".join("%s %r" % (key, tuple(series.shape)) for key, series in channels.items()))
     nt, nz, ny, nx = next(iter(channels.values())).shape
     times, time_unit, dates = undated(times, time_unit)
-    when, attributes = frame_times(nt, dt, start, times), {**attributes, **dates}
-    place = placed(spacing, origin) if affine is None else affine
+    when, attributes = frame_times(nt, 1.0 if dt is None else dt, start or 0.0, times), {**attributes, **dates}
+    place = placed(1.0 if spacing is None else spacing, 0.0 if origin is None else origin) if affine is None else affine
     units = unit if isinstance(unit, Mapping) else dict.fromkeys(channels, unit)
     if unknown := set(units) - set(channels):
         raise ValueError("unit has %s, which is no channel: there are %s" % (sorted(unknown)[0], ", ".join(channels)))
@@ -172,7 +184,7 @@ def save(path: Path, array: Any, *, dt: float = 1.0, start: float = 0.0, times: 
         nonfinite = "hole" if any(kind.masked for kind in kinds) else "error"
     if psnr is not None and not isinstance(psnr, (int, float)):
         raise TypeError("psnr must be a number of decibels, not %r" % (psnr,))
-    if psnr is not None or (isinstance(bounds, (int, float)) and not CODED & {*options}):
+    if psnr is not None or _PLANNED & {*options} or (isinstance(bounds, (int, float)) and not CODED & {*options}):
         try:
             return save_planned(
                 device or default_device(), path, lambda t, channel: frame_of(series[channel], t), (nx, ny, nz, nt), when,

@@ -4,6 +4,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import warnings
 from ctypes import byref
 from typing import Any, Callable, Dict, Mapping, Sequence, Union
 
@@ -17,6 +18,8 @@ from .device import Child, Device
 from .errors import Error
 from .writer import TYPES, Channel, Writer, writer_options
 
+# The share of a channel's range that no sample is off by of a plan without options.
+_PROMISED = .02
 # frame, channel -> an array [z, y, x]
 Source = Callable[[int, int], Array]
 
@@ -153,4 +156,22 @@ def write_once(plan: Plan, path: Union[str, "os.PathLike[str]"], frames: Source,
         for t, time in enumerate(times):
             for channel in range(plan.writer_options().channel_count):
                 writer.add_frame(frames(t, channel), time, channel)
-        return writer.finish()
+        report = writer.finish()
+        tell_losses(plan, writer, path)
+        return report
+
+
+def tell_losses(plan: Plan, writer: Writer, path: Union[str, "os.PathLike[str]"]) -> None:
+    """Warns where a plan keeps no bound and what was measured is off by more than what it promises otherwise."""
+    options = plan.writer_options()
+    if options.abs_error or options.abs_errors or options.psnr:
+        return
+    for channel in range(options.channel_count):
+        error = writer.error(channel)
+        if error.max_abs <= _PROMISED * error.peak:
+            continue
+        short = error.max_abs <= 2 * float(np.spacing(np.float32(min(abs(error.expected), 1e38))))
+        advice = "values are read as 32-bit floats: subtract an offset" if short else \
+            'no bound was asked for: give abs_error= or psnr=, or lattice="cc", which keeps all samples'
+        warnings.warn("%s: %s is off by up to %g, where its values spread by %g; %s" %
+                      (os.fspath(path), options.channels[channel].name, error.max_abs, error.peak, advice), stacklevel=5)

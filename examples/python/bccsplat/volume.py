@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Closed, Progress, Watch, call, choose, decode, encode
-from .arrays import Array, bytes_of, corners_of, floats_of, points_of
+from .arrays import Array, bytes_of, corners_of, floats_of, points_of, whole
 from .cancel import CancelToken, own_token, token_of
 from .device import Child, Device
 from .errors import Error
@@ -336,12 +336,13 @@ class Volume(Child, LazyArray):
         """Values [z, y, x], float32, at the source's samples of a frame, from begin to before end (x, y, z; none: all); NaN
         in holes. What a slice has there but for rounding: where the file holds these samples themselves, only the box is
         read. `out`: a contiguous float32 array of that shape."""
-        first = [0, 0, 0] if begin is None else [int(n) for n in begin]
-        last = list(self.info().dims[:3]) if end is None else [int(n) for n in end]
+        frame = whole(frame, "frame")
+        first = [0, 0, 0] if begin is None else [whole(n, "begin") for n in begin]
+        last = list(self.info().dims[:3]) if end is None else [whole(n, "end") for n in end]
         values = floats_of(out, tuple(max(b - a, 0) for a, b in zip(first[::-1], last[::-1])))
         if frame < 0 or min(first) < 0 or min(last) < 0:
             raise IndexError("frame %d, samples %s to before %s: frames and samples are counted from 0" % (frame, first, last))
-        call("volume_read_frame", self.pointer, self.channel_number(channel), int(frame), (c_uint64 * 3)(*first),
+        call("volume_read_frame", self.pointer, self.channel_number(channel), frame, (c_uint64 * 3)(*first),
              (c_uint64 * 3)(*last), values.ctypes.data)
         return values
 
