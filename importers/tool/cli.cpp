@@ -9,13 +9,16 @@
 namespace bcc4 {
 
 Option Option::type_name(const std::string& name) const { return Option(option_->type_name(name)); }
-Option Option::group(const std::string& heading) const { return Option(option_->group(heading)); }
 Option Option::expected(int least, int most) const { return Option(option_->expected(least, most)); }
 
 Command Command::under(const std::string& heading) const {
   Command same = *this;
   same.heading_ = heading;
   return same;
+}
+
+Command Command::under(const std::string& heading, const std::string& topic) const {
+  return under(concat(heading, " (", topic, ")"));
 }
 
 Option Command::added(CLI::Option* option) const {
@@ -48,12 +51,6 @@ std::vector<OptionText> Command::options() const {
 }
 
 std::string Command::examples() const { return app_->get_footer(); }
-std::string Command::help_page() const {
-  const CLI::App* parent = app_->get_parent();
-  const std::string name = concat(parent ? parent->get_name() + " " : "", app_->get_name());
-  return app_->get_formatter()->make_help(app_, name, CLI::AppFormatMode::Normal);
-}
-
 void Command::set_examples(const std::vector<std::string>& command_lines) const {
   std::string text;
   for (const std::string& line : command_lines) text += concat(text.empty() ? "" : "\n", "  ", line);
@@ -109,7 +106,15 @@ std::string wrapped(const std::string& text, size_t width) {
   return out;
 }
 
-// Help as it is printed: lines that fit, and examples before the options.
+// Of "What is stored (lattice)" the topic, "lattice"; "" of headings without one.
+std::string topic_of(const std::string& heading) {
+  const size_t open = heading.rfind('(');
+  return heading.ends_with(')') && open != std::string::npos
+             ? heading.substr(open + 1, heading.size() - open - 2)
+             : "";
+}
+
+// Help as it is printed: lines that fit, examples before the options, and of topics what they are about.
 class HelpPage : public CLI::Formatter {
  public:
   std::string make_description(const CLI::App* app) const override {
@@ -121,6 +126,16 @@ class HelpPage : public CLI::Formatter {
            (examples.empty() ? "" : "\nExamples:\n" + examples + "\n");
   }
   std::string make_footer(const CLI::App* /*app*/) const override { return ""; }
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    if (mode != CLI::AppFormatMode::Normal) return CLI::Formatter::make_help(app, std::move(name), mode);
+    return concat(make_description(app), make_usage(app, std::move(name)), make_positionals(app),
+                  sections(app), make_subcommands(app, mode), "\n");
+  }
+  // What stands under a heading; "" where nothing does.
+  std::string section(const CLI::App* app, const std::string& heading) const {
+    const auto options = options_under(app, heading);
+    return heading.empty() || options.empty() ? "" : make_group(heading, false, options);
+  }
   std::string make_option_desc(const CLI::Option* option) const override {
     return wrapped(option->get_description(), kWidth - get_column_width());
   }
@@ -132,6 +147,32 @@ class HelpPage : public CLI::Formatter {
   }
 
  private:
+  static std::vector<const CLI::Option*> options_under(const CLI::App* app, const std::string& heading) {
+    return app->get_options([&heading](const CLI::Option* option) {
+      return option->get_group() == heading && option->nonpositional();
+    });
+  }
+  // All options but those of topics, and which topics there are.
+  std::string sections(const CLI::App* app) const {
+    std::string out, topics;
+    for (const std::string& heading : app->get_groups()) {
+      const std::string topic = topic_of(heading);
+      if (topic.empty())
+        out += section(app, heading);
+      else
+        topics += topic_line(app, heading, topic);
+    }
+    if (topics.empty()) return out;
+    return concat(out, "\nMore, by bcc4 help ", app->get_name(), " TOPIC, or all:\n", topics);
+  }
+  std::string topic_line(const CLI::App* app, const std::string& heading, const std::string& topic) const {
+    std::string text = heading.substr(0, heading.rfind(" (")) + ":";
+    for (const CLI::Option* option : options_under(app, heading)) text += " " + option->get_name();
+    std::stringstream out;
+    CLI::detail::format_help(out, "  " + topic, wrapped(text, kWidth - get_column_width()),
+                             get_column_width());
+    return out.str();
+  }
   static constexpr size_t kWidth = 100;
 };
 
@@ -172,6 +213,22 @@ std::string unknown_argument(const Command& tool, const Command* chosen, const s
 }
 
 } // namespace
+
+std::string Command::help_page(const std::string& topic) const {
+  const CLI::App* parent = app_->get_parent();
+  const std::string name = concat(parent ? parent->get_name() + " " : "", app_->get_name());
+  const HelpPage page;
+  if (topic.empty()) return page.make_help(app_, name, CLI::AppFormatMode::Normal);
+  if (topic == "all") return page.make_help(app_, name, CLI::AppFormatMode::All);
+  std::vector<std::string> topics{"all"};
+  for (const std::string& heading : app_->get_groups()) {
+    const std::string of_heading = topic_of(heading);
+    if (topic == of_heading) return page.section(app_, heading).substr(1);
+    if (!of_heading.empty()) topics.push_back(of_heading);
+  }
+  fail_usage("help ", app_->get_name(), " ", topic, ": no such topic", did_you_mean(topic, topics),
+             "; there are ", join(topics));
+}
 
 std::string first_sentence(const std::string& text) {
   const std::string first = text.substr(0, text.find(". "));

@@ -25,8 +25,6 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
   // Sets what help calls its value.
   Option type_name(const std::string& name) const;
-  // The heading that help puts it under.
-  Option group(const std::string& heading) const;
   // Sets how many values it takes; -1: any number.
   Option expected(int least, int most) const;
 
@@ -50,14 +48,16 @@ class Command {
   explicit Command(CLI::App* app) : app_(app) {}
   // The same command; what is added through it stands under this heading of its help.
   [[nodiscard]] Command under(const std::string& heading) const;
+  // The same, of a heading that help names alone; "bcc4 help COMMAND topic" prints what stands under it.
+  [[nodiscard]] Command under(const std::string& heading, const std::string& topic) const;
   [[nodiscard]] std::string name() const;
   [[nodiscard]] std::string help() const;
   [[nodiscard]] std::vector<Command> commands() const;
   [[nodiscard]] std::vector<OptionText> options() const;
   // Command lines that help and the manual show, one a line.
   [[nodiscard]] std::string examples() const;
-  // What --help prints of it.
-  [[nodiscard]] std::string help_page() const;
+  // What --help prints of it; of a topic that alone, of "all" all options. Fails where there is none.
+  [[nodiscard]] std::string help_page(const std::string& topic = "") const;
   void set_examples(const std::vector<std::string>& command_lines) const;
 
   Command add_command(const std::string& name, const std::string& help) const;

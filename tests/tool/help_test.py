@@ -56,8 +56,30 @@ class Help(ToolTest):
 
     def test_lines_fit_a_terminal(self):
         for command in NEEDED:
-            for line in printed('help', command).splitlines():
-                self.assertLessEqual(len(line), WIDTH, (command, line))
+            for page in (printed('help', command), printed('help', command, 'all')):
+                for line in page.splitlines():
+                    self.assertLessEqual(len(line), WIDTH, (command, line))
+
+    def test_import_begins_with_what_is_needed_first(self):
+        """Its page has two screens and names all other options by topics, whose pages are parts of that of all."""
+        page, everything = printed('help', 'import'), printed('help', 'import', 'all')
+        self.assertLessEqual(len(page.splitlines()), 56)
+        self.assertEqual(everything, printed('import', '--help-all'))
+        first, more = page.split('\nMore, by bcc4 help import TOPIC, or all:\n')
+        defined = lambda text: set(re.findall(r'^  (?:-\w,)?(--[\w-]+)', text, re.M))
+        topics = re.findall(r'^  (\w+)  ', more, re.M)
+        self.assertEqual(topics, ['input', 'values', 'lattice', 'parts'])
+        named = []
+        for topic in topics:
+            told = printed('help', 'import', topic)
+            self.assertIn(told.strip('\n'), everything)
+            named += defined(told)
+        self.assertEqual(sorted(named), sorted(re.findall(r'(?<= )--[\w-]+', more)))
+        self.assertEqual(sorted([*named, *defined(first)]), sorted(defined(everything)))
+        for option in ('--dims', '--dtype', '--dt', '--output', '--psnr', '--dry-run'):
+            self.assertIn(option, defined(first))
+        for words, said in ((('import', 'latice'), 'did you mean lattice?'), (('info', 'lattice'), 'there are all')):
+            self.assertIn(said, self.bcc4('help', *words, expect=2)[1])
 
     def test_options_of_render_stand_under_headings(self):
         """Each heading once, in this order, with the options that belong there; the manual has them as well."""

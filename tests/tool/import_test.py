@@ -292,7 +292,7 @@ class Import(ToolTest):
     def test_the_report_says_what_it_is_of(self):
         out, _ = self.bcc4('import', *self.raw('a.raw', (12, 11, 10, 20), bump), '-o', 'a.bcc4')
         self.assertIn('measured on 3 of 20 frames: ', out)
-        out, _ = self.bcc4('import', '--help')
+        out, _ = self.bcc4('help', 'import', 'values')
         words = ' '.join(out.split())
         self.assertIn('differ by the ringing of the filter only', words)
         self.assertNotIn('default 0: exact', words)

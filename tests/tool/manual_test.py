@@ -18,7 +18,7 @@ def commands():
 
 def options(command):
     return set(re.findall(r'(?<![\w-])--[a-z][a-z0-9-]*', '\n'.join(
-        line[:40].split('   ')[0] for line in printed(command, '--help').splitlines() if line.startswith('  -'))))
+        line[:40].split('   ')[0] for line in printed('help', command, 'all').splitlines() if line.startswith('  -'))))
 
 
 class Manual(ToolTest):

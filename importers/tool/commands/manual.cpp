@@ -172,14 +172,16 @@ std::string fish_completion(const std::vector<CommandText>& commands) {
 Run add_help(const Command& tool) {
   const Command help = tool.add_command("help", "Print what a command does and its options");
   const auto name = std::make_shared<std::string>();
+  const auto topic = std::make_shared<std::string>();
   help.add_option("COMMAND", *name, "A command of bcc4 (default: all of them in short)");
-  help.set_examples({"bcc4 help import"});
-  return [tool, name] {
+  help.add_option("TOPIC", *topic, "A topic that the command's page names, or all (default: that page)");
+  help.set_examples({"bcc4 help import", "bcc4 help import lattice", "bcc4 help import all"});
+  return [tool, name, topic] {
     const std::vector<Command> commands = tool.commands();
     const auto found = std::find_if(commands.begin(), commands.end(),
                                     [&](const Command& command) { return command.name() == *name; });
     if (found == commands.end() && !name->empty()) fail_unknown_command(tool, *name);
-    std::fputs((name->empty() ? tool : *found).help_page().c_str(), stdout);
+    std::fputs((name->empty() ? tool : *found).help_page(*topic).c_str(), stdout);
     return Exit::ok;
   };
 }

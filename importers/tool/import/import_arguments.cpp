@@ -45,8 +45,56 @@ void read_lattice(const ImportArguments& a, WriterSettings& settings) {
     fail_usage("--density chooses the distances that --scale and --time-scale give: one or the other");
 }
 
-// The lattice and its distances.
-void add_lattice_options(const Command& import, ImportArguments& a) {
+// Adds the options that an import needs first.
+void add_common_options(const Command& import, ImportArguments& a) {
+  add_number(import, "--psnr", a.psnr,
+             "Least peak signal-to-noise ratio in dB, over all samples; checked on every frame (default: 50 "
+             "outside air)");
+  add_number(import, "--abs", a.abs,
+             "Largest error allowed at any source sample. Checks every frame and corrects what misses "
+             "(default: 2 % of the range)");
+  add_number(import, "--air", a.air,
+             "Value of empty space (default: the background of OpenVDB grids, else 0; floats that are hardly "
+             "ever 0: their mean)");
+  import.add_flag("--dry-run", a.dry_run,
+                  "Print how the input is read and what would come out; write no .bcc4 file");
+  import.add_flag("--overwrite", a.overwrite, "Replace an existing output");
+  add_resume_options(import, a.resume);
+  add_threads(import, a.common);
+  add_max_memory(import, a.common);
+  import.add_flag("--json", a.common.json, "Report as JSON");
+  import.add_flag("--quiet", a.common.quiet, "Print nothing but warnings and errors");
+}
+
+// Adds the options that say which values are there, and what is assumed where none are.
+void add_value_options(const Command& import, ImportArguments& a) {
+  add_number(import, "--air-threshold", a.air_threshold,
+             "Do not store samples within this of air (default 0: integers that equal air, and floats that "
+             "differ by the ringing of the filter only)");
+  add_choice<int32_t>(import, "--on-nonfinite", a.settings.nonfinite, kNonfiniteChoices,
+                      "NaN and infinities: stop (error), mark as missing (hole), or replace by air and the "
+                      "largest value (clamp)");
+  add_choice<int32_t>(
+      import, "--ends", a.settings.ends, kEndsChoices,
+      "What is assumed before the first frame and after the last. predict: as the frames predict, with two "
+      "more layers (default on D4* from 14 frames on); mirror: the mirror image; periodic: the last frame "
+      "leads to the first, as in heart beats and climatologies");
+  add_choice<int32_t>(
+      import, "--faces", a.settings.faces, kFacesChoices,
+      "What is assumed beyond the faces. predict: as the samples inside predict, along all axes that are not "
+      "short; x to xyz: along these axes at any cost; mirror: the mirror image. Default: what does best on a "
+      "sample, else predict along axes of 43 samples or more");
+  add_choice<int32_t>(
+      import, "--periodic", a.periodic, kPeriodicChoices,
+      "Axes that go round, as longitude does: the first sample follows the last. For time: --ends periodic");
+}
+
+// Adds the options that say what is stored: as what, on which lattice, how precisely.
+void add_store_options(const Command& import, ImportArguments& a) {
+  add_choice<int32_t>(
+      import, "--store", a.settings.store, kStoreChoices,
+      "wavelets (default, unless options or the data ask for a lattice): the fewest bytes that keep "
+      "--psnr or --abs; or samples of a lattice: a moment opens sooner");
   import
       .add_option(
           "--lattice", a.lattice,
@@ -65,57 +113,17 @@ void add_lattice_options(const Command& import, ImportArguments& a) {
                   "Lattice distance along time, in frames (default 1). auto: as coarse as the measured "
                   "spectrum allows")
       .type_name("X|auto");
-}
-
-// Adds the options that say which values are there, and how they become samples of the lattice.
-void add_fit_options(const Command& import, ImportArguments& a) {
-  add_number(import, "--air", a.air,
-             "Value of empty space (default: the background of OpenVDB grids, else 0; floats that are hardly "
-             "ever 0: their mean)");
-  add_number(import, "--air-threshold", a.air_threshold,
-             "Do not store samples within this of air (default 0: integers that equal air, and floats that "
-             "differ by the ringing of the filter only)");
-  add_choice<int32_t>(import, "--on-nonfinite", a.settings.nonfinite, kNonfiniteChoices,
-                      "NaN and infinities: stop (error), mark as missing (hole), or replace by air and the "
-                      "largest value (clamp)");
   import.add_flag("--lowpass", a.lowpass,
                   "First remove the frequencies that the lattice cannot hold (outside_cell of --dry-run)");
-  add_choice<int32_t>(
-      import, "--ends", a.settings.ends, kEndsChoices,
-      "What is assumed before the first frame and after the last. predict: as the frames predict, with two "
-      "more layers (default on D4* from 14 frames on); mirror: the mirror image; periodic: the last frame "
-      "leads to the first, as in heart beats and climatologies");
-  add_choice<int32_t>(
-      import, "--faces", a.settings.faces, kFacesChoices,
-      "What is assumed beyond the faces. predict: as the samples inside predict, along all axes that are not "
-      "short; x to xyz: along these axes at any cost; mirror: the mirror image. Default: what does best on a "
-      "sample, else predict along axes of 43 samples or more");
-  add_choice<int32_t>(
-      import, "--periodic", a.periodic, kPeriodicChoices,
-      "Axes that go round, as longitude does: the first sample follows the last. For time: --ends periodic");
-}
-
-// Adds the options that say how near the file has to be, and how it stores samples.
-void add_coding_options(const Command& import, ImportArguments& a) {
   import.add_flag("--exact", a.exact,
                   "Store samples of the lattice that loses least as precisely as the source (else they are "
                   "rounded where that adds next to "
                   "nothing to the error of the lattice)");
-  add_number(import, "--abs", a.abs,
-             "Largest error allowed at any source sample. Checks every frame and corrects what misses "
-             "(default: 2 % of the range)");
-  add_number(import, "--psnr", a.psnr,
-             "Least peak signal-to-noise ratio in dB, over all samples; checked on every frame (default: 50 "
-             "outside air)");
-  add_choice<int32_t>(
-      import, "--measure", a.settings.measure, kMeasureChoices,
-      "Frames whose error is measured and reported (default some: three; with --abs or --psnr: all)");
   add_choice<int32_t>(import, "--quantize", a.quantize, kTypeChoices,
                       "Type of the stored values (default: the source's own precision)");
   add_choice<int32_t>(
-      import, "--store", a.settings.store, kStoreChoices,
-      "wavelets (default, unless options or the data ask for a lattice): the fewest bytes that keep "
-      "--psnr or --abs; or samples of a lattice: a moment opens sooner");
+      import, "--measure", a.settings.measure, kMeasureChoices,
+      "Frames whose error is measured and reported (default some: three; with --abs or --psnr: all)");
   import
       .add_option("--levels", a.levels,
                   "Number of coarser levels to store for small pictures, each at twice the distance in "
@@ -125,12 +133,8 @@ void add_coding_options(const Command& import, ImportArguments& a) {
   import.add_option("--kernel", a.kernel, "Kernel that readers use by default").type_name("NAME");
 }
 
-// Adds the options that say what is written, and how.
-void add_output_options(const Command& import, ImportArguments& a) {
-  add_threads(import, a.common);
-  add_max_memory(import, a.common);
-  import.add_flag("--dry-run", a.dry_run,
-                  "Print how the input is read and what would come out; write no .bcc4 file");
+// Adds the options of imports that several processes do, or that others look at.
+void add_part_options(const Command& import, ImportArguments& a) {
   import
       .add_option("--plan", a.plan,
                   "With --dry-run: write what was decided to this file. Without: import by this file, which "
@@ -154,10 +158,7 @@ void add_output_options(const Command& import, ImportArguments& a) {
       "(samples, errors measured with --abs, --psnr or --measure all alone, predictions outside faces of one "
       "boldness). Frames beyond 400^3 samples that do not fit are "
       "imported so without it, too");
-  import.add_flag("--overwrite", a.overwrite, "Replace an existing output");
-  add_resume_options(import, a.resume);
-  import.add_flag("--json", a.common.json, "Report as JSON");
-  import.add_flag("--quiet", a.common.quiet, "Print nothing but warnings and errors");
+  add_live_option(import, a.resume);
 }
 
 } // namespace
@@ -167,11 +168,11 @@ void add_import_options(const Command& import, ImportArguments& a) {
       "INPUT", a.reader.options.inputs,
       "Files, a pattern such as smoke.%04d.vdb or smoke.####.vdb, a glob, or @LIST, a text file of names");
   import.add_option("-o,--output,--out", a.output, "The .bcc4 file to write").type_name("OUT.bcc4");
+  add_common_options(import, a);
   add_reader_options(import, a.reader);
-  add_fit_options(import, a);
-  add_lattice_options(import, a);
-  add_coding_options(import, a);
-  add_output_options(import, a);
+  add_value_options(import.under("Missing values, air, faces and ends", "values"), a);
+  add_store_options(import.under("What is stored", "lattice"), a);
+  add_part_options(import.under("Plans, parts, and files that grow", "parts"), a);
 }
 
 void check_outputs(const ImportArguments& a) {

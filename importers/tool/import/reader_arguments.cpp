@@ -96,9 +96,18 @@ constexpr const char* kRecorded[] = {"dims",   "dtype", "endian", "skip",      "
 } // namespace
 
 void add_reader_options(const Command& command, ReaderArguments& arguments) {
-  static constexpr std::array<const char*, 3> texts[] = {
+  using Row = std::array<const char*, 3>;
+  static constexpr Row common[] = {
       {"dims", "NX,NY,NZ[,NT]", "Raw: samples along x, y, z and time"},
       {"dtype", "TYPE", "Raw: u8, i8, u16, i16, u32, i32, f16, f32 or f64"},
+      {"spacing", "SX,SY,SZ", "Distance between samples; replaces what the file says"},
+      {"dt", "TIME", "Time between neighbouring frames of the source; replaces what the file says"},
+      {"grid", "NAME[,NAME]", "OpenVDB: grids to read, one channel each"},
+      {"channel", "NAME[,NAME]", "Other formats: arrays or components to read, one for each channel"},
+      {"frames", "A-B[xS]",
+       "Frames to take, by the numbers in the file names, else counted from 0; S: every S-th"},
+  };
+  static constexpr Row rare[] = {
       {"endian", "little|big", "Raw: byte order (default little)"},
       {"skip", "BYTES", "Raw: bytes before the data"},
       {"count", "N",
@@ -108,29 +117,23 @@ void add_reader_options(const Command& command, ReaderArguments& arguments) {
        "Raw, NRRD, MetaImage, NetCDF: axes as the file has them, fastest first, such as xyzt or zyxt; of raw "
        "files and NRRD also cxyzt (c: channels). TIFF: whether pages or files are planes (xyz) or moments "
        "(xyt)"},
-      {"spacing", "SX,SY,SZ", "Distance between samples; replaces what the file says"},
       {"origin", "X,Y,Z", "Place of the first sample; replaces what the file says"},
-      {"dt", "TIME", "Time between neighbouring frames of the source; replaces what the file says"},
       {"times", "LIST|FILE", "Times of all frames: numbers with commas, or a text file"},
-      {"grid", "NAME[,NAME]", "OpenVDB: grids to read, one channel each"},
       {"level-set", "distance|fog",
        "OpenVDB: read level sets as signed distances (default), or as fog: 1 inside, falling to 0 at the "
        "surface"},
-      {"channel", "NAME[,NAME]", "Other formats: arrays or components to read, one for each channel"},
-      {"frames", "A-B[xS]",
-       "Frames to take, by the numbers in the file names, else counted from 0; S: every S-th"},
       {"gaps", "error|hold|skip|interpolate",
        "What to do where a numbered sequence lacks frames: stop (default), repeat the frame before, close "
        "up, or blend the neighbours"},
   };
-  for (const auto& [key, type, help] : texts) {
-    command
-        .add_text(concat("--", key), type, help,
-                  [&arguments, key = std::string(key)](const std::string& text) {
-                    set_reader_option(arguments, key, text);
-                  })
-        .group("How the input is read");
-  }
+  const auto add = [&arguments](const Command& under, const Row& row) {
+    under.add_text(concat("--", row[0]), row[1], row[2],
+                   [&arguments, key = std::string(row[0])](const std::string& text) {
+                     set_reader_option(arguments, key, text);
+                   });
+  };
+  for (const Row& row : common) add(command.under("How the input is read"), row);
+  for (const Row& row : rare) add(command.under("Input that is read otherwise", "input"), row);
 }
 
 void set_reader_option(ReaderArguments& arguments, const std::string& key, const std::string& text) {

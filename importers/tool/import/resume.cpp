@@ -38,6 +38,9 @@ void add_resume_options(const Command& import, ResumeArguments& arguments) {
   import.add_flag(
       "--append", arguments.append,
       "Add the frames that the existing output lacks. Its frames must be the first ones of the input");
+}
+
+void add_live_option(const Command& import, ResumeArguments& arguments) {
   import
       .add_option("--live", arguments.live,
                   "Let info, slice and render read OUT.partial while it grows, every N slabs of layers")

@@ -14,7 +14,9 @@ struct ResumeArguments {
   bool resume = false, append = false;
   uint32_t live = 0; // slabs
 };
+// --resume and --append.
 void add_resume_options(const Command& import, ResumeArguments& arguments);
+void add_live_option(const Command& import, ResumeArguments& arguments);
 // BCCSPLAT_PARTIAL_... for the writer; refuses both at once.
 [[nodiscard]] int32_t partial_mode(const ResumeArguments& arguments);
 
