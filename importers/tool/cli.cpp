@@ -106,7 +106,7 @@ std::string wrapped(const std::string& text, size_t width) {
   return out;
 }
 
-// Of "What is stored (lattice)" the topic, "lattice"; "" of headings without one.
+// Returns the topic of a heading, "lattice" of "What is stored (lattice)"; "" where it has none.
 std::string topic_of(const std::string& heading) {
   const size_t open = heading.rfind('(');
   return heading.ends_with(')') && open != std::string::npos
