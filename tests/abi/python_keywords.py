@@ -10,7 +10,8 @@ import tempfile
 
 # What hands keywords on to others, or takes names that are the data's.
 FREE = {"interp": "coordinates of the file", "imshow": "matplotlib's", "plane_of": "x, y and z", "evaluate_or_nan": "of two classes",
-        "writer": "parts", "save_planned": "of Plan", "Struct.__init__": "named by each struct", "given": "those of its caller"}
+        "writer": "parts", "save_planned": "of Plan", "Struct.__init__": "named by each struct", "given": "those of its caller",
+        "refuse_both": "those of its callers"}
 
 NAMES = """
 import bccsplat

@@ -67,7 +67,7 @@ class Help(ToolTest):
         self.assertEqual(everything, printed('import', '--help-all'))
         first, more = page.split('\nMore, by bcc4 help import TOPIC, or all:\n')
         defined = lambda text: set(re.findall(r'^  (?:-\w,)?(--[\w-]+)', text, re.M))
-        topics = re.findall(r'^  (\w+)  ', more, re.M)
+        topics = re.findall(r'^    (\w+)  ', more, re.M)
         self.assertEqual(topics, ['input', 'values', 'lattice', 'parts'])
         named = []
         for topic in topics:
