@@ -106,7 +106,7 @@ class BoundTest(ToolTest):
         self.bcc4('import', *whole, '-o', 'a.bcc4', '--append')
         self.assertEqual(self.json('verify', 'a.bcc4', '--against', *whole)['bound'], {'abs': .05, 'held': True})
         self.bcc4(*begin, '--lattice', 'd4star', '--scale', 1.5, '--exact')
-        self.refused(2, 'import all anew, or leave out --lattice, --scale and --store: --append goes on as the file was made', 'import', *whole, '-o', 'a.bcc4',
+        self.refused(2, 'import all anew, or leave out --store, --lattice and --scale: --append goes on as the file was made', 'import', *whole, '-o', 'a.bcc4',
                      '--append', '--lattice', 'd4star', '--scale', 1.2)
         self.bcc4('import', *whole, '-o', 'a.bcc4', '--append')
 
