@@ -7,7 +7,8 @@ namespace {
 
 // Returns the sites of the lattice, of layers beyond the ends as well.
 uint64_t write_file(const Device& device, const std::string& path, const Series& s, int32_t ends,
-                   int32_t partial = 0, bool length_known = true, int32_t lattice = BCCSPLAT_LATTICE_D4STAR) {
+                    int32_t partial = 0, bool length_known = true,
+                    int32_t lattice = BCCSPLAT_LATTICE_D4STAR) {
   bccsplat_writer_options o = options_of(s);
   o.ends = ends, o.partial = partial, o.lattice = lattice;
   if (!length_known) o.dims[3] = 0;

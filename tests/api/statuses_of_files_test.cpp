@@ -218,9 +218,7 @@ TEST(Statuses, OfOpening) {
       {"cut short", BCCSPLAT_ERROR_TRUNCATED,
        [](Scene& s) { return s.open_spoilt([](std::vector<char>& b) { b.resize(b.size() - 100); }); }},
       {"a root that does not check out", BCCSPLAT_ERROR_CHECKSUM_MISMATCH,
-       [](Scene& s) {
-         return s.open_spoilt([](std::vector<char>& b) { b[64 + 20] ^= 1; });
-       }},
+       [](Scene& s) { return s.open_spoilt([](std::vector<char>& b) { b[64 + 20] ^= 1; }); }},
       {"more sites than a device allows", BCCSPLAT_ERROR_LIMIT_EXCEEDED,
        [](Scene& s) {
          auto o = sized<bccsplat_device_options>();

@@ -173,8 +173,9 @@ void make_good() {
   two.affine.linear[0][0] = 0.5, two.affine.offset = {1, 2, 3};
   two.spatial_unit = "mm";
   save("v5_two_channels", write_file(two, bumpy));
-  save("v5_raw_d4star", write_file(volume(LatticeKind::d4star, {12, 14, 13, 3}, {channel("value", ValueType::u16)}),
-                            ball, 1, {.level = 0}));
+  save("v5_raw_d4star",
+       write_file(volume(LatticeKind::d4star, {12, 14, 13, 3}, {channel("value", ValueType::u16)}), ball, 1,
+                  {.level = 0}));
   save("v5_rows",
        write_file(volume(LatticeKind::d4star, {15, 14, 14, 3}, {channel("value", ValueType::u16)}), rows));
   save("v5_d4star_means",

@@ -118,8 +118,7 @@ struct File {
   uint64_t size = 0; // of the state the root tells
 
   const uint8_t* at(uint64_t offset, uint64_t n) const {
-    must(offset % 8 == 0 && offset >= 192 && offset <= size && n <= size - offset,
-         "bytes outside the file");
+    must(offset % 8 == 0 && offset >= 192 && offset <= size && n <= size - offset, "bytes outside the file");
     return bytes.data() + offset;
   }
 };

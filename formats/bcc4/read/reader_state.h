@@ -33,7 +33,7 @@ struct Bcc4Reader::State {
   std::unique_ptr<ByteSource> source;
   Bcc4Limits limits;
   Root root;
-  bool root_damaged = false; // and a copy is read
+  bool root_damaged = false;       // and a copy is read
   VolumeInfo info;                 // as the file has it
   std::optional<VolumeInfo> shown; // of an unfinished series: of the frames that can be looked at
   Bcc4Bytes bytes;

@@ -289,7 +289,8 @@ Bcc4VerifyResult Bcc4Reader::State::Verification::check_all() {
   result.bytes_checked = preamble_bytes;
   if (file.root_damaged)
     add_file_damage(Code::checksum_mismatch,
-                    "the root record is damaged, or its replacing was interrupted; a copy of it is read", root_offset);
+                    "the root record is damaged, or its replacing was interrupted; a copy of it is read",
+                    root_offset);
   add_block(file.root.metadata);
   add_block(file.root.directory);
   check_corrections();

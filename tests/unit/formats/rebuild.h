@@ -25,7 +25,7 @@ struct Edit {
   std::function<void(std::vector<PageRef>&)> pages = {};
   std::function<void(Bytes&)> directory = {}; // decoded
   std::function<void(Root&)> root = {};
-  bool raw_blocks = false;                    // not deflated
+  bool raw_blocks = false; // not deflated
 };
 
 inline Edit with_info(const std::function<void(VolumeInfo&)>& change) {
