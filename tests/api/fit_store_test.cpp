@@ -102,6 +102,47 @@ TEST(Field, KeepsABoundAtTheSourceSamples) {
   }
 }
 
+// The waves, missing in a corner of x and y.
+bool is_missing(double x, double y) { return x + 0.7 * y < 6.2; }
+
+int32_t ask_wave_with_holes(void* user, uint64_t n, const double* xyzt, float* values) {
+  const int32_t status = ask_wave(user, n, xyzt, values);
+  for (uint64_t i = 0; i < n; ++i)
+    if (is_missing(xyzt[4 * i], xyzt[4 * i + 1])) values[i] = NAN;
+  return status;
+}
+
+// Sites that are missing are holes of the lattice, and reach samples that are data: these have values of
+// their own where a bound is promised.
+TEST(Field, KeepsABoundBesideItsHoles) {
+  const TestDevice device;
+  const Source s = source_of({12, 11, 10, 7}, BCCSPLAT_TYPE_F32, moving_wave);
+  const auto write = [&](double bound) {
+    auto options = sized<bccsplat_writer_options>();
+    options.nonfinite = BCCSPLAT_NONFINITE_HOLE, options.abs_error = bound;
+    options.measure = BCCSPLAT_MEASURE_ALL;
+    return write_with(device, s, options, sized<bccsplat_channel_options>(), [](bccsplat_writer* writer) {
+      return bccsplat_writer_add_field(writer, 0, ask_wave_with_holes, nullptr);
+    });
+  };
+  const Written loose = write(0), bounded = write(1e-2);
+  ASSERT_EQ(loose.status, BCCSPLAT_OK) << loose.text;
+  ASSERT_EQ(bounded.status, BCCSPLAT_OK) << bounded.text;
+  EXPECT_GT(loose.error.lost, 0u);
+  EXPECT_EQ(bounded.error.lost, 0u);
+  const OpenVolume volume(device, bounded.bytes);
+  for (uint32_t t = 0; t < s.dims[3]; ++t) {
+    const std::vector<float> values = volume.frame(t);
+    size_t i = 0;
+    for (uint32_t z = 0; z < s.dims[2]; ++z)
+      for (uint32_t y = 0; y < s.dims[1]; ++y)
+        for (uint32_t x = 0; x < s.dims[0]; ++x, ++i)
+          if (!is_missing(x, y)) {
+            ASSERT_NEAR(values[i], moving_wave(x, y, z, t), 1e-2) << x << " " << y << " " << z << " " << t;
+          }
+  }
+}
+
 TEST(Field, MayGiveUpAndCannotBeMixed) {
   const TestDevice device;
   const Source s = source_of({12, 11, 10, 5}, BCCSPLAT_TYPE_F32, moving_wave);
